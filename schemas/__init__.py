@@ -1,0 +1,1 @@
+"""The models of everything that crosses a boundary: YAML, socket, disk, browser."""

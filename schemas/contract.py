@@ -1,0 +1,84 @@
+"""A contract says what a device can do: its actions, their parameters, errors and effect."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StringConstraints
+
+from .model import Model
+
+Effect = Literal["pure", "idempotent", "once"]
+Happened = Literal["no", "yes", "unknown"]
+Danger = Literal["laser", "heat", "pressure", "motion"]
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+ContractType = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*@[0-9]+$")]
+JsonSchema = dict[str, Any]
+
+RESERVED_ERRORS: dict[str, Happened] = {
+    "Timeout": "unknown",
+    "Busy": "no",
+    "Rejected": "no",
+    "Lost": "unknown",
+}
+"""Errors that every action may end with, and whether the action happened then."""
+
+
+class ActionError(Model):
+    """One way an action fails, and whether the action happened all the same."""
+
+    happened: Happened = "unknown"
+    summary: str = ""
+
+
+class Action(Model):
+    """What one device does when it is asked by this name."""
+
+    summary: str = ""
+    params: JsonSchema = Field(default_factory=dict)
+    returns: JsonSchema = Field(default_factory=dict)
+    errors: dict[Name, ActionError] = Field(default_factory=dict)
+    effect: Effect = "once"
+    probe: str | None = None
+    duration: str | None = None
+    cancel: bool = False
+    danger: Danger | None = None
+    interlock: dict[str, Any] = Field(default_factory=dict)
+
+    def param_schemas(self) -> dict[str, JsonSchema]:
+        """Parameter name -> its JSON Schema."""
+        return dict(self.params.get("properties", {}))
+
+    def required(self) -> list[str]:
+        """Names of the parameters that must be given."""
+        return list(self.params.get("required", []))
+
+    def path_params(self) -> tuple[list[str], list[str]]:
+        """Parameters of `format: path`, as (read by the device, written by the device).
+
+        A path that the action also returns is written; every other one is read.
+        """
+        returned = self.returned_paths()
+        paths = [n for n, s in self.param_schemas().items() if s.get("format") == "path"]
+        return [n for n in paths if n not in returned], [n for n in paths if n in returned]
+
+    def returned_paths(self) -> list[str]:
+        """Names of the results of `format: path`: files that travel back with the result."""
+        properties = self.returns.get("properties", {})
+        return [n for n, s in properties.items() if s.get("format") == "path"]
+
+    def happened(self, error: str) -> Happened:
+        """Whether the action happened when it ended with this error."""
+        if error in self.errors:
+            return self.errors[error].happened
+        return RESERVED_ERRORS.get(error, "unknown")
+
+
+class Contract(Model):
+    """What one kind of device promises, under a name with its major version."""
+
+    type: ContractType
+    summary: str = ""
+    concurrent: bool = False
+    safe_state: list[str] = Field(default_factory=list)
+    on_lease_lapse: Literal["finish", "cancel", "safe"] = "finish"
+    status: JsonSchema = Field(default_factory=dict)
+    actions: dict[Name, Action] = Field(min_length=1)

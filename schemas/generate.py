@@ -1,0 +1,51 @@
+"""Write the JSON Schemas of everything that crosses a boundary; a test compares them.
+
+`python -m labrun.schemas.generate` writes them into `schemas/json/`.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from .contract import Contract
+from .event import Event
+from .journal import RECORD
+from .lab import Lab
+from .messages import Goal, GoalReport, LeaseRequest, QueryAnswer, ServerDescription
+from .problem import Problem
+from .protocol import Protocol
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+FOLDER = Path(__file__).parent / "json"
+
+MODELS: dict[str, TypeAdapter[Any]] = {
+    "protocol": TypeAdapter(Protocol),
+    "contract": TypeAdapter(Contract),
+    "lab": TypeAdapter(Lab),
+    "problem": TypeAdapter(Problem),
+    "journal_record": RECORD,
+    "event": TypeAdapter(Event),
+    "goal": TypeAdapter(Goal),
+    "goal_report": TypeAdapter(GoalReport),
+    "lease_request": TypeAdapter(LeaseRequest),
+    "query_answer": TypeAdapter(QueryAnswer),
+    "server_description": TypeAdapter(ServerDescription),
+}
+
+
+def schema_text(name: str) -> str:
+    """One schema as it stands in its file."""
+    schema = {"$schema": DIALECT, **MODELS[name].json_schema(by_alias=True)}
+    return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
+
+
+def main() -> None:
+    """Write them all."""
+    for name in MODELS:
+        (FOLDER / f"{name}.schema.json").write_text(schema_text(name), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

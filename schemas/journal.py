@@ -1,0 +1,196 @@
+"""The records of a journal: one JSON object a line, each chained to the last by a hash.
+
+Every record has `n` (its number), `at` (UTC), `kind`, and `hash`. What happened to a goal or a step
+is said with the fates of DESIGN section 7.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, TypeAdapter
+
+from .contract import Effect
+from .messages import GoalError
+from .model import Model
+
+FORMAT = 1
+"""Version of the journal's format; a newer one is refused with a sentence."""
+
+StepFate = Literal["succeeded", "failed", "skipped", "cancelled", "unknown"]
+RunFate = Literal["succeeded", "failed", "aborted", "paused", "interrupted"]
+
+
+class Record(Model):
+    """What every record bears; filled in by the journal."""
+
+    n: int = 0
+    at: str = ""
+    hash: str = ""
+
+
+class Started(Record):
+    """The run began: first record of every journal."""
+
+    kind: Literal["started"] = "started"
+    format: int = FORMAT
+    run: str
+    protocol: str
+    labrun: str
+    python: str
+    params: dict[str, Any] = Field(default_factory=dict)
+    roles: dict[str, str] = Field(default_factory=dict)
+    files: dict[str, str] = Field(default_factory=dict)
+
+
+class Resumed(Record):
+    """An engine took the run up again for the `count`-th time."""
+
+    kind: Literal["resumed"] = "resumed"
+    count: int
+    labrun: str
+    torn: int = 0
+
+
+class Phase(Record):
+    """The engine turned to `main`, `resume:n` or `finally:n`."""
+
+    kind: Literal["phase"] = "phase"
+    phase: str
+
+
+class GoalSent(Record):
+    """Intent: on disk before the goal leaves for its device."""
+
+    kind: Literal["goal"] = "goal"
+    id: str
+    device: str
+    action: str
+    params: dict[str, Any] = Field(default_factory=dict)
+    effect: Effect
+    boot: str
+    ledger: str
+    epoch: int
+    means: str
+    timeout_s: float | None = None
+
+
+class GoalEnded(Record):
+    """Outcome of a goal: how it ended, what came back, which files were written."""
+
+    kind: Literal["ended"] = "ended"
+    id: str
+    state: Literal["SUCCEEDED", "CANCELED", "ABORTED"]
+    result: dict[str, Any] | None = None
+    error: GoalError | None = None
+    files: dict[str, str] = Field(default_factory=dict)
+
+
+class StepEnded(Record):
+    """A step that is no action came to its end: a wait, a question, a log line, a set."""
+
+    kind: Literal["step"] = "step"
+    path: str
+    fate: StepFate
+    result: Any = None
+    message: str = ""
+
+
+class Turned(Record):
+    """A retried group, a fallback or a repeated question went on to its next turn."""
+
+    kind: Literal["turn"] = "turn"
+    path: str
+    turn: int
+    error: dict[str, Any] | None = None
+
+
+class Asked(Record):
+    """A person is asked; the run waits at this path for one of the choices."""
+
+    kind: Literal["asked"] = "asked"
+    path: str
+    id: str
+    text: str
+    choices: list[str]
+
+
+class Answered(Record):
+    """Who chose what."""
+
+    kind: Literal["answered"] = "answered"
+    path: str
+    choice: str
+    by: str
+
+
+class IterationEnded(Record):
+    """One iteration of a loop is over, its background actions included."""
+
+    kind: Literal["iteration"] = "iteration"
+    loop: str
+    index: int
+    key: str
+    fate: StepFate
+    row: dict[str, Any] | None = None
+    file: str = ""
+    sets: dict[str, Any] = Field(default_factory=dict)
+    message: str = ""
+
+
+class LoopEnded(Record):
+    """A loop is over, with its counts."""
+
+    kind: Literal["loop"] = "loop"
+    loop: str
+    fate: StepFate
+    total: int
+    succeeded: int
+    failed: int
+    skipped: int
+
+
+class Control(Record):
+    """A person or a signal paused, continued or aborted the run."""
+
+    kind: Literal["control"] = "control"
+    verb: Literal["pause", "continue", "abort", "abort-now"]
+    by: str
+
+
+class SafeState(Record):
+    """A device was told to go into its safe state, and whether it confirmed."""
+
+    kind: Literal["safe"] = "safe"
+    device: str
+    confirmed: bool
+    message: str = ""
+
+
+class Finished(Record):
+    """The last record of a run that came to its end."""
+
+    kind: Literal["finished"] = "finished"
+    fate: RunFate
+    reason: str = ""
+    holes: int = 0
+    outputs: dict[str, Any] = Field(default_factory=dict)
+
+
+JournalRecord = Annotated[
+    Started
+    | Resumed
+    | Phase
+    | GoalSent
+    | GoalEnded
+    | StepEnded
+    | Turned
+    | Asked
+    | Answered
+    | IterationEnded
+    | LoopEnded
+    | Control
+    | SafeState
+    | Finished,
+    Field(discriminator="kind"),
+]
+
+RECORD: TypeAdapter[JournalRecord] = TypeAdapter(JournalRecord)

@@ -1,0 +1,106 @@
+"""What engine and device server say to each other on the namespace `/action`."""
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from .contract import Happened
+from .model import Model
+
+NAMESPACE = "/action"
+
+GoalState = Literal["ACCEPTED", "EXECUTING", "CANCELING", "SUCCEEDED", "CANCELED", "ABORTED"]
+ENDED: frozenset[str] = frozenset({"SUCCEEDED", "CANCELED", "ABORTED"})
+Refusal = Literal[
+    "HELD",
+    "BUSY",
+    "REJECTED",
+    "INVALID",
+    "STALE_BOOT",
+    "STALE_EPOCH",
+    "EXCEPTION",
+    "UNKNOWN_DEVICE",
+]
+
+
+class GoalError(Model):
+    """Why a goal ended ABORTED: an error name of the contract, in words, and what is known."""
+
+    name: str
+    message: str = ""
+    happened: Happened = "unknown"
+
+
+class FileContent(Model):
+    """A file that travels with a goal or its result; `path` is relative to the run's folder."""
+
+    path: str
+    sha256: str
+    data: bytes
+
+
+class Goal(Model):
+    """A request to do one action. The same id is the same goal and never executes twice."""
+
+    id: str = Field(min_length=1, max_length=1000)
+    device: str
+    boot: str
+    epoch: int
+    action: str
+    params: dict[str, Any] = Field(default_factory=dict)
+    timeout_s: float | None = None
+    files: dict[str, FileContent] = Field(default_factory=dict)
+
+
+class GoalReport(Model):
+    """What a server knows of one goal: in acknowledgements, answers to `query`, and `update`."""
+
+    id: str
+    state: GoalState
+    seq: int = 0
+    boot: str = ""
+    progress: float | None = None
+    message: str = ""
+    result: dict[str, Any] | None = None
+    error: GoalError | None = None
+    files: dict[str, FileContent] = Field(default_factory=dict)
+
+    @property
+    def ended(self) -> bool:
+        """True when nothing more will happen to the goal."""
+        return self.state in ENDED
+
+
+class LeaseRequest(Model):
+    """Who wants a device for how long; `epoch` when it is renewed."""
+
+    device: str
+    owner: str
+    ttl_s: float = Field(gt=0, le=3600)
+    epoch: int | None = None
+
+
+class DeviceDescription(Model):
+    """One device as its server describes it."""
+
+    contract: dict[str, Any]
+    driver: str
+    versions: dict[str, str] = Field(default_factory=dict)
+    limits: dict[str, Any] = Field(default_factory=dict)
+    status: dict[str, Any] = Field(default_factory=dict)
+
+
+class ServerDescription(Model):
+    """What a device server serves; `boot` is new at every start, `ledger` stays."""
+
+    boot: str
+    ledger: str
+    devices: dict[str, DeviceDescription]
+
+
+class QueryAnswer(Model):
+    """What became of goals; null where the server has no record of the id."""
+
+    boot: str
+    ledger: str
+    goals: dict[str, GoalReport | None]

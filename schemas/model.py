@@ -1,0 +1,9 @@
+"""The base that every model here is built on: closed, frozen, named as in YAML."""
+
+from pydantic import BaseModel, ConfigDict
+
+
+class Model(BaseModel):
+    """Unknown keys are faults, values do not change after they were read."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, populate_by_name=True)

@@ -1,0 +1,210 @@
+"""The protocol: what a scientist writes, as data.
+
+Values that may hold an expression `${{ ... }}` are kept as written; `engine` gives them meaning.
+"""
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Discriminator, Field, StringConstraints, Tag
+
+from .model import Model
+
+Scalar = str | int | float | bool | None
+Duration = str | int | float
+Count = int | str
+StepId = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=60)]
+Role = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=60)]
+ContractName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*@[0-9]+$")]
+RoleAction = Annotated[
+    str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*\.[A-Za-z_][A-Za-z0-9_]*$")
+]
+
+
+class Param(Model):
+    """One parameter of a protocol, set by `-p`, by the web form or by a caller."""
+
+    type: Literal["quantity", "number", "integer", "string", "boolean", "array"]
+    unit: str | None = None
+    summary: str = ""
+    default: Any = None
+    minimum: Scalar = None
+    maximum: Scalar = None
+    pattern: str | None = None
+    enum: list[Any] | None = Field(default=None, min_length=1)
+    items: dict[str, Any] | None = None
+
+
+class Defaults(Model):
+    """What holds where a step says nothing else."""
+
+    timeout: Duration | None = None
+    retry: "int | Retry | None" = None
+    background: int = Field(default=1, ge=1, le=1000)
+
+
+class Retry(Model):
+    """How often (in total) and when what failed is tried again."""
+
+    attempts: int = Field(ge=1, le=1000)
+    wait: Duration = 0
+    factor: float = Field(default=1.0, ge=1.0, le=100.0)
+    max_wait: Duration | None = None
+    jitter: float = Field(default=0.0, ge=0.0, le=1.0)
+    on: list[str] | None = Field(default=None, min_length=1)
+
+
+class KeepGoing(Model):
+    """How many iterations of a loop may fail before it stops."""
+
+    max_failed: int | str
+
+
+class StepBase(Model):
+    """What any step may say."""
+
+    KIND: ClassVar[str]
+
+    id: StepId | None = None
+    name: str | None = None
+    when: Scalar = None
+    timeout: Duration | None = None
+    retry: int | Retry | None = None
+    fallback: "list[Step | list[Step]] | None" = Field(default=None, min_length=1)
+    on_error: Literal["stop", "continue", "pause"] | None = None
+    on_unknown: Literal["probe", "ask", "skip", "repeat"] | None = None
+
+
+class Do(StepBase):
+    """One action on one device: an action set of one."""
+
+    KIND: ClassVar[str] = "do"
+    do: RoleAction
+    with_: dict[str, Any] = Field(default_factory=dict, alias="with")
+    mode: Literal["background"] | None = None
+
+
+class Parallel(StepBase):
+    """An action set: its members start together, and it ends when all have ended."""
+
+    KIND: ClassVar[str] = "parallel"
+    parallel: "list[Step]" = Field(min_length=1)
+    on_failure: Literal["finish", "cancel"] | None = None
+
+
+class Foreach(StepBase):
+    """The same steps for each item of a list, a span or a grid."""
+
+    KIND: ClassVar[str] = "foreach"
+    foreach: dict[Role, Any] = Field(min_length=1, max_length=1)
+    key: Scalar = None
+    steps: "list[Step]" = Field(min_length=1)
+    keep_going: KeepGoing | None = None
+    collect: dict[str, Any] | None = None
+
+
+class Group(StepBase):
+    """Steps one after the other."""
+
+    KIND: ClassVar[str] = "steps"
+    steps: "list[Step]" = Field(min_length=1)
+
+
+class Confirm(StepBase):
+    """A person says yes before anything more happens."""
+
+    KIND: ClassVar[str] = "confirm"
+    confirm: str
+
+
+class Ask(StepBase):
+    """A person chooses; the result is `{choice}`."""
+
+    KIND: ClassVar[str] = "ask"
+    ask: str
+    choices: list[str] = Field(min_length=1)
+
+
+class Wait(StepBase):
+    """Nothing happens for a while."""
+
+    KIND: ClassVar[str] = "wait"
+    wait: Duration
+
+
+class Set(StepBase):
+    """Names for values, used by the steps that follow."""
+
+    KIND: ClassVar[str] = "set"
+    set: dict[Role, Any] = Field(min_length=1)
+
+
+class Require(StepBase):
+    """The run fails here unless the expression is true."""
+
+    KIND: ClassVar[str] = "require"
+    require: Scalar
+
+
+class Log(StepBase):
+    """A line for the screen and the journal."""
+
+    KIND: ClassVar[str] = "log"
+    log: str
+
+
+class Fail(StepBase):
+    """The step fails, with these words."""
+
+    KIND: ClassVar[str] = "fail"
+    fail: str
+
+
+STEP_KINDS: tuple[type[StepBase], ...] = (
+    Do, Parallel, Foreach, Group, Confirm, Ask, Wait, Set, Require, Log, Fail,
+)  # fmt: skip
+
+
+def step_kind(value: Any) -> str | None:
+    """The kind of step that a mapping is, by the first keyword it holds; None when it is none."""
+    if isinstance(value, StepBase):
+        return value.KIND
+    if isinstance(value, dict):
+        for kind in STEP_KINDS:
+            if kind.KIND in value and not (kind is Group and "foreach" in value):
+                return kind.KIND
+    return None
+
+
+Step = Annotated[
+    Annotated[Do, Tag("do")]
+    | Annotated[Parallel, Tag("parallel")]
+    | Annotated[Foreach, Tag("foreach")]
+    | Annotated[Group, Tag("steps")]
+    | Annotated[Confirm, Tag("confirm")]
+    | Annotated[Ask, Tag("ask")]
+    | Annotated[Wait, Tag("wait")]
+    | Annotated[Set, Tag("set")]
+    | Annotated[Require, Tag("require")]
+    | Annotated[Log, Tag("log")]
+    | Annotated[Fail, Tag("fail")],
+    Discriminator(step_kind),
+]
+
+
+class Protocol(Model):
+    """P = [A1, ..., AT]: a sequence of sets of actions, and what surrounds it."""
+
+    labrun: Literal[1]
+    name: Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.-]*$", max_length=80)]
+    summary: str = ""
+    params: dict[Role, Param] = Field(default_factory=dict)
+    devices: dict[Role, ContractName] = Field(default_factory=dict)
+    defaults: Defaults = Field(default_factory=Defaults)
+    steps: list[Step] = Field(min_length=1)
+    on_resume: list[Step] = Field(default_factory=list)
+    finally_: list[Step] = Field(default_factory=list, alias="finally")
+    outputs: dict[Role, Any] = Field(default_factory=dict)
+
+
+for _model in (StepBase, *STEP_KINDS, Defaults, Protocol):
+    _model.model_rebuild()

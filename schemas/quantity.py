@@ -1,0 +1,144 @@
+"""Numbers with units: read from text, converted, and written as people write them.
+
+A pint `Quantity` is what a protocol computes with; a driver gets bare numbers in its contract's
+unit. pint is imported on first use, since its registry takes a third of a second.
+"""
+
+import re
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING, Any, TypeGuard
+
+if TYPE_CHECKING:
+    from pint import Quantity, UnitRegistry
+
+QUANTITY = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ°%Ω].*?)\s*$")
+
+KINDS = {
+    "[length]": "a length",
+    "[time]": "a time",
+    "[mass]": "a mass",
+    "[temperature]": "a temperature",
+    "[length] ** 3": "a volume",
+    "[length] ** 2": "an area",
+    "[length] / [time]": "a speed",
+    "[length] ** 3 / [time]": "a flow rate",
+    "[mass] / [length] / [time] ** 2": "a pressure",
+    "[length] / [time] ** 2": "an acceleration",
+    "1 / [time]": "a rate",
+    "[current]": "a current",
+    "[mass] * [length] ** 2 / [time] ** 2": "an energy",
+    "dimensionless": "a plain number",
+}
+
+
+class UnitError(ValueError):
+    """A unit that is not known, or of another dimension than the one wanted."""
+
+
+@cache
+def registry() -> "UnitRegistry":
+    """The one unit registry of the process."""
+    from pint import UnitRegistry
+
+    return UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
+
+
+def is_quantity(value: object) -> "TypeGuard[Quantity[Any]]":
+    """True for a pint quantity; costs no import when there is none yet."""
+    return hasattr(value, "magnitude") and hasattr(value, "units")
+
+
+@lru_cache(maxsize=4096)
+def unit_of(text: str) -> Any:
+    """The pint unit that a text names; raises UnitError for one that nobody knows."""
+    try:
+        return registry().Unit(text)
+    except Exception as fault:  # pint raises half a dozen unrelated classes for a bad unit
+        raise UnitError(f"{text!r} is not a unit") from fault
+
+
+def quantity(magnitude: float, unit: str) -> "Quantity[Any]":
+    """A number with its unit."""
+    made: Any = registry().Quantity(magnitude, unit_of(unit))
+    return made
+
+
+@lru_cache(maxsize=4096)
+def parse_quantity(text: str) -> "Quantity[Any]":
+    """`0.2 mm` as a quantity; raises UnitError where the text is none."""
+    match = QUANTITY.match(text)
+    if match is None:
+        raise UnitError(f"{text!r} is not a number with a unit, such as `0.2 mm`")
+    number = match[1]
+    value = int(number) if re.fullmatch(r"[+-]?\d+", number) else float(number)
+    return quantity(value, match[2])
+
+
+@lru_cache(maxsize=4096)
+def kind_of_unit(unit: str) -> str:
+    """What a unit measures, in words: `a length`, `a time`."""
+    dimensionality = unit_of(unit).dimensionality
+    for key, words in KINDS.items():
+        if dimensionality == _dimensions(key):
+            return words
+    return f"a quantity in {unit}"
+
+
+@cache
+def _dimensions(key: str) -> Any:
+    return (
+        registry().get_dimensionality(key) if key != "dimensionless" else unit_of("").dimensionality
+    )
+
+
+@lru_cache(maxsize=4096)
+def _factor(source: Any, target: str) -> float | None:
+    """The number to multiply by, or None where the conversion is no plain factor (degC)."""
+    zero = registry().Quantity(0.0, source).to(target).magnitude
+    return None if zero else float(registry().Quantity(1.0, source).to(target).magnitude)
+
+
+def same_dimension(unit: str, other: str) -> bool:
+    """True when one of the units can be converted into the other."""
+    return unit_of(unit).dimensionality == unit_of(other).dimensionality
+
+
+def magnitude_in(value: Any, unit: str) -> float:
+    """The number of a quantity, a text such as `0.2 mm`, or a bare number, in `unit`.
+
+    Raises UnitError, with both dimensions in words, where the dimension is another one.
+    """
+    if isinstance(value, str):
+        value = parse_quantity(value)
+    if not is_quantity(value):
+        return value  # a bare number is in the contract's unit
+    if not value.units.is_compatible_with(unit_of(unit)):
+        raise UnitError(
+            f"{quantity_text(value)} is {kind_of_unit(str(value.units))}, "
+            f"wanted is {kind_of_unit(unit)} ({unit})"
+        )
+    if value.units == unit_of(unit):
+        return value.magnitude
+    factor = _factor(value.units, unit)
+    if factor is None:
+        return float(value.to(unit).magnitude)
+    # 0.1 + 0.2 style digits behind the 12th come from the factor, not from the author.
+    return float(f"{value.magnitude * factor:.12g}")
+
+
+def seconds(value: Any) -> float:
+    """A duration in seconds: `30 s`, `2 min`, a quantity, or a bare number of seconds."""
+    if isinstance(value, str) and (match := re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(ms|s)\s*", value)):
+        return float(match[1]) / (1000 if match[2] == "ms" else 1)  # spares most programs pint
+    return float(magnitude_in(value, "s"))
+
+
+def number_text(value: float) -> str:
+    """A number without the noise of binary fractions: `0.2`, not `0.20000000000000001`."""
+    return f"{value:.12g}"
+
+
+def quantity_text(value: "Quantity[Any]") -> str:
+    """`0.2 mm`: as a person would write it."""
+    unit = f"{value.units:~P}"
+    return f"{number_text(value.magnitude)} {unit}".rstrip()
