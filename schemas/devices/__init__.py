@@ -1,0 +1,1 @@
+"""Device contracts that ship with labrun, one YAML file each."""
