@@ -1,0 +1,1 @@
+"""Data that ships with `reduction`: the table of atomic lines."""

@@ -1,0 +1,127 @@
+"""Choose the line that stands for an element, and find it among the fitted peaks."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+
+from .air import in_medium, to_air
+from .lines import lines_of
+from .plasma import relative_strengths
+from .spectrum import FloatArray, IntArray, Medium
+from .voigt import VoigtPeaks
+
+# The lines that LIBS of rocks goes by: stage and wavelength in air (nm). Strong, little overlapped
+# in silicates, and within reach of the usual detectors; other elements take their strongest line.
+USUAL_LINES = {
+    "H": (1, 656.28),
+    "Li": (1, 670.78),
+    "Be": (2, 313.04),
+    "C": (1, 247.856),
+    "N": (1, 746.831),
+    "O": (1, 777.194),
+    "Na": (1, 588.995),
+    "Mg": (2, 279.553),
+    "Al": (1, 396.152),
+    "Si": (1, 288.158),
+    "K": (1, 766.490),
+    "Ca": (2, 393.366),
+    "Ti": (2, 334.941),
+    "Mn": (2, 257.610),
+    "Fe": (1, 371.993),
+    "Rb": (1, 780.027),
+    "Sr": (2, 407.771),
+    "Cs": (1, 852.113),
+    "Ba": (2, 455.403),
+}
+DEFAULT_ELEMENTS = ("Li", "K", "Si", "Na", "Al", "Ca", "Rb", "H")
+SAME_LINE_NM = 0.01  # between a wavelength above and its row in the table
+UNRESOLVED_NM = 0.05  # lines of a multiplet that one detector sees as one, such as Li I 670.78
+TOLERANCE_NM = 0.15  # between where a line should be and where the analyser shows it
+PRESENT = 3.0  # height in noise from which a peak at a known place counts
+
+Fate = Literal["found", "no peak", "outside the spectrum"]
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """The line that stands for an element; its wavelength in vacuum (nm)."""
+
+    element: str
+    stage: int
+    wavelength_nm: float
+
+
+@dataclass(frozen=True, slots=True)
+class ElementPeak:
+    """What was found of one element: the area is 0, and peak None, when there is no peak."""
+
+    line: Line
+    fate: Fate
+    area: float = 0.0  # counts nm
+    area_error: float = 0.0  # counts nm
+    peak: int | None = None  # which of the fitted peaks
+
+
+@cache
+def predominant_line(element: str) -> Line:
+    """The usual analytical line of an element, else its strongest at 1 eV and 1e17 per cm3.
+
+    The wavelength is the mean of what one detector cannot resolve, weighted by strength.
+    Raises ValueError when the line table has no lines of that symbol.
+    """
+    lines = lines_of(element)
+    strengths = relative_strengths(lines)
+    if element in USUAL_LINES:
+        stage, air_nm = USUAL_LINES[element]
+        near = np.abs(to_air(lines.wavelength_nm) - air_nm) < SAME_LINE_NM
+        best = np.argmax(np.where(near & (lines.stage == stage), strengths, -1.0))
+    else:
+        best = np.argmax(strengths)
+    blend = np.abs(lines.wavelength_nm - lines.wavelength_nm[best]) < UNRESOLVED_NM
+    blend &= lines.stage == lines.stage[best]
+    mean_nm = np.average(lines.wavelength_nm[blend], weights=strengths[blend])
+    return Line(element, int(lines.stage[best]), float(mean_nm))
+
+
+def expected_nm(elements: Iterable[str], medium: Medium = "air") -> FloatArray:
+    """Where the predominant lines of the elements should be seen, nm, shape (k,)."""
+    vacuum_nm = [predominant_line(element).wavelength_nm for element in elements]
+    return in_medium(np.array(vacuum_nm), medium)
+
+
+def near_lines(channels_nm: FloatArray, lines_nm: FloatArray) -> IntArray:
+    """Indices of the wavelengths that lie within the tolerance of any of the lines, ascending."""
+    if not len(lines_nm):
+        return np.empty(0, dtype=np.int64)
+    return np.flatnonzero(np.min(np.abs(channels_nm[:, None] - lines_nm), axis=1) < TOLERANCE_NM)
+
+
+def find_elements(
+    peaks: VoigtPeaks,
+    elements: Iterable[str],
+    range_nm: tuple[float, float],
+    medium: Medium = "air",
+) -> dict[str, ElementPeak]:
+    """The fitted peak nearest to each element's predominant line, in the order asked for.
+
+    range_nm: first and last wavelength of the spectrum, nm. Raises ValueError for an element that
+    the line table does not have.
+    """
+    asked = tuple(elements)
+    found = {}
+    for element, line_nm in zip(asked, expected_nm(asked, medium), strict=True):
+        line = predominant_line(element)
+        if not range_nm[0] <= line_nm <= range_nm[1]:
+            found[element] = ElementPeak(line, "outside the spectrum")
+            continue
+        distance = np.where(peaks.area > 0, np.abs(peaks.centre_nm - line_nm), np.inf)
+        nearest = int(np.argmin(distance)) if len(peaks) else -1
+        if nearest < 0 or distance[nearest] > TOLERANCE_NM:
+            found[element] = ElementPeak(line, "no peak")
+        else:
+            area, error = float(peaks.area[nearest]), float(peaks.area_error[nearest])
+            found[element] = ElementPeak(line, "found", area, error, nearest)
+    return found

@@ -1,0 +1,105 @@
+"""Read a spectrum from the text that an analyser exports.
+
+SciAps writes CSV with the header `wavelength,intensity`; a header, comment lines (#) before it,
+and commas, semicolons, tabs or spaces between the columns are all accepted.
+"""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+
+from .spectrum import Spectrum
+
+BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
+BAD_CHANNEL = ("", "nan", "na", "null")
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+SHOWN = 40  # characters of a faulty line that an error repeats
+
+
+class Unreadable(ValueError):
+    """What was given as a spectrum is not one; the message says where and why."""
+
+
+def read_spectrum(source: Path | str | bytes) -> Spectrum:
+    """The spectrum in a file, or in the bytes of one.
+
+    Wavelengths in nm, ascending (rows are sorted, equal wavelengths averaged); intensities in
+    counts, NaN where the text says nan, inf or nothing. Raises Unreadable for text that is empty,
+    has one column, or has something else than numbers in it, with the line's number; OSError when
+    the file cannot be opened.
+    """
+    raw = source if isinstance(source, bytes) else Path(source).read_bytes()
+    text = raw.removeprefix(BYTE_ORDER_MARK)
+    wavelength_nm, intensity = _columns(text, _after_header(text))
+    if not len(wavelength_nm):
+        raise Unreadable("the spectrum is empty: there is no row of wavelength and intensity in it")
+    if not np.isfinite(intensity).any():
+        raise Unreadable("the spectrum has no intensity in it that is a number")
+    return Spectrum(*_ascending(wavelength_nm, intensity))
+
+
+def _after_header(text: bytes) -> int:
+    """Where the first line begins that is neither a comment nor the header."""
+    at = 0
+    while at < len(text):
+        stop = text.find(b"\n", at)
+        stop = len(text) if stop < 0 else stop + 1
+        line = text[at:stop].strip()
+        if line and not line.startswith(b"#"):
+            is_header = line[:1].isalpha() or line[:1] == b'"'
+            return stop if is_header and not line.lower().startswith(b"nan") else at
+        at = stop
+    return at
+
+
+def _columns(text: bytes, at: int) -> tuple[np.ndarray, np.ndarray]:
+    from .parse import pairs  # compiled: kept out of the import of this file
+
+    n_most = text.count(b"\n") + 1
+    first, second = np.empty(n_most), np.empty(n_most)
+    array = np.frombuffer(text, dtype=np.uint8)
+    n = 0
+    while True:
+        at, n = pairs(array, at, first, second, n)
+        if at >= len(text):
+            return first[:n], second[:n]
+        stop = text.find(b"\n", at)
+        stop = len(text) if stop < 0 else stop
+        line_number = text.count(b"\n", 0, at) + 1
+        first[n], second[n] = _odd_line(text[at:stop], line_number)
+        at, n = stop + 1, n + 1
+
+
+def _odd_line(line: bytes, line_number: int) -> tuple[float, float]:
+    """Two numbers from a line that is not two plain numbers, with care."""
+    try:
+        shown = line.decode("utf-8").strip()
+    except UnicodeDecodeError:
+        raise Unreadable(f"line {line_number} is not text in UTF-8; is this a CSV file?") from None
+    fields = BETWEEN.split(shown)
+    shown = shown[:SHOWN]
+    if len(fields) < 2:
+        raise Unreadable(
+            f"line {line_number} has one column ({shown!r}); "
+            "a spectrum has two, wavelength and intensity"
+        )
+    try:
+        wavelength_nm = float(fields[0])
+        intensity = math.nan if fields[1].lower() in BAD_CHANNEL else float(fields[1])
+    except ValueError:
+        raise Unreadable(f"line {line_number} is not two numbers: {shown!r}") from None
+    if not math.isfinite(wavelength_nm):
+        raise Unreadable(f"line {line_number} has no wavelength: {shown!r}")
+    return wavelength_nm, intensity if math.isfinite(intensity) else math.nan
+
+
+def _ascending(wavelength_nm: np.ndarray, intensity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    if np.all(np.diff(wavelength_nm) > 0):
+        return wavelength_nm, intensity
+    unique_nm, row = np.unique(wavelength_nm, return_inverse=True)
+    good = np.isfinite(intensity)
+    total = np.bincount(row[good], intensity[good], minlength=len(unique_nm))
+    count = np.bincount(row[good], minlength=len(unique_nm))
+    return unique_nm, np.divide(total, count, out=np.full(len(unique_nm), np.nan), where=count > 0)

@@ -1,0 +1,51 @@
+"""What a spectrum is: wavelengths in nm, ascending, and as many intensities in counts."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.integer]
+BoolArray = NDArray[np.bool_]
+TextArray = NDArray[np.str_]
+# What the instrument's wavelengths are counted in; atomic lines are tabulated in vacuum.
+Medium = Literal["air", "vacuum"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spectrum:
+    """One measured spectrum.
+
+    wavelength_nm: shape (n,), strictly ascending. intensity: shape (n,), counts; NaN marks a
+    bad channel. Raises ValueError when the two do not fit together or there is no channel.
+    """
+
+    wavelength_nm: FloatArray
+    intensity: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.wavelength_nm.shape != self.intensity.shape or self.wavelength_nm.ndim != 1:
+            raise ValueError(
+                f"{self.wavelength_nm.shape} wavelengths do not fit "
+                f"{self.intensity.shape} intensities; both must be of one length"
+            )
+        if not len(self.wavelength_nm):
+            raise ValueError("a spectrum has at least one channel")
+        if not np.all(self.wavelength_nm[1:] > self.wavelength_nm[:-1]):
+            raise ValueError("the wavelengths of a spectrum must ascend")
+
+    def __len__(self) -> int:
+        return len(self.wavelength_nm)
+
+    def without_bad(self) -> "Spectrum":
+        """The same spectrum with bad channels bridged by a straight line."""
+        bad = np.isnan(self.intensity)
+        if not bad.any():
+            return self
+        if bad.all():
+            raise ValueError("every channel of the spectrum is bad (NaN)")
+        good = ~bad
+        bridged = np.interp(self.wavelength_nm, self.wavelength_nm[good], self.intensity[good])
+        return Spectrum(self.wavelength_nm, bridged)
