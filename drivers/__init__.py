@@ -1,0 +1,1 @@
+"""The device server and its client, the drivers, and the simulated twins."""

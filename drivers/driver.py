@@ -1,0 +1,82 @@
+"""A driver makes one kind of hardware, or its simulated twin, keep a contract."""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+from ..schemas.contract import Happened
+from ..schemas.messages import FileContent
+
+
+class ActionFailed(Exception):
+    """The action ended with an error of its contract: raised by drivers, told to the engine.
+
+    `happened` says whether the action took effect all the same; where it is None the contract's
+    word for this error holds.
+    """
+
+    def __init__(self, name: str, message: str, happened: Happened | None = None) -> None:
+        super().__init__(f"{name}: {message}")
+        self.name = name
+        self.message = message
+        self.happened = happened
+
+
+class ActionCanceled(Exception):
+    """The action stopped because its goal was cancelled."""
+
+
+@dataclass(slots=True)
+class GoalContext:
+    """What a driver's action sees of the goal it serves."""
+
+    id: str
+    cancelled: asyncio.Event = field(default_factory=asyncio.Event)
+    files: dict[str, FileContent] = field(default_factory=dict)
+    tell: Callable[[float | None, str], None] = lambda progress, message: None
+
+    def feedback(self, progress: float | None = None, message: str = "") -> None:
+        """Tell the engine how far it is (0..1) and in words; also the proof of being alive."""
+        self.tell(progress, message)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a driver lives: its device's name, its configuration, and folders of its own."""
+
+    device: str
+    config: dict[str, Any]
+    limits: dict[str, tuple[float | None, float | None]]
+    folder: Path
+    world: Path
+
+
+class Driver:
+    """One async method an action, `status()` and `safe()`.
+
+    An action is `async def move_to(self, goal, *, x=None, y=None) -> dict`: `goal` is a
+    GoalContext, the parameters are numbers in the contract's units, the answer is the contract's
+    `returns`. A file that the action returns is the name it was asked for; its content is put
+    into `goal.files` under the name of the result.
+    """
+
+    contract: ClassVar[str]
+    versions: ClassVar[dict[str, str]] = {}
+
+    def __init__(self, place: Place) -> None:
+        self.place = place
+
+    async def open(self) -> None:
+        """Reach the hardware; raises OSError with a sentence where it cannot be reached."""
+
+    async def close(self) -> None:
+        """Let go of the hardware."""
+
+    async def status(self) -> dict[str, Any]:
+        """The contract's `status`, as it is now."""
+        return {}
+
+    async def safe(self) -> None:
+        """Bring the device into its safe state, whatever it does."""

@@ -1,0 +1,124 @@
+"""Find a driver class by name or path, and refuse one that does not keep its contract."""
+
+import importlib
+import importlib.util
+import inspect
+import sys
+from collections.abc import Iterator
+from hashlib import sha256
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from ..schemas.contract import Action, Contract
+from .driver import Driver
+
+SHIPPED = {
+    "sim_gantry": "labrun.drivers.sim_gantry:SimGantry",
+    "sim_libs": "labrun.drivers.sim_libs:SimLibs",
+    "sim_balance": "labrun.drivers.sim_balance:SimBalance",
+    "sim_pipette": "labrun.drivers.sim_pipette:SimPipette",
+    "reducer": "labrun.drivers.reducer:Reducer",
+}
+"""Drivers that come with labrun; the entry-point group `labrun.drivers` adds those of others."""
+
+GROUP = "labrun.drivers"
+
+
+class DriverFault(ValueError):
+    """A driver that cannot be used, with the reason in words."""
+
+
+def driver_places() -> dict[str, str]:
+    """Driver name -> `module:Class`, of the shipped ones and of every installed package."""
+    from importlib.metadata import entry_points
+
+    return {entry.name: entry.value for entry in entry_points(group=GROUP)} | SHIPPED
+
+
+def find_driver(name: str, base: Path) -> type[Driver]:
+    """The driver class that a lab calls `name`: a known name, or `./file.py:Class` beside `base`."""
+    if ":" in name:
+        path, _, class_name = name.rpartition(":")
+        module = _module_from_file(name, base / path)
+    else:
+        place = SHIPPED.get(name) or driver_places().get(name)
+        if place is None:
+            raise DriverFault(
+                f"there is no driver {name!r}; known are {', '.join(sorted(driver_places()))}, "
+                f"and a file of your own is written ./my_driver.py:Class"
+            )
+        module_name, _, class_name = place.partition(":")
+        module = _module(name, module_name)
+    found = getattr(module, class_name, None)
+    if not (isinstance(found, type) and issubclass(found, Driver)):
+        raise DriverFault(
+            f"driver {name!r}: {class_name} is no class of {module.__name__} built on "
+            f"labrun.drivers.driver.Driver"
+        )
+    return found
+
+
+def _module(name: str, module_name: str) -> ModuleType:
+    try:
+        return importlib.import_module(module_name)
+    except ImportError as fault:
+        raise DriverFault(f"driver {name!r} cannot be loaded: {fault}") from fault
+
+
+def _module_from_file(name: str, path: Path) -> ModuleType:
+    if not path.is_file():
+        raise DriverFault(f"driver {name!r}: there is no file {path}")
+    # The name holds the path's hash, so that two labs' my_driver.py do not shadow one another.
+    module_name = (
+        f"labrun_driver_{path.stem}_{sha256(str(path.resolve()).encode()).hexdigest()[:8]}"
+    )
+    spec = importlib.util.spec_from_file_location(module_name, path)
+    if spec is None or spec.loader is None:
+        raise DriverFault(f"driver {name!r}: {path} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module_name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as fault:  # whatever a stranger's file raises is a fault of that file
+        del sys.modules[module_name]
+        raise DriverFault(f"driver {name!r}: {path}: {type(fault).__name__}: {fault}") from fault
+    return module
+
+
+def check_driver(driver: type[Driver], contract: Contract) -> None:
+    """Raise DriverFault with every way in which the driver does not keep the contract."""
+    faults = list(_faults(driver, contract))
+    if faults:
+        raise DriverFault(
+            f"driver {driver.__name__} does not keep the contract {contract.type}: "
+            + "; ".join(faults)
+        )
+
+
+def _faults(driver: type[Driver], contract: Contract) -> Iterator[str]:
+    spoken = getattr(driver, "contract", None)
+    if spoken != contract.type:
+        yield f"it is a driver of {spoken}"
+    for name in contract.safe_state:
+        if name not in contract.actions:
+            yield f"the safe state names {name}, which is no action of the contract"
+    for name, action in contract.actions.items():
+        method = getattr(driver, name, None)
+        if not inspect.iscoroutinefunction(method):
+            yield f"it has no `async def {name}`"
+        else:
+            yield from _parameter_faults(name, method, action)
+
+
+def _parameter_faults(name: str, method: Any, action: Action) -> Iterator[str]:
+    wanted = list(action.param_schemas())
+    accepted = dict(list(inspect.signature(method).parameters.items())[2:])  # after self and goal
+    if not any(p.kind is p.VAR_KEYWORD for p in accepted.values()):
+        for missing in [n for n in wanted if n not in accepted]:
+            yield f"{name} does not accept the parameter {missing}"
+    for parameter in accepted.values():
+        needed = parameter.default is parameter.empty
+        plain = parameter.kind in (parameter.KEYWORD_ONLY, parameter.POSITIONAL_OR_KEYWORD)
+        if plain and needed and parameter.name not in action.required():
+            yield f"{name} cannot do without {parameter.name}, which the contract does not require"

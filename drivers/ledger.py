@@ -1,0 +1,270 @@
+"""The durable memory of a device server: every goal, before and after it touched a device.
+
+A goal is on disk before the driver is called, its outcome before anybody is told; so after a crash
+the server can say of every goal whether it never began, was interrupted, or how it ended.
+"""
+
+import json
+import secrets
+import sqlite3
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ..schemas.messages import FileContent, Goal, GoalError, GoalReport, GoalState
+
+KEPT_FILES = 64
+"""Goals whose files stay in the ledger; of older ones only the result does."""
+
+LOCK_S = 2.0
+"""How long to wait for a server that is just ending to let go of the file."""
+
+OPEN = ("ACCEPTED", "EXECUTING", "CANCELING")
+
+TABLES = """
+CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS goals (
+    id TEXT PRIMARY KEY, seq INTEGER NOT NULL, device TEXT NOT NULL, action TEXT NOT NULL,
+    boot TEXT NOT NULL, state TEXT NOT NULL, result TEXT, error TEXT
+) WITHOUT ROWID;
+CREATE INDEX IF NOT EXISTS goals_by_seq ON goals (seq);
+CREATE INDEX IF NOT EXISTS open_goals ON goals (device)
+    WHERE state IN ('ACCEPTED', 'EXECUTING', 'CANCELING');
+CREATE TABLE IF NOT EXISTS files (
+    goal TEXT NOT NULL, seq INTEGER NOT NULL, name TEXT NOT NULL, path TEXT NOT NULL,
+    sha256 TEXT NOT NULL, data BLOB NOT NULL, PRIMARY KEY (goal, name)
+);
+CREATE TABLE IF NOT EXISTS epochs (
+    device TEXT PRIMARY KEY, epoch INTEGER NOT NULL, holder TEXT NOT NULL
+) WITHOUT ROWID;
+"""
+ROW = "SELECT id, seq, boot, state, result, error FROM goals "
+
+
+class LedgerFault(Exception):
+    """The ledger cannot be opened or written; the sentence says where and why."""
+
+
+class Ledger:
+    """One SQLite file, owned by one server at a time, fully synced at every change."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._disk = self._open()
+        self.id = self._fact("ledger", secrets.token_hex(6))
+        # A boot bears its ledger's id, so that a client can tell from a goal's boot alone whether
+        # a server that does not know the goal would have to know it.
+        self.boot = f"{self.id}.{secrets.token_hex(4)}"
+        self.seq: int = self._disk.execute("SELECT coalesce(max(seq), 0) FROM goals").fetchone()[0]
+        self._with_files: list[str] = [
+            row[0]
+            for row in self._disk.execute("SELECT goal FROM files GROUP BY goal ORDER BY seq")
+        ]
+        self.touched = self._close_open_goals()
+
+    def _open(self) -> sqlite3.Connection:
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            disk = sqlite3.connect(self.path, isolation_level=None, timeout=LOCK_S)
+            disk.execute(
+                "PRAGMA locking_mode = EXCLUSIVE"
+            )  # refuses a second server, spares the shm
+            disk.execute("PRAGMA journal_mode = WAL")
+            disk.execute("PRAGMA synchronous = FULL")
+            disk.executescript(TABLES)
+            return disk
+        except sqlite3.OperationalError as fault:
+            if "locked" in str(fault):
+                raise LedgerFault(
+                    f"another device server is using {self.path}; stop it, or give this one a "
+                    f"folder of its own"
+                ) from fault
+            raise LedgerFault(f"the ledger {self.path} cannot be opened: {fault}") from fault
+        except (OSError, sqlite3.Error) as fault:
+            raise LedgerFault(f"the ledger {self.path} cannot be opened: {fault}") from fault
+
+    def _fact(self, name: str, value: str) -> str:
+        self._disk.execute("INSERT OR IGNORE INTO facts VALUES (?, ?)", (name, value))
+        return self._disk.execute("SELECT value FROM facts WHERE name = ?", (name,)).fetchone()[0]
+
+    def _close_open_goals(self) -> set[str]:
+        """Say of every goal that an earlier boot left open what is known; the devices they were on."""
+        rows = self._disk.execute(
+            f"SELECT id, state, device FROM goals WHERE state IN {OPEN}"
+        ).fetchall()
+        with self.writing():
+            for goal_id, state, _ in rows:
+                error = NEVER_STARTED if state == "ACCEPTED" else INTERRUPTED
+                self._end(goal_id, "ABORTED", None, error, {})
+        return {device for _, state, device in rows if state != "ACCEPTED"}
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """All or nothing, and one sync for all of it."""
+        try:
+            self._disk.execute("BEGIN IMMEDIATE")
+            yield
+            self._disk.execute("COMMIT")
+        except BaseException as fault:
+            if self._disk.in_transaction:
+                self._disk.execute("ROLLBACK")
+            if isinstance(fault, sqlite3.Error):
+                raise self._unwritable(fault) from fault
+            raise
+
+    def _unwritable(self, fault: sqlite3.Error) -> LedgerFault:
+        return LedgerFault(f"the ledger {self.path} cannot be written: {fault}")
+
+    def next_seq(self) -> int:
+        """The number of the next change; grows for the whole life of the ledger."""
+        self.seq += 1
+        return self.seq
+
+    def admit(self, goal: Goal, state: GoalState) -> int:
+        """Put a new goal on disk, before anything else is done about it."""
+        row = (goal.id, self.next_seq(), goal.device, goal.action, self.boot, state)
+        try:
+            self._disk.execute(
+                "INSERT INTO goals (id, seq, device, action, boot, state) VALUES (?, ?, ?, ?, ?, ?)",
+                row,
+            )
+        except sqlite3.Error as fault:
+            raise self._unwritable(fault) from fault
+        return self.seq
+
+    def begin(self, goal_id: str) -> int:
+        """Put on disk that an accepted goal's driver is about to be called."""
+        try:
+            self._disk.execute(
+                "UPDATE goals SET state = 'EXECUTING', seq = ? WHERE id = ?",
+                (self.next_seq(), goal_id),
+            )
+        except sqlite3.Error as fault:
+            raise self._unwritable(fault) from fault
+        return self.seq
+
+    def bury(self, goal_id: str) -> int:
+        """A tombstone for a goal that was cancelled before it came: it can never start."""
+        try:
+            self._disk.execute(
+                "INSERT INTO goals VALUES (?, ?, '', '', ?, 'CANCELED', NULL, ?)",
+                (goal_id, self.next_seq(), self.boot, NEVER_STARTED.model_dump_json()),
+            )
+        except sqlite3.Error as fault:
+            raise self._unwritable(fault) from fault
+        return self.seq
+
+    def end(
+        self,
+        goal_id: str,
+        state: GoalState,
+        result: dict[str, Any] | None = None,
+        error: GoalError | None = None,
+        files: dict[str, FileContent] | None = None,
+    ) -> int:
+        """Put a goal's outcome on disk, before anybody is told."""
+        if files:
+            with self.writing():
+                return self._end(goal_id, state, result, error, files)
+        try:
+            return self._end(goal_id, state, result, error, {})
+        except sqlite3.Error as fault:
+            raise self._unwritable(fault) from fault
+
+    def _end(
+        self,
+        goal_id: str,
+        state: GoalState,
+        result: dict[str, Any] | None,
+        error: GoalError | None,
+        files: dict[str, FileContent],
+    ) -> int:
+        result_text = None if result is None else json.dumps(result)
+        error_text = None if error is None else error.model_dump_json()
+        self._disk.execute(
+            "UPDATE goals SET state = ?, seq = ?, boot = ?, result = ?, error = ? WHERE id = ?",
+            (state, self.next_seq(), self.boot, result_text, error_text, goal_id),
+        )
+        if files:
+            self._keep_files(goal_id, files)
+        return self.seq
+
+    def _keep_files(self, goal_id: str, files: dict[str, FileContent]) -> None:
+        self._disk.executemany(
+            "INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?)",
+            [(goal_id, self.seq, n, f.path, f.sha256, f.data) for n, f in files.items()],
+        )
+        kept = [known for known in self._with_files if known != goal_id] + [goal_id]
+        for old in kept[:-KEPT_FILES]:
+            self._disk.execute("DELETE FROM files WHERE goal = ?", (old,))
+        self._with_files = kept[-KEPT_FILES:]
+
+    def report(self, goal_id: str) -> GoalReport | None:
+        """What is known of a goal; None where it was never seen."""
+        row = self._disk.execute(ROW + "WHERE id = ?", (goal_id,)).fetchone()
+        return None if row is None else self._report(row)
+
+    def reports_since(self, seq: int, limit: int = 1000) -> Iterable[GoalReport]:
+        """Goals that changed after the `seq`-th change, oldest first, without their files."""
+        rows = self._disk.execute(ROW + "WHERE seq > ? ORDER BY seq LIMIT ?", (seq, limit))
+        return [self._report(row, files=False) for row in rows.fetchall()]
+
+    def _report(self, row: tuple[Any, ...], *, files: bool = True) -> GoalReport:
+        goal_id, seq, boot, state, result, error = row
+        return GoalReport(
+            id=goal_id,
+            state=state,
+            seq=seq,
+            boot=boot,
+            result=None if result is None else json.loads(result),
+            error=None if error is None else GoalError.model_validate_json(error),
+            files=self._files(goal_id) if files and goal_id in self._with_files else {},
+        )
+
+    def _files(self, goal_id: str) -> dict[str, FileContent]:
+        rows = self._disk.execute(
+            "SELECT name, path, sha256, data FROM files WHERE goal = ?", (goal_id,)
+        )
+        return {name: FileContent(path=p, sha256=s, data=d) for name, p, s, d in rows}
+
+    def epoch(self, device: str) -> int:
+        """The newest epoch of a device; 0 before its first lease."""
+        row = self._disk.execute("SELECT epoch FROM epochs WHERE device = ?", (device,)).fetchone()
+        return 0 if row is None else row[0]
+
+    def lease(self, device: str, holder: str) -> int:
+        """A new epoch for a new lease; on disk before the holder is told."""
+        epoch = self.epoch(device) + 1
+        with self.writing():
+            self._disk.execute(
+                "INSERT OR REPLACE INTO epochs VALUES (?, ?, ?)", (device, epoch, holder)
+            )
+        return epoch
+
+    def unlease(self, device: str) -> None:
+        """The device has nobody who is answerable for it, and is in order."""
+        with self.writing():
+            self._disk.execute("UPDATE epochs SET holder = '' WHERE device = ?", (device,))
+
+    def abandoned(self) -> set[str]:
+        """Devices whose lease was neither released nor seen to lapse when the last boot ended."""
+        return {
+            row[0] for row in self._disk.execute("SELECT device FROM epochs WHERE holder != ''")
+        }
+
+    def close(self) -> None:
+        """Leave the file complete and free for the next server."""
+        self._disk.close()
+
+
+INTERRUPTED = GoalError(
+    name="INTERRUPTED",
+    message="the device server ended while the action was under way; nobody saw how it ended",
+    happened="unknown",
+)
+NEVER_STARTED = GoalError(
+    name="NEVER_STARTED",
+    message="the action ended before its driver was called",
+    happened="no",
+)

@@ -1,0 +1,98 @@
+"""Serve devices as a process of its own: `python -m labrun.drivers.serve SETTINGS.json`.
+
+One JSON line on stdout says how the start went; everything else that is told goes to stderr.
+"""
+
+import asyncio
+import contextlib
+import json
+import logging
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from .host import ServeFault, first_fault, serving
+from .presence import Presence, alive
+from .server import DeviceServer
+from .settings import ServerSettings
+
+__all__ = ["ServeFault", "main", "read_settings", "serve", "serving"]
+
+NOT_STARTED = 4
+LOOK_S = 0.25
+
+
+def read_settings(path: Path) -> ServerSettings:
+    """Settings from a JSON file; raises ServeFault with what is wrong with it."""
+    try:
+        return ServerSettings.model_validate(json.loads(path.read_bytes()))
+    except (OSError, ValueError) as fault:
+        words = first_fault(fault) if isinstance(fault, ValidationError) else str(fault)
+        raise ServeFault(f"settings {path}: {words}") from fault
+
+
+async def serve(settings: ServerSettings) -> None:
+    """Serve until a signal comes or nobody needs the server any more."""
+    ended = asyncio.Event()
+    _hear_signals(ended)
+    async with serving(settings) as (server, url):
+        present = Presence(settings, server.ledger.boot, url)
+        present.announce()
+        try:
+            devices = list(server.devices)
+            say({"ready": True, "url": url, "boot": server.ledger.boot, "devices": devices})
+            await _until_needless(server, settings, ended)
+        finally:
+            present.leave()
+
+
+def _hear_signals(ended: asyncio.Event) -> None:
+    loop = asyncio.get_running_loop()
+
+    def end(*_: Any) -> None:
+        if not loop.is_closed():
+            loop.call_soon_threadsafe(ended.set)
+
+    for name in ("SIGTERM", "SIGINT", "SIGBREAK"):  # the last is how Windows asks
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), end)
+
+
+async def _until_needless(
+    server: DeviceServer, settings: ServerSettings, ended: asyncio.Event
+) -> None:
+    clock = asyncio.get_running_loop().time
+    needed_at = clock()
+    while not ended.is_set():
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(LOOK_S):
+                await ended.wait()
+        if not server.calm or alive(settings.owner_pid):
+            needed_at = clock()
+        elif settings.idle_exit_s is not None and clock() - needed_at >= settings.idle_exit_s:
+            return
+
+
+def say(line: dict[str, Any]) -> None:
+    """The one line on stdout."""
+    print(json.dumps(line), flush=True)
+
+
+def main(arguments: list[str]) -> int:
+    """Exit status: 0 after an orderly end, 4 where the server could not start."""
+    logging.basicConfig(stream=sys.stderr, level=logging.WARNING)
+    try:
+        if len(arguments) != 1:
+            raise ServeFault("usage: python -m labrun.drivers.serve SETTINGS.json")
+        asyncio.run(serve(read_settings(Path(arguments[0]))))
+    except ServeFault as fault:
+        say({"ready": False, "error": str(fault)})
+        return NOT_STARTED
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,266 @@
+"""The device server's side of the wire: the events of the namespace `/action`."""
+
+import asyncio
+import contextlib
+import hmac
+import logging
+from collections.abc import Awaitable, Callable, Iterable
+from typing import Any
+
+import socketio
+from pydantic import ValidationError
+from socketio.exceptions import ConnectionRefusedError
+
+from ..schemas.messages import NAMESPACE, Goal, GoalReport, LeaseRequest, ServerDescription
+from .lease import Refused
+from .ledger import Ledger, LedgerFault
+from .served import STOP_S, ServedDevice
+from .wire import wire
+
+BEAT_S = 1.0
+FLUSH_S = 1.0
+MAX_MESSAGE_BYTES = 64 * 1024 * 1024
+
+LOG = logging.getLogger(__name__)
+
+Answer = dict[str, Any]
+
+
+class DeviceClosed(Exception):
+    """A device whose driver cannot reach its hardware."""
+
+    def __init__(self, device: str, fault: Exception) -> None:
+        words = str(fault) if isinstance(fault, OSError) else f"{type(fault).__name__}: {fault}"
+        super().__init__(f"device {device} cannot be opened: {words}")
+
+
+class DeviceServer:
+    """Serves devices to whoever connects; every request is answered at once."""
+
+    def __init__(self, ledger: Ledger, token: str | None = None) -> None:
+        self.ledger = ledger
+        self.devices: dict[str, ServedDevice] = {}
+        self.sessions: set[str] = set()
+        self._token = token
+        self._outbox: asyncio.Queue[tuple[str, Answer, set[str]]] = asyncio.Queue()
+        self._tasks: list[asyncio.Task[None]] = []
+        self._sio = socketio.AsyncServer(
+            async_mode="asgi",
+            transports=["websocket"],
+            ping_interval=2,
+            ping_timeout=2,
+            max_http_buffer_size=MAX_MESSAGE_BYTES,
+        )
+        self.app = socketio.ASGIApp(self._sio)
+        self._listen()
+
+    def _listen(self) -> None:
+        on = self._sio.on
+        on("connect", self._connect, namespace=NAMESPACE)
+        on("disconnect", self._disconnect, namespace=NAMESPACE)
+        for event, answer in (
+            ("describe", self._describe),
+            ("lease", self._lease),
+            ("release", self._release),
+            ("goal", self._goal),
+            ("cancel", self._cancel),
+            ("query", self._query),
+            ("stop", self._stop),
+        ):
+            on(event, _always_answered(answer), namespace=NAMESPACE)
+        on("*", self._unknown_event, namespace=NAMESPACE)
+
+    async def open(self, devices: Iterable[ServedDevice]) -> None:
+        """Reach every device; raises DeviceClosed for the first that cannot be reached."""
+        abandoned = self.ledger.abandoned() | self.ledger.touched
+        for device in devices:
+            try:
+                await device.open(make_safe=device.name in abandoned)
+            except (
+                Exception
+            ) as fault:  # a driver may raise anything where its hardware is not there
+                raise DeviceClosed(device.name, fault) from fault
+            self.devices[device.name] = device
+        self._tasks = [asyncio.create_task(self._send()), asyncio.create_task(self._beat())]
+
+    async def make_safe(self) -> None:
+        """Stop every device and tell how its goals ended, while there is still somebody to tell."""
+        await asyncio.gather(*(device.wind_down() for device in self.devices.values()))
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(FLUSH_S):
+                await self._outbox.join()
+
+    async def close(self) -> None:
+        """Devices let go, nothing left to run, the ledger complete."""
+        await asyncio.gather(*(device.close() for device in self.devices.values()))
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await self._sio.shutdown()
+        self.ledger.close()
+
+    @property
+    def calm(self) -> bool:
+        """True when nobody listens and every device is left to itself."""
+        return not self.sessions and all(device.calm for device in self.devices.values())
+
+    def tell(self, event: str, payload: Answer, followers: set[str]) -> None:
+        """Queue an event for everybody; what holds files goes with them to the followers only."""
+        if self.sessions:
+            self._outbox.put_nowait((event, payload, followers))
+
+    async def _send(self) -> None:
+        # One sender keeps the order in which things were told.
+        while True:
+            event, payload, followers = await self._outbox.get()
+            try:
+                await self._send_one(event, payload, followers)
+            except Exception as fault:  # one message that cannot be sent must not silence the rest
+                LOG.warning("%s could not be told: %s: %s", event, type(fault).__name__, fault)
+            finally:
+                self._outbox.task_done()
+
+    async def _send_one(self, event: str, payload: Answer, followers: set[str]) -> None:
+        if "files" not in payload:
+            await self._sio.emit(event, payload, namespace=NAMESPACE)
+            return
+        bare = {name: value for name, value in payload.items() if name != "files"}
+        for session in self.sessions.copy():
+            await self._sio.emit(
+                event, payload if session in followers else bare, to=session, namespace=NAMESPACE
+            )
+
+    async def _beat(self) -> None:
+        while True:
+            await asyncio.sleep(BEAT_S)
+            for device in self.devices.values():
+                device.beat()
+
+    async def _connect(self, session: str, environ: Any, auth: Any = None) -> None:
+        given = auth.get("token") if isinstance(auth, dict) else None
+        if self._token is not None and not _same(given, self._token):
+            words = "a token is required" if given is None else "the token is wrong"
+            raise ConnectionRefusedError(words)
+        self.sessions.add(session)
+
+    async def _disconnect(self, session: str, reason: str = "") -> None:
+        self.sessions.discard(session)
+
+    async def _describe(self, session: str, data: Answer) -> Answer:
+        described = {name: device.describe() for name, device in self.devices.items()}
+        return ServerDescription(
+            boot=self.ledger.boot, ledger=self.ledger.id, devices=described
+        ).model_dump()
+
+    async def _lease(self, session: str, data: Answer) -> Answer:
+        request = LeaseRequest.model_validate(data)
+        epoch = self._device(request.device).take_lease(request, session)
+        return {"epoch": epoch, "boot": self.ledger.boot, "device": request.device}
+
+    async def _release(self, session: str, data: Answer) -> Answer:
+        device = self._device(data["device"])
+        return {"released": device.release(data["owner"], data.get("epoch"))}
+
+    async def _goal(self, session: str, data: Answer) -> Answer:
+        known = self._known(data.get("id"), session)
+        if known is not None:
+            return {"dup": True, **wire(known)}
+        goal = Goal.model_validate(data)
+        if goal.boot != self.ledger.boot:
+            raise Refused("STALE_BOOT", "the device server was started anew since; ask it by query")
+        execution = self._device(goal.device).accept(goal, session)
+        return {"id": goal.id, "state": execution.state, "seq": execution.seq}
+
+    async def _cancel(self, session: str, data: Answer) -> Answer:
+        goal_id = _text(data, "id")
+        for device in self.devices.values():
+            if goal_id in device.running:
+                return {"state": device.running[goal_id].cancel()}
+        known = self.ledger.report(goal_id)
+        if known is not None:
+            return {"state": known.state}
+        self.ledger.bury(goal_id)
+        return {"state": "CANCELED"}
+
+    async def _query(self, session: str, data: Answer) -> Answer:
+        if "since" in data:
+            found = {r.id: wire(r) for r in self.ledger.reports_since(int(data["since"]))}
+        else:
+            found = {
+                goal_id: None if (known := self._known(goal_id, session)) is None else wire(known)
+                for goal_id in data["ids"]
+            }
+        return {"boot": self.ledger.boot, "ledger": self.ledger.id, "goals": found}
+
+    async def _stop(self, session: str, data: Answer) -> Answer:
+        name = data.get("device")
+        devices = list(self.devices.values()) if name is None else [self._device(name)]
+        timeout_s = min(float(data.get("timeout_s") or STOP_S), STOP_S)
+        words = await asyncio.gather(
+            *(device.stop(timeout_s, by_others=_is_other(device, session)) for device in devices)
+        )
+        told = {d.name: {"safe": s, "message": m} for d, (s, m) in zip(devices, words, strict=True)}
+        return {
+            "safe": all(safe for safe, _ in words),
+            "message": "; ".join(message for _, message in words),
+            "devices": told,
+        }
+
+    async def _unknown_event(self, event: str, session: str, *data: Any) -> Answer:
+        return {"ok": False, "code": "EXCEPTION", "message": f"there is no request {event!r}"}
+
+    def _device(self, name: str) -> ServedDevice:
+        device = self.devices.get(name)
+        if device is None:
+            there = ", ".join(sorted(self.devices))
+            raise Refused("UNKNOWN_DEVICE", f"there is no device {name!r} here, but {there}")
+        return device
+
+    def _known(self, goal_id: Any, session: str) -> GoalReport | None:
+        """What is known of a goal; who asks for one that runs is told how it ends."""
+        for device in self.devices.values():
+            execution = device.running.get(goal_id)
+            if execution is not None:
+                execution.followers.add(session)
+                return execution.report()
+        return self.ledger.report(goal_id) if isinstance(goal_id, str) else None
+
+
+def _always_answered(
+    answer: Callable[[str, Answer], Awaitable[Answer]],
+) -> Callable[..., Awaitable[Answer]]:
+    """Every fault becomes an answer: python-socketio leaves the caller without one."""
+
+    async def answered(session: str, data: Any = None) -> Answer:
+        try:
+            return {"ok": True, **await answer(session, data if isinstance(data, dict) else {})}
+        except Refused as refused:
+            return refused.answer()
+        except ValidationError as fault:
+            return Refused("INVALID", _first_fault(fault)).answer()
+        except LedgerFault as fault:
+            return Refused("REJECTED", str(fault)).answer()
+        except Exception as fault:  # the wire's own promise: no request stays without an answer
+            return Refused("EXCEPTION", f"{type(fault).__name__}: {fault}").answer()
+
+    return answered
+
+
+def _first_fault(fault: ValidationError) -> str:
+    first = fault.errors()[0]
+    return f"{'.'.join(str(part) for part in first['loc'])}: {first['msg']}"
+
+
+def _text(data: Answer, name: str) -> str:
+    value = data.get(name)
+    if not isinstance(value, str) or not value:
+        raise Refused("INVALID", f"{name}: a text is wanted")
+    return value
+
+
+def _is_other(device: ServedDevice, session: str) -> bool:
+    return device.lease.holder is not None and device.lease.holder.session != session
+
+
+def _same(given: Any, token: str) -> bool:
+    return isinstance(given, str) and hmac.compare_digest(given.encode(), token.encode())

@@ -1,0 +1,142 @@
+"""A device that does what a test tells it, and writes down what it really did."""
+
+import asyncio
+from hashlib import sha256
+from typing import Any
+
+from labrun.drivers.driver import ActionCanceled, ActionFailed, Driver, GoalContext
+from labrun.schemas.messages import FileContent
+
+SECONDS = {"seconds": {"type": "number", "unit": "s", "minimum": 0, "maximum": 60}}
+CONTRACT: dict[str, Any] = {
+    "type": "scripted@1",
+    "safe_state": ["halt"],
+    "on_lease_lapse": "finish",
+    "actions": {
+        "hold": {
+            "cancel": True,
+            "params": {"type": "object", "additionalProperties": False, "properties": SECONDS},
+            "returns": {"type": "object", "required": ["held"], "properties": {"held": {}}},
+        },
+        "press": {"params": {"type": "object", "properties": SECONDS}},
+        "sleep_through": {"cancel": True, "params": {"type": "object", "properties": SECONDS}},
+        "go": {
+            "effect": "idempotent",
+            "params": {
+                "type": "object",
+                "additionalProperties": False,
+                "required": ["x"],
+                "properties": {"x": {"type": "number", "unit": "mm", "minimum": 0, "maximum": 10}},
+            },
+            "returns": {"type": "object", "properties": {"x": {"type": "number"}}},
+        },
+        "fail": {
+            "params": {
+                "type": "object",
+                "properties": {"error": {"type": "string"}, "happened": {"type": "string"}},
+            },
+            "errors": {"Jammed": {"happened": "no"}},
+        },
+        "crash": {},
+        "mumble": {},
+        "answer": {
+            "params": {"type": "object", "properties": {"value": {}}},
+            "returns": {
+                "type": "object",
+                "required": ["value"],
+                "properties": {"value": {"type": "number"}},
+            },
+        },
+        "copy": {
+            "params": {
+                "type": "object",
+                "required": ["source", "file"],
+                "properties": {
+                    "source": {"type": "string", "format": "path"},
+                    "file": {"type": "string", "format": "path"},
+                },
+            },
+            "returns": {
+                "type": "object",
+                "required": ["file"],
+                "properties": {"file": {"type": "string", "format": "path"}},
+            },
+        },
+        "halt": {},
+    },
+}
+
+
+class Scripted(Driver):
+    """Every action appends a line to `deeds.txt` in the world folder before it does anything."""
+
+    contract = "scripted@1"
+    versions = {"firmware": "1.0"}  # noqa: RUF012 - declared ClassVar by Driver
+
+    def _did(self, deed: str) -> None:
+        with (self.place.world / "deeds.txt").open("a", encoding="utf-8") as deeds:
+            deeds.write(f"{self.place.device} {deed}\n")
+
+    async def open(self) -> None:
+        if self.place.config.get("missing"):
+            raise OSError("nothing answers on /dev/nowhere")
+
+    async def close(self) -> None:
+        self._did("close")
+
+    async def status(self) -> dict[str, Any]:
+        return {"state": "idle"}
+
+    async def safe(self) -> None:
+        self._did("safe")
+        await asyncio.sleep(self.place.config.get("safe_s", 0))
+        if self.place.config.get("safe_fails"):
+            raise RuntimeError("the brake is worn")
+
+    async def hold(self, goal: GoalContext, *, seconds: float = 0) -> dict[str, Any]:
+        self._did(f"hold {goal.id}")
+        goal.feedback(0.5, "half way")
+        try:
+            async with asyncio.timeout(seconds):
+                await goal.cancelled.wait()
+        except TimeoutError:
+            return {"held": seconds}
+        raise ActionCanceled
+
+    async def press(self, goal: GoalContext, *, seconds: float = 0) -> dict[str, Any]:
+        self._did(f"press {goal.id}")
+        await asyncio.sleep(seconds)
+        return {}
+
+    async def sleep_through(self, goal: GoalContext, *, seconds: float = 0) -> dict[str, Any]:
+        self._did(f"sleep_through {goal.id}")
+        await asyncio.sleep(seconds)
+        return {}
+
+    async def go(self, goal: GoalContext, *, x: float) -> dict[str, Any]:
+        self._did(f"go {goal.id}")
+        return {"x": x}
+
+    async def fail(
+        self, goal: GoalContext, *, error: str = "Jammed", happened: Any = None
+    ) -> dict[str, Any]:
+        raise ActionFailed(error, "the drawer is stuck", happened)
+
+    async def crash(self, goal: GoalContext) -> dict[str, Any]:
+        raise ZeroDivisionError("division by zero")
+
+    async def mumble(self, goal: GoalContext) -> dict[str, Any]:
+        name: Any = 7
+        message: Any = ["a", "list"]
+        raise ActionFailed(name, message)
+
+    async def answer(self, goal: GoalContext, *, value: Any = None) -> dict[str, Any]:
+        return {"value": float("nan") if value == "nan" else value}
+
+    async def copy(self, goal: GoalContext, *, source: str, file: str) -> dict[str, Any]:
+        data = goal.files["source"].data[::-1]
+        goal.files["file"] = FileContent(path=file, sha256=sha256(data).hexdigest(), data=data)
+        return {"file": file}
+
+    async def halt(self, goal: GoalContext) -> dict[str, Any]:
+        return {}
