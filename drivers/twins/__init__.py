@@ -1,0 +1,1 @@
+"""What the simulated devices obey: time, motion, mass, rock, plasma and light."""

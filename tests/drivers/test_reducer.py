@@ -1,0 +1,96 @@
+"""The reducer turns a spectrum that came along with its goal into areas of elements."""
+
+import asyncio
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from labrun.drivers.driver import ActionFailed, GoalContext, Place
+from labrun.drivers.find import check_driver
+from labrun.drivers.reducer import Reducer
+from labrun.drivers.twins.minerals import ELEMENTS, atom_fractions
+from labrun.drivers.twins.shot import ShotMaker
+from labrun.schemas.contracts import shipped_contracts
+from labrun.schemas.messages import FileContent
+
+
+def played(folder: Path, story):
+    async def play():
+        driver = Reducer(Place("reduce", {}, {}, folder, folder))
+        await driver.open()
+        try:
+            return await story(driver)
+        finally:
+            await driver.close()
+
+    return asyncio.run(play())
+
+
+def goal_with(data: bytes) -> GoalContext:
+    content = FileContent(path="s.csv", sha256=hashlib.sha256(data).hexdigest(), data=data)
+    return GoalContext("g", files={"spectrum": content})
+
+
+@pytest.fixture(scope="module")
+def spodumene() -> bytes:
+    maker = ShotMaker(core=3, seed=1)
+    shares = atom_fractions("spodumene")
+    atoms = np.array([shares.get(element, 0.0) for element in ELEMENTS])
+    maker.core.composition_in_crater = lambda x, y: atoms
+    return maker.csv({"n": 1, "x": 1.0, "y": 1.0, "focus": 1.0})
+
+
+def test_it_keeps_the_contract():
+    check_driver(Reducer, shipped_contracts()["spectrum_reducer@1"])
+
+
+def test_a_spectrum_of_spodumene_is_full_of_lithium_and_has_no_potassium(tmp_path, spodumene):
+    async def story(driver):
+        return await driver.reduce(
+            goal_with(spodumene), spectrum="s.csv", elements=["Li", "Si", "Al", "K"]
+        )
+
+    result = played(tmp_path, story)
+
+    assert set(result["areas"]) == {"Li", "Si", "Al", "K"}
+    assert result["areas"]["Li"] > 500
+    assert result["areas"]["K"] < 5
+    assert result["n_peaks"] > 30
+
+
+def test_a_spectrum_may_be_a_file_that_it_can_see(tmp_path, spodumene):
+    (tmp_path / "s.csv").write_bytes(spodumene)
+
+    async def story(driver):
+        return await driver.reduce(GoalContext("g"), spectrum=str(tmp_path / "s.csv"))
+
+    assert played(tmp_path, story)["areas"]["Li"] > 500
+
+
+def test_several_spectra_are_reduced_at_a_time(tmp_path, spodumene):
+    async def story(driver):
+        goals = [driver.reduce(goal_with(spodumene), spectrum="s.csv") for _ in range(3)]
+        return await asyncio.gather(*goals)
+
+    first, *others = played(tmp_path, story)
+
+    assert all(other == first for other in others)
+
+
+@pytest.mark.parametrize("data", [b"", b"wavelength,intensity\n", b"\x00\xff\xfe", b"1\n2\n3\n"])
+def test_what_is_no_spectrum_is_unreadable(tmp_path, data):
+    async def story(driver):
+        with pytest.raises(ActionFailed, match=r"Unreadable: s\.csv: "):
+            await driver.reduce(goal_with(data), spectrum="s.csv")
+
+    played(tmp_path, story)
+
+
+def test_a_file_that_is_not_there_is_unreadable(tmp_path):
+    async def story(driver):
+        with pytest.raises(ActionFailed, match="Unreadable"):
+            await driver.reduce(GoalContext("g"), spectrum=str(tmp_path / "none.csv"))
+
+    played(tmp_path, story)

@@ -1,0 +1,111 @@
+"""The simulated balance sees what the pipette drops, after a moment, with a flicker."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext, Place
+from labrun.drivers.find import check_driver
+from labrun.drivers.sim_balance import SimBalance
+from labrun.drivers.twins.world import World
+from labrun.schemas.contracts import shipped_contracts
+
+
+def balance(folder: Path, **config) -> SimBalance:
+    return SimBalance(Place("balance", {"clock": "fast", **config}, {}, folder / "balance", folder))
+
+
+def played(driver, story):
+    async def play():
+        await driver.open()
+        try:
+            return await story(driver)
+        finally:
+            await driver.close()
+
+    return asyncio.run(play())
+
+
+def drop(folder: Path, milligrams: float) -> None:
+    World(folder).publish("pipette", {"dropped_mg": milligrams})
+
+
+def test_it_keeps_the_contract():
+    check_driver(SimBalance, shipped_contracts()["balance@1"])
+
+
+def test_it_weighs_what_fell_on_the_pan_since_it_was_tared(tmp_path):
+    async def story(driver):
+        await driver.tare(GoalContext("t"))
+        drop(tmp_path, 250.0)
+        return await driver.weigh(GoalContext("w"))
+
+    reading = played(balance(tmp_path, load_g=12.5), story)
+
+    assert reading["stable"]
+    assert reading["mass"] == pytest.approx(0.25, abs=0.002)
+
+
+def test_a_reading_without_patience_is_not_stable(tmp_path):
+    async def story(driver):
+        drop(tmp_path, 5000.0)
+        hasty = await driver.weigh(GoalContext("a"), patience=0.5)
+        return hasty, await driver.weigh(GoalContext("b"))
+
+    hasty, patient = played(balance(tmp_path), story)
+
+    assert not hasty["stable"]
+    assert hasty["mass"] < 4
+    assert patient["mass"] == pytest.approx(5, abs=0.005)
+
+
+def test_a_pan_that_is_not_empty_cannot_be_zeroed(tmp_path):
+    async def story(driver):
+        with pytest.raises(ActionFailed, match="NotEmpty"):
+            await driver.zero(GoalContext("z"))
+
+    played(balance(tmp_path, load_g=50), story)
+
+
+def test_too_heavy_a_load_is_an_overload(tmp_path):
+    async def story(driver):
+        with pytest.raises(
+            ActionFailed, match=r"Overload: 300\.0 g on the pan; the range is 220 g"
+        ):
+            await driver.weigh(GoalContext("w"))
+
+    played(balance(tmp_path, load_g=300), story)
+
+
+def test_the_tare_outlives_the_server(tmp_path):
+    async def tare(driver):
+        await driver.tare(GoalContext("t"))
+
+    async def weigh(driver):
+        return (await driver.weigh(GoalContext("w")))["mass"], await driver.status()
+
+    played(balance(tmp_path, load_g=20), tare)
+    mass, status = played(balance(tmp_path, load_g=20), weigh)
+
+    assert mass == pytest.approx(0, abs=0.001)
+    assert status["tared"]
+
+
+def test_a_cancelled_reading_ends(tmp_path):
+    async def story(driver):
+        goal = GoalContext("w")
+        goal.cancelled.set()
+        with pytest.raises(ActionCanceled):
+            await driver.weigh(goal)
+
+    played(balance(tmp_path), story)
+
+
+def test_the_same_goal_reads_the_same(tmp_path):
+    async def story(driver):
+        return [(await driver.weigh(GoalContext(goal)))["mass"] for goal in ("a", "b", "c")]
+
+    first = played(balance(tmp_path / "one", load_g=1), story)
+
+    assert first == played(balance(tmp_path / "two", load_g=1), story)

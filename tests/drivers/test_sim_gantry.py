@@ -1,0 +1,191 @@
+"""The simulated gantry moves as the real one: whole steps, ramps, limits, a stop that stops."""
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext, Place
+from labrun.drivers.find import check_driver
+from labrun.drivers.sim_gantry import SimGantry
+from labrun.drivers.twins.world import World
+from labrun.schemas.contracts import shipped_contracts
+
+STEP_MM = 1 / 199.1
+
+
+def gantry(folder: Path, **config) -> SimGantry:
+    config = {"clock": "fast", "homed": True, **config}
+    return SimGantry(Place("gantry", config, {"x": (0.0, 100.0)}, folder / "gantry", folder))
+
+
+def played(driver: SimGantry, story):
+    """Open the driver, let the story happen, close it; what the story returns."""
+
+    async def play():
+        await driver.open()
+        try:
+            return await story(driver)
+        finally:
+            await driver.close()
+
+    return asyncio.run(play())
+
+
+def truth(folder: Path) -> list[dict]:
+    return list(World(folder).truth("gantry").entries())
+
+
+def test_it_keeps_the_contract():
+    check_driver(SimGantry, shipped_contracts()["gantry@1"])
+
+
+def test_it_stands_within_half_a_step_of_where_it_was_sent(tmp_path):
+    async def story(driver):
+        return await driver.move_to(GoalContext("g"), x=0.2, y=1.0, z=0.0)
+
+    place = played(gantry(tmp_path), story)
+
+    assert place == {"x": 0.2009, "y": 0.9995, "z": 0.0}
+    assert World(tmp_path).look("gantry")["x"] == pytest.approx(0.2, abs=STEP_MM / 2)
+
+
+def test_axes_left_out_stay(tmp_path):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=5, y=6, z=7)
+        return await driver.move_to(GoalContext("b"), z=1)
+
+    place = played(gantry(tmp_path), story)
+
+    assert (place["x"], place["y"]) == pytest.approx((5, 6), abs=STEP_MM)
+
+
+def test_a_place_outside_this_bench_is_refused_and_nothing_moves(tmp_path):
+    async def story(driver):
+        with pytest.raises(ActionFailed, match=r"x 100\.1 mm is outside 0 to 100 mm") as refused:
+            await driver.move_to(GoalContext("g"), x=100.1)
+        return refused.value.name
+
+    assert played(gantry(tmp_path), story) == "SoftLimit"
+    assert truth(tmp_path) == []
+
+
+def test_it_must_be_homed_before_it_moves(tmp_path):
+    async def story(driver):
+        with pytest.raises(ActionFailed, match="NotHomed"):
+            await driver.move_to(GoalContext("a"), x=1)
+        await driver.home(GoalContext("b"))
+        await driver.move_to(GoalContext("c"), x=1)
+        return await driver.status()
+
+    status = played(gantry(tmp_path, homed=False), story)
+
+    assert status["homed"]
+    assert status["z"] == pytest.approx(100, abs=STEP_MM)
+
+
+def test_the_time_that_a_move_takes_is_counted_on_the_fast_clock(tmp_path):
+    async def story(driver):
+        await driver.move_to(GoalContext("g"), x=100.0)
+        return driver.clock.elapsed_s
+
+    # 100 mm at 41.67 mm/s with 150 mm/s2: 2.4 s and one ramp of 0.278 s
+    assert played(gantry(tmp_path), story) == pytest.approx(2.678, abs=0.002)
+
+
+def test_a_cancel_stops_it_on_the_way(tmp_path):
+    async def story(driver):
+        goal = GoalContext("g")
+        told = []
+        goal.tell = lambda progress, message: (told.append(progress), goal.cancelled.set())
+        with pytest.raises(ActionCanceled):
+            await driver.move_to(goal, x=50.0)
+        return told, await driver.status()
+
+    told, status = played(gantry(tmp_path, clock="real"), story)
+
+    assert len(told) == 1
+    assert 0 < status["x"] < 50
+    assert status["state"] == "idle"
+    assert truth(tmp_path)[-1]["end"][0] == status["x"]
+
+
+def test_the_safe_state_stops_a_move_and_it_can_go_on_after(tmp_path):
+    async def story(driver):
+        move = asyncio.create_task(driver.move_to(GoalContext("a"), x=50.0))
+        await asyncio.sleep(0.12)
+        await driver.safe()
+        with pytest.raises(ActionFailed, match="Alarm: a stop ended the move"):
+            await move
+        return await driver.move_to(GoalContext("b"), x=1.0)
+
+    place = played(gantry(tmp_path, clock="real"), story)
+
+    assert place["x"] == pytest.approx(1, abs=STEP_MM)
+
+
+def test_an_ordered_alarm_locks_it_until_it_is_homed(tmp_path):
+    async def story(driver):
+        with pytest.raises(ActionFailed, match="Alarm"):
+            await driver.move_to(GoalContext("a"), x=5)
+        state = (await driver.status())["state"]
+        with pytest.raises(ActionFailed, match="unlock or home"):
+            await driver.move_to(GoalContext("b"), x=5)
+        await driver.unlock(GoalContext("c"))
+        with pytest.raises(ActionFailed, match="NotHomed"):
+            await driver.move_to(GoalContext("d"), x=5)
+        return state
+
+    assert played(gantry(tmp_path, faults={"move_to": {"Alarm": 1.0}}), story) == "alarm"
+
+
+def test_lost_steps_are_found_again_by_homing(tmp_path):
+    async def story(driver):
+        said = await driver.move_to(GoalContext("a"), x=10.0)
+        true = driver.world.look("gantry")["x"]
+        await driver.home(GoalContext("b"))
+        return said["x"], true, driver.world.look("gantry")["x"]
+
+    said, true, after = played(gantry(tmp_path, lost_steps=1.0), story)
+
+    assert 0.009 < said - true < 0.21
+    assert after == 0.0
+
+
+def test_a_setting_that_it_does_not_have_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="config has no speed; it has: clock, seed, faults, homed"):
+        gantry(tmp_path, speed=3)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is a signal of POSIX")
+def test_a_killed_gantry_comes_back_where_it_stood(tmp_path):
+    script = f"""
+import asyncio, pathlib
+from labrun.drivers.driver import GoalContext, Place
+from labrun.drivers.sim_gantry import SimGantry
+async def main():
+    folder = pathlib.Path({str(tmp_path)!r})
+    driver = SimGantry(Place("gantry", {{"homed": True}}, {{}}, folder, folder))
+    await driver.open()
+    goal = GoalContext("g")
+    goal.tell = lambda progress, message: print(progress, flush=True)
+    await driver.move_to(goal, x=700)
+asyncio.run(main())
+"""
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        for _ in range(3):
+            process.stdout.readline()
+        os.kill(process.pid, signal.SIGKILL)
+
+    async def story(driver):
+        return await driver.status()
+
+    status = played(gantry(tmp_path), story)
+
+    assert 0 < status["x"] < 100
+    assert World(tmp_path).look("gantry")["x"] == pytest.approx(status["x"], abs=1e-3)
