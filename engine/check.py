@@ -1,0 +1,129 @@
+"""Check a protocol against what its lab's devices can do: every problem at once, nothing raised."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..schemas.problem import Problem
+from ..schemas.protocol import Protocol
+from .bind import BoundRole, bind_roles
+from .checks import (
+    arguments,
+    calculations,
+    errors,
+    fallbacks,
+    ids,
+    loops,
+    names,
+    reach,
+    references,
+    repeats,
+    sets,
+    syntax,
+    timeouts,
+    unused,
+)  # fmt: skip
+from .context import Context
+from .lab import LoadedLab, load_lab
+from .language.load import Loaded, read_protocol
+from .language.source import Source, parse_source, read_source
+from .language.survey import Survey
+from .params import read_params
+
+CHECKS = (
+    names, arguments, errors,
+    syntax, references, calculations,
+    ids, sets, loops, reach, fallbacks,
+    timeouts, repeats, unused,
+)  # fmt: skip
+"""Each has CODES, a docstring that is its page of the manual, and check(context)."""
+
+
+@dataclass
+class Checked:
+    """A protocol with everything that a run needs, as far as it is in order."""
+
+    source: Source | None = None
+    protocol: Protocol | None = None
+    lab: LoadedLab | None = None
+    roles: dict[str, BoundRole] = field(default_factory=dict)
+    params: dict[str, Any] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+    survey: Survey | None = None
+
+    @property
+    def ok(self) -> bool:
+        """True when there is no error; warnings do not stop a run."""
+        return self.protocol is not None and not any(p.severity == "error" for p in self.problems)
+
+
+def check_file(
+    path: Path, *, lab: Path | None = None, bind: Mapping[str, str] | None = None,
+    params: Mapping[str, Any] | None = None, needed: bool = True,
+) -> Checked:  # fmt: skip
+    """Check the protocol of a file.
+
+    `params` are texts as on the command line, or values. `needed=False`: a parameter without a
+    value is a warning, as it is for somebody who only wants the file looked at.
+    """
+    source, problems = read_source(path)
+    return _check(source, problems, lab, bind or {}, params or {}, needed)
+
+
+def check_text(
+    text: str, name: str, *, lab: Path | None = None, bind: Mapping[str, str] | None = None,
+    params: Mapping[str, Any] | None = None, needed: bool = False,
+) -> Checked:  # fmt: skip
+    """Check the text of a protocol that is in no file, such as an editor's; `name` is shown."""
+    source, problems = parse_source(text, Path(name), name)
+    return _check(source, problems, lab, bind or {}, params or {}, needed)
+
+
+def _check(
+    source: Source | None, problems: list[Problem], lab: Path | None, bind: Mapping[str, str],
+    params: Mapping[str, Any], needed: bool,
+) -> Checked:  # fmt: skip
+    checked = Checked(source=source)
+    checked.lab, more = load_lab(lab)
+    problems = [*problems, *more]
+    loaded: Loaded | None = None
+    if source is not None:
+        loaded, more = read_protocol(source)
+        problems += more
+    if source is not None and loaded is not None:
+        checked.protocol = loaded.protocol
+        problems += _mean(checked, source, bind, params, needed, whole=loaded.whole)
+    checked.problems = in_order(problems, source)
+    return checked
+
+
+def _mean(
+    checked: Checked,
+    source: Source,
+    bind: Mapping[str, str],
+    params: Mapping[str, Any],
+    needed: bool,
+    *,
+    whole: bool,
+) -> list[Problem]:
+    """What is wrong with what the protocol means: roles, parameters, and all the checks."""
+    protocol = checked.protocol
+    assert protocol is not None
+    problems: list[Problem] = []
+    if checked.lab is not None:
+        checked.roles, problems = bind_roles(protocol.devices, checked.lab, bind, source)
+    checked.params, more = read_params(protocol.params, params, source, needed=needed)
+    problems += more
+    checked.survey = Survey(protocol, checked.roles, checked.params, source)
+    context = Context(source, protocol, checked.lab, checked.roles, checked.survey, whole)
+    for family in CHECKS:
+        problems += family.check(context)
+    return problems
+
+
+def in_order(problems: list[Problem], source: Source | None) -> list[Problem]:
+    """Sorted by place, those of the protocol first; the same said twice of a place only once."""
+    name = source.name if source is not None else ""
+    unique = {(*problem.place, problem.message): problem for problem in problems}
+    return sorted(unique.values(), key=lambda problem: (problem.file != name, problem.place))

@@ -1,0 +1,166 @@
+"""The arguments of an action fit its contract: names, types, units, ranges.
+
+A quantity has the dimension that the contract asks for, in any unit; a bare number is in the
+contract's unit; a text such as `0.2 mm` is a quantity where a unit is expected. Ranges are those
+of the contract and of the lab's `limits` together. Whatever can be computed before the run is
+checked: parameters, constants, and every item of a loop whose items are known, so that a grid
+that leaves the bench is found before the first point.
+
+Passes:
+
+    labrun: 1
+    name: arguments
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantry.move_to
+        with: {x: 1 cm, y: 4}
+
+Fails (E204, E203, E207):
+
+    labrun: 1
+    name: arguments
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantry.move_to
+        with: {x: 4 s, yy: 4, z: 2 m}
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ...schemas.contract import Action
+from ...schemas.problem import Problem
+from ...schemas.quantity import same_dimension
+from ..bind import BoundRole
+from ..context import Context
+from ..language.arguments import ArgumentFault, fit_arguments
+from ..language.expression import ExpressionError
+from ..language.fold import Case, Folded, cases, fold
+from ..language.spots import Spot, StepAt
+from ..language.types import Type, in_words
+from ..language.value import Value
+from ..language.wanted import wants
+
+CODES = {
+    "E203": "a parameter that the action does not have",
+    "E204": "a quantity of the wrong dimension",
+    "E205": "a parameter that is missing",
+    "E206": "a value of the wrong type",
+    "E207": "a value outside the range, pattern or choices that the contract or the lab allows",
+}
+
+
+def check(context: Context) -> Iterator[Problem]:
+    """Every `do` whose action is known."""
+    for step, at, bound, action in context.actions():
+        yield from _check(context, at, bound, action, step.do)
+
+
+def _check(
+    context: Context, at: StepAt, bound: BoundRole, action: Action, label: str
+) -> Iterator[Problem]:
+    known: dict[str, Any] = {}
+    later: list[str] = []
+    for name, spot in at.arguments.items():
+        folded = _fold(spot)
+        if folded.known and not folded.loops:
+            known[name] = folded.value
+            continue
+        later.append(name)
+        if name not in action.param_schemas():
+            continue
+        if folded.loops:
+            fault = _by_cases(spot, folded, name, bound, action, label)
+        else:
+            fault = _by_type(spot, action.param_schemas()[name], f"{label}.{name}")
+        if fault is not None:
+            yield _problem(context, at, fault)
+    given = {**known, **{name: None for name in later if name not in action.param_schemas()}}
+    _, faults = fit_arguments(action, given, bound.limits, label=label, later=later)
+    for fault in faults:
+        yield _problem(context, at, fault)
+
+
+def _fold(spot: Spot) -> Folded:
+    if spot.inferred()[1]:
+        return Folded(known=False)
+    return fold(spot.value, spot.env.folding())
+
+
+def _problem(context: Context, at: StepAt, fault: ArgumentFault) -> Problem:
+    name = fault.path[0] if fault.path else ""
+    if not name or fault.code == "E205":
+        return context.source.problem((*at.place, "do"), fault.code, fault.message, fault.hint)
+    place = (*at.place, "with", *fault.path)
+    return context.source.problem(
+        place, fault.code, fault.message, fault.hint, key=fault.code == "E203"
+    )
+
+
+def _by_type(spot: Spot, schema: Mapping[str, Any], label: str) -> ArgumentFault | None:
+    """What is wrong with a value that is not known yet, but whose type is."""
+    kind, faults = spot.inferred()
+    if faults or kind.kind in ("any", "null"):
+        return None
+    unit = schema.get("unit")
+    wanted = schema.get("type")
+    says = f"{label}: {in_words(kind)}, the device wants {wants(schema)}"
+    if kind.kind == "number" and kind.unit is not None:
+        fits = unit is not None and same_dimension(kind.unit, unit)
+        return None if fits else ArgumentFault(spot.what, says, code="E204")
+    if wanted is None:
+        return None
+    names = _json_names(kind)
+    allowed = {wanted} if isinstance(wanted, str) else set(wanted)
+    if kind.kind == "text" and unit is not None:
+        return (
+            None
+            if not spot.value or _inserts(spot)
+            else ArgumentFault(spot.what, says, code="E206")
+        )
+    return None if names & allowed else ArgumentFault(spot.what, says, code="E206")
+
+
+def _inserts(spot: Spot) -> bool:
+    """A text with expressions in it may turn out as `0.2 mm`."""
+    return isinstance(spot.raw, str) and not spot.raw.strip().startswith("${{")
+
+
+def _json_names(kind: Type) -> set[str]:
+    if kind.kind == "number":
+        return {"number", "integer"}
+    return {{"text": "string", "boolean": "boolean", "list": "array", "map": "object"}[kind.kind]}
+
+
+def _by_cases(
+    spot: Spot, folded: Folded, name: str, bound: BoundRole, action: Action, label: str
+) -> ArgumentFault | None:
+    """The first item of the loops around that makes a value which does not fit."""
+    value = spot.value
+    if not isinstance(value, Value):
+        return None
+    for case in cases(folded, spot.env.folding(), value):
+        fault = _case_fault(value, case, name, bound, action, label)
+        if fault is not None:
+            return fault
+    return None
+
+
+def _case_fault(
+    value: Value, case: Case, name: str, bound: BoundRole, action: Action, label: str
+) -> ArgumentFault | None:
+    try:
+        computed = value.evaluate(case.names)
+    except ExpressionError:
+        return None  # said by the family `calculations`
+    _, faults = fit_arguments(
+        action, {name: computed}, bound.limits, label=label, later=action.required()
+    )
+    if not faults:
+        return None
+    fault = faults[0]
+    if fault.bounds:
+        message = f"{label}.{name}: {case.where} is outside {fault.bounds}"
+    else:
+        message = f"{fault.message} (at {case.where})"
+    return ArgumentFault(name, message, fault.hint, code=fault.code, path=(name,))

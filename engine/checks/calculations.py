@@ -1,0 +1,160 @@
+"""What an expression computes can be computed, and is of the kind that its place wants.
+
+Lengths are not added to times; a bare 0 fits any unit, any other bare number does not; a span's
+step divides its range (or says `fit='inside'`); nothing is divided by zero. `foreach` wants a
+list, a span or a grid; `timeout` and `wait` want a time; `when` and `require` want an expression.
+
+Passes:
+
+    labrun: 1
+    name: calculations
+    params: {width: {type: quantity, unit: mm, default: 4 mm}}
+    devices: {gantry: gantry@1}
+    steps:
+      - foreach: {x: "${{ span(0, params.width, 0.5 mm) }}"}
+        steps:
+          - {do: gantry.move_to, with: {x: "${{ x }}"}}
+
+Fails (E308; E307 for the second):
+
+    labrun: 1
+    name: calculations
+    params: {width: {type: quantity, unit: mm, default: 4 mm}}
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.move_to, with: {x: "${{ params.width + 1 s }}"}}
+      - foreach: {x: "${{ span(0, params.width, 0.3 mm) }}"}
+        steps:
+          - {do: gantry.move_to, with: {x: "${{ x }}"}}
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from ...schemas.problem import Problem
+from ...schemas.protocol import Retry
+from ...schemas.quantity import UnitError, is_quantity, same_dimension, seconds
+from ..context import Context
+from ..language.expression import ExpressionError
+from ..language.fold import cases, fold
+from ..language.operators import words
+from ..language.spots import Spot
+from ..language.types import Type, in_words
+from ..language.value import Constant, Value
+
+CODES = {
+    "E307": "something that cannot be computed with the values it has",
+    "E308": "values in an expression that do not go together",
+    "E309": "a value of another kind than its place wants",
+}
+
+
+def check(context: Context) -> Iterator[Problem]:
+    """Every place that may hold an expression, and the durations that may not."""
+    for spot in context.survey.spots:
+        yield from _check(context, spot)
+    for at in context.survey.steps:
+        yield from _retry_times(context, at.step.retry, (*at.place, "retry"))
+    yield from _retry_times(context, context.protocol.defaults.retry, ("defaults", "retry"))
+
+
+def _check(context: Context, spot: Spot) -> Iterator[Problem]:
+    if isinstance(spot.value, Exception):
+        return
+    kind, faults = spot.inferred()
+    for fault in faults:
+        if fault.code in CODES:
+            yield context.source.problem(spot.place, fault.code, fault.message, fault.hint)
+    if faults:
+        return
+    folded = fold(spot.value, spot.env.folding())
+    if folded.fault or folded.loops:
+        message = folded.fault or _first_fault(spot)
+        if message:
+            yield context.source.problem(spot.place, "E307", message)
+        return
+    wrong = _wrong_value(spot, folded.value) if folded.known else _wrong_type(spot, kind)
+    if wrong:
+        yield context.source.problem(spot.place, "E309", *wrong)
+
+
+def _first_fault(spot: Spot) -> str:
+    """Why the value cannot be computed for one of the items of the loops around it."""
+    value = spot.value
+    assert isinstance(value, Value)
+    folding = spot.env.folding()
+    for case in cases(fold(value, folding), folding, value):
+        try:
+            value.evaluate(case.names)
+        except ExpressionError as fault:
+            return f"{fault.reason} (at {case.where})"
+    return ""
+
+
+Wrong = tuple[str, str]
+
+
+def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
+    """What is wrong with a value that is known."""
+    use, what = spot.use, spot.what
+    if use == "items" and (isinstance(value, str) or not isinstance(value, Sequence)):
+        return (
+            f"foreach wants a list, a span or a grid; {words(value)} is none",
+            "such as [1, 2, 3]",
+        )
+    if use == "duration":
+        return _wrong_duration(what, value)
+    if use == "count" and not _is_count(value):
+        return f"{what}: {words(value)} is not a whole number from 0", ""
+    if use == "condition" and isinstance(spot.value, Constant) and not isinstance(value, bool):
+        hint = f"write {what}: ${{{{ {value} }}}}" if isinstance(value, str) else "write ${{ ... }}"
+        return f"{what}: {words(value)} is not an expression", hint
+    return None
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def _wrong_duration(what: str, value: Any) -> Wrong | None:
+    hint = f"such as {what}: 30 s"
+    if isinstance(value, bool) or not (isinstance(value, int | float | str) or is_quantity(value)):
+        return f"{what}: {words(value)} is not a time", hint
+    try:
+        length = seconds(value)
+    except (UnitError, ValueError, TypeError) as fault:
+        return f"{what}: {fault}", hint
+    if length < 0 or (length == 0 and what == "timeout"):
+        return f"{what}: {words(value)} is no time to wait", hint
+    return None
+
+
+def _wrong_type(spot: Spot, kind: Type) -> Wrong | None:
+    """What is wrong with a value of which only the type is known."""
+    if kind.kind in ("any", "null"):
+        return None
+    if spot.use == "items" and kind.kind != "list":
+        return (
+            f"foreach wants a list, a span or a grid; this is {in_words(kind)}",
+            "such as [1, 2, 3]",
+        )
+    if spot.use == "duration" and kind.kind != "text":
+        fits = kind.kind == "number" and (kind.unit is None or same_dimension(kind.unit, "s"))
+        return None if fits else (f"{spot.what} wants a time; this is {in_words(kind)}", "")
+    if spot.use == "count" and not (kind.kind == "number" and kind.unit is None):
+        return f"{spot.what} wants a whole number; this is {in_words(kind)}", ""
+    return None
+
+
+def _retry_times(context: Context, retry: Any, place: tuple[str | int, ...]) -> Iterator[Problem]:
+    if isinstance(retry, int) and retry < 1:
+        yield context.source.problem(
+            place, "E309", f"retry: {retry} attempts; at least 1, the first counts"
+        )
+    if not isinstance(retry, Retry):
+        return
+    for name in ("wait", "max_wait"):
+        value = getattr(retry, name)
+        wrong = _wrong_duration(name, value) if value is not None else None
+        if wrong:
+            yield context.source.problem((*place, name), "E309", *wrong)

@@ -1,0 +1,132 @@
+"""An alternative gives what the step would have given, and an `ask` in a fallback asks what to do.
+
+The result of a step that has a fallback is that of the alternative which succeeded, so each of
+them returns the fields that other steps use. The choices of an `ask` are `repeat` (the step once
+more), `skip` (leave this iteration out) and `stop`.
+
+Passes:
+
+    labrun: 1
+    name: fallbacks
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - id: shoot
+        do: libs.measure
+        timeout: 15 s
+        fallback:
+          - steps:
+              - do: libs.reconnect
+              - {do: libs.measure, timeout: 15 s}
+          - {ask: The shot failed, choices: [repeat, stop]}
+      - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: a.csv}}
+
+Fails (E312, and E408 for the second alternative):
+
+    labrun: 1
+    name: fallbacks
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - id: shoot
+        do: libs.measure
+        timeout: 15 s
+        fallback:
+          - do: libs.reconnect
+          - {ask: The shot failed, choices: [again, stop]}
+      - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: a.csv}}
+"""
+
+import ast
+from collections.abc import Iterator
+from typing import Any
+
+from ...schemas.problem import Problem
+from ...schemas.protocol import Ask, Do, Group
+from ..context import Context
+from ..language.spots import StepAt
+from ..language.suggest import did_you_mean, listed
+from ..language.types import ANY, NULL, Type, type_of_schema
+
+CODES = {
+    "E312": "an alternative that does not return what the step returns",
+    "E408": "a choice that a fallback does not know",
+}
+CHOICES = ("repeat", "skip", "stop")
+
+
+def check(context: Context) -> Iterator[Problem]:
+    """Every step with a fallback."""
+    used = _used_fields(context)
+    for at in context.survey.steps:
+        for index, alternative in enumerate(at.step.fallback or []):
+            place = (*at.place, "fallback", index)
+            if isinstance(alternative, Ask):
+                yield from _choices(context, alternative, place)
+            else:
+                yield from _returns(context, at, alternative, place, used)
+
+
+def _choices(context: Context, ask: Ask, place: tuple[str | int, ...]) -> Iterator[Problem]:
+    for index, choice in enumerate(ask.choices):
+        if choice not in CHOICES:
+            message = f"a fallback does not know the choice {choice}{did_you_mean(choice, CHOICES)}"
+            yield context.source.problem(
+                (*place, "choices", index), "E408", message, f"it knows {listed(CHOICES)}"
+            )
+
+
+def _returns(
+    context: Context, at: StepAt, alternative: Any, place: tuple[str | int, ...],
+    used: dict[str, set[str]],
+) -> Iterator[Problem]:  # fmt: skip
+    name = at.step.id
+    if name is None or name not in context.survey.ids:
+        return
+    wanted, given = context.survey.ids[name].type, _result(context, alternative)
+    if wanted.kind != "map" or given.kind == "any":
+        return
+    read = used.get(name, set())
+    missing = [
+        f for f in wanted.fields if f in read and f not in given.fields and given.rest is None
+    ]
+    if missing:
+        returned = listed(given.fields) if given.fields else "nothing"
+        message = (
+            f"this alternative returns {returned}; steps.{name}.{missing[0]} is used by other steps"
+        )
+        yield context.source.problem(
+            place, "E312", message, "end it with a step that returns the same"
+        )
+
+
+def _result(context: Context, step: Any) -> Type:
+    """The type that an alternative returns; that of a list is its last step's."""
+    if isinstance(step, list):
+        return _result(context, step[-1]) if step else NULL
+    if isinstance(step, Group):
+        return _result(context, step.steps[-1])
+    if isinstance(step, Do):
+        found = context.action(step)
+        return type_of_schema(found[1].returns, root=True) if found else ANY
+    return ANY
+
+
+def _used_fields(context: Context) -> dict[str, set[str]]:
+    """Step id -> the fields of its result that expressions read."""
+    found: dict[str, set[str]] = {}
+    for spot in context.survey.spots:
+        if isinstance(spot.value, Exception):
+            continue
+        for expression in spot.value.expressions():
+            for node in ast.walk(expression.tree):
+                step = _step_of(node)
+                if step is not None and isinstance(node, ast.Attribute):
+                    found.setdefault(step, set()).add(node.attr)
+    return found
+
+
+def _step_of(node: ast.AST) -> str | None:
+    """ID where the node is `steps.ID.field`."""
+    inner = node.value if isinstance(node, ast.Attribute) else None
+    if not isinstance(inner, ast.Attribute) or not isinstance(inner.value, ast.Name):
+        return None
+    return inner.attr if inner.value.id == "steps" else None

@@ -1,0 +1,65 @@
+"""A step's id is its name for good: in results, in the journal, on the page. It is given once.
+
+Names of loop items and of `set` are not those that expressions know already, and a loop within
+a loop does not use the same name again.
+
+Passes:
+
+    labrun: 1
+    name: ids
+    devices: {gantry: gantry@1}
+    steps:
+      - {id: first, do: gantry.home}
+      - {id: again, do: gantry.home}
+
+Fails (E401; E407 for the second):
+
+    labrun: 1
+    name: ids
+    devices: {gantry: gantry@1}
+    steps:
+      - {id: first, do: gantry.home}
+      - {id: first, do: gantry.home}
+      - {set: {steps: 4}}
+"""
+
+from collections.abc import Iterator
+
+from ...schemas.problem import Problem
+from ...schemas.protocol import Foreach, Set
+from ..context import Context
+from ..language.scope import RESERVED
+
+CODES = {
+    "E401": "an id that is there twice",
+    "E407": "a name that means something else already",
+}
+
+
+def check(context: Context) -> Iterator[Problem]:
+    """Every id, every loop name, every `set` name."""
+    source = context.source
+    for name, place, first in context.survey.twice:
+        line = source.place((*first, "id"))[0]
+        message = f"the id {name!r} is that of the step in line {line} already"
+        yield source.problem((*place, "id"), "E401", message, "give each step an id of its own")
+    for step, at in context.steps(Foreach):
+        name = next(iter(step.foreach))
+        around = [loop.name for loop in at.env.loops]
+        yield from _taken(context, (*at.place, "foreach", name), name, around)
+    for step, at in context.steps(Set):
+        for name in step.set:
+            yield from _taken(
+                context, (*at.place, "set", name), name, [loop.name for loop in at.env.loops]
+            )
+
+
+def _taken(
+    context: Context, place: tuple[str | int, ...], name: str, around: list[str]
+) -> Iterator[Problem]:
+    if name in RESERVED:
+        message = f"{name} means something else in expressions already"
+        yield context.source.problem(place, "E407", message, "choose another name", key=True)
+    elif name in around:
+        message = f"{name} is the name of a loop around this already"
+        yield context.source.problem(place, "E407", message, "choose another name", key=True)

@@ -1,0 +1,130 @@
+"""The key of an iteration is its identity for ever: what `labrun resume` goes by.
+
+So no two iterations of a loop have the same key. Where the items are known before the run, every
+key is computed and compared.
+
+Passes:
+
+    labrun: 1
+    name: loops
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - foreach: {sample: [A, B, C]}
+        key: ${{ sample }}
+        steps:
+          - {do: libs.measure, timeout: 15 s}
+
+Fails (E404):
+
+    labrun: 1
+    name: loops
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - foreach: {sample: [A, B, A]}
+        key: ${{ sample }}
+        steps:
+          - {do: libs.measure, timeout: 15 s}
+"""
+
+import ast
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from ...schemas.problem import Problem
+from ...schemas.protocol import Foreach
+from ..context import Context
+from ..language.expression import ExpressionError
+from ..language.fold import MOST_ITEMS, fold, name_item
+from ..language.grid import Grid
+from ..language.scope import LoopName
+from ..language.spots import Spot, StepAt
+from ..language.value import Computed, Text, Value, as_text
+
+CODES = {
+    "E404": "two iterations with the same key",
+    "W404": "a loop without items",
+}
+
+
+def check(context: Context) -> Iterator[Problem]:
+    """Every loop."""
+    keys = {spot.place: spot for spot in context.survey.spots if spot.use == "key"}
+    for step, at in context.steps(Foreach):
+        spot = keys.get((*at.place, "key"))
+        yield from _empty(context, step, at)
+        if spot is not None and isinstance(spot.value, Value) and not spot.inferred()[1]:
+            yield from _keys(context, spot, spot.env.loops[-1])
+
+
+def _empty(context: Context, step: Foreach, at: StepAt) -> Iterator[Problem]:
+    name = next(iter(step.foreach))
+    loop = next(
+        (one for one in context.survey.loops if one.name == name and one.items is not None), None
+    )
+    items = step.foreach[name] if isinstance(step.foreach[name], list) else loop and loop.items
+    if items is not None and len(items) == 0:
+        place = (*at.place, "foreach", name)
+        message = "this loop has no items: its steps never run"
+        yield context.source.problem(place, "W404", message, severity="warning")
+
+
+def _keys(context: Context, spot: Spot, loop: LoopName) -> Iterator[Problem]:
+    value = spot.value
+    assert isinstance(value, Value)
+    used = {name for one in value.expressions() for name in one.names}
+    if loop.name not in used and not (loop.items is not None and len(loop.items) < 2):
+        message = f"this key is the same in every iteration: it does not name {loop.name}"
+        yield context.source.problem(spot.place, "E404", message, f"such as ${{{{ {loop.name} }}}}")
+        return
+    items = loop.items
+    if items is None or len(items) > MOST_ITEMS or _surely_different(value, loop):
+        return
+    folding = spot.env.folding()
+    if not fold(value, folding).known or len(fold(value, folding).loops) > 1:
+        return
+    double = _first_double(value, items, loop.name, {**folding.names, "params": folding.params})
+    if double is not None:
+        first, second, key = double
+        what = [name_item(loop.name, items, index, items[index]) for index in (first, second)]
+        message = (
+            f"iterations {first} and {second} have the same key {key!r} ({what[0]}, {what[1]})"
+        )
+        yield context.source.problem(spot.place, "E404", message, "name what tells them apart")
+
+
+def _surely_different(value: Value, loop: LoopName) -> bool:
+    """True for `${{ p.index }}`, and for a grid's `${{ p.ix }},${{ p.iy }}`: no need to compute."""
+    parts = (
+        value.parts
+        if isinstance(value, Text)
+        else [value.expression]
+        if isinstance(value, Computed)
+        else []
+    )
+    read = set()
+    for part in parts:
+        node = part.tree.body if not isinstance(part, str) else None
+        if (
+            isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Name)
+            and node.value.id == loop.name
+        ):
+            read.add(node.attr)
+    texts = [part for part in parts if isinstance(part, str)]
+    apart = len(parts) == 3 and len(texts) == 1 and not texts[0].isdigit()
+    return isinstance(loop.items, Grid) and (read == {"index"} or (read == {"ix", "iy"} and apart))
+
+
+def _first_double(
+    value: Value, items: Sequence[Any], name: str, names: dict[str, Any]
+) -> tuple[int, int, str] | None:
+    seen: dict[str, int] = {}
+    for index, item in enumerate(items):
+        try:
+            key = as_text(value.evaluate({**names, name: item}))
+        except ExpressionError:
+            return None  # said by the family `calculations`
+        if key in seen:
+            return seen[key], index, key
+        seen[key] = index
+    return None

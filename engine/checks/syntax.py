@@ -1,0 +1,40 @@
+"""What stands between `${{` and `}}` can be read as an expression.
+
+Expressions are written as in Python: arithmetic, comparisons, `and or not`, `a if b else c`,
+fields `a.b`, items `a[0]`, lists, and the functions grid, span, range, len, min, max, round and
+format. A number followed by a unit is a quantity: `0.1 mm`.
+
+Passes:
+
+    labrun: 1
+    name: syntax
+    params: {pitch: {type: quantity, unit: mm, default: 0.2 mm}}
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantry.move_to
+        with: {x: "${{ params.pitch + 0.1 mm }}"}
+
+Fails (E300):
+
+    labrun: 1
+    name: syntax
+    params: {pitch: {type: quantity, unit: mm, default: 0.2 mm}}
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantry.move_to
+        with: {x: "${{ params.pitch + }}"}
+"""
+
+from collections.abc import Iterator
+
+from ...schemas.problem import Problem
+from ..context import Context
+
+CODES = {"E300": "an expression that cannot be read"}
+
+
+def check(context: Context) -> Iterator[Problem]:
+    """Every place that may hold an expression."""
+    for spot in context.survey.spots:
+        if isinstance(spot.value, Exception):
+            yield context.source.problem(spot.place, "E300", str(spot.value))

@@ -1,0 +1,61 @@
+"""Every action has a time after which it is given up.
+
+Where the contract says how long an action usually takes (`duration`), a run notices that it
+hangs. Where it does not, give the step a `timeout`, or the protocol `defaults: {timeout: 30 s}`.
+A timeout that is shorter than the usual duration ends actions that are in order.
+
+Passes:
+
+    labrun: 1
+    name: timeouts
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.home, timeout: 120 s}
+
+Fails (W402, a warning):
+
+    labrun: 1
+    name: timeouts
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.home, timeout: 1 s}
+"""
+
+from collections.abc import Iterator
+
+from ...schemas.problem import Problem
+from ...schemas.quantity import UnitError, seconds
+from ..context import Context
+
+CODES = {
+    "W401": "an action that nothing gives up: no timeout, no duration",
+    "W402": "a timeout that is shorter than the action usually takes",
+}
+
+
+def check(context: Context) -> Iterator[Problem]:
+    """Every `do` whose action is known."""
+    default = context.protocol.defaults.timeout
+    for step, at, _, action in context.actions():
+        limit = step.timeout if step.timeout is not None else default
+        if limit is None and action.duration is None:
+            message = f"{step.do} may hang for ever: it has no timeout and its contract no duration"
+            yield context.source.problem(
+                (*at.place, "do"), "W401", message, "add `timeout: 30 s`", severity="warning"
+            )
+        usual, given = _seconds(action.duration), _seconds(limit)
+        if usual is not None and given is not None and given < usual:
+            place = (*at.place, "timeout") if step.timeout is not None else (*at.place, "do")
+            message = (
+                f"{step.do} usually takes {action.duration}; the timeout of {limit} ends it before"
+            )
+            yield context.source.problem(place, "W402", message, severity="warning")
+
+
+def _seconds(duration: object) -> float | None:
+    if duration is None or isinstance(duration, bool):
+        return None
+    try:
+        return seconds(duration)
+    except (UnitError, ValueError, TypeError):
+        return None  # said by the family `calculations`, or not known yet

@@ -1,0 +1,1 @@
+"""The protocol language: YAML with its places, expressions with their types, arguments with units."""

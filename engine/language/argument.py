@@ -1,0 +1,163 @@
+"""Fit one argument: quantities into the contract's unit, the value into its JSON Schema."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ...schemas.quantity import (
+    QUANTITY,
+    UnitError,
+    is_quantity,
+    kind_of_unit,
+    magnitude_in,
+    parse_quantity,
+    quantity_text,
+)  # fmt: skip
+from .operators import words
+from .suggest import did_you_mean, listed
+from .wanted import TYPE_WORDS, ArgumentFault, Wanted, check_limit, outside, wants
+
+
+def fit(value: Any, wanted: Wanted) -> Any:
+    """The value as its driver gets it; raises ArgumentFault."""
+    value = _unpack(value, wanted)
+    if isinstance(value, float) and not math.isfinite(value):
+        # Neither a minimum nor a maximum refuses NaN.
+        raise wanted.fault(f"{value} is no finite number, the device wants {wants(wanted.schema)}")
+    fault = next(iter(validator(wanted.schema).iter_errors(value)), None)
+    if fault is not None:
+        raise _in_words(fault, value, wanted)
+    check_limit(value, wanted)
+    return value
+
+
+def _unpack(value: Any, wanted: Wanted) -> Any:
+    """The value with every quantity in it as a bare number in the contract's unit."""
+    schema, unit = wanted.schema, wanted.unit
+    if isinstance(value, Mapping):
+        properties = schema.get("properties", {})
+        return {
+            key: _unpack(
+                item, Wanted(properties.get(key, {}), None, f"{wanted.param}.{key}", wanted.label)
+            )
+            for key, item in value.items()
+        }
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        inner = schema.get("items", {})
+        inner = inner if isinstance(inner, Mapping) else {}
+        if len(value) > 100_000:
+            raise wanted.fault(f"a list of {len(value):,} items is too long for an argument")
+        return [
+            _unpack(item, Wanted(inner, None, f"{wanted.param}[{i}]", wanted.label))
+            for i, item in enumerate(value)
+        ]
+    if unit is not None:
+        return _in_unit(value, unit, wanted)
+    if is_quantity(value):
+        what = f"{quantity_text(value)} is {kind_of_unit(str(value.units))}"
+        raise wanted.fault(f"{what}, the device wants {wants(schema)}", code="E204")
+    return value
+
+
+def _in_unit(value: Any, unit: str, wanted: Wanted) -> Any:
+    device_wants = f"the device wants {wants(wanted.schema)}"
+    if isinstance(value, str):
+        if not QUANTITY.match(value):
+            number = (
+                f"is {value.strip()} {unit} meant? write it without quotes"
+                if _is_number(value)
+                else ""
+            )
+            raise wanted.fault(f"{words(value)} is a text, {device_wants}", number)
+        try:
+            value = parse_quantity(value)
+        except UnitError as fault:
+            raise wanted.fault(f"{fault}; {device_wants}", code="E204") from fault
+    if not is_quantity(value):
+        return value
+    if not value.units.is_compatible_with(unit):
+        what = f"{quantity_text(value)} is {kind_of_unit(str(value.units))}"
+        raise wanted.fault(f"{what}, {device_wants}", code="E204")
+    return magnitude_in(value, unit)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _in_words(fault: Any, value: Any, wanted: Wanted) -> ArgumentFault:
+    kind, at = fault.validator, "".join(f"[{part}]" for part in fault.absolute_path)
+    schema = fault.schema if isinstance(fault.schema, Mapping) else {}
+    path = (wanted.param.partition(".")[0], *fault.absolute_path)
+    there = Wanted(schema, wanted.limit if not at else None, f"{wanted.param}{at}", wanted.label)
+    if kind in ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"):
+        return outside(fault.instance, there, "the contract")
+    if kind == "type":
+        is_what = TYPE_WORDS.get(_json_type(fault.instance), "a value")
+        said = (
+            f"{words(fault.instance)} is {is_what}"
+            if fault.instance is not None
+            else "there is no value (null)"
+        )
+        return there.fault(
+            f"{said}, the device wants {wants(schema)}", _quotes(fault.instance, schema), path=path
+        )
+    if kind == "enum":
+        options = [str(item) for item in fault.validator_value]
+        guess = did_you_mean(str(fault.instance), options)
+        return there.fault(
+            f"{words(fault.instance)} is none of {listed(options)}{guess}", code="E207", path=path
+        )
+    if kind == "pattern":
+        return there.fault(
+            f"{words(fault.instance)} does not fit the pattern {fault.validator_value}",
+            code="E207",
+            path=path,
+        )
+    if kind == "required":
+        return there.fault(
+            fault.message.replace("is a required property", "is missing"), code="E205", path=path
+        )
+    return there.fault(plain(fault), code="E207", path=path)
+
+
+def plain(fault: Any) -> str:
+    """What jsonschema says, where it is short."""
+    text = str(fault.message)
+    return text if len(text) < 200 else f"does not fit the contract's {fault.validator}"
+
+
+def _quotes(value: Any, schema: Mapping[str, Any]) -> str:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f'write "{value}" for a text' if is_number and schema.get("type") == "string" else ""
+
+
+def _json_type(value: Any) -> str:
+    kinds = {
+        bool: "boolean",
+        int: "integer",
+        float: "number",
+        str: "string",
+        list: "array",
+        dict: "object",
+    }
+    return kinds.get(type(value), "null")
+
+
+_VALIDATORS: dict[int, tuple[Any, Any]] = {}
+
+
+def validator(schema: Mapping[str, Any]) -> Any:
+    """The validator of a schema, made once; the schema is kept so that its id stays its own."""
+    found = _VALIDATORS.get(id(schema))
+    if found is None or found[0] is not schema:
+        from jsonschema import Draft202012Validator
+
+        if len(_VALIDATORS) > 10_000:
+            _VALIDATORS.clear()
+        found = _VALIDATORS[id(schema)] = (schema, Draft202012Validator(dict(schema)))
+    return found[1]

@@ -1,0 +1,102 @@
+"""Fit the arguments of an action to its contract: units, types, ranges, the limits of this bench."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from ...schemas.contract import Action
+from ...schemas.lab import Limit
+from .argument import fit, plain, validator
+from .suggest import did_you_mean, listed
+from .wanted import ArgumentFault, Wanted
+
+
+class ArgumentFaults(ValueError):
+    """Everything that is wrong with the arguments of one action."""
+
+    def __init__(self, faults: list[ArgumentFault]) -> None:
+        super().__init__("; ".join(fault.message for fault in faults))
+        self.faults = faults
+
+
+def resolve_arguments(
+    action: Action, given: Mapping[str, Any], limits: Mapping[str, Limit], *, label: str
+) -> dict[str, Any]:
+    """The arguments as the driver gets them: bare numbers in the contract's units.
+
+    Raises ArgumentFaults with everything that is wrong.
+    """
+    resolved, faults = fit_arguments(action, given, limits, label=label)
+    if faults:
+        raise ArgumentFaults(faults)
+    return resolved
+
+
+def fit_arguments(
+    action: Action, given: Mapping[str, Any], limits: Mapping[str, Limit], *, label: str,
+    later: Iterable[str] = (),
+) -> tuple[dict[str, Any], list[ArgumentFault]]:  # fmt: skip
+    """The arguments that fit, and the faults of the others.
+
+    `later`: names of parameters whose values are not known yet; they count as given.
+    """
+    schemas = action.param_schemas()
+    faults = list(unknown_arguments(action, given, label))
+    resolved: dict[str, Any] = {}
+    for name, value in given.items():
+        if name in schemas:
+            wanted = Wanted(schemas[name], limits.get(name), name, label)
+            try:
+                resolved[name] = fit(value, wanted)
+            except ArgumentFault as fault:
+                faults.append(fault)
+    names = {*given, *later}
+    faults += missing_arguments(action, names, label)
+    if not faults and not set(later):
+        faults += _whole(action, resolved, label)
+    return resolved, faults
+
+
+def unknown_arguments(action: Action, names: Iterable[str], label: str) -> Iterator[ArgumentFault]:
+    """Arguments that the action does not know."""
+    known = action.param_schemas()
+    if action.params.get("additionalProperties", False) is not False:
+        return
+    for name in names:
+        if name not in known:
+            takes = f"it takes {listed(known)}" if known else "it takes no parameters"
+            message = f"{label} has no parameter {name}{did_you_mean(name, known)}"
+            yield ArgumentFault(name, message, takes, code="E203")
+
+
+def missing_arguments(action: Action, names: Iterable[str], label: str) -> list[ArgumentFault]:
+    """Parameters that the action cannot do without."""
+    given = set(names)
+    return [
+        ArgumentFault(name, f"{label} needs {name}", _example(name, action), code="E205")
+        for name in action.required()
+        if name not in given
+    ]
+
+
+def _example(name: str, action: Action) -> str:
+    schema = action.param_schemas().get(name, {})
+    unit = schema.get("unit")
+    says = schema.get("description", "") or schema.get("summary", "")
+    return f"with: {{{name}: {f'1 {unit}' if unit else '...'}}}{f'   ({says})' if says else ''}"
+
+
+def _whole(action: Action, resolved: dict[str, Any], label: str) -> list[ArgumentFault]:
+    """What the schema says of the parameters together, such as `minProperties`."""
+    found = []
+    for fault in validator(action.params).iter_errors(resolved):
+        if fault.absolute_path:
+            continue
+        if fault.validator == "minProperties":
+            says = f"{label} needs at least {fault.validator_value} of {listed(action.param_schemas())}"
+        else:
+            says = f"{label}: {plain(fault)}"
+        found.append(ArgumentFault("", says, code="E205", path=()))
+    return found
+
+
+__all__ = ["ArgumentFault", "ArgumentFaults", "fit_arguments", "resolve_arguments"]

@@ -1,0 +1,154 @@
+"""One expression of a protocol: read once, checked for what it may contain, evaluated often.
+
+It is Python's syntax less everything that acts: no assignments, calls only of the functions of
+`functions.py`, `a.b` reads a field and nothing else. `0.1 mm` is a quantity.
+"""
+
+import ast
+import math
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from ...schemas.quantity import is_quantity
+from .functions import FUNCTIONS, LITERAL, literal
+from .operators import OPERATORS, words
+from .read_expression import CONSTANTS, ExpressionError, names_in, parse
+from .suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from simpleeval import SimpleEval
+
+PUBLIC = {function.__name__: name for name, function in FUNCTIONS.items()}
+
+
+class Expression:
+    """One expression; `names` are the names that it asks for, without functions."""
+
+    __slots__ = ("_evaluator", "names", "text", "tree")
+
+    def __init__(self, text: str) -> None:
+        self.text = text.strip()
+        self.tree = parse(self.text)
+        self.names = frozenset(names_in(self.tree))
+        self._evaluator: SimpleEval | None = None
+
+    def evaluate(self, names: Mapping[str, Any]) -> Any:
+        """The value for these names; raises ExpressionError with a sentence."""
+        evaluator = self._evaluator = self._evaluator or _evaluator()
+        evaluator.names = names  # type: ignore[assignment]  # a Mapping is all it reads
+        try:
+            return _finite(evaluator._eval(self.tree.body))
+        except ExpressionError as fault:
+            raise ExpressionError(fault.reason, self.text) from fault
+        except Exception as fault:
+            # Wrong values reach pint and Python's own operators by many ways, with many classes.
+            raise ExpressionError(_sentence(fault), self.text) from fault
+
+    def __repr__(self) -> str:
+        return f"Expression({self.text!r})"
+
+
+@lru_cache(maxsize=4096)
+def expression(text: str) -> Expression:
+    """The expression of a text, read once."""
+    return Expression(text)
+
+
+def field_of(value: Any, name: str, *, lenient: bool) -> Any:
+    """`value.name`; null of null, and of an answer that leaves the field out."""
+    if value is None:
+        return None
+    if not isinstance(value, Mapping):
+        raise ExpressionError(f"{words(value)} has no field {name}")
+    if name in value:
+        return value[name]
+    if lenient:
+        return None
+    raise ExpressionError(f"there is no field {name}{did_you_mean(name, value)}")
+
+
+def item_of(value: Any, index: Any, *, lenient: bool) -> Any:
+    """`value[index]`; null of null."""
+    if value is None:
+        return None
+    if isinstance(value, Mapping):
+        return field_of(value, str(index), lenient=lenient)
+    if is_quantity(value) or not isinstance(value, Sequence):
+        raise ExpressionError(f"{words(value)} has no items")
+    if not isinstance(index, int | slice) or isinstance(index, bool):
+        raise ExpressionError(f"an item has a number: {words(index)} is none")
+    try:
+        return value[index]
+    except IndexError as fault:
+        raise ExpressionError(f"there is no item {index} of {len(value)}") from fault
+
+
+def in_answer(node: ast.expr) -> bool:
+    """True for what lies within a step's result: `steps.ID` and deeper."""
+    depth = 0
+    while isinstance(node, ast.Attribute | ast.Subscript):
+        node, depth = node.value, depth + 1
+    return isinstance(node, ast.Name) and node.id == "steps" and depth >= 1
+
+
+def _evaluator() -> "SimpleEval":
+    return _evaluator_class()(operators=OPERATORS, functions={**FUNCTIONS, LITERAL: literal})
+
+
+@lru_cache(maxsize=1)
+def _evaluator_class() -> "type[SimpleEval]":
+    """simpleeval's evaluator, narrowed: fields and items of plain data, lists, no attributes."""
+    import simpleeval
+
+    class Evaluator(simpleeval.SimpleEval):
+        def __init__(self, **given: Any) -> None:
+            super().__init__(**given)
+            nodes: Any = self.nodes
+            nodes[ast.List] = nodes[ast.Tuple] = self._eval_list
+
+        def _check_disallowed_items(self, item: Any) -> None:
+            """Names hold data only and functions are never values, so there is nothing to look for."""
+
+        def _eval_list(self, node: Any) -> list[Any]:
+            return [self._eval(item) for item in node.elts]
+
+        def _eval_name(self, node: Any) -> Any:
+            if node.id in CONSTANTS:
+                return CONSTANTS[node.id]
+            try:
+                return self.names[node.id]  # type: ignore[index]
+            except KeyError as fault:
+                guess = did_you_mean(node.id, list(self.names))  # type: ignore[arg-type]
+                raise ExpressionError(f"there is no name {node.id}{guess}") from fault
+
+        def _eval_attribute(self, node: Any) -> Any:
+            return field_of(self._eval(node.value), node.attr, lenient=in_answer(node.value))
+
+        def _eval_subscript(self, node: Any) -> Any:
+            index = self._eval(node.slice)
+            return item_of(self._eval(node.value), index, lenient=in_answer(node.value))
+
+    return Evaluator
+
+
+def _finite(value: Any) -> Any:
+    number = value.magnitude if is_quantity(value) else value
+    if isinstance(number, float) and not math.isfinite(number):
+        raise ExpressionError("the result is no finite number")
+    return value
+
+
+def _sentence(fault: Exception) -> str:
+    """A fault of an operator, a function or pint, as one sentence."""
+    if isinstance(fault, TypeError):
+        text = str(fault)
+        if "argument" in text:
+            name, _, rest = text.partition("()")
+            return f"{PUBLIC.get(name, name)}:{rest}"
+        return f"values that do not go together: {text}"
+    if isinstance(fault, ZeroDivisionError):
+        return "a division by zero"
+    if isinstance(fault, OverflowError):
+        return "a number that is too large"
+    return str(fault) or type(fault).__name__

@@ -1,0 +1,110 @@
+"""The functions of the expression language; pure, bounded, and with units."""
+
+import ast
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from ...schemas.quantity import is_quantity, quantity, quantity_text
+from .grid import LONGEST, Grid, Span, grid, span
+from .operators import OPERATORS, OperatorFault, words
+
+SPEC = re.compile(r"[<>^+\- ]?0?\d{0,2}[,_]?(?:\.\d{1,2})?[a-zA-Z%]?")
+LONGEST_WALK = 1_000_000
+
+
+def literal(number: float, unit: str) -> Any:
+    """`0.1 mm` inside an expression."""
+    return quantity(number, unit)
+
+
+def a_range(*bounds: int) -> range:
+    """Whole numbers, the last one left out, as in Python."""
+    if not 1 <= len(bounds) <= 3 or not all(type(b) is int for b in bounds):
+        raise OperatorFault("range takes one to three whole numbers: range(5), range(2, 10, 2)")
+    if len(bounds) == 3 and bounds[2] == 0:
+        raise OperatorFault("range: a step of 0 never arrives")
+    if any(abs(bound) > LONGEST for bound in bounds):
+        raise OperatorFault(f"range: more than {LONGEST:,}")
+    return range(*bounds)
+
+
+def length(values: Any) -> int:
+    """How many items, or characters."""
+    if not isinstance(values, Sequence | Mapping):
+        raise OperatorFault(f"len: {words(values)} has no length")
+    return len(values)
+
+
+def least(*values: Any) -> Any:
+    """The smallest of several values, or of one list."""
+    return _extreme("min", OPERATORS[ast.Lt], values)
+
+
+def greatest(*values: Any) -> Any:
+    """The largest of several values, or of one list."""
+    return _extreme("max", OPERATORS[ast.Gt], values)
+
+
+def _extreme(name: str, before: Callable[[Any, Any], Any], values: Sequence[Any]) -> Any:
+    if len(values) == 1:
+        values = _items(name, values[0])
+    known = [value for value in values if value is not None]
+    if not known:
+        return None
+    best = known[0]
+    for value in known[1:]:
+        if before(value, best):
+            best = value
+    return best
+
+
+def _items(name: str, value: Any) -> Sequence[Any]:
+    if isinstance(value, Span):
+        return value.ends()
+    if isinstance(value, str | Grid) or not isinstance(value, Sequence):
+        raise OperatorFault(f"{name} takes several values, or a list; {words(value)} is neither")
+    if len(value) > LONGEST_WALK:
+        raise OperatorFault(f"{name}: a list of {len(value):,} items is too long")
+    return value
+
+
+def a_round(value: Any, digits: int = 0) -> Any:
+    """Rounded to so many digits after the point; a quantity keeps its unit."""
+    if type(digits) is not int or abs(digits) > 20:
+        raise OperatorFault("round: the digits are a small whole number: round(x, 2)")
+    if value is None:
+        return None
+    if is_quantity(value):
+        return quantity(round(value.magnitude, digits), str(value.units))
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise OperatorFault(f"round: {words(value)} is not a number")
+    return round(value, digits) if digits else round(value)
+
+
+def a_format(value: Any, spec: str = "") -> str:
+    """A value as text: `format(x, '.2f')`; a quantity keeps its unit."""
+    if not isinstance(spec, str) or not SPEC.fullmatch(spec):
+        raise OperatorFault(f"format: {words(spec)} is no format such as '.2f' or '04d'")
+    if value is None:
+        return "null"
+    try:
+        if is_quantity(value):
+            unit = f"{value.units:~P}"
+            return quantity_text(value) if not spec else f"{format(value.magnitude, spec)} {unit}"
+        return format(value, spec)
+    except (ValueError, TypeError) as fault:
+        raise OperatorFault(f"format: {words(value)} does not fit {spec!r}") from fault
+
+
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "grid": grid,
+    "span": span,
+    "range": a_range,
+    "len": length,
+    "min": least,
+    "max": greatest,
+    "round": a_round,
+    "format": a_format,
+}
+LITERAL = "_quantity"

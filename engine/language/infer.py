@@ -1,0 +1,331 @@
+"""Work out the type of an expression before the run, and find what cannot work in it."""
+
+import ast
+import inspect
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Protocol
+
+from ...schemas.quantity import same_dimension, unit_of
+from .expression import CONSTANTS, Expression
+from .functions import FUNCTIONS, LITERAL
+from .suggest import closest, listed
+from .types import (
+    ANY,
+    BOOLEAN,
+    INTEGER,
+    NUMBER,
+    TEXT,
+    Type,
+    either,
+    fields,
+    in_words,
+    number,
+    type_of_value,
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """What is wrong in an expression: a code and a sentence."""
+
+    code: str
+    message: str
+    hint: str = ""
+
+
+class Names(Protocol):
+    """Where an expression stands: the types of the names that it may use there."""
+
+    def name(self, name: str) -> Type | Fault:
+        """The type of a name, or why there is none."""
+        ...
+
+    def param(self, name: str) -> Type | Fault:
+        """The type of `params.name`."""
+        ...
+
+    def step(self, name: str) -> Type | Fault:
+        """The type of `steps.name`."""
+        ...
+
+
+def infer(expression: Expression, names: Names) -> tuple[Type, list[Fault]]:
+    """The type of an expression's value, and everything in it that cannot work."""
+    inference = Inference(names)
+    found = inference.of(expression.tree.body)
+    return found, inference.faults
+
+
+class Inference:
+    """One walk over one expression; a part that is wrong has any type, so that the rest is seen."""
+
+    def __init__(self, names: Names) -> None:
+        self.names = names
+        self.faults: list[Fault] = []
+
+    def fault(self, code: str, message: str, hint: str = "") -> Type:
+        """Note what is wrong; the part's type is then unknown."""
+        self.faults.append(Fault(code, message, hint))
+        return ANY
+
+    def told(self, found: Type | Fault) -> Type:
+        """A type as it is; a fault noted."""
+        if isinstance(found, Fault):
+            self.faults.append(found)
+            return ANY
+        return found
+
+    def of(self, node: ast.AST) -> Type:
+        """The type of a part."""
+        return getattr(self, f"_{type(node).__name__.lower()}", self._unknown)(node)
+
+    def _unknown(self, node: ast.AST) -> Type:
+        return ANY
+
+    def _constant(self, node: ast.Constant) -> Type:
+        return type_of_value(node.value)
+
+    def _name(self, node: ast.Name) -> Type:
+        if node.id in CONSTANTS:
+            return type_of_value(CONSTANTS[node.id])
+        if node.id in ("params", "steps"):
+            return self.fault("E302", f"{node.id} is no value; write {node.id}.NAME")
+        return self.told(self.names.name(node.id))
+
+    def _attribute(self, node: ast.Attribute) -> Type:
+        if isinstance(node.value, ast.Name):
+            if node.value.id == "params":
+                return self.told(self.names.param(node.attr))
+            if node.value.id == "steps":
+                return self.told(self.names.step(node.attr))
+        return self._field(self.of(node.value), node.attr, node)
+
+    def _field(self, owner: Type, name: str, node: ast.Attribute | ast.Subscript) -> Type:
+        if owner.kind in ("any", "null"):
+            return ANY
+        whole, what = ast.unparse(node.value), _called(node.value)
+        if owner.kind != "map":
+            return self.fault(
+                "E301", f"{whole}.{name}: {what} is {in_words(owner)} and has no fields"
+            )
+        if name in owner.fields:
+            return owner.fields[name]
+        if owner.rest is not None:
+            return owner.rest
+        verb = "returns" if what.startswith("'") else "has"
+        near = closest(name, owner.fields)
+        guess = f"; did you mean {whole}.{near}?" if near else ""
+        known = listed(owner.fields) if owner.fields else "nothing"
+        return self.fault("E301", f"{whole}.{name}: {what} {verb} {known}{guess}")
+
+    def _subscript(self, node: ast.Subscript) -> Type:
+        if isinstance(node.value, ast.Name) and isinstance(node.slice, ast.Constant):
+            key = str(node.slice.value)
+            if node.value.id == "params":
+                return self.told(self.names.param(key))
+            if node.value.id == "steps":
+                return self.told(self.names.step(key))
+        owner, index = self.of(node.value), node.slice
+        if isinstance(index, ast.Slice):
+            for part in (index.lower, index.upper, index.step):
+                if part is not None:
+                    self.of(part)
+            return owner
+        self.of(index)
+        if owner.kind == "list":
+            return owner.item or ANY
+        if owner.kind == "map":
+            if isinstance(index, ast.Constant) and isinstance(index.value, str):
+                return self._field(owner, index.value, node)
+            return ANY
+        if owner.kind in ("number", "boolean"):
+            return self.fault("E308", f"{_text(node.value)} is {in_words(owner)} and has no items")
+        return TEXT if owner.kind == "text" else ANY
+
+    def _list(self, node: ast.List | ast.Tuple) -> Type:
+        return Type("list", item=either([self.of(item) for item in node.elts]))
+
+    _tuple = _list
+
+    # --- operators
+
+    def _unaryop(self, node: ast.UnaryOp) -> Type:
+        operand = self.of(node.operand)
+        if isinstance(node.op, ast.Not):
+            return BOOLEAN
+        if operand.kind not in ("any", "null", "number"):
+            return self.fault("E308", f"{_text(node.operand)} is {in_words(operand)}, not a number")
+        return operand
+
+    def _boolop(self, node: ast.BoolOp) -> Type:
+        return either([self.of(value) for value in node.values])
+
+    def _ifexp(self, node: ast.IfExp) -> Type:
+        self.of(node.test)
+        return either([self.of(node.body), self.of(node.orelse)])
+
+    def _compare(self, node: ast.Compare) -> Type:
+        sides = [node.left, *node.comparators]
+        types = [self.of(side) for side in sides]
+        for index, operator in enumerate(node.ops):
+            if not isinstance(operator, ast.In | ast.NotIn):
+                self._go_together(
+                    sides[index], types[index], sides[index + 1], types[index + 1], "compared"
+                )
+        return BOOLEAN
+
+    def _binop(self, node: ast.BinOp) -> Type:
+        left, right = self.of(node.left), self.of(node.right)
+        if "any" in (left.kind, right.kind) or "null" in (left.kind, right.kind):
+            return ANY
+        if (
+            left.kind == right.kind
+            and left.kind in ("text", "list")
+            and isinstance(node.op, ast.Add)
+        ):
+            return left
+        if not left.kind == right.kind == "number":
+            return self._not_numbers(node, left, right)
+        if isinstance(node.op, ast.Mult | ast.Div):
+            return self._product(left, right, divide=isinstance(node.op, ast.Div))
+        if isinstance(node.op, ast.Pow):
+            return self._power(node, left, right)
+        verb = {ast.Add: "added", ast.Sub: "subtracted"}.get(type(node.op), "divided")
+        if not self._go_together(node.left, left, node.right, right, verb):
+            return ANY
+        if isinstance(node.op, ast.FloorDiv):
+            return NUMBER
+        kept = right if left.unit is None else left
+        return Type("number", kept.unit, whole=left.whole and right.whole and kept.unit is None)
+
+    def _not_numbers(self, node: ast.BinOp, left: Type, right: Type) -> Type:
+        wrong, side = (left, node.left) if left.kind != "number" else (right, node.right)
+        hint = "" if "text" not in (left.kind, right.kind) else "put values into a text with ${{ }}"
+        return self.fault("E308", f"{_text(side)} is {in_words(wrong)}, not a number", hint)
+
+    def _go_together(self, a: ast.AST, left: Type, b: ast.AST, right: Type, verb: str) -> bool:
+        if not left.kind == right.kind == "number" or left.unit == right.unit:
+            return True
+        if (left.unit is None and left.zero) or (right.unit is None and right.zero):
+            return True
+        if left.unit and right.unit and same_dimension(left.unit, right.unit):
+            return True
+        message = (
+            f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}; "
+            f"they cannot be {verb}"
+        )
+        unit = left.unit or right.unit
+        hint = "" if left.unit and right.unit else f"give the other a unit, such as 1 {unit}"
+        self.fault("E308", message, hint)
+        return False
+
+    def _product(self, left: Type, right: Type, *, divide: bool) -> Type:
+        if left.unit is None and right.unit is None:
+            return INTEGER if left.whole and right.whole and not divide else NUMBER
+        if right.unit is None:
+            return number(left.unit)
+        if left.unit is None and not divide:
+            return number(right.unit)
+        first, second = unit_of(left.unit or ""), unit_of(right.unit)
+        unit = first / second if divide else first * second
+        return NUMBER if unit.dimensionless else number(str(unit))
+
+    def _power(self, node: ast.BinOp, left: Type, right: Type) -> Type:
+        if right.unit is not None:
+            return self.fault(
+                "E308", f"{_text(node.right)} is {in_words(right)}; an exponent has no unit"
+            )
+        if left.unit is None:
+            return NUMBER
+        if isinstance(node.right, ast.Constant) and isinstance(node.right.value, int | float):
+            return number(str(unit_of(left.unit) ** node.right.value))
+        return ANY
+
+    # --- functions
+
+    def _call(self, node: ast.Call) -> Type:
+        assert isinstance(node.func, ast.Name)
+        name = node.func.id
+        if name == LITERAL:
+            return number(node.args[1].value)  # type: ignore[attr-defined]
+        positional = [self.of(argument) for argument in node.args]
+        named = {keyword.arg or "": self.of(keyword.value) for keyword in node.keywords}
+        try:
+            bound = _signature(name).bind(*positional, **named)
+        except TypeError as fault:
+            return self.fault("E307", f"{name}: {fault}", f"write {_example(name)}")
+        return self._result(name, bound.arguments, node)
+
+    def _result(self, name: str, given: dict[str, Any], node: ast.Call) -> Type:
+        if name == "span":
+            return self._span(given, node)
+        if name == "grid":
+            return self._grid(given)
+        if name in ("min", "max"):
+            values = given["values"]
+            if len(values) == 1:
+                return values[0].item or ANY if values[0].kind == "list" else ANY
+            return next((v for v in values if v.unit is not None), either(list(values)))
+        if name == "round":
+            value = given["value"]
+            bare = value.kind == "number" and value.unit is None and "digits" not in given
+            return INTEGER if bare else value
+        if name == "range":
+            return Type("list", item=INTEGER)
+        return INTEGER if name == "len" else TEXT
+
+    def _span(self, given: dict[str, Any], node: ast.Call) -> Type:
+        parts = [given[name] for name in ("start", "stop", "step")]
+        united = next((part for part in parts if part.unit is not None), None)
+        for name, part in zip(("start", "stop", "step"), parts, strict=True):
+            if part.kind not in ("number", "any", "null"):
+                return self.fault("E308", f"span: {name} is {in_words(part)}, not a number")
+            if united is None or part.kind != "number" or part.zero:
+                continue
+            if part.unit is None or not same_dimension(part.unit, united.unit or ""):
+                message = f"span: {name} is {in_words(part)}, the others are {in_words(united)}"
+                return self.fault("E308", message)
+        return Type("list", item=number(united.unit) if united else NUMBER)
+
+    def _grid(self, given: dict[str, Any]) -> Type:
+        for name in ("x", "y"):
+            axis = given.get(name)
+            if axis is None:
+                return self.fault("E307", f"grid: {name} is missing", f"write {_example('grid')}")
+            if axis.kind not in ("list", "any"):
+                return self.fault("E308", f"grid: {name} is {in_words(axis)}, not a span or a list")
+        x, y = given["x"].item or ANY, given["y"].item or ANY
+        return Type("list", item=fields(x=x, y=y, ix=INTEGER, iy=INTEGER, index=INTEGER))
+
+
+@cache
+def _signature(name: str) -> inspect.Signature:
+    return inspect.signature(FUNCTIONS[name])
+
+
+def _example(name: str) -> str:
+    return {
+        "grid": "grid(x=span(0, 4, 0.2), y=span(0, 10, 0.2), order='snake')",
+        "span": "span(0, 4, 0.2)", "range": "range(5)", "len": "len(params.samples)",
+        "min": "min(a, b)", "max": "max(a, b)", "round": "round(x, 2)", "format": "format(x, '.2f')",
+    }[name]  # fmt: skip
+
+
+def _text(node: ast.AST) -> str:
+    """A part as a person wrote it, as near as can be."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == LITERAL:
+        return f"{ast.unparse(node.args[0])} {node.args[1].value}"  # type: ignore[attr-defined]
+    text = ast.unparse(node)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _called(node: ast.AST) -> str:
+    """What a sentence calls the owner of a field: a step by its id, anything else as it is."""
+    if (
+        isinstance(node, ast.Attribute)
+        and isinstance(node.value, ast.Name)
+        and node.value.id == "steps"
+    ):
+        return f"'{node.attr}'"
+    return _text(node)

@@ -1,0 +1,230 @@
+"""A protocol's data as models, step by step, so that one broken step does not hide the others."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from pydantic import ValidationError
+
+from ...schemas.problem import Problem
+from ...schemas.protocol import STEP_KINDS, Protocol, StepBase
+from .shape import Place, keys_of, kind_words, shape_problems
+from .source import Source
+from .suggest import closest, listed
+
+KINDS: dict[str, type[StepBase]] = {kind.KIND: kind for kind in STEP_KINDS}
+ANYWHERE = set(keys_of(StepBase))
+SECTIONS = ("steps", "on_resume", "finally")
+STAND_IN = {"log": "-"}
+LATER = {
+    "if": "`when: ${{ ... }}` on a step leaves it out",
+    "while": "`foreach: {i: ${{ range(5) }}}` repeats steps; `retry` repeats what failed",
+    "repeat": "`foreach: {i: ${{ range(5) }}}` repeats steps",
+    "use": "copy the steps of the other protocol into this one",
+    "any": "`fallback` tries one alternative after the other",
+}
+"""Keywords that are planned, and what does the work until then."""
+
+
+class Broken(StepBase):
+    """Stands where a step could not be read, so that the others keep their places."""
+
+    KIND: ClassVar[str] = "broken"
+
+
+@dataclass(slots=True)
+class Loaded:
+    """A protocol as far as it could be read; `whole` when nothing of it is missing."""
+
+    protocol: Protocol
+    whole: bool
+
+
+def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
+    """The protocol of a file, and everything that is wrong with its keys and shapes."""
+    data = source.data
+    if not isinstance(data, dict):
+        message = f"a protocol is written as keys with values, not as {kind_words(data)}"
+        return None, [source.problem((), "E113", message, "it begins with `labrun: 1`")]
+    problems: list[Problem] = list(_version(data, source))
+    sections: dict[str, list[Any]] = {}
+    for name in SECTIONS:
+        if isinstance(data.get(name), list):
+            sections[name] = _steps(data[name], source, (name,), problems)
+    frame = _frame(data, source, problems)
+    update = {"finally_" if name == "finally" else name: steps for name, steps in sections.items()}
+    if "steps" not in sections:
+        update["steps"] = []
+    protocol = frame.model_copy(update=update)
+    return Loaded(protocol, whole=not problems), problems
+
+
+def _version(data: dict[str, Any], source: Source) -> Iterator[Problem]:
+    if "labrun" not in data:
+        yield source.problem(
+            (), "E111", "the key 'labrun' is missing", "a protocol begins with `labrun: 1`"
+        )
+    elif data["labrun"] != 1 or isinstance(data["labrun"], bool):
+        message = f"this labrun reads version 1 of the protocol language, not {kind_words(data['labrun'])}"
+        yield source.problem(("labrun",), "E117", message, "write `labrun: 1`")
+
+
+def _frame(data: dict[str, Any], source: Source, problems: list[Problem]) -> Protocol:
+    """Everything but the steps; what is broken is reported and left out."""
+    rest = {**data, "labrun": 1}
+    for name in SECTIONS:
+        if isinstance(rest.get(name), list) and (rest[name] or name != "steps"):
+            rest[name] = [STAND_IN]
+    try:
+        return Protocol.model_validate(rest)
+    except ValidationError as fault:
+        problems += shape_problems(fault, Protocol, rest, source, ())
+        for error in fault.errors(include_url=False, include_context=False):
+            _leave_out(rest, error["loc"])
+    rest.setdefault("name", "protocol")
+    rest.setdefault("steps", [STAND_IN])
+    try:
+        return Protocol.model_validate(rest)
+    except ValidationError:
+        return Protocol.model_validate({"labrun": 1, "name": "protocol", "steps": [STAND_IN]})
+
+
+def _leave_out(rest: dict[str, Any], location: tuple[Any, ...]) -> None:
+    first = location[0]
+    inner = rest.get(first)
+    if (
+        first in ("params", "devices", "outputs", "defaults")
+        and len(location) > 1
+        and isinstance(inner, dict)
+    ):
+        rest[first] = {key: value for key, value in inner.items() if key != location[1]}
+    else:
+        rest.pop(first, None)
+
+
+# --- steps
+
+
+def _steps(items: list[Any], source: Source, place: Place, problems: list[Problem]) -> list[Any]:
+    return [_step(item, source, (*place, index), problems) for index, item in enumerate(items)]
+
+
+def _step(data: Any, source: Source, place: Place, problems: list[Problem]) -> StepBase:
+    if not isinstance(data, dict) or not data:
+        problems.append(_no_mapping(data, source, place))
+        return Broken()
+    kind, refusal = _kind(data, source, place)
+    if refusal is not None:
+        problems.append(refusal)
+    if kind is None:
+        return _broken(data)
+    return _read(kind, data, source, place, problems)
+
+
+def _no_mapping(data: Any, source: Source, place: Place) -> Problem:
+    if data is None or data == {}:
+        return source.problem(
+            place, "E113", "an empty step", "remove it, or write `do: role.action`"
+        )
+    hint = (
+        f"write `do: {data}`"
+        if isinstance(data, str) and "." in data
+        else "write `do: role.action`"
+    )
+    return source.problem(
+        place, "E113", f"a step is a mapping with a keyword, not {kind_words(data)}", hint
+    )
+
+
+def _kind(
+    data: dict[str, Any], source: Source, place: Place
+) -> tuple[type[StepBase] | None, Problem | None]:
+    """What kind of step it is by its keyword; a problem where there is none, or more than one."""
+    found = [key for key in data if key in KINDS]
+    if "foreach" in found and "steps" in found:
+        found.remove("steps")
+    later = [key for key in data if key in LATER]
+    if later:
+        name = later[0]
+        message = f"the keyword `{name}` is not available in this version of labrun"
+        return None, source.problem((*place, name), "E114", message, LATER[name], key=True)
+    if not found:
+        return None, _no_keyword(data, source, place)
+    if len(found) > 1:
+        message = f"a step has one keyword; this one has {listed(f'`{name}`' for name in found)}"
+        hint = "make two steps of it, or a group: `steps: [...]`"
+        return None, source.problem((*place, found[1]), "E115", message, hint, key=True)
+    return _beside(KINDS[found[0]], data, source, place)
+
+
+def _beside(
+    kind: type[StepBase], data: dict[str, Any], source: Source, place: Place
+) -> tuple[type[StepBase] | None, Problem | None]:
+    """The kind, unless a key beside its keyword is another keyword misspelt: `for_each:`."""
+    allowed = keys_of(kind)
+    for key in data:
+        near = closest(key, KINDS) if key not in allowed else None
+        if near is not None and near != kind.KIND and closest(key, allowed) is None:
+            message = f"unknown keyword {key!r}; did you mean {near}?"
+            return None, source.problem((*place, key), "E114", message, key=True)
+    return kind, None
+
+
+def _no_keyword(data: dict[str, Any], source: Source, place: Place) -> Problem:
+    known = [*KINDS, *LATER]
+    for key in data:
+        if key not in ANYWHERE and key != "with":
+            near = closest(key, known)
+            message = f"unknown keyword {key!r}" + (f"; did you mean {near}?" if near else "")
+            return source.problem(
+                (*place, key), "E114", message, f"a step has one of {', '.join(KINDS)}", key=True
+            )
+    message = "this step has no keyword that says what it does"
+    return source.problem(place, "E114", message, f"give it one of {', '.join(KINDS)}")
+
+
+def _read(
+    kind: type[StepBase],
+    data: dict[str, Any],
+    source: Source,
+    place: Place,
+    problems: list[Problem],
+) -> StepBase:
+    inner: dict[str, list[Any]] = {}
+    rest = dict(data)
+    for name in ("steps", "parallel", "fallback"):
+        if isinstance(data.get(name), list) and data[name] and name in keys_of(kind):
+            read = _alternatives if name == "fallback" else _steps
+            inner[name] = read(data[name], source, (*place, name), problems)
+            rest[name] = [STAND_IN]
+    try:
+        step = kind.model_validate(rest)
+    except ValidationError as fault:
+        problems += shape_problems(fault, kind, rest, source, place)
+        faulty = {
+            error["loc"][0] for error in fault.errors(include_url=False, include_context=False)
+        }
+        if "with" in faulty:
+            return _broken(data)  # an action without its arguments would be another one
+        rest = {key: value for key, value in rest.items() if key not in faulty}
+        try:
+            step = kind.model_validate(rest)
+        except ValidationError:
+            return _broken(data)
+    return step.model_copy(update=inner) if inner else step
+
+
+def _alternatives(
+    items: list[Any], source: Source, place: Place, problems: list[Problem]
+) -> list[Any]:
+    return [
+        _steps(item, source, (*place, index), problems)
+        if isinstance(item, list) and item
+        else _step(item, source, (*place, index), problems)
+        for index, item in enumerate(items)
+    ]
+
+
+def _broken(data: dict[str, Any]) -> Broken:
+    name = data.get("id")
+    return Broken.model_construct(id=name if isinstance(name, str) else None, fallback=None)

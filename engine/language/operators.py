@@ -1,0 +1,215 @@
+"""What `+`, `<` and their like do in an expression: with units, with null, within bounds.
+
+Null goes through arithmetic and order as it goes through `a.b`: what is computed from nothing is
+nothing. A bare 0 fits any unit.
+"""
+
+import ast
+import operator as op
+from collections.abc import Callable
+from typing import Any
+
+from ...schemas.quantity import is_quantity, kind_of_unit, number_text, quantity, quantity_text
+
+MOST_BITS = 4096
+LONGEST_TEXT = 100_000
+
+
+class OperatorFault(ValueError):
+    """Two values that do not go together; the text says which and why."""
+
+
+def words(value: Any) -> str:
+    """A value as a sentence names it."""
+    if value is None:
+        return "null"
+    if is_quantity(value):
+        return quantity_text(value)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | float):
+        return number_text(value)
+    if isinstance(value, str):
+        return repr(value if len(value) < 60 else value[:57] + "...")
+    return (
+        "a list" if isinstance(value, list | tuple) or hasattr(value, "item") else "a set of fields"
+    )
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _fit(a: Any, b: Any, verb: str) -> tuple[Any, Any]:
+    """Two values of one dimension; a bare 0 takes the unit of the other."""
+    if is_quantity(a) and _is_number(b) and b == 0:
+        return a, quantity(0, str(a.units))
+    if is_quantity(b) and _is_number(a) and a == 0:
+        return quantity(0, str(b.units)), b
+    if is_quantity(a) != is_quantity(b):
+        raise OperatorFault(f"{words(a)} and {words(b)} cannot be {verb}: one of them has no unit")
+    if is_quantity(a):
+        if not a.units.is_compatible_with(b.units):
+            raise OperatorFault(
+                f"{words(a)} is {kind_of_unit(str(a.units))} and {words(b)} is "
+                f"{kind_of_unit(str(b.units))}; they cannot be {verb}"
+            )
+    elif not (_is_number(a) and _is_number(b)):
+        raise OperatorFault(f"{words(a)} and {words(b)} cannot be {verb}")
+    return a, b
+
+
+def _steady(*values: Any) -> None:
+    for value in values:
+        if is_quantity(value) and not value._is_multiplicative:
+            raise OperatorFault(
+                f"{words(value)} is a point of a scale with a zero of its own; compute in kelvin (K)"
+            )
+
+
+def add(a: Any, b: Any) -> Any:
+    """Sums of numbers and quantities; texts and lists put together."""
+    if isinstance(a, str | list) and type(a) is type(b):
+        if len(a) + len(b) > LONGEST_TEXT:
+            raise OperatorFault("the result would be too long")
+        return a + b
+    a, b = _fit(a, b, "added")
+    _steady(a, b)
+    return a + b
+
+
+def subtract(a: Any, b: Any) -> Any:
+    a, b = _fit(a, b, "subtracted")
+    _steady(a, b)
+    return a - b
+
+
+def _factors(a: Any, b: Any, verb: str) -> None:
+    for value in (a, b):
+        if not (_is_number(value) or is_quantity(value)):
+            raise OperatorFault(f"{words(a)} and {words(b)} cannot be {verb}")
+    _steady(a, b)
+
+
+def multiply(a: Any, b: Any) -> Any:
+    _factors(a, b, "multiplied")
+    return _plain(a * b)
+
+
+def divide(a: Any, b: Any) -> Any:
+    _factors(a, b, "divided")
+    if (b.magnitude if is_quantity(b) else b) == 0:
+        raise OperatorFault(f"{words(a)} is divided by zero")
+    return _plain(a / b)
+
+
+def _plain(value: Any) -> Any:
+    """A quantity whose units cancelled out as a bare number: 4 mm / 100 um is 40."""
+    if is_quantity(value) and value.dimensionless:
+        return float(f"{value.to('').magnitude:.14g}")
+    return value
+
+
+def floor_divide(a: Any, b: Any) -> Any:
+    a, b = _whole_parts(a, b)
+    return a // b
+
+
+def remainder(a: Any, b: Any) -> Any:
+    unit = str(a.units) if is_quantity(a) else None
+    a, b = _whole_parts(a, b)
+    return a % b if unit is None else quantity(a % b, unit)
+
+
+def _whole_parts(a: Any, b: Any) -> tuple[Any, Any]:
+    a, b = _fit(a, b, "divided")
+    if is_quantity(a):
+        a, b = a.magnitude, b.to(a.units).magnitude
+    if b == 0:
+        raise OperatorFault(f"{words(a)} is divided by zero")
+    return a, b
+
+
+def power(a: Any, b: Any) -> Any:
+    """Powers with a bound, so that nobody waits for a number of a million digits."""
+    if not _is_number(b) or not (_is_number(a) or is_quantity(a)):
+        raise OperatorFault(f"{words(a)} cannot be raised to {words(b)}")
+    _steady(a)
+    if abs(b) > MOST_BITS or (isinstance(a, int) and a.bit_length() * abs(b) > MOST_BITS):
+        raise OperatorFault(f"{words(a)} to the power of {words(b)} is too large")
+    if (a.magnitude if is_quantity(a) else a) == 0 and b < 0:
+        raise OperatorFault("0 to a negative power is a division by zero")
+    result = a**b
+    if isinstance(result, complex):
+        raise OperatorFault(f"{words(a)} has no real power of {words(b)}")
+    return result
+
+
+def negative(a: Any) -> Any:
+    _factors(a, 0, "negated")
+    return -a
+
+
+def positive(a: Any) -> Any:
+    _factors(a, 0, "taken as a number")
+    return a
+
+
+def equal(a: Any, b: Any) -> bool:
+    if is_quantity(a) or is_quantity(b):
+        try:
+            a, b = _fit(a, b, "compared")
+        except OperatorFault:
+            return False
+        return bool(a == b)
+    return bool(a == b)
+
+
+def _ordered(compare: Callable[[Any, Any], bool]) -> Callable[[Any, Any], bool]:
+    def ordered(a: Any, b: Any) -> bool:
+        if not (isinstance(a, str) and isinstance(b, str)):
+            a, b = _fit(a, b, "compared")
+        return bool(compare(a, b))
+
+    return ordered
+
+
+def contains(item: Any, container: Any) -> bool:
+    if isinstance(container, str) and not isinstance(item, str):
+        raise OperatorFault(f"{words(item)} cannot be in {words(container)}")
+    try:
+        return (
+            any(equal(item, other) for other in container)
+            if isinstance(container, list)
+            else item in container
+        )
+    except TypeError as fault:
+        raise OperatorFault(f"{words(container)} holds nothing to look in") from fault
+
+
+def _or_null(function: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    return lambda a, b: None if a is None or b is None else function(a, b)
+
+
+OPERATORS: dict[type, Callable[..., Any]] = {
+    ast.Add: _or_null(add),
+    ast.Sub: _or_null(subtract),
+    ast.Mult: _or_null(multiply),
+    ast.Div: _or_null(divide),
+    ast.FloorDiv: _or_null(floor_divide),
+    ast.Mod: _or_null(remainder),
+    ast.Pow: _or_null(power),
+    ast.USub: lambda a: None if a is None else negative(a),
+    ast.UAdd: lambda a: None if a is None else positive(a),
+    ast.Not: op.not_,
+    ast.Eq: equal,
+    ast.NotEq: lambda a, b: not equal(a, b),
+    ast.Lt: _or_null(_ordered(op.lt)),
+    ast.LtE: _or_null(_ordered(op.le)),
+    ast.Gt: _or_null(_ordered(op.gt)),
+    ast.GtE: _or_null(_ordered(op.ge)),
+    ast.In: contains,
+    ast.NotIn: lambda a, b: not contains(a, b),
+    ast.Is: equal,
+    ast.IsNot: lambda a, b: not equal(a, b),
+}

@@ -1,0 +1,162 @@
+"""Read the text of an expression: Python's syntax less everything that acts, quantities included."""
+
+import ast
+import math
+import re
+import warnings
+from typing import Any
+
+from ...schemas.quantity import UnitError, unit_of
+from .functions import FUNCTIONS, LITERAL
+from .operators import OPERATORS
+from .suggest import did_you_mean
+
+LONGEST = 2000
+DEEPEST = 40
+CONSTANTS = {"True": True, "False": False, "None": None, "true": True, "false": False, "null": None}
+KEYWORDS = {"and", "or", "not", "in", "is", "if", "else", "for", "lambda"}
+TOKEN = re.compile(
+    r"""(?P<text>'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")"""
+    r"""|(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"""
+    r"""(?:[ ]*(?P<unit>[^\W\d_]\w*|[µ°Ω]\w*|%(?!\s*[\w(.'"]))"""
+    r"""(?P<per>/[^\W\d_]\w*(?![\w.(\[]))?)?"""
+    r"""|(?P<name>[^\W\d]\w*)"""
+)
+"""Texts and names are passed over, so that no number in them is taken for a quantity."""
+ALLOWED = (
+    ast.Expression, ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Slice, ast.List,
+    ast.Tuple, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.keyword,
+    ast.Load, ast.And, ast.Or, *OPERATORS,
+)  # fmt: skip
+
+
+class ExpressionError(ValueError):
+    """An expression that cannot be read, or cannot be evaluated now; the text says why.
+
+    `reason` is the text without the expression, for where that can be seen beside it.
+    """
+
+    def __init__(self, reason: str, expression: str = "") -> None:
+        super().__init__(f"{reason} (in {short(expression)})" if expression else reason)
+        self.reason = reason
+
+
+def short(text: str) -> str:
+    """An expression as a sentence quotes it."""
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def parse(text: str) -> ast.Expression:
+    """The syntax tree of an expression; raises ExpressionError for what cannot be, or may not be."""
+    if not text:
+        raise ExpressionError("an expression is empty: `${{ }}`")
+    if len(text) > LONGEST:
+        raise ExpressionError(f"an expression of {len(text):,} characters; {LONGEST:,} is the most")
+    prepared = _with_quantities(" ".join(text.splitlines()))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tree = ast.parse(prepared, mode="eval")
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as fault:
+        raise ExpressionError(_unreadable(text, fault)) from fault
+    _refuse(tree)
+    return tree
+
+
+def _with_quantities(text: str) -> str:
+    """The text with `0.1 mm` written as a call, since Python knows no units."""
+
+    def replace(match: re.Match[str]) -> str:
+        unit = match["unit"]
+        if match["number"] is None or unit is None:
+            return match[0]
+        if unit in KEYWORDS:
+            # `1 if x`: after a number a keyword is a keyword, however much `in` is an inch.
+            return f"{match['number']} {match[0][len(match['number']) :].lstrip()}"
+        per = match["per"] or ""
+        try:
+            unit_of(unit + per)
+        except UnitError as fault:
+            raise ExpressionError(f"{match[0]}: {unit}{per} is not a unit") from fault
+        return f"{LITERAL}({match['number']},{unit + per!r})"
+
+    return TOKEN.sub(replace, text)
+
+
+def _unreadable(whole: str, fault: BaseException) -> str:
+    text = short(whole)
+    if re.search(r"(?<![=!<>])=(?!=)", text) and "(" not in text:
+        return f"{text}: `=` gives a name a value; `==` compares"
+    if "&&" in text or "||" in text or re.search(r"!(?!=)", text):
+        return f"{text}: write `and`, `or`, `not`"
+    if "${{" in text:
+        return f"{text}: an expression within an expression; leave the inner ${{{{ }}}} out"
+    reason = fault.msg if isinstance(fault, SyntaxError) else "it is nested too deeply"
+    return f"{text}: this cannot be read as an expression ({reason})"
+
+
+def _refuse(tree: ast.Expression) -> None:
+    """Raise for anything but arithmetic, comparisons, fields, items and known functions."""
+    level: list[ast.AST] = [tree]
+    for _ in range(DEEPEST):
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        for node in level:
+            _refuse_node(node)
+        if not level:
+            return
+    raise ExpressionError(
+        "an expression that is nested too deeply; compute a part of it with `set`"
+    )
+
+
+def _refuse_node(node: ast.AST) -> None:
+    if not isinstance(node, ALLOWED):
+        raise ExpressionError(f"{_construct(node)} is not allowed in an expression")
+    if isinstance(node, ast.Constant) and not _usable(node.value):
+        raise ExpressionError(f"{node.value!r} is not allowed in an expression")
+    if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
+        raise ExpressionError(f"a field does not begin with _: {node.attr}")
+    if isinstance(node, ast.Call):
+        _refuse_call(node)
+
+
+def _usable(value: Any) -> bool:
+    if isinstance(value, float):
+        return math.isfinite(value)
+    return isinstance(value, str | int | None)
+
+
+def _refuse_call(node: ast.Call) -> None:
+    if not isinstance(node.func, ast.Name):
+        raise ExpressionError("only functions can be called: " + ", ".join(FUNCTIONS))
+    name = node.func.id
+    if name == "csv":
+        raise ExpressionError("csv: reading a table is not available in this version")
+    if name not in FUNCTIONS and name != LITERAL:
+        raise ExpressionError(
+            f"there is no function {name}{did_you_mean(name, FUNCTIONS)}; there are "
+            + ", ".join(FUNCTIONS)
+        )
+    if any(isinstance(argument, ast.Starred) for argument in node.args):
+        raise ExpressionError("`*` before an argument is not allowed in an expression")
+    if any(keyword.arg is None for keyword in node.keywords):
+        raise ExpressionError("`**` before an argument is not allowed in an expression")
+
+
+def _construct(node: ast.AST) -> str:
+    known = {
+        "Lambda": "lambda", "ListComp": "a comprehension", "GeneratorExp": "a comprehension",
+        "DictComp": "a comprehension", "SetComp": "a comprehension", "JoinedStr": "an f-string",
+        "NamedExpr": "`:=`", "Dict": "{...}", "Set": "{...}", "Starred": "`*`", "Await": "await",
+    }  # fmt: skip
+    return known.get(type(node).__name__, type(node).__name__)
+
+
+def names_in(tree: ast.Expression) -> set[str]:
+    """The names that an expression asks for, without functions."""
+    functions = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    return {
+        node.id
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Name) and id(node) not in functions and node.id not in CONSTANTS
+    }

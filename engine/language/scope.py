@@ -1,0 +1,221 @@
+"""Where an expression stands in a protocol, and so what it may name there."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from .expression import CONSTANTS
+from .fold import Folding
+from .functions import FUNCTIONS
+from .infer import Fault
+from .shape import Place
+from .suggest import did_you_mean
+from .types import ANY, ERROR, RUN, Type, either
+
+if TYPE_CHECKING:
+    from .survey import Survey
+
+RESERVED = {"params", "steps", "run", "error", *CONSTANTS, *FUNCTIONS}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Level:
+    """A part of the protocol that hides what is in it: a loop, a fallback, a phase, a set's member."""
+
+    kind: Literal["phase", "loop", "fallback", "member"]
+    name: str
+    group: Place = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A step that has an id: where it is, when it runs, what it returns."""
+
+    id: str
+    order: int
+    levels: tuple[Level, ...]
+    type: Type
+    background: bool
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class LoopName:
+    """The name that a loop gives its item; `items` where they are known before the run."""
+
+    name: str
+    type: Type
+    items: Sequence[Any] | None
+    level: Level
+
+
+@dataclass(frozen=True, slots=True)
+class SetName:
+    """A name that a `set` gives a value, known before the run where `known` is true."""
+
+    name: str
+    type: Type
+    order: int
+    levels: tuple[Level, ...]
+    known: bool
+    value: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Env:
+    """Where an expression stands, and so what it may name; implements `infer.Names`."""
+
+    survey: "Survey"
+    order: int
+    levels: tuple[Level, ...]
+    loops: tuple[LoopName, ...] = ()
+    late: bool = False
+
+    def inside(self, level: Level, *loops: LoopName) -> "Env":
+        """The same place, one level further in."""
+        return Env(self.survey, self.survey.tick(), (*self.levels, level), (*self.loops, *loops))
+
+    def now(self, *, late: bool = False) -> "Env":
+        """The same levels, one moment later; `late` where background results are known."""
+        return Env(self.survey, self.survey.tick(), self.levels, self.loops, late)
+
+    @property
+    def in_fallback(self) -> bool:
+        """True where a failure has a name: `error`."""
+        return any(level.kind == "fallback" for level in self.levels)
+
+    def visible(self, levels: tuple[Level, ...]) -> bool:
+        """True where what stands at these levels may be seen from here."""
+        return all(level in self.levels or level.kind == "member" for level in levels)
+
+    def set_names(self) -> dict[str, list[SetName]]:
+        """The `set` names that have a value here."""
+        found: dict[str, list[SetName]] = {}
+        for name in self.survey.sets:
+            if name.order < self.order and self.visible(name.levels):
+                found.setdefault(name.name, []).append(name)
+        return found
+
+    # --- what infer asks
+
+    def name(self, name: str) -> Type | Fault:
+        """The type of a name, or why it has none here."""
+        for loop in reversed(self.loops):
+            if loop.name == name:
+                return loop.type
+        sets = self.set_names()
+        if name in sets:
+            return either([one.type for one in sets[name]])
+        if name == "run":
+            return RUN
+        if name == "error":
+            hint = "`error` says why the step failed whose `fallback` this is"
+            return (
+                ERROR
+                if self.in_fallback
+                else Fault("E311", "error is known only in a fallback", hint)
+            )
+        return self._unknown(name, sets)
+
+    def _unknown(self, name: str, sets: Mapping[str, Any]) -> Type | Fault:
+        for loop in self.survey.loops:
+            if loop.name == name:
+                message = f"{name} is known only inside the loop {loop.level.name}"
+                return Fault("E306", message)
+        if any(one.name == name for one in self.survey.sets):
+            return Fault(
+                "E305",
+                f"{name} has no value yet: its `set` comes later, or inside a loop or fallback",
+            )
+        if name in self.survey.raw_names:
+            return (
+                ANY
+                if name not in self.survey.ids
+                else Fault("E302", f"there is no name {name}; did you mean steps.{name}?")
+            )
+        if name in FUNCTIONS:
+            return Fault("E302", f"{name} is a function; call it: {name}(...)")
+        known = [
+            *(loop.name for loop in self.loops),
+            *sets,
+            "run",
+            *(["error"] if self.in_fallback else []),
+        ]
+        if name in self.survey.params:
+            return Fault("E302", f"there is no name {name}; did you mean params.{name}?")
+        guess = did_you_mean(name, [*known, "params", "steps"])
+        return Fault("E302", f"there is no name {name}{guess}", f"a text needs quotes: '{name}'")
+
+    def param(self, name: str) -> Type | Fault:
+        """The type of a parameter."""
+        if name in self.survey.params:
+            return self.survey.params[name]
+        known = self.survey.params
+        hint = f"the protocol has {', '.join(known)}" if known else "the protocol has no `params`"
+        return Fault(
+            "E303",
+            f"params.{name}: there is no parameter {name}{did_you_mean(name, known, prefix='params.')}",
+            hint,
+        )
+
+    def step(self, name: str) -> Type | Fault:
+        """The type of a step's result, or why it has none here."""
+        declared = self.survey.ids.get(name)
+        if declared is None and name in self.survey.raw_names:
+            return ANY
+        if declared is None:
+            guess = did_you_mean(name, self.survey.ids, prefix="steps.")
+            known = (
+                f"ids: {', '.join(self.survey.ids)}" if self.survey.ids else "give a step an `id:`"
+            )
+            return Fault("E304", f"steps.{name}: no step has the id {name!r}{guess}", known)
+        for level in declared.levels:
+            if level not in self.levels and level.kind != "member":
+                return self._hidden(name, level)
+        if declared.order >= self.order:
+            return Fault(
+                "E305",
+                f"steps.{name}: {name!r} has not run yet at this place",
+                "use a result after its step",
+            )
+        if self._sibling(declared):
+            return Fault(
+                "E305",
+                f"steps.{name}: {name!r} is in the same set and starts together with this one",
+            )
+        if declared.background and not self.late:
+            hint = "leave out `mode: background`, or use it in `collect` or `outputs`"
+            return Fault(
+                "E310",
+                f"steps.{name}: {name!r} runs in the background; its result is not known here",
+                hint,
+            )
+        return declared.type
+
+    def _hidden(self, name: str, level: Level) -> Fault:
+        where = {
+            "loop": f"exists only inside the loop {level.name}; `collect` keeps values of iterations",
+            "fallback": f"exists only within the fallback of {level.name}",
+            "phase": f"runs in `{level.name}` and is not known here",
+            "member": "is in a set",
+        }[level.kind]
+        return Fault("E306", f"steps.{name}: {name!r} {where}")
+
+    def _sibling(self, declared: Declared) -> bool:
+        here = {level.group: level for level in self.levels if level.kind == "member"}
+        return any(
+            level.kind == "member" and level.group in here and here[level.group] is not level
+            for level in declared.levels
+        )
+
+    # --- what fold asks
+
+    def folding(self) -> Folding:
+        """The names whose values are known before the run."""
+        known = {
+            name: found[0].value
+            for name, found in self.set_names().items()
+            if len(found) == 1 and found[0].known and self.survey.set_counts[name] == 1
+        }
+        loops = {loop.name: loop.items for loop in self.loops}
+        return Folding(self.survey.values, known, loops)

@@ -1,0 +1,216 @@
+"""What pydantic says of a model, said again as problems at their places."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+
+from ...schemas.problem import Problem
+from .operators import words
+from .source import Source
+from .suggest import closest, did_you_mean
+
+CODES = {
+    "E110": "a key that is not known here",
+    "E111": "a key that is missing",
+    "E112": "a value of the wrong type or form",
+    "E113": "a part of the file that is not the mapping or list that it should be",
+    "E114": "a step without a keyword that says what it does",
+    "E115": "a step with two keywords",
+    "E117": "a version of the protocol language that this labrun does not know",
+}
+
+WANTED = {
+    "string_type": "a text",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "bool_type": "true or false",
+    "dict_type": "keys with values",
+    "model_type": "keys with values",
+    "model_attributes_type": "keys with values",
+    "list_type": "a list",
+    "none_required": "nothing",
+}
+FORMS = {
+    r"^[A-Za-z][A-Za-z0-9_]*$": "a name: a letter, then letters, digits and _",
+    r"^[A-Za-z_][A-Za-z0-9_]*$": "a name: a letter, then letters, digits and _",
+    r"^[a-z][a-z0-9_]*@[0-9]+$": "a contract with its version, such as gantry@1",
+    r"^[A-Za-z][A-Za-z0-9_]*\.[A-Za-z_][A-Za-z0-9_]*$": "role.action, such as gantry.home",
+    r"^[A-Za-z0-9][A-Za-z0-9 _.-]*$": "a name of letters, digits, spaces, _ . and -",
+    r"^https?://[^/\s]+/?$": "an address such as http://10.0.0.7:4101",
+}
+Place = tuple[str | int, ...]
+
+
+def keys_of(model: type[BaseModel]) -> list[str]:
+    """The keys that a model has in YAML."""
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def read_model(
+    model: type[BaseModel], data: Any, source: Source, place: Place, what: str
+) -> tuple[Any, list[Problem]]:
+    """The model of some data, or None, and what is wrong with it."""
+    if not isinstance(data, dict):
+        message = f"{what} is written as keys with values, not as {kind_words(data)}"
+        return None, [source.problem(place, "E113", message)]
+    try:
+        return model.model_validate(data), []
+    except ValidationError as fault:
+        return None, list(shape_problems(fault, model, data, source, place))
+
+
+def shape_problems(
+    fault: ValidationError, model: type[BaseModel], data: Any, source: Source, place: Place
+) -> Iterable[Problem]:
+    """One problem for each place that pydantic complains of."""
+    found: dict[Place, list[dict[str, Any]]] = {}
+    for error in fault.errors(include_url=False):
+        path = _real_path(error["loc"], data, missing=error["type"] == "missing")
+        found.setdefault(path, []).append(dict(error))
+    deeper = {path[:n] for path in found for n in range(len(path))}
+    unknown = {path for path, errors in found.items() if errors[0]["type"] == "extra_forbidden"}
+    for path, errors in found.items():
+        if errors[0]["type"] == "missing" and _misspelt(path, unknown):
+            continue
+        # Of a union, the branch that looked inside says more than those that refused the whole.
+        union_refusals = path in deeper and all(e["type"] in WANTED for e in errors)
+        if not union_refusals:
+            yield _problem(path, errors, model, data, source, place)
+
+
+def _holds(node: Any, part: Any) -> bool:
+    if isinstance(node, list):
+        return isinstance(part, int) and part < len(node)
+    return isinstance(node, dict) and part in node
+
+
+def _misspelt(path: Place, unknown: set[Place]) -> bool:
+    """True where a missing key is there under a name that is nearly it: that is said already."""
+    beside = [str(other[-1]) for other in unknown if other[:-1] == path[:-1]]
+    return closest(str(path[-1]), beside) is not None
+
+
+def _real_path(location: tuple[Any, ...], data: Any, *, missing: bool) -> Place:
+    """pydantic's location without the names of union branches."""
+    path: list[str | int] = []
+    node = data
+    for index, part in enumerate(location):
+        if _holds(node, part):
+            node = node[part]
+        elif missing and index == len(location) - 1:
+            path.append(part)
+            break
+        else:
+            continue
+        path.append(part)
+    return tuple(path)
+
+
+def _problem(
+    path: Place, errors: list[dict[str, Any]], model: type[BaseModel], data: Any,
+    source: Source, place: Place,
+) -> Problem:  # fmt: skip
+    kinds = [error["type"] for error in errors]
+    name = str(path[-1]) if path else ""
+    if "extra_forbidden" in kinds:
+        allowed = _allowed(model, path[:-1])
+        message = f"unknown key {name!r}{did_you_mean(name, allowed)}"
+        hint = f"allowed here: {', '.join(allowed)}" if allowed else ""
+        return source.problem((*place, *path), "E110", message, hint, key=True)
+    if "missing" in kinds:
+        around = (*place, *path[:-1])
+        return source.problem(around, "E111", f"the key {name!r} is missing", key=bool(path[:-1]))
+    message = _says(name, errors, at(data, path))
+    at_key = any("[key]" in str(part) for error in errors for part in error["loc"])
+    where = (*place, *(part for part in path if part != "[key]"))
+    return source.problem(where, "E112", message, key=at_key)
+
+
+def at(data: Any, path: Place) -> Any:
+    """What stands at a path, None where nothing does."""
+    for part in path:
+        try:
+            data = data[part]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return data
+
+
+def _says(name: str, errors: list[dict[str, Any]], value: Any) -> str:
+    others = [error for error in errors if error["type"] not in WANTED]
+    if not others:
+        wanted = dict.fromkeys(WANTED[error["type"]] for error in errors)
+        return f"{name or 'this'} wants {' or '.join(wanted)}, not {kind_words(value)}"
+    return f"{name}: {_one(others[0])}"
+
+
+def _one(error: dict[str, Any]) -> str:
+    kind, context, value = error["type"], error.get("ctx", {}), error.get("input")
+    if kind in ("literal_error", "enum"):
+        expected = str(context.get("expected", "")).replace("'", "")
+        return f"{words(value)} is none of {expected}{_guess(value, expected)}"
+    if kind == "string_pattern_mismatch":
+        form = FORMS.get(context.get("pattern", ""), f"a text like {context.get('pattern')}")
+        return f"{words(value)} is not {form}"
+    if kind == "too_short":
+        return "it is empty; it needs at least one item"
+    if kind == "too_long":
+        return f"it has {context.get('actual_length')} items, {context.get('max_length')} at most"
+    if kind in ("greater_than_equal", "greater_than"):
+        return f"{words(value)} is too small; at least {context.get('ge', context.get('gt'))}"
+    if kind in ("less_than_equal", "less_than"):
+        return f"{words(value)} is too large; at most {context.get('le', context.get('lt'))}"
+    if kind == "string_too_long":
+        return f"it is longer than {context.get('max_length')} characters"
+    if kind == "value_error":
+        return str(context.get("error", error["msg"]))
+    return str(error["msg"])
+
+
+def _guess(value: Any, expected: str) -> str:
+    options = expected.replace(" or ", ", ").split(", ")
+    return did_you_mean(value, options) if isinstance(value, str) else ""
+
+
+def _allowed(model: type[BaseModel], path: Place) -> list[str]:
+    """The keys allowed at a path inside a model, by following its fields."""
+    current: Any = model
+    for part in path:
+        fields = getattr(current, "model_fields", None)
+        if fields is None:
+            current = _value_model(current) or current
+            continue
+        found = next((f for n, f in fields.items() if part in (n, f.alias)), None)
+        if found is None:
+            return []
+        current = found.annotation
+        current = _model_in(current) or current
+    current = _model_in(current) or current
+    return keys_of(current) if hasattr(current, "model_fields") else []
+
+
+def _model_in(annotation: Any) -> Any:
+    """The model that an annotation is, or has as one of its alternatives."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    if get_origin(annotation) in (dict, list):
+        return None
+    return next((m for a in get_args(annotation) if (m := _model_in(a))), None)
+
+
+def _value_model(annotation: Any) -> Any:
+    arguments = get_args(annotation)
+    return _model_in(arguments[-1]) if arguments else None
+
+
+def kind_words(value: Any) -> str:
+    """What a value is, as a sentence says it."""
+    if isinstance(value, Mapping):
+        return "keys with values"
+    if isinstance(value, list):
+        return "a list"
+    if value is None:
+        return "nothing"
+    return words(value)

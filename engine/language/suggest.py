@@ -1,0 +1,30 @@
+"""What a person may have meant who mistyped a name."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+def closest(name: str, options: Iterable[str]) -> str | None:
+    """The option that looks most like the name, or None when none does."""
+    known = [option for option in options if isinstance(option, str)][:2000]
+    folded = {option.casefold(): option for option in known}
+    if len(name) > 80:
+        return None
+    found = get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
+    return folded[found[0]] if found else None
+
+
+def did_you_mean(name: str, options: Iterable[str], *, prefix: str = "") -> str:
+    """`; did you mean 'move_to'?`, or nothing where no option comes close."""
+    found = closest(name, options)
+    return f"; did you mean {prefix}{found}?" if found else ""
+
+
+def listed(names: Iterable[str], limit: int = 12) -> str:
+    """`a, b and c`, as a sentence has it; cut short where there are too many."""
+    known = list(names)
+    if len(known) > limit:
+        return f"{', '.join(known[:limit])} and {len(known) - limit} more"
+    if len(known) > 1:
+        return f"{', '.join(known[:-1])} and {known[-1]}"
+    return known[0] if known else "none"

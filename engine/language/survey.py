@@ -1,0 +1,204 @@
+"""Walk a protocol once, in the order in which it runs, and note what stands where."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ...schemas import protocol as p
+from ..bind import BoundRole
+from .fold import fold
+from .load import Broken
+from .scope import Declared, Env, Level, LoopName, SetName
+from .shape import Place
+from .source import Source
+from .spots import Spot, StepAt, Use
+from .types import (
+    ANY,
+    CHOICE,
+    LOOP_RESULT,
+    NULL,
+    Type,
+    either,
+    type_of_param,
+    type_of_schema,
+)  # fmt: skip
+
+
+def raw_names(data: Any) -> set[str]:
+    """Every id and every name of a loop or `set` in the file, also in steps that could not be read.
+
+    What is said of them is not said again of the expressions that use them.
+    """
+    found: set[str] = set()
+    left = [data]
+    while left:
+        here = left.pop()
+        if isinstance(here, list):
+            left += here
+        elif isinstance(here, dict):
+            left += here.values()
+            if isinstance(here.get("id"), str):
+                found.add(here["id"])
+            for key in ("set", "foreach"):
+                if isinstance(here.get(key), dict):
+                    found.update(here[key])
+    return found
+
+
+class Survey:
+    """Everything that the checks want to know of a protocol, from one walk over it."""
+
+    def __init__(
+        self, protocol: p.Protocol, roles: Mapping[str, BoundRole], values: Mapping[str, Any],
+        source: Source,
+    ) -> None:  # fmt: skip
+        self.protocol, self.roles, self.values = protocol, roles, values
+        self.raw_names = raw_names(source.data)
+        self.params: dict[str, Type] = dict.fromkeys(source.names("params"), ANY)
+        self.params |= {name: type_of_param(param) for name, param in protocol.params.items()}
+        self.ids: dict[str, Declared] = {}
+        self.twice: list[tuple[str, Place, Place]] = []
+        self.sets: list[SetName] = []
+        self.set_counts: dict[str, int] = {}
+        self.loops: list[LoopName] = []
+        self.spots: list[Spot] = []
+        self.steps: list[StepAt] = []
+        self._order = 0
+        self._walk()
+
+    def tick(self) -> int:
+        """The next moment in the order of the protocol."""
+        self._order += 1
+        return self._order
+
+    def _walk(self) -> None:
+        protocol = self.protocol
+        resume = Env(self, self.tick(), (Level("phase", "on_resume"),))
+        self._sequence(protocol.on_resume, ("on_resume",), resume)
+        main = Env(self, self.tick(), ())
+        if protocol.defaults.timeout is not None:
+            self._spot(
+                ("defaults", "timeout"), protocol.defaults.timeout, "duration", main, "timeout"
+            )
+        self._sequence(protocol.steps, ("steps",), main)
+        after = Env(self, self.tick(), (Level("phase", "finally"),), late=True)
+        self._sequence(protocol.finally_, ("finally",), after)
+        end = main.now(late=True)
+        for name, raw in protocol.outputs.items():
+            self._spot(("outputs", name), raw, "output", end, name)
+
+    def _spot(self, place: Place, raw: Any, use: Use, env: Env, what: str) -> Spot:
+        spot = Spot(place, raw, use, env, what)
+        self.spots.append(spot)
+        return spot
+
+    def _sequence(self, steps: Sequence[Any], place: Place, env: Env) -> Type:
+        result = NULL
+        for index, step in enumerate(steps):
+            result = self._step(step, (*place, index), env)
+        return result
+
+    def _step(self, step: p.StepBase, place: Place, env: Env) -> Type:
+        here = env.now()
+        arguments: dict[str, Spot] = {}
+        self.steps.append(StepAt(step, place, here, arguments))
+        if step.when is not None:
+            self._spot((*place, "when"), step.when, "condition", here, "when")
+        if step.timeout is not None:
+            self._spot((*place, "timeout"), step.timeout, "duration", here, "timeout")
+        result = self._kind(step, place, here, arguments)
+        name = step.id or f"step {place[-1] + 1 if isinstance(place[-1], int) else place[-1]}"
+        for index, alternative in enumerate(step.fallback or []):
+            inner = here.inside(Level("fallback", name))
+            at = (*place, "fallback", index)
+            if isinstance(alternative, list):
+                self._sequence(alternative, at, inner)
+            else:
+                self._step(alternative, at, inner)
+        if step.id is not None:
+            self._declare(step, step.id, place, env, result)
+        return result
+
+    def _declare(self, step: p.StepBase, name: str, place: Place, env: Env, result: Type) -> None:
+        if name in self.ids:
+            self.twice.append((name, place, self.ids[name].place))
+            return
+        background = isinstance(step, p.Do) and step.mode == "background"
+        self.ids[name] = Declared(name, self.tick(), env.levels, result, background, place)
+
+    def _kind(self, step: p.StepBase, place: Place, env: Env, arguments: dict[str, Spot]) -> Type:
+        if isinstance(step, p.Do):
+            return self._do(step, place, env, arguments)
+        if isinstance(step, p.Parallel):
+            return self._set_of_actions(step, place, env)
+        if isinstance(step, p.Foreach):
+            return self._loop(step, place, env)
+        if isinstance(step, p.Group):
+            return self._sequence(step.steps, (*place, "steps"), env)
+        if isinstance(step, p.Set):
+            return self._set(step, place, env)
+        return self._simple(step, place, env)
+
+    def _simple(self, step: p.StepBase, place: Place, env: Env) -> Type:
+        uses: dict[str, Use] = {
+            "confirm": "text", "ask": "text", "log": "text", "fail": "text", "wait": "duration",
+            "require": "condition",
+        }  # fmt: skip
+        use = uses.get(step.KIND)
+        if use is not None:
+            self._spot((*place, step.KIND), getattr(step, step.KIND), use, env, step.KIND)
+        if isinstance(step, Broken):
+            return ANY
+        return CHOICE if isinstance(step, p.Confirm | p.Ask) else NULL
+
+    def _do(self, step: p.Do, place: Place, env: Env, arguments: dict[str, Spot]) -> Type:
+        for name, raw in step.with_.items():
+            arguments[name] = self._spot((*place, "with", name), raw, "argument", env, name)
+        role, _, action = step.do.partition(".")
+        bound = self.roles.get(role)
+        found = bound.contract.actions.get(action) if bound is not None else None
+        return type_of_schema(found.returns, root=True) if found is not None else ANY
+
+    def _set_of_actions(self, step: p.Parallel, place: Place, env: Env) -> Type:
+        results = []
+        for index, member in enumerate(step.parallel):
+            inner = env.inside(Level("member", str(index), place))
+            results.append(self._step(member, (*place, "parallel", index), inner))
+        return Type("list", item=either(results))
+
+    def _set(self, step: p.Set, place: Place, env: Env) -> Type:
+        types: dict[str, Type] = {}
+        for name, raw in step.set.items():
+            spot = self._spot((*place, "set", name), raw, "set", env, name)
+            types[name] = spot.inferred()[0]
+            spot._inferred = None  # asked again when every id is known
+            value = (
+                fold(spot.value, env.folding()) if not env.levels and step.when is None else None
+            )
+            known = value is not None and value.known and not value.loops
+            self.set_counts[name] = self.set_counts.get(name, 0) + 1
+            found = value.value if value is not None and known else None
+            self.sets.append(SetName(name, types[name], self.tick(), env.levels, known, found))
+        return Type("map", fields=types)
+
+    def _loop(self, step: p.Foreach, place: Place, env: Env) -> Type:
+        ((name, raw),) = step.foreach.items()
+        spot = self._spot((*place, "foreach", name), raw, "items", env, name)
+        kind = spot.inferred()[0]
+        spot._inferred = None
+        folded = fold(spot.value, env.folding())
+        constant = folded.known and not folded.loops and isinstance(folded.value, Sequence)
+        items = folded.value if constant and not isinstance(folded.value, str) else None
+        level = Level("loop", step.id or name)
+        loop = LoopName(name, (kind.item or ANY) if kind.kind == "list" else ANY, items, level)
+        self.loops.append(loop)
+        inner = env.inside(level, loop)
+        if step.key is not None:
+            self._spot((*place, "key"), step.key, "key", inner, "key")
+        if step.keep_going is not None:
+            at = (*place, "keep_going", "max_failed")
+            self._spot(at, step.keep_going.max_failed, "count", env, "max_failed")
+        self._sequence(step.steps, (*place, "steps"), inner)
+        late = inner.now(late=True)
+        for column, value in (step.collect or {}).items():
+            self._spot((*place, "collect", column), value, "collect", late, column)
+        return LOOP_RESULT

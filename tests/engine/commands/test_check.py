@@ -1,0 +1,53 @@
+"""`labrun check` as a person starts it."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parents[1]
+EXAMPLE = HERE / "examples" / "libs_grid_scan.yaml"
+FAULTY = HERE / "faulty" / "argument_dimension.yaml"
+
+
+def labrun(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "labrun.engine", *map(str, arguments)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=60, env=environment, check=False
+    )
+
+
+def test_a_protocol_in_order_is_0_and_a_faulty_one_is_2():
+    fine, faulty = labrun("check", EXAMPLE), labrun("check", FAULTY)
+
+    assert (fine.returncode, fine.stderr) == (0, "")
+    assert "no problems" in fine.stdout
+    assert faulty.returncode == 2
+    assert "error[E204]" in faulty.stdout and "1 error. Nothing was sent" in faulty.stdout
+
+
+def test_several_files_and_options_are_one_list_in_json():
+    done = labrun(
+        "check", EXAMPLE, FAULTY, "--format", "json", "-p", "pith=1 mm", "--bind", "libs=gantry"
+    )
+    found = {(p["file"], p["code"]) for p in json.loads(done.stdout)}
+
+    assert done.returncode == 2
+    assert {("-p", "E220"), ("--bind", "E210"), (str(FAULTY), "E204")} <= found
+
+
+def test_what_cannot_be_a_protocol_is_a_problem_not_a_traceback(tmp_path):
+    for path in (tmp_path, tmp_path / "none.yaml"):
+        done = labrun("check", path)
+
+        assert done.returncode == 2
+        assert "error[E100]" in done.stdout and "Traceback" not in done.stderr
+
+
+def test_explain_prints_the_sets():
+    done = labrun("explain", EXAMPLE)
+
+    assert done.returncode == 0
+    assert "P = [A1, ..., A7]" in done.stdout

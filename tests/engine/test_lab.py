@@ -1,0 +1,60 @@
+"""Labs are read with their contracts and limits, and what is wrong in one is told at its place."""
+
+from pathlib import Path
+
+from labrun.engine.lab import load_lab
+
+LAB = """\
+name: cellar
+contracts: [./furnace.yaml]
+devices:
+  oven: {contract: furnace@1, url: "http://10.0.0.7:4101", limits: {target: {maximum: 900 degC}}}
+  gantry: {contract: gantry@1, driver: sim_gantry, limits: {x: {maximum: 40 cm}}}
+"""
+FURNACE = """\
+type: furnace@1
+actions:
+  heat:
+    params: {properties: {target: {type: number, unit: degC, maximum: 1200}}}
+"""
+
+
+def write(folder: Path, lab: str = LAB, furnace: str = FURNACE) -> Path:
+    (folder / "furnace.yaml").write_text(furnace)
+    path = folder / "lab.yaml"
+    path.write_text(lab)
+    return path
+
+
+def told(path: Path) -> list[str]:
+    return [f"{p.code} {p.line}:{p.column}" for p in load_lab(path)[1]]
+
+
+def test_without_a_file_the_simulated_lab_is_used():
+    lab, problems = load_lab(None)
+
+    assert problems == []
+    assert lab is not None and lab.lab.simulated and lab.path is None
+    assert lab.contracts[lab.lab.devices["gantry"].contract].actions
+
+
+def test_a_lab_brings_its_own_contracts_and_limits(tmp_path):
+    lab, problems = load_lab(write(tmp_path))
+
+    assert problems == []
+    assert lab is not None and "heat" in lab.contracts["furnace@1"].actions
+    assert lab.lab.devices["gantry"].limits["x"].maximum == "40 cm"
+
+
+def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
+    assert told(write(tmp_path, LAB.replace("gantry@1", "gantri@1"))) == ["E120 5:22"]
+    assert told(write(tmp_path, LAB.replace("x: {max", "xx: {max"))) == ["E121 5:61"]
+    assert told(write(tmp_path, LAB.replace("40 cm", "40 s"))) == ["E121 5:74"]
+    assert told(write(tmp_path, LAB.replace("driver", "drivr"))) == ["E110 5:32"]
+    assert told(write(tmp_path, LAB.replace("furnace.yaml", "none.yaml"))) == [
+        "E120 2:13",
+        "E120 4:20",
+    ]
+    assert told(write(tmp_path, LAB, FURNACE.replace("degC", "degX"))) == ["E120 2:13", "E120 4:20"]
+    assert told(write(tmp_path, LAB, "type: furnace@1\nactions: 3\n")) == ["E120 2:13", "E120 4:20"]
+    assert told(tmp_path / "nowhere.yaml") == ["E100 1:1"]
