@@ -1,0 +1,113 @@
+"""`labrun call gantry.move_to x="10 mm"`: one action by hand."""
+
+import asyncio
+import json
+import secrets
+import sys
+import tempfile
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ..exit_status import FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
+from ..lab import LoadedLab, load_lab
+from .options import Lab, WrongUsage, pairs, say
+
+
+def call(
+    action: Annotated[str, typer.Argument(metavar="DEVICE.ACTION")],
+    params: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...")] = None,
+    lab: Lab = None,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Arm a dangerous action.")] = False,
+) -> None:
+    """Do one action on one device, with the same checks as in a protocol."""
+    from ..language.arguments import ArgumentFaults, resolve_arguments
+
+    loaded, problems = load_lab(lab)
+    if loaded is None:
+        from ..print_problems import print_problems
+
+        print_problems(problems, format="text")
+        raise typer.Exit(PROBLEMS)
+    device, _, name = action.partition(".")
+    try:
+        found = _find(loaded, device, name)
+        given = {key: _value(text) for key, text in pairs(params, "").items()}
+        limits = loaded.lab.devices[device].limits
+        arguments = resolve_arguments(found, given, limits, label=action)
+    except (WrongUsage, ArgumentFaults) as fault:
+        say(str(fault).strip())
+        raise typer.Exit(PROBLEMS) from None
+    if found.danger and not yes and not _armed(action, found.danger):
+        say(f"{action} is dangerous ({found.danger}); `--yes` arms it")
+        raise typer.Exit(PROBLEMS)
+    raise typer.Exit(asyncio.run(_call(loaded, device, name, arguments)))
+
+
+def _find(lab: LoadedLab, device: str, name: str):
+    from ..language.suggest import did_you_mean
+
+    if device not in lab.lab.devices:
+        raise WrongUsage(
+            f"no device {device!r} in this lab{did_you_mean(device, lab.lab.devices)}; "
+            f"it has {', '.join(lab.lab.devices)}"
+        )
+    contract = lab.contracts[lab.lab.devices[device].contract]
+    if name not in contract.actions:
+        raise WrongUsage(
+            f"{device!r} has no action {name!r}{did_you_mean(name, contract.actions)}; "
+            f"it has {', '.join(contract.actions)}"
+        )
+    return contract.actions[name]
+
+
+def _value(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def _armed(action: str, danger: str) -> bool:
+    return sys.stdin.isatty() and typer.confirm(f"{action} is dangerous ({danger}). Do it?")
+
+
+async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any]) -> int:
+    from ...schemas.messages import Goal
+    from ..bind import BoundRole
+    from ..connect import NotReached, connect
+    from ..run_files import FileFault, read_content, write_content
+
+    contract = lab.contracts[lab.lab.devices[device].contract]
+    role = BoundRole(device, device, contract, lab.lab.devices[device].limits)
+    action = contract.actions[name]
+    with tempfile.TemporaryDirectory(prefix="labrun-call-") as folder:
+        owner = f"call-{secrets.token_hex(4)}"
+        try:
+            connections = await connect({device: role}, lab, Path(folder), owner)
+        except NotReached as fault:
+            say(f"{fault}. Nothing was sent.")
+            return NOT_REACHED
+        try:
+            client = connections.clients[device]
+            read, _ = action.path_params()
+            files = {n: read_content(Path(), arguments[n]) for n in read if n in arguments}
+            goal = Goal(
+                id=f"{owner}/{name}/1", device=device, boot=client.boot,
+                epoch=client.epoch(device), action=name, params=arguments, files=files,
+            )  # fmt: skip
+            outcome = await client.follow(goal, lambda report: None)
+            for content in outcome.files.values():
+                write_content(Path(), content)
+        except FileFault as fault:
+            say(str(fault))
+            return PROBLEMS
+        finally:
+            await connections.close()
+    if outcome.state == "SUCCEEDED":
+        typer.echo(json.dumps(outcome.result, indent=1))
+        return SUCCEEDED
+    error = outcome.error
+    say(f"{device}.{name}: {error.name}: {error.message}" if error else f"ended {outcome.state}")
+    return FAILED

@@ -1,0 +1,40 @@
+"""Options that several commands share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Lab = Annotated[
+    Path | None, typer.Option("--lab", help="The lab file; without it the simulated lab is used.")
+]
+Bind = Annotated[
+    list[str] | None,
+    typer.Option("--bind", metavar="ROLE=DEVICE", help="Which device plays a role."),
+]
+Params = Annotated[
+    list[str] | None,
+    typer.Option("-p", "--param", metavar="NAME=VALUE", help='A parameter: -p pitch="100 um".'),
+]
+Runs = Annotated[Path, typer.Option("--runs", help="The folder that run folders are kept in.")]
+RUNS = Path("runs")
+
+
+class WrongUsage(ValueError):
+    """Options that cannot be understood; the text says which and how they are written."""
+
+
+def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
+    """`["a=1", "b=2"]` as a dictionary; raises WrongUsage where the `=` is missing."""
+    found: dict[str, str] = {}
+    for text in texts or []:
+        name, mark, value = text.partition("=")
+        if not mark or not name:
+            raise WrongUsage(f"{option} {text}: write {option} NAME=VALUE")
+        found[name.strip()] = value
+    return found
+
+
+def say(text: str) -> None:
+    """One line to a person, beside what a program reads from stdout."""
+    typer.echo(f"labrun: {text}", err=True)

@@ -1,0 +1,139 @@
+"""`labrun run FILE`: check, start, show progress, leave a run folder."""
+
+import asyncio
+import shutil
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..check import Checked, check_file
+from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
+from ..print_problems import print_problems
+from .options import RUNS, Bind, Lab, Params, Runs, WrongUsage, pairs, say
+
+File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
+Yes = Annotated[bool, typer.Option("--yes", "-y", help="Answer every `confirm` with yes.")]
+Answers = Annotated[
+    list[str] | None,
+    typer.Option("--answer", metavar="ID=CHOICE", help="Answer a question beforehand."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Tell what happens as lines of JSON.")]
+
+
+def run(
+    file: File,
+    param: Params = None,
+    lab: Lab = None,
+    bind: Bind = None,
+    runs: Runs = RUNS,
+    yes: Yes = False,
+    answer: Answers = None,
+    json: Json = False,
+) -> None:
+    """Check a protocol, run it, and leave a folder with everything that happened."""
+    try:
+        roles, params, answers = (
+            pairs(bind, "--bind"),
+            pairs(param, "-p"),
+            pairs(answer, "--answer"),
+        )
+    except WrongUsage as fault:
+        say(str(fault))
+        raise typer.Exit(PROBLEMS) from None
+    checked = check_file(file, lab=lab, bind=roles, params=params)
+    if checked.problems:
+        print_problems(checked.problems, format="json" if json else "text", file=sys.stderr)
+    if not checked.ok:
+        raise typer.Exit(PROBLEMS)
+    raise typer.Exit(start(checked, runs, given=params, yes=yes, answers=answers, json=json))
+
+
+def start(
+    checked: Checked,
+    runs: Path,
+    *,
+    given: dict[str, str] | None = None,
+    yes: bool = False,
+    answers: dict[str, str] | None = None,
+    json: bool = False,
+) -> int:
+    """Make the run's folder and live the run; returns the exit status."""
+    from ..journal import JournalFault
+    from ..run_folder import FolderFault, FolderLock, new_run_folder
+    from ..runner import Wishes, new_run, run_life
+
+    assert checked.protocol is not None
+    folder = None
+    try:
+        folder = new_run_folder(runs, checked.protocol.name)
+        _keep(folder, checked, given or {})
+        wishes = Wishes(yes=yes, answers=answers or {}, watchers=[watcher(json)])
+        lock = FolderLock(folder)
+        lock.take()
+        the_run = new_run(folder, checked, wishes)
+    except (FolderFault, JournalFault, OSError) as fault:
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+        say(str(fault))
+        return FAILED
+    try:
+        return live(run_life(the_run, checked, wishes))
+    finally:
+        lock.release()
+
+
+def live(life) -> int:
+    """Run one life of an engine; its ending as an exit status."""
+    from ..connect import NotReached
+    from ..journal import JournalFault
+
+    try:
+        ending = asyncio.run(life)
+    except JournalFault as fault:
+        say(f"{fault}. Nothing was sent.")
+        return FAILED
+    except NotReached as fault:
+        say(f"{fault}. Nothing was sent.")
+        return NOT_REACHED
+    if ending.interrupted:
+        return CTRL_C
+    return SUCCEEDED if ending.fate == "succeeded" else FAILED
+
+
+def watcher(json: bool):
+    """How this terminal is told: JSON lines, a live picture, or plain lines."""
+
+    def watch(run, control):
+        if json:
+            from ..watch.json_lines import JsonWatch
+
+            return JsonWatch()
+        if sys.stdout.isatty() and sys.stdin.isatty():
+            from ..watch.rich_terminal import RichWatch
+
+            return RichWatch(run, control)
+        from ..watch.plain import PlainWatch
+
+        return PlainWatch()
+
+    return watch
+
+
+def _keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
+    from ..run_folder import keep_inputs
+
+    assert checked.source is not None and checked.lab is not None
+    lab = checked.lab
+    used = {device.contract for device in lab.lab.devices.values()}
+    keep_inputs(
+        folder, checked.source.text, checked.source.name, lab.lab,
+        lab.path.parent if lab.path else None,
+        {name: contract for name, contract in lab.contracts.items() if name in used},
+        {
+            "file": checked.source.name,
+            "params": given,
+            "roles": {name: role.device for name, role in checked.roles.items()},
+        },
+    )  # fmt: skip

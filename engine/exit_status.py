@@ -1,0 +1,8 @@
+"""What the exit status of a command says."""
+
+SUCCEEDED = 0
+FAILED = 1
+PROBLEMS = 2
+NOT_REACHED = 4
+FAULT = 70
+CTRL_C = 130

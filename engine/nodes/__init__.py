@@ -1,0 +1,1 @@
+"""The nodes of a run's tree, one kind a file."""

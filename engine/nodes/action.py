@@ -1,0 +1,205 @@
+"""The leaf that does one action: asks the dispatcher, reads the outcome, withdraws when stopped."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from py_trees.common import Status
+
+from ...drivers.client import Outcome
+from ...schemas.contract import RESERVED_ERRORS, Action, Happened
+from ...schemas.quantity import seconds
+from ..bind import BoundRole
+from ..dispatcher import Dispatcher
+from ..encode import with_units
+from ..failure import Failure
+from ..frame import Scope
+from ..history import PastGoal
+from ..language.arguments import ArgumentFaults, resolve_arguments
+from ..language.expression import ExpressionError
+from ..language.value import Value
+from ..request import Request
+from ..run import Run
+from .node import Node
+from .unknown import UnknownFate
+
+
+@dataclass(frozen=True, slots=True)
+class ActionPlan:
+    """What one `do` asks for, as far as it is known before it runs."""
+
+    segment: str
+    role: BoundRole
+    action_name: str
+    action: Action
+    arguments: Value
+    timeout_s: Value | None
+    on_unknown: str = "probe"
+
+    @property
+    def label(self) -> str:
+        """`gantry.move_to`, as a person says it."""
+        return f"{self.role.role}.{self.action_name}"
+
+
+class ActionLeaf(Node):
+    """One attempt each time it is entered; finished attempts of earlier lives are taken as done."""
+
+    def __init__(self, run: Run, scope: Scope, dispatcher: Dispatcher, plan: ActionPlan) -> None:
+        super().__init__(plan.segment, run)
+        self.scope = scope
+        self.dispatcher = dispatcher
+        self.plan = plan
+        self.request: Request | None = None
+        self.unknown: UnknownFate | None = None
+        self.path = ""
+
+    def initialise(self) -> None:
+        self.failure, self.result, self.request, self.unknown = None, None, None, None
+        self.path = f"{self.scope.frame.path}/{self.plan.segment}"
+        try:
+            arguments = self._arguments()
+            timeout_s = self._timeout()
+        except (ExpressionError, ArgumentFaults, ValueError) as fault:
+            self.failure = self._failure("Rejected", str(fault), "no")
+            return
+        self._begin(arguments, timeout_s)
+
+    def update(self) -> Status:
+        if self.failure is not None:
+            return Status.FAILURE
+        if self.unknown is not None:
+            return self._resolve(self.unknown)
+        assert self.request is not None
+        outcome = self.request.outcome
+        return Status.RUNNING if outcome is None else self._take(outcome, self.request)
+
+    def terminate(self, new_status: Status) -> None:
+        if self.status == Status.RUNNING and new_status == Status.INVALID:
+            if self.unknown is not None:
+                self.unknown.withdraw()
+            elif self.request is not None:
+                self.dispatcher.withdraw(self.request)
+
+    # --- beginning
+
+    def _arguments(self) -> dict[str, Any]:
+        given = self.plan.arguments.evaluate(self.scope.frame.names)
+        return resolve_arguments(
+            self.plan.action, given, self.plan.role.limits, label=self.plan.label
+        )
+
+    def _timeout(self) -> float | None:
+        if self.plan.timeout_s is not None:
+            return seconds(self.plan.timeout_s.evaluate(self.scope.frame.names))
+        if self.plan.action.duration is not None:
+            # No timeout was written: well past what the contract calls typical, it has hung.
+            return 10 * seconds(self.plan.action.duration) + 30
+        return None
+
+    def _begin(self, arguments: dict[str, Any], timeout_s: float | None) -> None:
+        frame, history = self.scope.frame, self.run.history
+        attempt = frame.next_attempt(self.path)
+        past = history.goal(self.path, attempt)
+        while past is not None and self._is_behind(past):
+            attempt = frame.next_attempt(self.path)
+            past = history.goal(self.path, attempt)
+        request = Request(
+            goal_id=f"{self.run.id}/{self.path}/{attempt}", path=self.path, role=self.plan.role,
+            action_name=self.plan.action_name, action=self.plan.action, params=arguments,
+            timeout_s=timeout_s, adopt=past,
+        )  # fmt: skip
+        self.request = request
+        if past is None:
+            self.dispatcher.request(request)
+        elif past.ended is None:
+            request.params = past.sent.params
+            self.dispatcher.request(request)
+        else:
+            request.outcome = _outcome_of(past)
+
+    def _is_behind(self, past: PastGoal) -> bool:
+        """True for an earlier attempt that says nothing about this one."""
+        if past.ended is None:
+            return False
+        if past.ended.state == "SUCCEEDED":
+            return self.plan.action.effect != "once" and self.run.history.is_stale(past)
+        if self.plan.action.effect == "once" and _happened(past, self.plan.action) != "no":
+            return False  # unknown, or it did happen: never simply sent again
+        return past.spent or past.ended.state == "CANCELED"
+
+    # --- ending
+
+    def _take(self, outcome: Outcome, request: Request) -> Status:
+        if outcome.state == "SUCCEEDED":
+            self.result = with_units(outcome.result or {}, self.plan.action.returns)
+            return Status.SUCCESS
+        self.failure = self._failure_of(outcome, request)
+        if self.failure.once and self.failure.happened == "unknown":
+            self.unknown = UnknownFate(
+                self.run, self.dispatcher, self.plan.role, request, self.failure,
+                self.plan.on_unknown,
+            )  # fmt: skip
+            self.failure = None
+            return self._resolve(self.unknown)
+        return Status.FAILURE
+
+    def _failure_of(self, outcome: Outcome, request: Request) -> Failure:
+        error = outcome.error
+        name = error.name if error else outcome.state.capitalize()
+        happened = error.happened if error else "unknown"
+        message = error.message if error else f"{self.plan.label} ended {outcome.state}"
+        if name in self.plan.action.errors and happened == "unknown":
+            happened = self.plan.action.happened(name)
+        elif error is not None and name not in self.plan.action.errors and not _reserved(name):
+            message = f"{message} (an error that {self.plan.role.contract.type} does not declare)"
+        if request.expired:
+            name = "Timeout"
+            message = f"{self.plan.label} took longer than {request.timeout_s:g} s"
+        return self._failure(name, message, happened)
+
+    def _failure(self, name: str, message: str, happened: Happened) -> Failure:
+        return Failure(
+            name, message, step=self.path, device=self.plan.role.device, action=self.plan.label,
+            happened=happened, once=self.plan.action.effect == "once",
+        )  # fmt: skip
+
+    def _resolve(self, unknown: UnknownFate) -> Status:
+        verdict = unknown.advance()
+        if verdict is None:
+            return Status.RUNNING
+        self.unknown = None
+        if verdict.happened:
+            self.result = with_units(verdict.result or {}, self.plan.action.returns)
+            return Status.SUCCESS
+        if verdict.repeat:
+            request = unknown.request
+            self._begin(request.params, request.timeout_s)
+            self.run.again()
+            return Status.RUNNING
+        return self.fail(
+            replace(unknown.failure, happened="no", skip=verdict.skip, stop=verdict.stop)
+        )
+
+
+OUR_ERRORS = ("Fault", "Canceled", "DiskFull", "Stopped", "NEVER_STARTED")
+"""Names that the wire itself gives, beside those that are reserved for every action."""
+
+
+def _reserved(name: str) -> bool:
+    return name in RESERVED_ERRORS or name in OUR_ERRORS
+
+
+def _happened(past: PastGoal, action: Action) -> str:
+    assert past.ended is not None
+    error = past.ended.error
+    if error is None:
+        return "unknown"
+    return error.happened if error.happened != "unknown" else action.happened(error.name)
+
+
+def _outcome_of(past: PastGoal) -> Outcome:
+    assert past.ended is not None
+    return Outcome(
+        state=past.ended.state, result=past.ended.result, error=past.ended.error, files={},
+        boot=past.sent.boot,
+    )  # fmt: skip

@@ -1,0 +1,82 @@
+"""Actions that run aside: begun here, joined by the loop or the group around them."""
+
+from collections.abc import Callable, Iterator
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ..frame import Frame, Scope
+from ..run import Run
+from .node import Node, Parent, failure_of, result_of
+
+Build = Callable[[Scope], Behaviour]
+
+
+class Background(Node):
+    """Begins a new small tree for its action and succeeds at once.
+
+    The tree is built anew each time, since the one of the last iteration may still be running.
+    """
+
+    def __init__(self, name: str, run: Run, scope: Scope, build: Build) -> None:
+        super().__init__(name, run)
+        self.scope = scope
+        self.build = build
+
+    def update(self) -> Status:
+        frame = self.scope.frame
+        aside = self.build(Scope(frame))
+        frame.joiner.pending.append(aside)
+        self.run.again()
+        return Status.SUCCESS
+
+
+def tick_pending(frame: Frame) -> Iterator[Behaviour]:
+    """Tick everything that runs aside in a frame and has not ended."""
+    for aside in frame.pending:
+        if aside.status not in (Status.SUCCESS, Status.FAILURE):
+            yield from aside.tick()
+
+
+def all_ended(frame: Frame) -> bool:
+    """True when nothing runs aside in this frame any more."""
+    return all(aside.status in (Status.SUCCESS, Status.FAILURE) for aside in frame.pending)
+
+
+def stop_pending(frame: Frame) -> None:
+    """Interrupt what runs aside."""
+    for aside in frame.pending:
+        if aside.status == Status.RUNNING:
+            aside.stop(Status.INVALID)
+
+
+class Join(Parent):
+    """Steps outside loops: over when the steps and what they began aside have ended."""
+
+    def __init__(self, name: str, run: Run, outer: Scope, inner: Scope, child: Behaviour) -> None:
+        super().__init__(name, run, [child])
+        self.child = child
+        self.outer = outer
+        self.inner = inner
+        self.steps_over = False
+
+    def initialise(self) -> None:
+        self.steps_over = False
+        self.inner.frame = self.outer.frame.joining()
+
+    def advance(self) -> Iterator[Behaviour]:
+        frame = self.inner.frame
+        if not self.steps_over:
+            yield from self.child.tick()
+            self.steps_over = self.child.status != Status.RUNNING
+        yield from tick_pending(frame)
+        if not self.steps_over or not all_ended(frame):
+            return
+        failed = [aside for aside in (self.child, *frame.pending) if aside.status == Status.FAILURE]
+        self.result = result_of(self.child)
+        self.status = self.fail(failure_of(failed[0])) if failed else Status.SUCCESS
+
+    def stop(self, new_status: Status) -> None:
+        if new_status == Status.INVALID and self.status == Status.RUNNING:
+            stop_pending(self.inner.frame)
+        super().stop(new_status)

@@ -1,0 +1,110 @@
+"""Alternatives in order: the next one is tried when the one before has failed for good."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ...schemas.journal import Turned
+from ..failure import Failure
+from ..frame import Scope
+from ..run import Run
+from .node import Parent, failure_of, result_of
+
+ASKED = ("repeat", "skip", "stop")
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """One way to go on; `asks` is True for a question whose answers mean repeat, skip, stop."""
+
+    node: Behaviour
+    scope: Scope
+    asks: bool = False
+
+
+class Fallback(Parent):
+    """The step's result is that of the alternative that succeeded.
+
+    `error` in an alternative is the failure before it. A person's `repeat` starts anew with the
+    step itself, one level deeper in the path, so that no goal id comes twice.
+    """
+
+    def __init__(
+        self, name: str, run: Run, primary: Behaviour, inner: Scope,
+        alternatives: list[Alternative], outer: Scope,
+    ) -> None:  # fmt: skip
+        super().__init__(name, run, [primary, *(a.node for a in alternatives)])
+        self.alternatives = alternatives
+        self.inner = inner
+        self.outer = outer
+        self.current = 0
+        self.round = 1
+
+    @property
+    def path(self) -> str:
+        """Where the step stands now."""
+        return f"{self.outer.frame.path}/{self.name}"
+
+    def initialise(self) -> None:
+        turns = self.run.history.turns
+        repeated = turns.get(f"{self.path}/a")
+        self._enter_round(repeated.turn if repeated is not None else 1)
+        past = turns.get(f"{self._base()}/f")
+        if past is not None and past.error is not None:
+            self._enter(past.turn, Failure.from_error(past.error))
+
+    def advance(self) -> Iterator[Behaviour]:
+        while self.status == Status.RUNNING:
+            child = self.children[self.current]
+            yield from child.tick()
+            if child.status == Status.RUNNING:
+                return
+            if child.status == Status.SUCCESS:
+                self._succeeded(child)
+            else:
+                self._failed(failure_of(child))
+
+    def _succeeded(self, child: Behaviour) -> None:
+        self.result = result_of(child)
+        if self.current and self.alternatives[self.current - 1].asks:
+            self._answered(self.result["choice"])
+        else:
+            self.status = Status.SUCCESS
+
+    def _answered(self, choice: str) -> None:
+        assert self.failure is not None
+        if choice == "repeat":
+            self.run.record(Turned(path=f"{self.path}/a", turn=self.round + 1))
+            self._enter_round(self.round + 1)
+        elif choice in ASKED:
+            skip = choice == "skip"
+            self.status = self.fail(replace(self.failure, skip=skip, stop=not skip))
+        else:
+            self.status = Status.SUCCESS
+
+    def _failed(self, failure: Failure) -> None:
+        last = self.current == len(self.children) - 1
+        if last or failure.skip or failure.stop:
+            self.status = self.fail(failure)
+            return
+        self.run.record(
+            Turned(path=f"{self._base()}/f", turn=self.current + 1, error=failure.as_error())
+        )
+        self.run.log(f"{failure.sentence()} (fallback {self.current + 1})", self.path)
+        self._enter(self.current + 1, failure)
+
+    def _base(self) -> str:
+        return self.path if self.round == 1 else f"{self.path}/a{self.round}"
+
+    def _enter_round(self, number: int) -> None:
+        self.round, self.current, self.failure = number, 0, None
+        frame = self.outer.frame
+        self.inner.frame = frame if number == 1 else frame.within(self._base())
+
+    def _enter(self, index: int, failure: Failure) -> None:
+        self.current, self.failure = index, failure
+        names = {"error": failure.as_error()}
+        scope = self.alternatives[index - 1].scope
+        scope.frame = self.outer.frame.within(f"{self._base()}/f{index}", names)

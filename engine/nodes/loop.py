@@ -1,0 +1,267 @@
+"""A loop: one subtree, entered again for each item; memory does not grow with their number."""
+
+from array import array
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ...schemas.journal import IterationEnded, LoopEnded, StepFate
+from ..encode import decode, encode
+from ..failure import Failure
+from ..frame import Frame, Scope, segment
+from ..history import LoopCounts
+from ..language.expression import ExpressionError
+from ..language.value import Value
+from ..rows import Rows
+from ..run import Run
+from .background import all_ended, stop_pending, tick_pending
+from .node import Parent, failure_of
+
+ITERATIONS_PER_TICK = 200
+"""So that a long loop of instant steps lets results, signals and the screen have their turn."""
+
+
+MANY = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class LoopPlan:
+    """What one `foreach` says."""
+
+    segment: str
+    item_name: str
+    items: Value
+    key: Value | None
+    max_failed: Value | None
+    background: int
+    nested: bool
+
+
+@dataclass(slots=True)
+class Iteration:
+    """One item under way, or done but for what runs aside."""
+
+    index: int
+    key: str
+    frame: Frame
+    failure: Failure | None = None
+    over: bool = field(default=False)
+
+
+class Loop(Parent):
+    """Rebinds its item and enters its body again; finished iterations of earlier lives are left out.
+
+    An iteration is finished when its steps and its background actions have ended; rows and
+    records come in the order of the items.
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        outer: Scope,
+        inner: Scope,
+        plan: LoopPlan,
+        body: Behaviour,
+        rows: Rows | None,
+    ) -> None:
+        super().__init__(plan.segment, run, [body])
+        self.body = body
+        self.outer = outer
+        self.inner = inner
+        self.plan = plan
+        self.rows = rows
+        self.path = ""
+        self.items: Sequence[Any] = ()
+        self.position = 0
+        self.counts = LoopCounts()
+        self.max_failed: int | None = None
+        self.open: deque[Iteration] = deque()
+        self.current: Iteration | None = None
+        self.done_before: dict[str, StepFate] = {}
+
+    # --- beginning
+
+    def initialise(self) -> None:
+        self.path = f"{self.outer.frame.path}/{self.plan.segment}"
+        self.position, self.current, self.counts = 0, None, LoopCounts()
+        self.open.clear()
+        try:
+            self._read_items()
+            self._check_keys()
+        except (ExpressionError, ValueError, TypeError) as fault:
+            self.status = self.fail(Failure("Expression", str(fault), step=self.path))
+            return
+        history = self.run.history
+        self.done_before = history.iterations.pop(self.path, {})
+        for name, value in history.sets.pop(self.path, {}).items():
+            self.outer.frame.assign(name, decode(value))
+        self._tell("begun")
+
+    def _read_items(self) -> None:
+        names = self.outer.frame.names
+        items = self.plan.items.evaluate(names)
+        if items is None or isinstance(items, str) or not hasattr(items, "__getitem__"):
+            raise ValueError(f"foreach wants a list, a span or a grid, and got {items!r}")
+        self.items = items
+        limit = self.plan.max_failed
+        self.max_failed = None if limit is None else int(limit.evaluate(names))
+
+    def _key(self, index: int, names: Any) -> str:
+        return str(index) if self.plan.key is None else segment(str(self.plan.key.evaluate(names)))
+
+    def _check_keys(self) -> None:
+        """Keys that come twice would make two points one: refused before anything is sent."""
+        if self.plan.key is None:
+            return
+        if not _may_repeat(hash(self._key_at(i)) for i in range(len(self.items))):
+            return
+        first: dict[str, int] = {}
+        for index in range(len(self.items)):
+            key = self._key_at(index)
+            if key in first:
+                raise ValueError(f"key {key!r} comes twice, at items {first[key]} and {index}")
+            first[key] = index
+
+    def _key_at(self, index: int) -> str:
+        names = self.outer.frame.names.new_child({self.plan.item_name: self.items[index]})
+        return self._key(index, names)
+
+    # --- one tick
+
+    def advance(self) -> Iterator[Behaviour]:
+        for _ in range(ITERATIONS_PER_TICK):
+            for iteration in self.open:
+                yield from tick_pending(iteration.frame)
+            self._finish_in_order()
+            if self.status != Status.RUNNING:
+                return
+            if self.current is None and not self._enter_next():
+                return
+            yield from self.body.tick()
+            if self.body.status == Status.RUNNING:
+                return
+            self._body_ended()
+        self.run.again()
+
+    def _enter_next(self) -> bool:
+        """Begin the next item; False when there is nothing to do in this tick."""
+        while self.failure is None and self.position < len(self.items):
+            if len(self.open) > self.plan.background:
+                return False
+            iteration = self._iteration(self.position)
+            self.position += 1
+            fate = self.done_before.pop(iteration.key, None)
+            if fate is not None:
+                self._count(fate)
+                continue
+            self.current = iteration
+            self.inner.frame = iteration.frame
+            self._tell("running", index=iteration.index, key=iteration.key)
+            return True
+        if not self.open:
+            self._end()
+        return False
+
+    def _iteration(self, index: int) -> Iteration:
+        own = {self.plan.item_name: self.items[index]}
+        outer = self.outer.frame
+        key = self._key(index, outer.names.new_child(own))
+        return Iteration(index, key, outer.iteration(f"{self.path}/{key}", own))
+
+    def _body_ended(self) -> None:
+        assert self.current is not None
+        if self.body.status == Status.FAILURE:
+            self.current.failure = failure_of(self.body)
+            if not self._may_go_on(self.current.failure, self.counts.failed + 1):
+                self.failure = self.current.failure
+        self.open.append(self.current)
+        self.current = None
+
+    def _finish_in_order(self) -> None:
+        while self.open and all_ended(self.open[0].frame):
+            iteration = self.open.popleft()
+            if iteration.failure is None:
+                failed = [a for a in iteration.frame.pending if a.status == Status.FAILURE]
+                iteration.failure = failure_of(failed[0]) if failed else None
+            self._finish(iteration)
+        if self.failure is not None and not self.open and self.current is None:
+            self._end()
+
+    def _finish(self, iteration: Iteration) -> None:
+        failure = iteration.failure
+        fate: StepFate = "succeeded" if failure is None else "failed"
+        if failure is not None and not self._may_go_on(failure, self.counts.failed + 1):
+            # This iteration ends the run; it stays unfinished, so that resume takes it up again.
+            self.failure = failure
+            return
+        self._count(fate)
+        row = self._write_row(iteration, fate)
+        if failure is not None:
+            self.run.holes += 1
+            self.run.log(f"{failure.sentence()} (left out: a hole)", iteration.frame.path)
+        self.run.record(
+            IterationEnded(
+                loop=self.path, index=iteration.index, key=iteration.key, fate=fate,
+                row=encode(row) if row is not None else None,
+                file=self.rows.path.name if self.rows is not None else "",
+                sets=encode(iteration.frame.outer_sets),
+                message=failure.sentence() if failure else "",
+            )
+        )  # fmt: skip
+        self._tell(fate, index=iteration.index, key=iteration.key)
+
+    def _write_row(self, iteration: Iteration, fate: StepFate) -> dict[str, Any] | None:
+        if self.rows is None:
+            return None
+        row = self.rows.evaluate(iteration.frame.names)
+        self.rows.write(iteration.key, row, fate)
+        return row
+
+    def _may_go_on(self, failure: Failure, failed: int) -> bool:
+        if failure.stop:
+            return False
+        return failure.skip or (self.max_failed is not None and failed <= self.max_failed)
+
+    # --- ending
+
+    def _count(self, fate: StepFate) -> None:
+        self.counts.add(fate)
+
+    def _end(self) -> None:
+        counts = self.counts
+        self.result = {
+            "total": counts.total, "succeeded": counts.succeeded,
+            "failed": counts.failed, "skipped": counts.skipped,
+        }  # fmt: skip
+        fate: StepFate = "succeeded" if self.failure is None else "failed"
+        if not self.plan.nested:
+            self.run.record(LoopEnded(loop=self.path, fate=fate, **self.result))
+        self._tell("ended")
+        self.status = Status.SUCCESS if self.failure is None else Status.FAILURE
+
+    def _tell(self, state: str, **data: Any) -> None:
+        if self.run.listeners:
+            self.run.tell(
+                "iteration", self.path, state, total=len(self.items), done=self.counts.total,
+                failed=self.counts.failed, **data,
+            )  # fmt: skip
+
+    def stop(self, new_status: Status) -> None:
+        if new_status == Status.INVALID and self.status == Status.RUNNING:
+            for iteration in (*self.open, *([self.current] if self.current else [])):
+                stop_pending(iteration.frame)
+        super().stop(new_status)
+
+
+def _may_repeat(hashes: Iterator[int]) -> bool:
+    """Whether a number comes twice, in eight bytes each also for a million of them."""
+    seen = array("q", hashes)
+    if len(seen) < MANY:
+        return len(set(seen)) < len(seen)
+    import numpy as np
+
+    return np.unique(np.frombuffer(seen, dtype=np.int64)).size < len(seen)

@@ -1,0 +1,109 @@
+"""Try again what failed, up to a number of attempts in all, without blocking in between."""
+
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ...schemas.journal import Turned
+from ..failure import Failure
+from ..frame import Frame, Scope
+from ..run import Run
+from .node import Parent, failure_of, result_of
+
+
+@dataclass(frozen=True, slots=True)
+class RetryRules:
+    """`attempts` counts the first one too."""
+
+    attempts: int
+    wait_s: float = 0.0
+    factor: float = 1.0
+    max_wait_s: float | None = None
+    jitter: float = 0.0
+    on: frozenset[str] | None = None
+
+    def allows(self, failure: Failure) -> bool:
+        """Whether this failure may be tried again: a `once` action only where it did not happen."""
+        if failure.skip or failure.stop:
+            return False
+        named = self.on is not None and failure.name in self.on
+        if failure.once and failure.happened == "unknown":
+            return False
+        if failure.once and failure.happened == "yes":
+            return named
+        return self.on is None or named
+
+    def pause_s(self, attempt: int) -> float:
+        """How long to wait after the n-th attempt."""
+        wait = self.wait_s * self.factor ** (attempt - 1)
+        wait = wait if self.max_wait_s is None else min(wait, self.max_wait_s)
+        return wait * (1 + self.jitter * random.uniform(-1, 1))
+
+
+class Retry(Parent):
+    """Enters its child again after a failure.
+
+    A single action numbers its own attempts; a group gets a frame of its own from the second turn
+    on (`inner` is its scope), so that no goal id comes twice.
+    """
+
+    def __init__(
+        self, name: str, run: Run, rules: RetryRules, child: Behaviour,
+        outer: Scope, inner: Scope | None,
+    ) -> None:  # fmt: skip
+        super().__init__(name, run, [child])
+        self.child = child
+        self.rules = rules
+        self.outer = outer
+        self.inner = inner
+        self.turn = 1
+        self.until: float | None = None
+
+    @property
+    def path(self) -> str:
+        """Where the retried step stands now."""
+        return f"{self.outer.frame.path}/{self.name}"
+
+    def initialise(self) -> None:
+        self.turn, self.until = 1, None
+        if self.inner is not None:
+            past = self.run.history.turns.get(f"{self.path}/r")
+            self.turn = past.turn if past is not None else 1
+            self.inner.frame = self._frame()
+
+    def advance(self) -> Iterator[Behaviour]:
+        if self.until is not None:
+            if self.run.clock.now() < self.until:
+                self.run.wake_at(self.until)
+                return
+            self.until = None
+        yield from self.child.tick()
+        if self.child.status == Status.SUCCESS:
+            self.result = result_of(self.child)
+            self.status = Status.SUCCESS
+        elif self.child.status == Status.FAILURE:
+            self._failed(failure_of(self.child))
+
+    def _failed(self, failure: Failure) -> None:
+        if self.turn >= self.rules.attempts or not self.rules.allows(failure):
+            self.status = self.fail(failure)
+            return
+        wait_s = self.rules.pause_s(self.turn)
+        self.run.log(
+            f"{failure.sentence()} (attempt {self.turn} of {self.rules.attempts}"
+            + (f", again in {wait_s:g} s)" if wait_s else ", again)"),
+            self.path,
+        )
+        self.turn += 1
+        self.until = self.run.clock.now() + wait_s
+        if self.inner is not None:
+            self.run.record(Turned(path=f"{self.path}/r", turn=self.turn, error=failure.as_error()))
+            self.inner.frame = self._frame()
+        self.run.again()
+
+    def _frame(self) -> Frame:
+        frame = self.outer.frame
+        return frame if self.turn == 1 else frame.within(f"{frame.path}/{self.name}/r{self.turn}")

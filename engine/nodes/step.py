@@ -1,0 +1,113 @@
+"""What any step may have around its kind: `when`, a total `timeout`, `on_error`, a result by id."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ..failure import Failure
+from ..frame import Scope
+from ..language.expression import ExpressionError
+from ..language.value import Value
+from ..run import Run
+from .node import Parent, failure_of, result_of
+
+
+@dataclass(frozen=True, slots=True)
+class StepRules:
+    """The rules of one step that hold whatever its kind is."""
+
+    segment: str
+    id: str | None = None
+    when: Value | None = None
+    timeout_s: Value | None = None
+    on_error: str = "stop"
+    in_loop: bool = False
+    silent: bool = False
+
+
+class StepNode(Parent):
+    """Guards one step, keeps its result, and decides whether its failure goes up."""
+
+    def __init__(self, run: Run, scope: Scope, rules: StepRules, child: Behaviour) -> None:
+        super().__init__(rules.segment, run, [child])
+        self.child = child
+        self.scope = scope
+        self.rules = rules
+        self.until: float | None = None
+        self.held = False
+
+    @property
+    def path(self) -> str:
+        """Where this step stands now."""
+        return f"{self.scope.frame.path}/{self.rules.segment}"
+
+    def initialise(self) -> None:
+        rules, names = self.rules, self.scope.frame.names
+        self.until, self.held = None, False
+        try:
+            if rules.when is not None and not rules.when.evaluate(names):
+                self._store(None)
+                self.run.tell("step", self.path, "skipped")
+                self.status = Status.SUCCESS
+                return
+            if rules.timeout_s is not None:
+                from ...schemas.quantity import seconds
+
+                self.until = self.run.clock.now() + seconds(rules.timeout_s.evaluate(names))
+        except (ExpressionError, ValueError) as fault:
+            self.status = self.fail(Failure("Expression", str(fault), step=self.path))
+            return
+        self._tell("running")
+
+    def advance(self) -> Iterator[Behaviour]:
+        if self.held:
+            self._go_on_after_pause()
+            if self.held:
+                return
+        yield from self.child.tick()
+        if self.child.status == Status.SUCCESS:
+            self.result = result_of(self.child)
+            self._store(self.result)
+            self._tell("succeeded")
+            self.status = Status.SUCCESS
+        elif self.child.status == Status.FAILURE:
+            self._failed(failure_of(self.child).at(self.path))
+        elif self.until is not None:
+            self._check_time(self.until)
+
+    def _check_time(self, until: float) -> None:
+        if self.run.clock.now() < until:
+            self.run.wake_at(until)
+            return
+        self.child.stop(Status.INVALID)
+        self._failed(Failure("Timeout", "the step took longer than its timeout", step=self.path))
+
+    def _failed(self, failure: Failure) -> None:
+        skips_here = failure.skip and not self.rules.in_loop
+        goes_on = self.rules.on_error == "continue" and not failure.skip and not failure.stop
+        self._store(None)
+        self.run.tell("step", self.path, "failed", failure.sentence())
+        if skips_here or goes_on:
+            self.run.log(f"{failure.sentence()} (the run goes on)", self.path)
+            self.status = Status.SUCCESS
+        elif self.rules.on_error == "pause" and not failure.skip and not failure.stop:
+            self.run.pause_wanted = f"{failure.sentence()}; `labrun continue` tries the step again"
+            self.held = True
+            self.run.again()
+        else:
+            self.status = self.fail(failure)
+
+    def _go_on_after_pause(self) -> None:
+        # The runner does not tick a paused tree past its running set, so being ticked without
+        # a pause still wanted means that a person said `continue`: the step is tried again.
+        self.held = bool(self.run.pause_wanted)
+
+    def _tell(self, state: str) -> None:
+        if not self.rules.silent:
+            self.run.tell("step", self.path, state)
+
+    def _store(self, result: object) -> None:
+        if self.rules.id is not None:
+            self.scope.frame.store(self.rules.id, result)

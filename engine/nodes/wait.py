@@ -1,0 +1,44 @@
+"""Nothing happens for a while; a pause of the run does not count."""
+
+from py_trees.common import Status
+
+from ...schemas.journal import StepEnded
+from ...schemas.quantity import seconds
+from ..failure import Failure
+from ..frame import Scope
+from ..language.expression import ExpressionError
+from ..language.value import Value
+from ..run import Run
+from .node import Node
+
+
+class Wait(Node):
+    """Done when its time is over. A wait that the engine's death cut short begins again."""
+
+    def __init__(self, segment: str, run: Run, scope: Scope, duration: Value) -> None:
+        super().__init__(segment, run)
+        self.scope = scope
+        self.duration = duration
+        self.until: float | None = None
+        self.path = ""
+
+    def initialise(self) -> None:
+        self.failure, self.until = None, None
+        self.path = f"{self.scope.frame.path}/{self.name}"
+        try:
+            duration_s = seconds(self.duration.evaluate(self.scope.frame.names))
+        except (ExpressionError, ValueError) as fault:
+            self.failure = Failure("Expression", str(fault), step=self.path)
+            return
+        done = self.path in self.run.history.steps
+        self.until = self.run.clock.now() + (0.0 if done else duration_s)
+
+    def update(self) -> Status:
+        if self.until is None:
+            return Status.FAILURE
+        if self.run.clock.now() < self.until:
+            self.run.wake_at(self.until)
+            return Status.RUNNING
+        if self.path not in self.run.history.steps:
+            self.run.record(StepEnded(path=self.path, fate="succeeded"))
+        return Status.SUCCESS

@@ -1,0 +1,57 @@
+"""One action on its way: asked for by a leaf of the tree, carried by the dispatcher."""
+
+import json
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any
+
+from ..drivers.client import Outcome
+from ..schemas.contract import Action
+from ..schemas.messages import GoalError
+from .bind import BoundRole
+from .history import PastGoal
+
+CANCELED_BEFORE_SENDING = Outcome(
+    state="CANCELED",
+    result=None,
+    error=GoalError(name="Canceled", message="withdrawn before it was sent", happened="no"),
+    files={},
+    boot="",
+)
+
+
+@dataclass(slots=True, eq=False)
+class Request:
+    """An attempt at one action; `outcome` is None until it is over.
+
+    `adopt`: the goal of an earlier life of the engine that is asked for again under its own id.
+    """
+
+    goal_id: str
+    path: str
+    role: BoundRole
+    action_name: str
+    action: Action
+    params: dict[str, Any]
+    timeout_s: float | None
+    adopt: PastGoal | None = None
+    outcome: Outcome | None = None
+    sent_at: float | None = None
+    canceled_at: float | None = None
+    expired: bool = False
+    withdrawn: bool = False
+
+    @property
+    def device(self) -> str:
+        """The lab's device that is asked."""
+        return self.role.device
+
+    @property
+    def label(self) -> str:
+        """`gantry.move_to`, as a person says it."""
+        return f"{self.role.role}.{self.action_name}"
+
+    def means(self) -> str:
+        """A hash of what is asked: equal means that finished work can be counted as done."""
+        what = [self.role.contract.type, self.role.role, self.action_name, self.params]
+        return sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]

@@ -1,0 +1,88 @@
+"""The rows that a loop collects: one line of a CSV file for each iteration, units in the header."""
+
+import csv
+import io
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from ..schemas.journal import IterationEnded, JournalRecord
+from ..schemas.quantity import is_quantity, magnitude_in, number_text
+from .encode import decode
+from .language.expression import ExpressionError
+from .language.value import Value
+
+
+class Rows:
+    """A table that grows by a row an iteration; it can be made again from the journal."""
+
+    def __init__(self, path: Path, columns: Mapping[str, Value | None]) -> None:
+        self.path = path
+        self.columns = columns
+        self.units: dict[str, str] = {}
+        self._begun = False
+
+    def evaluate(self, names: Mapping[str, Any]) -> dict[str, Any]:
+        """A row's values; null where a step that it needs did not run or gave no such thing."""
+        row: dict[str, Any] = {}
+        for name, value in self.columns.items():
+            try:
+                row[name] = value.evaluate(names) if value is not None else None
+            except ExpressionError:
+                row[name] = None
+        return row
+
+    def write(self, key: str, row: Mapping[str, Any], fate: str) -> None:
+        """Append a row; the file is begun with the first one."""
+        new_units = {
+            name: f"{value.units:~}"
+            for name, value in row.items()
+            if is_quantity(value) and name not in self.units
+        }
+        self.units.update(new_units)
+        if not self._begun or new_units:
+            self._write_header()
+        cells = [key, *(self._cell(name, row.get(name)) for name in self.columns), fate]
+        with self.path.open("a", encoding="utf-8", newline="") as file:
+            file.write(_csv_line(cells))
+
+    def _write_header(self) -> None:
+        names = [name + _suffix(self.units.get(name)) for name in self.columns]
+        header = _csv_line(["key", *names, "fate"])
+        rows = ""
+        if self._begun:  # a unit that the first rows, with nulls, did not show yet
+            rows = self.path.read_text(encoding="utf-8").partition("\n")[2]
+        self.path.write_text(header + rows, encoding="utf-8", newline="")
+        self._begun = True
+
+    def _cell(self, name: str, value: Any) -> str:
+        if value is None:
+            return ""
+        if is_quantity(value):
+            value = magnitude_in(value, self.units[name])
+        if isinstance(value, float):
+            return number_text(value)
+        return str(value)
+
+
+def _suffix(unit: str | None) -> str:
+    if not unit:
+        return ""
+    return "_" + unit.replace(" ", "").replace("/", "_per_").replace("**", "").replace("µ", "u")
+
+
+def _csv_line(cells: list[str]) -> str:
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(cells)
+    return line.getvalue()
+
+
+def restore_rows(
+    folder: Path, records: Iterable[JournalRecord], tables: Mapping[str, Rows]
+) -> None:
+    """Write the tables of a run again from its journal: a row torn by a crash is whole after it."""
+    for name in tables:
+        (folder / name).unlink(missing_ok=True)
+    for record in records:
+        if isinstance(record, IterationEnded) and record.row is not None and record.file in tables:
+            tables[record.file].write(record.key, decode(record.row), record.fate)

@@ -1,0 +1,92 @@
+"""Safe state, and the goals that an earlier life of the engine left behind."""
+
+from collections.abc import Mapping
+
+from ..drivers.client import DeviceClient, ServerUnreachable
+from ..schemas import journal as j
+from .control import Control
+from .dispatcher import Dispatcher
+from .history import PastGoal
+from .journal import DiskFull, JournalFault
+from .request import Request
+from .run import Run
+from .tick import DRAIN_S
+
+LEASE_S = 30.0
+"""A device whose engine was away for longer has been put into its safe state by its server."""
+
+
+async def to_safe_state(
+    run: Run, dispatcher: Dispatcher, clients: Mapping[str, DeviceClient]
+) -> None:
+    """Tell every device that was used to go into its safe state; say which did not confirm."""
+    safe_states = {role.device: role.contract.safe_state for role in run.roles.values()}
+    for device in sorted(dispatcher.used):
+        if not safe_states.get(device):
+            continue
+        try:
+            confirmed, message = (await clients[device].stop(device)).get(
+                device, (False, "no answer")
+            )
+        except (ServerUnreachable, OSError, TimeoutError) as fault:
+            confirmed, message = False, str(fault)
+        if not confirmed:
+            run.log(f"{device} did not confirm its safe state: {message}. Go and look.")
+        run.tell("safe", device, "confirmed" if confirmed else "unconfirmed", message)
+        n = run.record(j.SafeState(device=device, confirmed=confirmed, message=message))
+        run.history.touch(device, n)
+    try:
+        run.journal.flush()
+    except (DiskFull, JournalFault) as fault:
+        run.log(str(fault))
+
+
+async def settle(run: Run, dispatcher: Dispatcher, control: Control) -> None:
+    """Learn the fate of goals that were in flight when the engine went, before anything moves.
+
+    They are asked for again under their own ids: a server that knows them tells or goes on.
+    """
+    open_goals = run.history.open_goals()
+    requests = [(past, _adopt(run, past)) for past in open_goals]
+    for _, request in requests:
+        dispatcher.request(request)
+    for past, request in requests:
+        while request.outcome is None and not control.now:
+            ready = dispatcher.prepare()
+            run.journal.flush()
+            dispatcher.send(ready)
+            if not dispatcher.busy:
+                break
+            await dispatcher.drain(DRAIN_S, stop=lambda: control.now)
+        outcome = request.outcome
+        if outcome is None or outcome.state == "LOST":
+            continue
+        past.ended = j.GoalEnded(
+            id=request.goal_id, state=outcome.state, result=outcome.result, error=outcome.error
+        )
+        past.ended_n = past.sent.n
+        past.spent = run.history.lost_with_an_engine(past)
+
+
+def note_touched(
+    run: Run, clients: Mapping[str, DeviceClient], away_s: float, known_up_to: int
+) -> None:
+    """Mark the devices whose state may have changed while the engine was away.
+
+    Their servers were started anew, or put them into their safe state when the lease lapsed.
+    """
+    for device, boot in run.history.boots.items():
+        client = clients.get(device)
+        if client is not None and (away_s > LEASE_S or client.boot != boot):
+            run.history.touch(device, known_up_to + 1)
+
+
+def _adopt(run: Run, past: PastGoal) -> Request:
+    sent = past.sent
+    role = next(role for role in run.roles.values() if role.device == sent.device)
+    path = sent.id.partition("/")[2].rpartition("/")[0]
+    return Request(
+        goal_id=sent.id, path=path, role=role, action_name=sent.action,
+        action=role.contract.actions[sent.action], params=sent.params, timeout_s=sent.timeout_s,
+        adopt=past,
+    )  # fmt: skip

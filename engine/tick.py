@@ -1,0 +1,104 @@
+"""Tick a tree until it ends: results in, tick to quiescence, journal, goals out, then wait.
+
+Nothing here has a period: a round begins when a result, a person or a deadline asks for it.
+"""
+
+import asyncio
+from typing import Literal
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from .control import Control
+from .dispatcher import Dispatcher
+from .journal import DiskFull
+from .run import Run
+
+DRAIN_S = 120.0
+"""How long goals may take to end after they were cancelled, before the run goes on without them."""
+
+Ended = Literal["succeeded", "failed", "aborted"]
+
+
+class StopNow(Exception):
+    """A second abort: nothing more is waited for."""
+
+
+class NoRoom(Exception):
+    """The disk under the run's folder is full; the text names the folder."""
+
+
+async def run_tree(
+    root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control, *, abortable: bool
+) -> Ended:
+    """Run a tree to its end, or stop it for an abort; every goal has ended when this returns.
+
+    Raises StopNow for a second abort and NoRoom when the disk is full.
+    """
+    try:
+        return await _rounds(root, run, dispatcher, control, abortable=abortable)
+    except BaseException:
+        # Whatever went wrong: nobody would tick the tree any more, so its goals are cancelled.
+        root.stop(Status.INVALID)
+        dispatcher.withdraw_all()
+        raise
+
+
+async def _rounds(
+    root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control, *, abortable: bool
+) -> Ended:
+    while True:
+        if control.now:
+            raise StopNow
+        dispatcher.wake.clear()
+        dispatcher.apply()
+        if dispatcher.disk_full:
+            raise NoRoom(dispatcher.disk_full)
+        if abortable and control.aborted_by:
+            root.stop(Status.INVALID)
+            dispatcher.withdraw_all()
+            await _drain(dispatcher, control)
+            return "aborted"
+        again, wake_at = _round(root, run, dispatcher, control)
+        if root.status != Status.RUNNING:
+            await _drain(dispatcher, control)  # what was cancelled on the way has ended, too
+            return "succeeded" if root.status == Status.SUCCESS else "failed"
+        if again or dispatcher.has_arrived():
+            await asyncio.sleep(0)
+        else:
+            await _wait(run, dispatcher, wake_at)
+
+
+def _round(
+    root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control
+) -> tuple[bool, float | None]:
+    root.tick_once()
+    dispatcher.check_time()
+    if run.pause_wanted and not control.paused:
+        control.ask("pause", run.pause_wanted)
+    dispatcher.paused = control.paused
+    ready = dispatcher.prepare()
+    try:
+        run.journal.flush()
+    except DiskFull as fault:
+        raise NoRoom(str(fault)) from fault
+    dispatcher.send(ready)
+    return run.take_round()
+
+
+async def _wait(run: Run, dispatcher: Dispatcher, wake_at: float | None) -> None:
+    handle = None
+    if wake_at is not None and not dispatcher.paused:
+        left = max(0.0, wake_at - run.clock.now())
+        handle = asyncio.get_running_loop().call_later(left, dispatcher.wake.set)
+    await dispatcher.wake.wait()
+    if handle is not None:
+        handle.cancel()
+
+
+async def _drain(dispatcher: Dispatcher, control: Control) -> None:
+    drained = await dispatcher.drain(DRAIN_S, stop=lambda: control.now)
+    if control.now:
+        raise StopNow
+    if not drained:
+        dispatcher.run.log(f"some goals did not end within {DRAIN_S:g} s; going on without them")

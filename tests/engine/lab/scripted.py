@@ -1,0 +1,70 @@
+"""A device for tests: `script: "Broken,ok"` says how each call under one name ends.
+
+Words: `ok`, an error's name, `happened!` (took effect, then an unknown error), `hang` (waits
+until it is cancelled). What it was asked stands in a log of its own.
+"""
+
+import asyncio
+import json
+
+from labrun.drivers.driver import ActionCanceled, ActionFailed, Driver
+
+
+class Scripted(Driver):
+    contract = "scripted@1"
+
+    async def open(self):
+        self.calls = {}
+        self.newest = {"n": 0, "name": "", "goal_id": None}
+        self.log = self.place.world / "calls.jsonl"
+
+    async def _do(self, action, goal, name="", script="ok", seconds=0.0, x=0.0):
+        key = (goal.id.partition("/")[0], name)
+        self.calls[key] = n = self.calls.get(key, 0) + 1
+        words = script.split(",")
+        word = words[min(n, len(words)) - 1]
+        self._note(goal, action, name, word)
+        if seconds:
+            await self._last(goal, action, seconds)
+        if word == "hang":
+            await goal.cancelled.wait()
+            raise ActionCanceled
+        if word == "happened!":
+            self.newest = {"n": n, "name": name, "goal_id": goal.id}
+            raise ActionFailed("Foggy", "nobody saw it")
+        if word != "ok":
+            raise ActionFailed(word, f"scripted {word}")
+        self.newest = {"n": n, "name": name, "goal_id": goal.id}
+        self._note(goal, action, name, "done")
+        return {"n": n, "name": name, "x": x}
+
+    async def _last(self, goal, action, seconds):
+        waiting = asyncio.ensure_future(goal.cancelled.wait())
+        done, _ = await asyncio.wait([waiting], timeout=seconds)
+        waiting.cancel()
+        if done and action == "act":
+            raise ActionCanceled
+
+    def _note(self, goal, action, name, word):
+        line = {
+            "run": goal.id.partition("/")[0], "goal": goal.id.partition("/")[2],
+            "device": self.place.device, "action": action, "name": name, "word": word,
+        }  # fmt: skip
+        with self.log.open("a") as file:
+            file.write(json.dumps(line) + "\n")
+
+    async def act(self, goal, *, name="", script="ok", seconds=0.0, x=0.0):
+        return await self._do("act", goal, name, script, seconds, x)
+
+    async def shoot(self, goal, *, name="", script="ok", seconds=0.0, x=0.0):
+        return await self._do("shoot", goal, name, script, seconds, x)
+
+    async def last(self, goal):
+        return dict(self.newest)
+
+    async def rest(self, goal):
+        return {}
+
+    async def safe(self):
+        with self.log.open("a") as file:
+            file.write(json.dumps({"device": self.place.device, "action": "safe"}) + "\n")

@@ -1,0 +1,102 @@
+"""The command line as a whole: bare files, exit statuses, and never a traceback."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from labrun import __version__
+from labrun.engine.cli import arguments
+
+COMMAND = [sys.executable, "-m", "labrun.engine"]
+
+
+def labrun(folder, *words):
+    return subprocess.run(
+        [*COMMAND, *words], cwd=folder, capture_output=True, text=True, timeout=60
+    )
+
+
+def test_a_bare_file_is_run(tmp_path):
+    assert arguments(["x.yaml", "--yes"], {"run"}) == ["run", "x.yaml", "--yes"]
+    assert arguments(["check", "x.yaml"], {"run", "check"}) == ["check", "x.yaml"]
+    assert arguments(["--help"], {"run"}) == ["--help"]
+
+
+def test_version(tmp_path):
+    assert labrun(tmp_path, "--version").stdout == f"labrun {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "says"),
+    [
+        (["nope.yaml"], 2, "no such file"),
+        (["."], 2, "folder"),
+        (["chekc", "x"], 2, "Did you mean 'check'"),
+        (["run", "x.yaml", "-p", "pitch"], 2, "NAME=VALUE"),
+        (["runs", "--runs", "nothing"], 0, "no runs"),
+        (["abort", "nope"], 2, "no run 'nope'"),
+        (["devices", "gantri"], 2, "no device 'gantri'"),
+        (["call", "gantry.fly"], 2, "no action 'fly'"),
+        (["call", "gantry.move_to", "x=10 s", "--yes"], 2, "is a time"),
+        (["call", "gantry.move_to", "x=9 m", "--yes"], 2, "730"),
+        (["call", "gantry.home"], 2, "dangerous"),
+        (["serve", "nothing"], 2, "no device 'nothing'"),
+        (["report", "nope"], 2, "no run"),
+    ],
+)
+def test_what_a_person_gets_wrong_is_one_clear_message(tmp_path, words, status, says):
+    told = labrun(tmp_path, *words)
+
+    assert told.returncode == status, told.stdout + told.stderr
+    assert says in told.stdout + told.stderr
+    assert "Traceback" not in told.stderr
+
+
+def test_a_server_that_is_down_is_status_4_with_device_and_address_and_no_run_is_left(tmp_path):
+    (tmp_path / "lab.yaml").write_text(
+        "name: l\ndevices: {g: {contract: gantry@1, url: 'http://127.0.0.1:9'}}\n"
+    )
+    (tmp_path / "p.yaml").write_text(
+        "labrun: 1\nname: p\ndevices: {g: gantry@1}\nsteps: [{do: g.home}]\n"
+    )
+
+    told = labrun(tmp_path, "p.yaml", "--lab", "lab.yaml")
+
+    assert told.returncode == 4
+    assert "'g'" in told.stderr
+    assert "http://127.0.0.1:9" in told.stderr
+    assert list((tmp_path / "runs").iterdir()) == []
+
+
+def test_json_tells_events_line_by_line(tmp_path):
+    (tmp_path / "p.yaml").write_text("labrun: 1\nname: p\nsteps: [{log: hello}]\n")
+
+    told = labrun(tmp_path, "p.yaml", "--json")
+
+    events = [json.loads(line) for line in told.stdout.splitlines()]
+    assert told.returncode == 0
+    assert [e["text"] for e in events if e["event"] == "log"] == ["hello"]
+    assert events[-1]["event"] == "finished"
+    assert events[-1]["state"] == "succeeded"
+
+
+def test_runs_lists_what_was_run_and_how_it_ended(tmp_path):
+    (tmp_path / "p.yaml").write_text("labrun: 1\nname: p\nsteps: [{fail: on purpose}]\n")
+    labrun(tmp_path, "p.yaml")
+
+    (row,) = json.loads(labrun(tmp_path, "runs", "--json").stdout)
+
+    assert row["fate"] == "failed"
+    assert "on purpose" in row["reason"]
+
+
+def test_a_folder_for_runs_that_cannot_be_made_is_a_sentence(tmp_path):
+    (tmp_path / "p.yaml").write_text("labrun: 1\nname: p\nsteps: [{log: hello}]\n")
+    (tmp_path / "file").write_text("")
+
+    told = labrun(tmp_path, "p.yaml", "--runs", "file/runs")
+
+    assert told.returncode == 1
+    assert "cannot make a run folder" in told.stderr
