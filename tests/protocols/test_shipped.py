@@ -1,0 +1,121 @@
+"""Every protocol that ships runs on the simulated lab, as a user would run it."""
+
+import csv
+import json
+import signal
+import subprocess
+import sys
+import time
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from labrun.drivers.twins.minerals import atom_fractions
+
+SHIPPED = sorted(
+    Path(str(entry))
+    for entry in files("labrun.protocols").iterdir()
+    if entry.name.endswith(".yaml")
+)
+PEGMATITE = next(path for path in SHIPPED if path.stem == "pegmatite_map")
+EXAMPLE = Path(__file__).parents[1] / "engine" / "examples" / "libs_grid_scan.yaml"
+COMMAND = [sys.executable, "-m", "labrun.engine"]
+SMALL = {"pegmatite_map": ["-p", "pitch=1 mm"]}
+
+
+def labrun(folder, *words, timeout=110):
+    return subprocess.run(
+        [*COMMAND, *words, "--runs", "runs"],
+        cwd=folder, capture_output=True, text=True, timeout=timeout,
+    )  # fmt: skip
+
+
+def only_run(folder):
+    (found,) = (folder / "runs").iterdir()
+    return found
+
+
+def read_rows(run):
+    with (run / "data.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def shots(run):
+    lines = (run / "servers" / "world" / "truth" / "libs.jsonl").read_text().splitlines()
+    return [entry for line in lines if (entry := json.loads(line))["what"] == "shot"]
+
+
+def correlation(a, b):
+    import numpy as np
+
+    return np.corrcoef(a, b)[0, 1]
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_a_shipped_protocol_runs_and_succeeds(path, tmp_path):
+    ran = labrun(tmp_path, "run", str(path), *SMALL.get(path.stem, []))
+
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert "run succeeded" in ran.stdout
+
+
+def test_the_example_of_the_design_runs_when_its_question_is_answered(tmp_path):
+    ran = labrun(tmp_path, "run", str(EXAMPLE), "--yes", "-p", "pitch=2 mm")
+
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert len(read_rows(only_run(tmp_path))) == 18
+
+
+def test_the_maps_show_the_grains_that_the_simulated_core_was_given(tmp_path):
+    ran = labrun(tmp_path, "run", str(PEGMATITE), "-p", "pitch=0.5 mm")
+
+    run = only_run(tmp_path)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    rows = {row["shot"]: row for row in read_rows(run)}
+    fired = shots(run)
+    assert len(fired) == len(rows) == 9 * 21
+    for element in ("Li", "K"):
+        seen = [float(rows[shot["shot"]][element]) for shot in fired]
+        given = [atom_fractions(shot["mineral"]).get(element, 0.0) for shot in fired]
+        assert correlation(seen, given) > 0.8, element
+    assert (run / "element_maps.png").stat().st_size > 10_000
+    assert (run / "report.html").stat().st_size > 10_000
+
+
+def test_the_spectra_are_csv_of_22800_channels(tmp_path):
+    labrun(
+        tmp_path, "run", str(PEGMATITE), "-p", "width=1 mm", "-p", "height=1 mm", "-p", "pitch=1 mm"
+    )
+
+    spectra = sorted((only_run(tmp_path) / "spectra").glob("*.csv"))
+    assert len(spectra) == 4
+    lines = spectra[0].read_text().splitlines()
+    assert lines[0] == "wavelength,intensity"
+    assert len(lines) == 22_801
+
+
+def test_a_scan_whose_engine_is_killed_goes_on_in_focus_and_fires_no_shot_twice(tmp_path):
+    command = [*COMMAND, "run", str(PEGMATITE), "-p", "pitch=1 mm", "--runs", "runs"]
+    engine = subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    data = "*/data.csv"
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        found = list((tmp_path / "runs").glob(data)) if (tmp_path / "runs").exists() else []
+        if found and len(found[0].read_text().splitlines()) > 12:
+            break
+        time.sleep(0.01)
+    engine.send_signal(signal.SIGKILL)
+    engine.wait()
+
+    went_on = labrun(tmp_path, "resume", "last")
+
+    run = only_run(tmp_path)
+    assert went_on.returncode == 0, went_on.stdout + went_on.stderr
+    fired = shots(run)
+    places = {(shot["x"], shot["y"]) for shot in fired}
+    assert len(fired) == len(places) == 5 * 11
+    assert min(shot["focus"] for shot in fired) > 0.99
+    assert len(read_rows(run)) == 55
