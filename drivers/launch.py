@@ -43,6 +43,14 @@ class RunningServer:
             self._signal(getattr(signal, "SIGKILL", signal.SIGTERM))
             await self._ended(timeout_s)
 
+    async def ended(self) -> None:
+        """Wait until the process has ended, by itself or otherwise."""
+        if self.process is not None:
+            await self.process.wait()
+        else:
+            while alive(self.pid):  # noqa: ASYNC110 - a stranger's child tells nobody
+                await asyncio.sleep(LOOK_S)
+
     def _signal(self, number: int) -> None:
         with contextlib.suppress(ProcessLookupError, PermissionError):
             if self.process is not None:
@@ -53,11 +61,7 @@ class RunningServer:
     async def _ended(self, timeout_s: float) -> bool:
         try:
             async with asyncio.timeout(timeout_s):
-                if self.process is not None:
-                    await self.process.wait()
-                else:
-                    while alive(self.pid):  # noqa: ASYNC110 - a stranger's child tells nobody
-                        await asyncio.sleep(LOOK_S)
+                await self.ended()
         except TimeoutError:
             return False
         return True

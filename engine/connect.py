@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import os
 import socket
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,8 @@ from ..schemas.lab import LabDevice
 from .bind import BoundRole
 from .lab import LoadedLab
 
+STARTS_AGAIN = 20
+"""How often a server of a run is started again in one life of the engine."""
 IDLE_EXIT_S = 90.0
 """Servers that a run started end themselves when its engine has been gone for that long."""
 
@@ -30,9 +33,14 @@ class Connections:
     clients: dict[str, DeviceClient] = field(default_factory=dict)
     started: dict[str, RunningServer] = field(default_factory=dict)
     leased: list[str] = field(default_factory=list)
+    keeping: list[asyncio.Task[None]] = field(default_factory=list)
+    say: Callable[[str], None] = lambda text: None
 
     async def close(self) -> None:
         """Give the leases back, disconnect, and end the servers that belong to the run."""
+        for task in self.keeping:
+            task.cancel()
+        await asyncio.gather(*self.keeping, return_exceptions=True)
         for device in self.leased:
             with contextlib.suppress(ServerUnreachable, LeaseHeld, OSError, TimeoutError):
                 await self.clients[device].release(device)
@@ -103,6 +111,23 @@ async def _start(name: str, device: LabDevice, lab: LoadedLab, connections: Conn
         raise NotReached(f"device {name!r} ({device.driver}): {fault}") from fault
     connections.started[name] = server
     await _open(name, server.url, None, connections)
+    connections.keeping.append(asyncio.create_task(_keep(name, config, connections)))
+
+
+async def _keep(name: str, config: dict[str, Any], connections: Connections) -> None:
+    """Start a server of ours again, at its address, when it has ended: its ledger is still there."""
+    for _ in range(STARTS_AGAIN):
+        server = connections.started[name]
+        await server.ended()
+        connections.say(f"the server of {name} ended; it is started again")
+        port = int(server.url.rpartition(":")[2])
+        try:
+            connections.started[name] = await start_server(
+                {**config, "port": port}, connections.folder / name
+            )
+        except ServerFailed as fault:
+            connections.say(f"the server of {name} could not be started again: {fault}")
+            return
 
 
 def server_config(devices: dict[str, LabDevice], lab: LoadedLab, folder: Path) -> dict[str, Any]:

@@ -255,6 +255,7 @@ async def run_life(
             shutil.rmtree(run.folder, ignore_errors=True)
         raise
     life = Life(run, checked, connections)
+    connections.say = run.log
     run.questions.changed = life.dispatcher.wake.set
     endpoint = ControlServer(run.folder, life.control, run.questions)
     with _signals(loop, life.control):

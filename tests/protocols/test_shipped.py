@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -44,6 +45,20 @@ def read_rows(run):
 def shots(run):
     lines = (run / "servers" / "world" / "truth" / "libs.jsonl").read_text().splitlines()
     return [entry for line in lines if (entry := json.loads(line))["what"] == "shot"]
+
+
+def wait_for_rows(folder, count):
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        found = list((folder / "runs").glob("*/data.csv")) if (folder / "runs").exists() else []
+        if found and len(found[0].read_text().splitlines()) > count:
+            return
+        time.sleep(0.01)
+
+
+def kill_server(run, name):
+    server = json.loads((run / "servers" / name / "server.json").read_text())
+    os.kill(server["pid"], signal.SIGKILL)
 
 
 def correlation(a, b):
@@ -100,13 +115,7 @@ def test_a_scan_whose_engine_is_killed_goes_on_in_focus_and_fires_no_shot_twice(
     engine = subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
-    data = "*/data.csv"
-    until = time.monotonic() + 60
-    while time.monotonic() < until:
-        found = list((tmp_path / "runs").glob(data)) if (tmp_path / "runs").exists() else []
-        if found and len(found[0].read_text().splitlines()) > 12:
-            break
-        time.sleep(0.01)
+    wait_for_rows(tmp_path, 12)
     engine.send_signal(signal.SIGKILL)
     engine.wait()
 
@@ -118,4 +127,24 @@ def test_a_scan_whose_engine_is_killed_goes_on_in_focus_and_fires_no_shot_twice(
     places = {(shot["x"], shot["y"]) for shot in fired}
     assert len(fired) == len(places) == 5 * 11
     assert min(shot["focus"] for shot in fired) > 0.99
+    assert len(read_rows(run)) == 55
+
+
+def test_a_scan_outlives_the_death_of_every_one_of_its_servers(tmp_path):
+    command = [*COMMAND, "run", str(PEGMATITE), "-p", "pitch=1 mm", "--runs", "runs"]
+    with (tmp_path / "said.txt").open("w") as said:
+        engine = subprocess.Popen(command, cwd=tmp_path, stdout=said, stderr=subprocess.STDOUT)
+    wait_for_rows(tmp_path, 5)
+    for name in ("gantry", "libs", "reduce"):
+        kill_server(only_run(tmp_path), name)
+        time.sleep(0.5)
+
+    status = engine.wait(timeout=100)
+
+    run = only_run(tmp_path)
+    said = (tmp_path / "said.txt").read_text()
+    assert status == 0, said
+    assert said.count("it is started again") == 3
+    goals = [shot["goal"] for shot in shots(run)]
+    assert len(set(goals)) == len(goals)
     assert len(read_rows(run)) == 55
