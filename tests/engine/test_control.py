@@ -106,7 +106,7 @@ def test_ctrl_c_aborts_with_130_and_sigterm_with_1(tmp_path, bench):
 def test_a_second_ctrl_c_is_immediate_but_still_makes_the_devices_safe(tmp_path, bench):
     live = Live(
         tmp_path, bench,
-        "steps: [{do: a.shoot, with: {name: x, seconds: 6}}]\nfinally: [{do: b.act, with: {name: last}}]\n",
+        "steps: [{do: a.shoot, with: {name: x, seconds: 60}}]\nfinally: [{do: b.act, with: {name: last}}]\n",
     )  # fmt: skip
     live.wait_for("goal", "sent")
 
@@ -116,7 +116,7 @@ def test_a_second_ctrl_c_is_immediate_but_still_makes_the_devices_safe(tmp_path,
     live.process.send_signal(signal.SIGINT)
 
     assert live.end() == 130
-    assert time.monotonic() - began < 5.5  # not until the shot's six seconds are over
+    assert time.monotonic() - began < 30  # not until the shot's sixty seconds are over
     assert "last" not in [c["name"] for c in live.calls]
     assert "safe" in kinds(live.records)
     assert live.records[-1].fate == "aborted"
