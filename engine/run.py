@@ -35,7 +35,6 @@ class Run:
     listeners: list[Listener] = field(default_factory=list)
     holes: int = 0
     pause_wanted: str = ""
-    touched: dict[str, int] = field(default_factory=dict)
     _again: bool = False
     _wake_at: float | None = None
 
@@ -100,7 +99,3 @@ class Run:
             )
             self.questions.close(question.path)
             self.tell("answer", question.path, question.choice or "", by=question.by)
-
-    def device_of(self, role: str) -> str:
-        """The lab's device that plays a role."""
-        return self.roles[role].device
