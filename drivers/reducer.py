@@ -31,6 +31,8 @@ class Reducer(Driver):
     async def reduce(
         self, goal: GoalContext, *, spectrum: str, elements: list[str] | None = None
     ) -> dict[str, Any]:
+        if self._warming is not None and not self._warming.done():
+            goal.feedback(message="the fits are being compiled, on first use only")
         sent = goal.files.get("spectrum")
         source = spectrum if sent is None else sent.data
         try:

@@ -38,7 +38,7 @@ class Progress:
     phase: str = ""
     loops: dict[str, LoopProgress] = field(default_factory=dict)
     actions: dict[str, str] = field(default_factory=dict)
-    feedback: str = ""
+    feedback: dict[str, str] = field(default_factory=dict)
     paused: bool = False
 
     def take(self, event: Event) -> None:
@@ -50,9 +50,9 @@ class Progress:
                 self.actions[event.path] = event.text
             else:
                 self.actions.pop(event.path, None)
-                self.feedback = ""
+                self.feedback.pop(event.path, None)
         elif event.event == "feedback":
-            self.feedback = event.text
+            self.feedback[event.path] = event.text
         elif event.event == "phase":
             self.phase = event.path
         elif event.event == "control":
@@ -76,8 +76,11 @@ class Progress:
         """What runs now, in a few words."""
         if self.paused:
             return "paused"
-        running = ", ".join(sorted(set(self.actions.values())))
-        return f"{running} ({self.feedback})" if running and self.feedback else running
+        told = {
+            label + (f" ({self.feedback[path]})" if self.feedback.get(path) else "")
+            for path, label in self.actions.items()
+        }
+        return ", ".join(sorted(told))
 
 
 def duration_text(seconds: float | None) -> str:
