@@ -14,7 +14,8 @@ class FileFault(ValueError):
 def inside(folder: Path, name: str) -> Path:
     """The place of a relative file name in the run's folder; refuses one that leads out of it."""
     pure = PurePosixPath(name.replace("\\", "/"))
-    if not name or pure.is_absolute() or ".." in pure.parts or ":" in pure.parts[0]:
+    leads_out = not pure.parts or pure.is_absolute() or ".." in pure.parts or ":" in pure.parts[0]
+    if leads_out or "\0" in name:
         raise FileFault(f"{name!r} is not a file name inside the run's folder")
     return folder / pure
 

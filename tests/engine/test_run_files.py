@@ -20,7 +20,9 @@ def test_what_is_written_is_read_again(tmp_path):
     assert read_content(tmp_path, "spectra/a.csv").data == b"abc"
 
 
-@pytest.mark.parametrize("name", ["../x", "/etc/passwd", "a/../../x", "", "C:\\x", "..\\x"])
+@pytest.mark.parametrize(
+    "name", ["../x", "/etc/passwd", "a/../../x", "", ".", "./", "C:\\x", "..\\x", "a\0b"]
+)
 def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path, name):
     with pytest.raises(FileFault, match="not a file name inside"):
         inside(tmp_path, name)
