@@ -69,8 +69,9 @@ class SimLibs(Twin):
         return {"shot_id": shot["shot"]}
 
     async def last_shot(self, goal: GoalContext) -> dict[str, Any]:
-        newest = self.truth.entry(len(self.truth)) or {}
-        return {"shot_id": newest.get("shot"), "goal_id": newest.get("goal")}
+        # Null would say "I cannot know"; a memory that outlives a kill and is empty does know.
+        newest = self.truth.entry(len(self.truth)) or {"goal": ""}
+        return {"shot_id": newest.get("shot"), "goal_id": newest["goal"]}
 
     async def export(self, goal: GoalContext, *, shot: str, file: str) -> dict[str, Any]:
         kept = self._kept(shot)

@@ -119,7 +119,7 @@ class SimPipette(Twin):
 
     async def last_stroke(self, goal: GoalContext) -> dict[str, Any]:
         return {
-            "goal_id": self.now.goal,
+            "goal_id": self.now.goal or "",  # its memory outlives a kill: empty means never
             "action": self.now.action,
             "volume": round(self.now.volume_ul, 3),
             "tips_left": self.now.tips_left,

@@ -1,6 +1,7 @@
 """The parameters of a protocol: what was asked for by `-p`, or the default, in the declared unit."""
 
 import re
+import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -111,7 +112,7 @@ def _declaration(name: str, param: Param, source: Source) -> Iterator[Problem]:
             return
     if param.pattern is not None:
         try:
-            re.compile(param.pattern)
+            _expression(param.pattern)
         except (re.error, RecursionError, OverflowError) as fault:
             yield wrong("pattern", f"{param.pattern!r} is not a regular expression: {fault}")
     for key in ("minimum", "maximum"):
@@ -242,7 +243,14 @@ def _check_range(param: Param, value: Any) -> None:
 def _matches(pattern: str, value: str) -> bool:
     if len(value) > LONGEST_TEXT:
         raise ParamFault("E222", f"a text of {len(value):,} characters is too long")
-    return re.search(pattern, value) is not None
+    return _expression(pattern).search(value) is not None
+
+
+def _expression(pattern: str) -> re.Pattern[str]:
+    with warnings.catch_warnings():
+        # Python thinks aloud about what `[[` may mean some day; that is no matter of the protocol.
+        warnings.simplefilter("ignore", FutureWarning)
+        return re.compile(pattern)
 
 
 def _among(param: Param, value: Any) -> bool:

@@ -2,7 +2,8 @@
 
 A contract's probe is a pure action that tells the newest doing of the thing and the goal that asked
 for it, in the result `goal_id`. Ours: it happened, and the probe's other fields are the result.
-Another's: it did not happen. No answer: a person decides.
+Another's, or empty for a device that surely never did it: it did not happen. Null, for a device that
+does not remember who asked, or no answer: a person decides.
 """
 
 from dataclasses import dataclass

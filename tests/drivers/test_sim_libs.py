@@ -249,4 +249,4 @@ def test_an_analyser_that_never_fired_has_no_last_shot(tmp_path):
     async def story(driver):
         return await driver.last_shot(GoalContext("probe"))
 
-    assert played(libs(tmp_path), story) == {"shot_id": None, "goal_id": None}
+    assert played(libs(tmp_path), story) == {"shot_id": None, "goal_id": ""}

@@ -37,6 +37,14 @@ def take(given: dict[str, Any], *, needed: bool = False):
     return read_params(declared, given, source, needed=needed)
 
 
+def test_a_pattern_that_python_has_doubts_about_is_a_pattern_all_the_same():
+    source = parse_source("params: {a: 1}\n", Path("p"), "p")[0]
+    assert source is not None
+    declared = {"a": Param.model_validate({"type": "string", "pattern": "^[[a-z]+$"})}
+
+    assert read_params(declared, {"a": "ab"}, source, needed=True)[0] == {"a": "ab"}
+
+
 @pytest.mark.parametrize(
     ("name", "text", "value"),
     [
