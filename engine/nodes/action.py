@@ -23,6 +23,10 @@ from .node import Node
 from .unknown import UnknownFate
 
 
+LOST_AT_MOST = 3
+"""How often in a row a goal may be lost with its server before that is a failure of the step."""
+
+
 @dataclass(frozen=True, slots=True)
 class ActionPlan:
     """What one `do` asks for, as far as it is known before it runs."""
@@ -51,10 +55,12 @@ class ActionLeaf(Node):
         self.plan = plan
         self.request: Request | None = None
         self.unknown: UnknownFate | None = None
+        self.lost = 0
         self.path = ""
 
     def initialise(self) -> None:
         self.failure, self.result, self.request, self.unknown = None, None, None, None
+        self.lost = 0
         self.path = f"{self.scope.frame.path}/{self.plan.segment}"
         try:
             arguments = self._arguments()
@@ -133,6 +139,10 @@ class ActionLeaf(Node):
         if outcome.state == "SUCCEEDED":
             self.result = with_units(outcome.result or {}, self.plan.action.returns)
             return Status.SUCCESS
+        if self._lost_for_nothing(outcome, request):
+            self._begin(request.params, request.timeout_s)
+            self.run.again()
+            return Status.RUNNING
         self.failure = self._failure_of(outcome, request)
         if self.failure.once and self.failure.happened == "unknown":
             self.unknown = UnknownFate(
@@ -142,6 +152,20 @@ class ActionLeaf(Node):
             self.failure = None
             return self._resolve(self.unknown)
         return Status.FAILURE
+
+    def _lost_for_nothing(self, outcome: Outcome, request: Request) -> bool:
+        """True where a server was restarted and the same may simply be asked for once more.
+
+        That is nobody's failure: it is not counted against the retries. A server that goes on
+        dying is a failure, and goes up the ladder as `Lost`.
+        """
+        error = outcome.error
+        if outcome.state != "ABORTED" or error is None or error.name != "Lost" or request.expired:
+            return False
+        if self.plan.action.effect == "once" and error.happened != "no":
+            return False
+        self.lost += 1
+        return self.lost <= LOST_AT_MOST
 
     def _failure_of(self, outcome: Outcome, request: Request) -> Failure:
         error = outcome.error
