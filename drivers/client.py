@@ -54,16 +54,15 @@ class DeviceClient:
         await self._lookout.close()
 
     async def take_lease(self, device: str, owner: str, ttl_s: float = 30.0) -> int:
-        """The lease's epoch; it is renewed until it is released. Raises LeaseHeld."""
+        """The lease's epoch; it is renewed until it is released. Raises LeaseHeld.
+
+        A connection that breaks meanwhile is waited for, up to LINK_S.
+        """
         try:
             async with asyncio.timeout(LINK_S):
-                await self._link.up.wait()
+                return await self._holding.take(device, owner, ttl_s)
         except TimeoutError:
             raise ServerUnreachable(self.url, self._link.refusal or "no answer") from None
-        try:
-            return await self._holding.take(device, owner, ttl_s)
-        except LinkDown as fault:
-            raise ServerUnreachable(self.url, str(fault)) from fault
 
     async def release(self, device: str) -> None:
         """Give the lease back; where the server is away it lapses by itself."""

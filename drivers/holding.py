@@ -2,9 +2,11 @@
 
 import asyncio
 import contextlib
-from dataclasses import dataclass
+import secrets
+from dataclasses import dataclass, field
+from typing import Any
 
-from .link import Answer, Link, LinkDown, ServerUnreachable, accepted
+from .link import Link, LinkDown, ServerUnreachable, accepted
 
 
 class LeaseHeld(Exception):
@@ -16,12 +18,20 @@ class LeaseHeld(Exception):
         self.holder = holder
 
 
+AGAIN_S = 0.05
+
+
+def _new_word() -> str:
+    return secrets.token_hex(8)
+
+
 @dataclass(slots=True)
 class _Lease:
     device: str
     owner: str
     ttl_s: float
     epoch: int = 0
+    ask: str = field(default_factory=_new_word)
     task: asyncio.Task[None] | None = None
 
 
@@ -37,11 +47,19 @@ class Holding:
         return self._leases[device].epoch
 
     async def take(self, device: str, owner: str, ttl_s: float) -> int:
-        """The epoch of a new lease, which is renewed until it is released. Raises LeaseHeld."""
+        """The epoch of a new lease, which is renewed until it is released. Raises LeaseHeld.
+
+        Asked for until there is an answer, however often the connection breaks: limit the wait.
+        """
         await self._forget(device)
         lease = _Lease(device, owner, ttl_s)
-        await self._ask(lease, anew=True)
-        lease.task = asyncio.create_task(self._renew(lease))
+        while True:
+            await self._link.up.wait()
+            with contextlib.suppress(LinkDown):
+                await self._ask_anew(lease)
+                break
+            await asyncio.sleep(AGAIN_S)
+        lease.task = asyncio.create_task(self._keep(lease))
         self._leases[device] = lease
         return lease.epoch
 
@@ -57,33 +75,46 @@ class Holding:
         """On a new connection: a lease that the server forgot or saw lapse is taken again."""
         for lease in list(self._leases.values()):
             with contextlib.suppress(LeaseHeld, ServerUnreachable):
-                await self._ask(lease, anew=restarted)
+                if restarted:
+                    await self._ask_anew(lease, again=True)
+                else:
+                    await self._renew(lease)
 
     async def close(self) -> None:
         """Renew nothing any more; what was not released lapses by itself."""
         for device in list(self._leases):
             await self._forget(device)
 
-    async def _ask(self, lease: _Lease, *, anew: bool) -> None:
-        """Take or renew a lease; one that lapsed meanwhile is taken again, under a higher epoch."""
-        request: Answer = {"device": lease.device, "owner": lease.owner, "ttl_s": lease.ttl_s}
-        if not anew:
-            request["epoch"] = lease.epoch
-        answer = await self._link.call("lease", request)
-        if answer.get("code") == "STALE_EPOCH" and not anew:
-            await self._ask(lease, anew=True)
-        elif answer.get("code") == "HELD":
-            raise LeaseHeld(lease.device, str(answer.get("holder")))
-        else:
-            lease.epoch = accepted(answer, self._link.url)["epoch"]
-
     async def _renew(self, lease: _Lease) -> None:
+        """Prolong a lease; one that lapsed meanwhile is taken again, under a higher epoch."""
+        if not await self._ask(lease, epoch=lease.epoch):
+            # Nobody decided on it: a stop that came meanwhile must keep its hold.
+            await self._ask_anew(lease, again=True)
+
+    async def _ask_anew(self, lease: _Lease, **more: Any) -> None:
+        """By one word until it is answered, so that a copy that comes late changes nothing."""
+        while not await self._ask(lease, ask=lease.ask, **more):
+            lease.ask = _new_word()  # what the word was given is over already
+        lease.ask = _new_word()
+
+    async def _ask(self, lease: _Lease, **more: Any) -> bool:
+        """False where a lease that should be renewed is over."""
+        request = {"device": lease.device, "owner": lease.owner, "ttl_s": lease.ttl_s, **more}
+        answer = await self._link.call("lease", request)
+        if answer.get("code") == "HELD":
+            raise LeaseHeld(lease.device, str(answer.get("holder")))
+        if answer.get("code") == "STALE_EPOCH":
+            return False
+        lease.epoch = accepted(answer, self._link.url)["epoch"]
+        return True
+
+    async def _keep(self, lease: _Lease) -> None:
         while True:
             await asyncio.sleep(lease.ttl_s / 3)
             # With the link down it is `confirm` that renews; one that somebody else holds by now
             # is asked for again, since nobody but they can end their turn.
             with contextlib.suppress(LinkDown, LeaseHeld, ServerUnreachable):
-                await self._ask(lease, anew=False)
+                await self._renew(lease)
 
     async def _forget(self, device: str) -> _Lease | None:
         lease = self._leases.pop(device, None)

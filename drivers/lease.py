@@ -7,13 +7,16 @@ from dataclasses import dataclass
 from ..schemas.messages import LeaseRequest, Refusal
 from .ledger import Ledger
 
+ASKS_KEPT = 100
+"""Of how many requests for a lease a late copy is still known."""
+
 
 class Refused(Exception):
     """A request that is turned down, as it goes over the wire."""
 
     def __init__(self, code: Refusal, message: str, **more: object) -> None:
         super().__init__(message)
-        self.code = code
+        self.code: Refusal = code
         self.message = message
         self.more = more
 
@@ -40,24 +43,35 @@ class Lease:
         self._ledger = ledger
         self._lapsed = lapsed
         self.holder: Holder | None = None
+        self._given: dict[str, int] = {}
 
     def take(self, request: LeaseRequest, session: str) -> int:
         """Give the lease, or prolong it where the request names the epoch; the epoch it has now."""
         if self.holder is not None and self.holder.owner != request.owner:
             raise self._held(self.holder)
         if request.epoch is not None:
-            return self._renew(request, session)
+            return self._renew(request, request.epoch, session)
+        if request.ask is not None and request.ask in self._given:
+            return self._renew(request, self._given[request.ask], session)
         epoch = self._ledger.lease(self.device, request.owner)
         self._stop_clock()
         self.holder = Holder(request.owner, epoch, session, self._clock(request.ttl_s))
+        self._remember(request.ask, epoch)
         return epoch
 
-    def _renew(self, request: LeaseRequest, session: str) -> int:
+    def _remember(self, ask: str | None, epoch: int) -> None:
+        """A word asks for one lease only, so that a late copy of it fences nobody."""
+        if ask is not None:
+            self._given[ask] = epoch
+            if len(self._given) > ASKS_KEPT:
+                del self._given[next(iter(self._given))]
+
+    def _renew(self, request: LeaseRequest, epoch: int, session: str) -> int:
         holder = self.holder
-        if holder is None or holder.epoch != request.epoch:
+        if holder is None or holder.epoch != epoch:
             raise Refused(
                 "STALE_EPOCH",
-                f"the lease of {self.device} under epoch {request.epoch} is over; take it again",
+                f"the lease of {self.device} under epoch {epoch} is over; take it again",
             )
         holder.timer.cancel()
         holder.timer = self._clock(request.ttl_s)

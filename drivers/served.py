@@ -102,11 +102,12 @@ class ServedDevice:
         return self.lease.holder is None and not self.running and self._safety.under_way is None
 
     def take_lease(self, request: LeaseRequest, session: str) -> int:
-        """Give or prolong the lease; taking it anew also ends the hold after a stop."""
+        """Give or prolong the lease; taking it deliberately also ends the hold after a stop."""
         if self._ending:
             raise Refused("REJECTED", f"the device server of {self.name} is ending")
+        before = self.lease.holder.epoch if self.lease.holder is not None else None
         epoch = self.lease.take(request, session)
-        if request.epoch is None:
+        if epoch != before and not request.again:
             self._closed_to_goals = None
         return epoch
 
@@ -200,10 +201,11 @@ class ServedDevice:
     async def stop(self, timeout_s: float = STOP_S, *, by_others: bool = False) -> tuple[bool, str]:
         """Safe state now: goals are broken off, the driver is called at once.
 
-        After a stop by others the device takes no more goals under the present lease, since its
-        holder does not know of the stop and would send the next goal milliseconds later.
+        After a stop by others the device takes no more goals until its lease is taken anew, since
+        its holder does not know of the stop and would send the next goal milliseconds later; nor
+        does one whose lease has lapsed and who is about to come back.
         """
-        if by_others and self.lease.holder is not None:
+        if by_others:
             self._closed_to_goals = (
                 f"{self.name} was stopped by somebody else at {time.strftime('%H:%M:%S')}; "
                 f"take its lease anew to go on"

@@ -19,6 +19,7 @@ from .wire import wire
 
 BEAT_S = 1.0
 FLUSH_S = 1.0
+REFUSALS_KEPT = 10_000
 MAX_MESSAGE_BYTES = 64 * 1024 * 1024
 
 LOG = logging.getLogger(__name__)
@@ -44,6 +45,7 @@ class DeviceServer:
         self._token = token
         self._outbox: asyncio.Queue[tuple[str, Answer, set[str]]] = asyncio.Queue()
         self._tasks: list[asyncio.Task[None]] = []
+        self._refusals: dict[tuple[str, int], Refused] = {}
         self._sio = socketio.AsyncServer(
             async_mode="asgi",
             transports=["websocket"],
@@ -168,8 +170,26 @@ class DeviceServer:
         goal = Goal.model_validate(data)
         if goal.boot != self.ledger.boot:
             raise Refused("STALE_BOOT", "the device server was started anew since; ask it by query")
-        execution = self._device(goal.device).accept(goal, session)
+        self._refuse_again(goal)
+        device = self._device(goal.device)
+        try:
+            execution = device.accept(goal, session)
+        except Refused as refusal:
+            self._remember(goal, refusal)
+            raise
         return {"id": goal.id, "state": execution.state, "seq": execution.seq}
+
+    def _refuse_again(self, goal: Goal) -> None:
+        """A refusal stands: a late copy must not start what its sender knows as never done."""
+        refusal = self._refusals.get((goal.id, goal.epoch))
+        if refusal is not None:
+            raise Refused(refusal.code, refusal.message, **refusal.more)
+
+    def _remember(self, goal: Goal, refusal: Refused) -> None:
+        # In memory only: a copy that outlives the server is refused for its boot.
+        self._refusals[goal.id, goal.epoch] = refusal
+        if len(self._refusals) > REFUSALS_KEPT:
+            del self._refusals[next(iter(self._refusals))]
 
     async def _cancel(self, session: str, data: Answer) -> Answer:
         goal_id = _text(data, "id")
@@ -259,7 +279,7 @@ def _text(data: Answer, name: str) -> str:
 
 
 def _is_other(device: ServedDevice, session: str) -> bool:
-    return device.lease.holder is not None and device.lease.holder.session != session
+    return device.lease.holder is None or device.lease.holder.session != session
 
 
 def _same(given: Any, token: str) -> bool:

@@ -72,12 +72,19 @@ class GoalReport(Model):
 
 
 class LeaseRequest(Model):
-    """Who wants a device for how long; `epoch` when it is renewed."""
+    """Who wants a device for how long; `epoch` when it is renewed.
+
+    `ask` is a word that is new with every lease that is wanted: the same word again, from a late
+    copy or since the answer was lost, gives no second one. `again` when an engine takes by itself
+    what it had before: that does not end the hold after a stop, of which it may not have heard.
+    """
 
     device: str
     owner: str
     ttl_s: float = Field(gt=0, le=3600)
     epoch: int | None = None
+    ask: str | None = None
+    again: bool = False
 
 
 class DeviceDescription(Model):

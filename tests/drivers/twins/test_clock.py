@@ -31,7 +31,14 @@ def test_the_real_clock_counts_what_it_slept():
     assert clock.elapsed_s == 0.01
 
 
-@pytest.mark.parametrize("kind", ["real", "fast"])
+def test_a_clock_that_runs_faster_counts_the_seconds_of_the_real_one():
+    clock = Clock(10_000)
+    asyncio.run(clock.sleep(100))
+
+    assert clock.elapsed_s == 100
+
+
+@pytest.mark.parametrize("kind", ["real", "fast", 1e6])
 def test_a_sleep_ends_when_it_is_told_to(kind):
     async def play():
         clock, stop = Clock(kind), asyncio.Event()
