@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 from .driver import ActionCanceled, ActionFailed, GoalContext, Place
 from .twins.axis import STEPS_PER_MM, Move, Point, Steps, plan, to_mm, to_steps
 from .twins.carriage import Carriage
-from .twins.clock import TICK_S
 from .twins.faults import chance
 from .twins.twin import Twin
 
@@ -112,8 +111,8 @@ class SimGantry(Twin):
             if goal.cancelled.is_set() or self._stop:
                 await self.clock.sleep(move.speed_at(t) / move.acceleration)
                 return move.braked_at(t)
-            pace = move.duration_s if self.clock.fast else TICK_S
-            await self.clock.sleep(min(pace, move.duration_s - t))
+            pace = min(self.clock.tick_s, move.duration_s - t)
+            await self.clock.sleep(pace)
             t += pace
             self.carriage.steps = to_steps(move.point(move.travelled(t)))
             if not self.clock.fast:

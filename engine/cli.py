@@ -25,6 +25,8 @@ COMMANDS = (
     "devices",
     "call",
     "report",
+    "rehearse",
+    "torture",
 )
 """Each is a function of the same name in `engine/commands/`; others come as entry points."""
 

@@ -9,10 +9,12 @@ from collections import deque
 from collections.abc import Callable, Coroutine, Mapping
 from typing import Any
 
-from ..drivers.client import DeviceClient, Outcome
+from ..drivers.client import Outcome
 from ..schemas import journal as j
 from ..schemas.contract import Happened
 from ..schemas.messages import ENDED, Goal, GoalError, GoalReport
+from .history import PastGoal
+from .reached import Reached
 from .request import CANCELED_BEFORE_SENDING, Request
 from .run import Run
 from .run_files import FileFault, read_content, write_content
@@ -24,7 +26,7 @@ CANCEL_GRACE_S = 10.0
 class Dispatcher:
     """Carries requests to devices; `wake` is set when an outcome has arrived."""
 
-    def __init__(self, run: Run, clients: Mapping[str, DeviceClient]) -> None:
+    def __init__(self, run: Run, clients: Mapping[str, Reached]) -> None:
         self.run = run
         self.clients = clients
         self.wake = asyncio.Event()
@@ -49,6 +51,9 @@ class Dispatcher:
         else:
             self._queue.append(request)
         return request
+
+    def replayed(self, request: Request, past: PastGoal) -> None:
+        """An action is taken as done from the journal; nothing has to be carried."""
 
     def withdraw(self, request: Request) -> None:
         """Nobody waits for this action any more: drop it from the queue, or cancel it."""
@@ -103,7 +108,9 @@ class Dispatcher:
         try:
             for name, content in outcome.files.items():
                 if outcome.result is not None and outcome.result.get(name) == content.path:
-                    written[content.path] = write_content(self.run.folder, content)
+                    written[content.path] = write_content(
+                        self.run.folder, content, sync=self.run.journal.sync
+                    )
         except FileFault as fault:
             return _aborted("Fault", str(fault), "yes"), {}
         except OSError as fault:
@@ -242,7 +249,7 @@ class Dispatcher:
         self._arrived.append((request, outcome))
         self.wake.set()
 
-    def _goal(self, request: Request, client: DeviceClient) -> Goal:
+    def _goal(self, request: Request, client: Reached) -> Goal:
         boot = request.adopt.sent.boot if request.adopt else client.boot
         read, _ = request.action.path_params()
         files = {

@@ -1,6 +1,6 @@
 """What a journal says has happened: the memory from which a run goes on."""
 
-from collections.abc import Iterable
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -67,6 +67,9 @@ class History:
     steps: dict[str, j.StepEnded] = field(default_factory=dict)
     turns: dict[str, j.Turned] = field(default_factory=dict)
     answers: dict[str, j.Answered] = field(default_factory=dict)
+    changed: j.Changed | None = None
+    comparing: bool = False
+    visited: set[str] = field(default_factory=set)
     touched: dict[str, int] = field(default_factory=dict)
     boots: dict[str, str] = field(default_factory=dict)
 
@@ -74,9 +77,19 @@ class History:
         """What is known of one attempt at one path."""
         return self.goals.get(path, {}).get(attempt)
 
-    def last_attempt(self, path: str) -> int:
-        """The highest attempt number ever used at a path."""
-        return max(self.goals.get(path, {0: None}))
+    def newest_success(self, path: str) -> PastGoal | None:
+        """The last attempt at a path that succeeded."""
+        ended = (past for past in reversed(self.goals.get(path, {}).values()) if past.ended)
+        return next((p for p in ended if p.ended and p.ended.state == "SUCCEEDED"), None)
+
+    def knows_nothing_of(self, path: str) -> bool:
+        """True where a comparison finds nothing to compare under this path."""
+        return self.comparing and path not in self._visited()
+
+    def _visited(self) -> set[str]:
+        if not self.visited:
+            self.visited = {p for path in (*self.goals, *self.steps) for p in _above(path)}
+        return self.visited
 
     def touch(self, device: str, n: int) -> None:
         """A device was moved or set outside the protocol's own order, at record `n`."""
@@ -117,6 +130,13 @@ class History:
         return [g for tries in self.goals.values() for g in tries.values() if g.ended is None]
 
 
+def _above(path: str) -> Iterator[str]:
+    """Every path that this one lies in."""
+    while path:
+        yield path
+        path = path.rpartition("/")[0]
+
+
 def _drop(table: dict[str, Any], prefix: str) -> None:
     for path in [path for path in table if path.startswith(prefix)]:
         del table[path]
@@ -128,15 +148,34 @@ def split_goal_id(goal_id: str) -> tuple[str, int]:
     return path, int(attempt)
 
 
-def read_history(records: Iterable[j.JournalRecord]) -> History:
-    """Read a journal's records into a history."""
-    history = History()
+def read_history(records: Sequence[j.JournalRecord], *, comparing: bool = False) -> History:
+    """Read a journal's records into a history.
+
+    `comparing` keeps what lies in finished iterations, so that all of it can be gone through again.
+    """
+    history = History(comparing=comparing)
+    again = reopened(records)
     for record in records:
+        is_end = isinstance(record, j.IterationEnded)
+        if is_end and (comparing or record.n < again.get(f"{record.loop}/{record.key}", 0)):
+            continue
         _read(history, record)
-        history.last_n, history.last_at = record.n, record.at
+        history.last_n = record.n
+        if not isinstance(record, j.Changed):  # written by whoever resumes, not by an engine
+            history.last_at = record.at
     if history.started is None:
         raise JournalFault("the journal holds no start of a run: there is nothing to go on with")
     return history
+
+
+def reopened(records: Sequence[j.JournalRecord]) -> dict[str, int]:
+    """Iterations that a change took up again -> the record since which they are unfinished."""
+    return {
+        path: record.n
+        for record in records
+        if isinstance(record, j.Changed)
+        for path in record.reopened
+    }
 
 
 def _read(history: History, record: j.JournalRecord) -> None:
@@ -148,6 +187,8 @@ def _read(history: History, record: j.JournalRecord) -> None:
             if history.finished is not None:
                 history.spend()
             history.finished = None
+        case j.Changed():
+            history.changed = record
         case j.Phase():
             history.phase = record.phase
             if record.phase.startswith("finally:"):

@@ -25,7 +25,7 @@ class DiskFull(JournalFault):
 
 def chain(previous: str, body: str) -> str:
     """The hash of a record: over the hash of the last one and the record without its own."""
-    return blake2b(f"{previous}{body}".encode(), digest_size=16).hexdigest()
+    return blake2b(f"{previous}{body}".encode(errors="surrogateescape"), digest_size=16).hexdigest()
 
 
 class Journal:

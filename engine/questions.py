@@ -23,12 +23,16 @@ class WrongAnswer(ValueError):
 
 
 class Questions:
-    """The open questions of a run, and the answers given beforehand (`--yes`, `--answer`)."""
+    """The open questions of a run, and the answers given beforehand (`--yes`, `--answer`).
+
+    `person` answers at once, in a rehearsal.
+    """
 
     def __init__(
         self, *, yes: bool = False, answers: dict[str, str] | None = None,
         changed: Callable[[], None] = lambda: None,
     ) -> None:  # fmt: skip
+        self.person: Callable[[Question], str] | None = None
         self.yes = yes
         self.answers = answers or {}
         self.changed = changed
@@ -42,6 +46,8 @@ class Questions:
             question.choice, question.by = given, "--answer"
         elif confirm and self.yes:
             question.choice, question.by = "yes", "--yes"
+        elif self.person is not None:
+            question.choice, question.by = self.person(question), "rehearsal"
 
     def answer(self, name: str, choice: str, by: str) -> Question:
         """Answer the open question of this id or path; raises WrongAnswer with a sentence."""

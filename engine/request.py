@@ -24,7 +24,8 @@ CANCELED_BEFORE_SENDING = Outcome(
 class Request:
     """An attempt at one action; `outcome` is None until it is over.
 
-    `adopt`: the goal of an earlier life of the engine that is asked for again under its own id.
+    `within`: the path of the iteration, or the phase, that it belongs to. `adopt`: the goal of an
+    earlier life of the engine that is asked for again under its own id.
     """
 
     goal_id: str
@@ -34,6 +35,7 @@ class Request:
     action: Action
     params: dict[str, Any]
     timeout_s: float | None
+    within: str = ""
     adopt: PastGoal | None = None
     outcome: Outcome | None = None
     sent_at: float | None = None
@@ -53,5 +55,10 @@ class Request:
 
     def means(self) -> str:
         """A hash of what is asked: equal means that finished work can be counted as done."""
-        what = [self.role.contract.type, self.role.role, self.action_name, self.params]
-        return sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]
+        return means(self.role, self.action_name, self.params)
+
+
+def means(role: BoundRole, action_name: str, params: dict[str, Any]) -> str:
+    """The hash over contract, role, action and resolved parameters that the journal keeps."""
+    what = [role.contract.type, role.role, action_name, params]
+    return sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]

@@ -2,13 +2,14 @@
 
 import csv
 import io
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ..schemas.journal import IterationEnded, JournalRecord
 from ..schemas.quantity import is_quantity, magnitude_in, number_text
 from .encode import decode
+from .history import reopened
 from .language.expression import ExpressionError
 from .language.value import Value
 
@@ -78,11 +79,15 @@ def _csv_line(cells: list[str]) -> str:
 
 
 def restore_rows(
-    folder: Path, records: Iterable[JournalRecord], tables: Mapping[str, Rows]
+    folder: Path, records: Sequence[JournalRecord], tables: Mapping[str, Rows]
 ) -> None:
     """Write the tables of a run again from its journal: a row torn by a crash is whole after it."""
     for name in tables:
         (folder / name).unlink(missing_ok=True)
+    again = reopened(records)
     for record in records:
-        if isinstance(record, IterationEnded) and record.row is not None and record.file in tables:
+        if not isinstance(record, IterationEnded) or record.row is None:
+            continue
+        left_out = record.n < again.get(f"{record.loop}/{record.key}", 0)
+        if record.file in tables and not left_out:
             tables[record.file].write(record.key, decode(record.row), record.fate)

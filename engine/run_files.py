@@ -31,7 +31,7 @@ def read_content(folder: Path, name: str) -> FileContent:
     return FileContent(path=name, sha256=sha256(data).hexdigest(), data=data)
 
 
-def write_content(folder: Path, content: FileContent) -> str:
+def write_content(folder: Path, content: FileContent, *, sync: bool = True) -> str:
     """Write a file that came with a result; durable, and whole or not at all.
 
     Returns its sha256. Raises FileFault where content and hash disagree, OSError where the disk
@@ -46,10 +46,12 @@ def write_content(folder: Path, content: FileContent) -> str:
     try:
         with half.open("wb") as file:
             file.write(content.data)
-            file.flush()
-            os.fsync(file.fileno())
+            if sync:
+                file.flush()
+                os.fsync(file.fileno())
         half.replace(place)
-        sync_folder(place.parent)
+        if sync:
+            sync_folder(place.parent)
     except OSError:
         half.unlink(missing_ok=True)
         raise

@@ -4,13 +4,16 @@ import json
 import os
 import re
 import secrets
+from collections.abc import Iterable
 from datetime import datetime
+from hashlib import sha256
 from pathlib import Path
 from typing import IO
 
 from ruamel.yaml import YAML
 
 from ..schemas.contract import Contract
+from ..schemas.journal import Changed, JournalRecord, Started
 from ..schemas.lab import Lab
 
 JOURNAL = "journal.jsonl"
@@ -62,6 +65,33 @@ def keep_inputs(
             device["driver"] = str((lab_folder / driver).resolve())
     _dump(folder / LAB, data)
     (folder / ASKED).write_text(json.dumps(asked, indent=1) + "\n", encoding="utf-8")
+
+
+def hashes(folder: Path) -> dict[str, str]:
+    """sha256 of every copy that the run goes by: protocol, lab, contracts, parameters."""
+    copies = [*folder.glob("protocol.*"), folder / LAB, folder / ASKED]
+    copies += sorted((folder / CONTRACTS).glob("*.yaml"))
+    return {
+        path.relative_to(folder).as_posix(): sha256(path.read_bytes()).hexdigest()
+        for path in copies
+        if path.is_file()
+    }
+
+
+def check_hashes(folder: Path, records: Iterable[JournalRecord]) -> None:
+    """Raise FolderFault where a copy was edited: what was done would not be what it says."""
+    place, written = folder, {}
+    for record in records:
+        if isinstance(record, Started | Changed):
+            place = folder / getattr(record, "folder", ".")
+            written = record.files
+    found = hashes(place)
+    for name, digest in written.items():
+        if found.get(name) != digest:
+            raise FolderFault(
+                f"{place / name} is not as it was when the run began. Put it back, or give your "
+                f"version as a file of its own: labrun resume {folder.name} --changed FILE"
+            )
 
 
 def _dump(path: Path, data: object) -> None:

@@ -5,7 +5,7 @@ import contextlib
 import platform
 import shutil
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,8 +14,9 @@ from .. import __version__
 from ..schemas import journal as j
 from ..schemas.protocol import Protocol
 from .check import Checked
+from .clock import RunClock
 from .compile import TreeCompiler
-from .connect import Connections, connect
+from .connect import connect
 from .control import Control
 from .control_server import ControlServer
 from .dispatcher import Dispatcher
@@ -28,10 +29,12 @@ from .language.expression import ExpressionError
 from .language.value import value_of
 from .nodes.node import failure_of
 from .questions import Questions
+from .reached import Reached
 from .reports import make_reports
 from .rows import restore_rows
 from .run import Listener, Run
 from .run_files import sync_files
+from .run_folder import hashes
 from .safe import note_touched, settle, to_safe_state
 from .tick import NoRoom, StopNow, run_tree
 
@@ -62,12 +65,12 @@ class Ending:
 class Life:
     """One engine's share of a run: from its connection to its last record."""
 
-    def __init__(self, run: Run, checked: Checked, connections: Connections) -> None:
+    def __init__(self, run: Run, checked: Checked, clients: Mapping[str, Reached]) -> None:
         assert checked.protocol is not None
         self.run = run
         self.protocol: Protocol = checked.protocol
-        self.connections = connections
-        self.dispatcher = Dispatcher(run, connections.clients)
+        self.clients = clients
+        self.dispatcher = Dispatcher(run, clients)
         self.control = Control(run, self.dispatcher.wake.set)
         self.compiler = TreeCompiler(
             run, self.dispatcher, checked.roles, self.protocol.defaults, run.folder
@@ -96,7 +99,7 @@ class Life:
         if resumed:
             history = self.run.history
             await settle(self.run, self.dispatcher, self.control)
-            note_touched(self.run, self.connections.clients, _away_s(history), history.last_n)
+            note_touched(self.run, self.clients, _away_s(history), history.last_n)
             if history.finished is None:  # the engine was killed: nobody has cleaned up
                 await self._finally()
                 await self._make_safe()
@@ -173,7 +176,7 @@ class Life:
         return ending
 
     async def _make_safe(self) -> None:
-        await to_safe_state(self.run, self.dispatcher, self.connections.clients)
+        await to_safe_state(self.run, self.dispatcher, self.clients)
 
     def outputs(self) -> dict[str, object]:
         """The protocol's outputs; one that cannot be told is null."""
@@ -187,16 +190,21 @@ class Life:
         return told
 
 
-def new_run(folder: Path, checked: Checked, wishes: Wishes) -> Run:
+def new_run(
+    folder: Path, checked: Checked, wishes: Wishes, *, journal: Journal | None = None,
+    clock: RunClock | None = None,
+) -> Run:  # fmt: skip
     """A run at its very beginning, its journal open."""
     assert checked.protocol is not None
-    journal = Journal(folder / "journal.jsonl")
+    journal = journal or Journal(folder / "journal.jsonl")
     run = _run(folder, checked, wishes, journal, History())
+    run.clock = clock or run.clock
     run.record(
         j.Started(
             run=run.id, protocol=checked.protocol.name, labrun=__version__,
-            python=platform.python_version(), params=encode(checked.params),
+            python=platform.python_version(), began=run.about["started"], params=encode(checked.params),
             roles={name: role.device for name, role in checked.roles.items()},
+            files=hashes(folder),
         )
     )  # fmt: skip
     return run
@@ -223,13 +231,17 @@ def _run(folder: Path, checked: Checked, wishes: Wishes, journal: Journal, histo
         "id": folder.name,
         "name": checked.protocol.name,
         "simulated": checked.lab.lab.simulated,
-        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "started": history.started.began if history.started else _now(),
     }
     return Run(
         id=folder.name, folder=folder, journal=journal, history=history, roles=checked.roles,
         params=checked.params, about=about,
         questions=Questions(yes=wishes.yes, answers=wishes.answers),
     )  # fmt: skip
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def _away_s(history: History) -> float:
@@ -254,7 +266,7 @@ async def run_life(
         if records is None:
             shutil.rmtree(run.folder, ignore_errors=True)
         raise
-    life = Life(run, checked, connections)
+    life = Life(run, checked, connections.clients)
     connections.say = run.log
     run.questions.changed = life.dispatcher.wake.set
     endpoint = ControlServer(run.folder, life.control, run.questions)

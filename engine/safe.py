@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 
-from ..drivers.client import DeviceClient, ServerUnreachable
+from ..drivers.client import ServerUnreachable
 from ..schemas import journal as j
 from .control import Control
 from .dispatcher import Dispatcher
 from .history import PastGoal
 from .journal import DiskFull, JournalFault
+from .reached import Reached
 from .request import Request
 from .run import Run
 from .tick import DRAIN_S
@@ -16,9 +17,7 @@ LEASE_S = 30.0
 """A device whose engine was away for longer has been put into its safe state by its server."""
 
 
-async def to_safe_state(
-    run: Run, dispatcher: Dispatcher, clients: Mapping[str, DeviceClient]
-) -> None:
+async def to_safe_state(run: Run, dispatcher: Dispatcher, clients: Mapping[str, Reached]) -> None:
     """Tell every device that was used to go into its safe state; say which did not confirm."""
     safe_states = {role.device: role.contract.safe_state for role in run.roles.values()}
     for device in sorted(dispatcher.used):
@@ -68,16 +67,16 @@ async def settle(run: Run, dispatcher: Dispatcher, control: Control) -> None:
         past.spent = run.history.lost_with_an_engine(past)
 
 
-def note_touched(
-    run: Run, clients: Mapping[str, DeviceClient], away_s: float, known_up_to: int
-) -> None:
+def note_touched(run: Run, clients: Mapping[str, Reached], away_s: float, known_up_to: int) -> None:
     """Mark the devices whose state may have changed while the engine was away.
 
     Their servers were started anew, or put them into their safe state when the lease lapsed.
     """
     for device, boot in run.history.boots.items():
         client = clients.get(device)
-        if client is not None and (away_s > LEASE_S or client.boot != boot):
+        # A clock that was set back says nothing about how long it was: then it may have been long.
+        long = not 0 <= away_s <= LEASE_S
+        if client is not None and (long or client.boot != boot):
             run.history.touch(device, known_up_to + 1)
 
 

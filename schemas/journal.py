@@ -36,6 +36,7 @@ class Started(Record):
     protocol: str
     labrun: str
     python: str
+    began: str = ""
     params: dict[str, Any] = Field(default_factory=dict)
     roles: dict[str, str] = Field(default_factory=dict)
     files: dict[str, str] = Field(default_factory=dict)
@@ -48,6 +49,20 @@ class Resumed(Record):
     count: int
     labrun: str
     torn: int = 0
+
+
+class Changed(Record):
+    """The run goes on with another protocol or other parameters, kept in `folder` of the run.
+
+    `reopened` are the paths of finished iterations in which something has to be done again.
+    """
+
+    kind: Literal["changed"] = "changed"
+    folder: str
+    files: dict[str, str] = Field(default_factory=dict)
+    params: dict[str, Any] = Field(default_factory=dict)
+    roles: dict[str, str] = Field(default_factory=dict)
+    reopened: list[str] = Field(default_factory=list)
 
 
 class Phase(Record):
@@ -178,6 +193,7 @@ class Finished(Record):
 JournalRecord = Annotated[
     Started
     | Resumed
+    | Changed
     | Phase
     | GoalSent
     | GoalEnded

@@ -1,6 +1,7 @@
 """What all simulated devices have: a clock, a world, a log of the truth and faults to order.
 
-Configuration that every one of them takes: `clock: real|fast`, `seed`, `faults`.
+Configuration that every one of them takes: `clock: real|fast|20` (20 times faster than real),
+`seed`, `faults`.
 """
 
 from collections.abc import Iterator

@@ -10,29 +10,41 @@ import typer
 from ..check import Checked, check_file
 from ..exit_status import PROBLEMS
 from ..print_problems import print_problems
-from .options import RUNS, Runs, WrongUsage, pairs, say
+from .options import RUNS, Params, Runs, WrongUsage, pairs, say
 from .run import Answers, Json, Yes, live, watcher
 
 RunName = Annotated[
     str,
     typer.Argument(metavar="RUN", help="A run's folder, its name, its last letters, or `last`."),
 ]
+Changed = Annotated[
+    Path | None,
+    typer.Option(
+        "--changed", metavar="FILE", help="Go on with this protocol where finished work still fits."
+    ),
+]
 
 
 def resume(
-    run: RunName, runs: Runs = RUNS, yes: Yes = False, answer: Answers = None, json: Json = False
+    run: RunName,
+    changed: Changed = None,
+    param: Params = None,
+    runs: Runs = RUNS,
+    yes: Yes = False,
+    answer: Answers = None,
+    json: Json = False,
 ) -> None:
     """Go on with a run from its own folder: finished actions are not done again."""
     from ..journal import JournalFault
     from ..run_folder import FolderFault, FolderLock, find_run
 
     try:
-        answers = pairs(answer, "--answer")
+        answers, params = pairs(answer, "--answer"), pairs(param, "-p")
         folder = find_run(runs, run)
         lock = FolderLock(folder)
         lock.take()
         try:
-            raise typer.Exit(_go_on(folder, yes=yes, answers=answers, json=json))
+            raise typer.Exit(_go_on(folder, changed, params, yes=yes, answers=answers, json=json))
         finally:
             lock.release()
     except (FolderFault, JournalFault, WrongUsage) as fault:
@@ -40,37 +52,63 @@ def resume(
         raise typer.Exit(PROBLEMS) from None
 
 
-def _go_on(folder: Path, *, yes: bool, answers: dict[str, str], json: bool) -> int:
+def _go_on(
+    folder: Path,
+    changed: Path | None,
+    params: dict[str, str],
+    *,
+    yes: bool,
+    answers: dict[str, str],
+    json: bool,
+) -> int:
     from ..history import read_history
-    from ..journal import reopen
+    from ..journal import read_records, reopen
+    from ..run_folder import check_hashes
     from ..runner import Wishes, old_run, run_life
+    from .changed import hold_against, keep_change, newest_copies
 
-    journal, records, torn = reopen(folder / "journal.jsonl")
+    records = list(read_records(folder / "journal.jsonl"))
     history = read_history(records)
-    if history.finished is not None and history.finished.fate == "succeeded":
-        journal.close()
-        say(f"{folder.name} has succeeded already: there is nothing to go on with")
+    anew = changed is not None or bool(params)
+    if history.finished is not None and history.finished.fate == "succeeded" and not anew:
+        say(
+            f"{folder.name} has succeeded already: there is nothing to go on with. "
+            "`labrun report` makes its report again; `labrun resume --changed FILE` adds to it."
+        )
         return PROBLEMS
-    checked = check_copy(folder)
+    place = newest_copies(folder, records)
+    check_hashes(folder, records)
+    checked, given = check_copy(place, changed, params)
     if not checked.ok:
-        journal.close()
         print_problems(checked.problems, format="text", file=sys.stderr)
         return PROBLEMS
+    reopened = hold_against(folder, checked, records, yes=yes) if anew else []
+    if reopened is None:
+        return PROBLEMS
+    journal, records, torn = reopen(folder / "journal.jsonl")
     if torn:
         say(f"the journal's last record was torn ({torn} bytes) and was cut off")
+    if anew:
+        keep_change(folder, checked, given, journal, records, reopened)
+        records = list(read_records(folder / "journal.jsonl"))
+    history = read_history(records)
     wishes = Wishes(yes=yes, answers=answers, watchers=[watcher(json)])
-    run = old_run(folder, checked, wishes, journal, history, torn)
-    return live(run_life(run, checked, wishes, records))
+    the_run = old_run(folder, checked, wishes, journal, history, torn)
+    return live(run_life(the_run, checked, wishes, records))
 
 
-def check_copy(folder: Path) -> Checked:
-    """Check the run's own copies, with its parameters and devices, as at its start."""
+def check_copy(
+    place: Path, changed: Path | None = None, params: dict[str, str] | None = None
+) -> tuple[Checked, dict[str, str]]:
+    """Check the run's own copies, or a changed protocol in their stead; and the parameters given."""
     from ..run_folder import ASKED, LAB, FolderFault, protocol_file
 
     try:
-        asked = jsonlib.loads((folder / ASKED).read_text(encoding="utf-8"))
+        asked = jsonlib.loads((place / ASKED).read_text(encoding="utf-8"))
     except (OSError, ValueError) as fault:
-        raise FolderFault(f"{folder / ASKED} cannot be read: {fault}") from fault
-    return check_file(
-        protocol_file(folder), lab=folder / LAB, bind=asked["roles"], params=asked["params"]
+        raise FolderFault(f"{place / ASKED} cannot be read: {fault}") from fault
+    given = {**asked["params"], **(params or {})}
+    checked = check_file(
+        changed or protocol_file(place), lab=place / LAB, bind=asked["roles"], params=given
     )
+    return checked, given

@@ -68,7 +68,7 @@ def start(
     folder = None
     try:
         folder = new_run_folder(runs, checked.protocol.name)
-        _keep(folder, checked, given or {})
+        keep(folder, checked, given or {})
         wishes = Wishes(yes=yes, answers=answers or {}, watchers=[watcher(json)])
         lock = FolderLock(folder)
         lock.take()
@@ -121,7 +121,8 @@ def watcher(json: bool):
     return watch
 
 
-def _keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
+def keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
+    """Copy what the run goes by into its folder."""
     from ..run_folder import keep_inputs
 
     assert checked.source is not None and checked.lab is not None

@@ -38,7 +38,7 @@ def row(folder: Path) -> dict[str, Any]:
 
     told = {"run": folder.name, "protocol": "", "fate": "", "reason": "", "done": 0}
     try:
-        history = read_history(read_records(folder / "journal.jsonl"))
+        history = read_history(list(read_records(folder / "journal.jsonl")))
     except JournalFault as fault:
         return {**told, "fate": "unreadable", "reason": str(fault)}
     done = sum(counts.total for counts in history.counts.values())

@@ -16,12 +16,12 @@ from ..frame import Scope
 from ..history import PastGoal
 from ..language.arguments import ArgumentFaults, resolve_arguments
 from ..language.expression import ExpressionError
+from ..language.operators import words
 from ..language.value import Value
-from ..request import Request
+from ..request import Request, means
 from ..run import Run
 from .node import Node
 from .unknown import UnknownFate
-
 
 LOST_AT_MOST = 3
 """How often in a row a goal may be lost with its server before that is a failure of the step."""
@@ -106,13 +106,16 @@ class ActionLeaf(Node):
         frame, history = self.scope.frame, self.run.history
         attempt = frame.next_attempt(self.path)
         past = history.goal(self.path, attempt)
-        while past is not None and self._is_behind(past):
+        if history.comparing:
+            past = history.newest_success(self.path) or past
+        wanted = means(self.plan.role, self.plan.action_name, arguments)
+        while past is not None and self._is_behind(past, wanted):
             attempt = frame.next_attempt(self.path)
             past = history.goal(self.path, attempt)
         request = Request(
             goal_id=f"{self.run.id}/{self.path}/{attempt}", path=self.path, role=self.plan.role,
             action_name=self.plan.action_name, action=self.plan.action, params=arguments,
-            timeout_s=timeout_s, adopt=past,
+            timeout_s=timeout_s, within=frame.owner.path, adopt=past,
         )  # fmt: skip
         self.request = request
         if past is None:
@@ -120,13 +123,18 @@ class ActionLeaf(Node):
         elif past.ended is None:
             request.params = past.sent.params
             self.dispatcher.request(request)
+        elif past.sent.means != wanted and not history.comparing:
+            self.failure = self._failure("Rejected", _changed(past, arguments), "no")
         else:
             request.outcome = _outcome_of(past)
+            self.dispatcher.replayed(request, past)
 
-    def _is_behind(self, past: PastGoal) -> bool:
+    def _is_behind(self, past: PastGoal, wanted: str) -> bool:
         """True for an earlier attempt that says nothing about this one."""
-        if past.ended is None:
+        if past.ended is None or self.run.history.comparing:
             return False
+        if past.sent.means != wanted:  # the protocol was changed since
+            return self.plan.action.effect != "once" or _happened(past, self.plan.action) == "no"
         if past.ended.state == "SUCCEEDED":
             return self.plan.action.effect != "once" and self.run.history.is_stale(past)
         if self.plan.action.effect == "once" and _happened(past, self.plan.action) != "no":
@@ -217,8 +225,18 @@ def _happened(past: PastGoal, action: Action) -> str:
     assert past.ended is not None
     error = past.ended.error
     if error is None:
-        return "unknown"
+        return "yes" if past.ended.state == "SUCCEEDED" else "unknown"
     return error.happened if error.happened != "unknown" else action.happened(error.name)
+
+
+def _changed(past: PastGoal, wanted: dict[str, Any]) -> str:
+    was, now = (
+        ", ".join(f"{n} {words(v)}" for n, v in p.items()) for p in (past.sent.params, wanted)
+    )
+    return (
+        f"it was done with {was or 'nothing'}, and the protocol now wants {now or 'nothing'}; "
+        "it is not done a second time"
+    )
 
 
 def _outcome_of(past: PastGoal) -> Outcome:

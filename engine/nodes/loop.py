@@ -154,6 +154,8 @@ class Loop(Parent):
                 return False
             iteration = self._iteration(self.position)
             self.position += 1
+            if self.run.history.knows_nothing_of(iteration.frame.path):
+                continue
             fate = self.done_before.pop(iteration.key, None)
             if fate is not None:
                 self._count(fate)

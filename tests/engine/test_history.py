@@ -63,7 +63,7 @@ def test_failures_before_the_end_of_a_run_are_spent_when_it_goes_on():
     history = read_history(records)
 
     assert history.goal("main/scan/0/shoot", 1).spent
-    assert history.last_attempt("main/scan/0/shoot") == 1
+    assert history.newest_success("main/scan/0/shoot") is None
 
 
 def test_a_device_that_was_made_safe_after_a_goal_makes_its_success_stale():

@@ -55,6 +55,14 @@ def test_a_changed_record_breaks_the_chain_and_is_named(tmp_path):
         list(read_records(path))
 
 
+def test_bytes_that_are_no_text_break_the_chain_like_any_other_change(tmp_path):
+    path = written(tmp_path / "journal.jsonl", *some(2))
+    path.write_bytes(path.read_bytes().replace(b"main", b"\xff\xfe\xfd\xfc"))
+
+    with pytest.raises(JournalFault, match="the chain breaks at record"):
+        list(read_records(path))
+
+
 def test_a_record_taken_out_breaks_the_chain(tmp_path):
     path = written(tmp_path / "journal.jsonl", *some(4))
     lines = path.read_bytes().splitlines(keepends=True)

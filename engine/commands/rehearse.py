@@ -1,0 +1,109 @@
+"""`labrun rehearse FILE`: hours of a protocol in seconds, with faults to order."""
+
+import json as jsonlib
+import sys
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import typer
+
+from ..check import Checked, check_file
+from ..exit_status import FAILED, PROBLEMS, SUCCEEDED
+from ..print_problems import print_problems
+from .options import Bind, Lab, Params, WrongUsage, pairs, say
+from .run import File
+
+Fail = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--fail",
+        metavar="ROLE.ACTION[.ERROR]:CHANCE",
+        help="Let an action fail so often: --fail libs.measure:0.05",
+    ),
+]
+Seed = Annotated[int | None, typer.Option("--seed", help="Other luck for the faults.")]
+Json = Annotated[bool, typer.Option("--json", help="The figures as JSON.")]
+
+
+def rehearse(
+    file: File,
+    param: Params = None,
+    lab: Lab = None,
+    bind: Bind = None,
+    fail: Fail = None,
+    seed: Seed = None,
+    json: Json = False,
+) -> None:
+    """Play the whole protocol with simulated devices on a virtual clock: how long, how far, what fails."""
+    try:
+        roles, params = pairs(bind, "--bind"), pairs(param, "-p")
+    except WrongUsage as fault:
+        say(str(fault))
+        raise typer.Exit(PROBLEMS) from None
+    checked = check_file(file, lab=lab, bind=roles, params=params)
+    if checked.problems:
+        print_problems(checked.problems, format="json" if json else "text", file=sys.stderr)
+    if not checked.ok:
+        raise typer.Exit(PROBLEMS)
+    raise typer.Exit(_rehearse(checked, fail or [], seed, json=json))
+
+
+def _rehearse(checked: Checked, fail: list[str], seed: int | None, *, json: bool) -> int:
+    from ..rehearse.rehearse import NoRehearsal, Rehearsal
+    from ..rehearse.table import lines
+
+    try:
+        rehearsal = Rehearsal(checked, ordered(fail, checked), seed, _progress(json=json))
+        tally = rehearsal.play()
+    except (NoRehearsal, WrongUsage) as fault:
+        say(str(fault))
+        return PROBLEMS
+    if sys.stderr.isatty():
+        print("\r\033[K", end="", file=sys.stderr)
+    if json:
+        typer.echo(jsonlib.dumps(tally.told(), indent=1))
+    else:
+        for line in lines(tally, rehearsal.real_s):
+            typer.echo(line)
+    return SUCCEEDED if tally.fate == "succeeded" else FAILED
+
+
+def _progress(*, json: bool) -> Callable[[float, int], None]:
+    """A line that counts while a person watches; silence for everybody else."""
+    from ..rehearse.table import duration
+
+    if json or not sys.stderr.isatty():
+        return lambda at_s, goals: None
+
+    def show(at_s: float, goals: int) -> None:
+        if goals % 50 == 0:
+            print(
+                f"\rrehearsing: {duration(at_s)}, {goals:,} goals \033[K", end="", file=sys.stderr
+            )
+
+    return show
+
+
+def ordered(fail: list[str], checked: Checked) -> dict[str, dict[str, Any]]:
+    """`libs.measure:0.05` -> faults by device and action; raises WrongUsage with a sentence."""
+    faults: dict[str, dict[str, Any]] = {}
+    for text in fail:
+        name, mark, chance = text.rpartition(":")
+        role, _, rest = name.partition(".")
+        action, _, error = rest.partition(".")
+        try:
+            if not (mark and action and 0 <= float(chance) <= 1):
+                raise ValueError
+        except ValueError:
+            raise WrongUsage(
+                f"--fail {text}: write --fail ROLE.ACTION:CHANCE or ROLE.ACTION.ERROR:CHANCE, "
+                "with a chance of 0 to 1"
+            ) from None
+        if role not in checked.roles:
+            raise WrongUsage(f"--fail {text}: no role {role}; roles: {', '.join(checked.roles)}")
+        wanted = faults.setdefault(checked.roles[role].device, {})
+        if not error:
+            wanted[action] = float(chance)
+        elif isinstance(wanted.setdefault(action, {}), dict):
+            wanted[action][error] = float(chance)
+    return faults

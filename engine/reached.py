@@ -1,0 +1,30 @@
+"""A device as the engine reaches it: over the wire in a run, in this very process in a rehearsal."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from ..drivers.client import Outcome
+from ..schemas.messages import Goal, GoalReport
+
+
+class Reached(Protocol):
+    """What the engine asks of a device's server, and of nobody else."""
+
+    boot: str
+    ledger: str
+
+    def epoch(self, device: str) -> int:
+        """The epoch of the lease that is held on a device."""
+        ...
+
+    async def follow(self, goal: Goal, on_report: Callable[[GoalReport], None]) -> Outcome:
+        """Send a goal and wait for its end."""
+        ...
+
+    async def cancel(self, goal_id: str) -> None:
+        """Ask for the end of a goal."""
+        ...
+
+    async def stop(self, device: str | None = None) -> dict[str, tuple[bool, str]]:
+        """Bring a device into its safe state; device -> (confirmed, in words)."""
+        ...

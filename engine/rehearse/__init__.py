@@ -1,0 +1,1 @@
+"""Rehearsal: the whole protocol with twins on a virtual clock, hours in seconds."""

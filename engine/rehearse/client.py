@@ -1,0 +1,128 @@
+"""A device of a rehearsal: all of a device server but its socket and its disk."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ...drivers.client import Outcome
+from ...drivers.driver import Driver, Place
+from ...drivers.lease import Refused
+from ...drivers.ledger import Ledger
+from ...drivers.outcome import outcome_of, refused
+from ...drivers.served import ServedDevice
+from ...drivers.twins.faults import Faults
+from ...drivers.twins.twin import Twin
+from ...schemas.contract import Contract
+from ...schemas.messages import ENDED, Goal, GoalError, GoalReport, LeaseRequest
+from ..virtual_time import VirtualLoop
+from .cast import typical_s
+
+LEASE_S = 3600.0
+
+
+class RehearsedDevice:
+    """What `DeviceClient` is to a device server, for a driver in this very process."""
+
+    def __init__(
+        self, place: Place, driver: type[Driver], contract: Contract, faults: Faults
+    ) -> None:
+        self.url = "rehearsal"
+        self.contract = contract
+        self.faults = faults
+        self._ledger = Ledger(Path(":memory:"))
+        self.boot, self.ledger = self._ledger.boot, self._ledger.id
+        self._driver = driver(place)
+        self._served = ServedDevice(place, self._driver, contract, self._ledger, self._told)
+        self._epoch = 0
+        self._owner = ""
+        self._followed: dict[str, tuple[asyncio.Future[GoalReport], Callable]] = {}
+        self._renewing: asyncio.Task[None] | None = None
+
+    async def open(self, owner: str) -> None:
+        """Open the driver and take the lease, which is kept until the end."""
+        await self._served.open(make_safe=False)
+        self._owner = owner
+        request = LeaseRequest(device=self._served.name, owner=owner, ttl_s=LEASE_S)
+        self._epoch = self._served.take_lease(request, owner)
+        self._renewing = asyncio.create_task(self._renew())
+
+    async def close(self) -> None:
+        """Close the driver; leaves no task."""
+        if self._renewing is not None:
+            self._renewing.cancel()
+            await asyncio.gather(self._renewing, return_exceptions=True)
+        self._served.lease.close()
+        await self._served.close()
+        self._ledger.close()
+
+    async def release(self, device: str) -> None:
+        """Give the lease back."""
+        self._served.release(self._owner, self._epoch)
+
+    def epoch(self, device: str) -> int:
+        """The epoch of the lease."""
+        return self._epoch
+
+    async def follow(
+        self, goal: Goal, on_report: Callable[[GoalReport], None] = lambda report: None
+    ) -> Outcome:
+        """Do a goal and wait for its end."""
+        fault = None if isinstance(self._driver, Twin) else self.faults.drawn(goal.action, goal.id)
+        if fault is not None and not fault.after:
+            return self._failed(goal, fault)
+        end: asyncio.Future[GoalReport] = asyncio.get_running_loop().create_future()
+        self._followed[goal.id] = (end, on_report)
+        try:
+            self._served.accept(goal, self._owner)
+            outcome = outcome_of(await self._ended(goal, end))
+        except Refused as refusal:
+            return refused(refusal.code, refusal.message, self.boot)
+        finally:
+            del self._followed[goal.id]
+        return outcome if fault is None else self._failed(goal, fault)
+
+    async def _ended(self, goal: Goal, end: asyncio.Future[GoalReport]) -> GoalReport:
+        loop = asyncio.get_running_loop()
+        if not isinstance(self._driver, Twin) and isinstance(loop, VirtualLoop):
+            # What really computes takes no virtual time of its own: the contract says how long.
+            await asyncio.wait({end}, timeout=typical_s(self.contract, goal.action))
+            with loop.held():
+                return await end
+        return await end
+
+    async def cancel(self, goal_id: str) -> None:
+        """Ask for the end of a goal."""
+        execution = self._served.running.get(goal_id)
+        if execution is not None:
+            execution.cancel()
+
+    async def stop(
+        self, device: str | None = None, timeout_s: float = 10.0
+    ) -> dict[str, tuple[bool, str]]:
+        """The device's safe state."""
+        return {self._served.name: await self._served.stop(timeout_s)}
+
+    def _failed(self, goal: Goal, fault: Any) -> Outcome:
+        happened = self.contract.actions[goal.action].happened(fault.error)
+        error = GoalError(name=fault.error, message=fault.failure().message, happened=happened)
+        return Outcome("ABORTED", error=error, boot=self.boot)
+
+    def _told(self, event: str, payload: dict[str, Any], followers: set[str]) -> None:
+        followed = self._followed.get(payload.get("id", "")) if event == "update" else None
+        if followed is None:
+            return
+        end, on_report = followed
+        report = GoalReport.model_validate(payload)
+        if report.state not in ENDED:
+            on_report(report)
+        elif not end.done():
+            end.set_result(report)
+
+    async def _renew(self) -> None:
+        while True:
+            await asyncio.sleep(LEASE_S / 3)
+            request = LeaseRequest(
+                device=self._served.name, owner=self._owner, ttl_s=LEASE_S, epoch=self._epoch
+            )
+            self._served.take_lease(request, self._owner)

@@ -1,0 +1,133 @@
+"""The same engine, checker, tree and drivers as in a run; only the wire, the disk and time are not."""
+
+import asyncio
+import math
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ...drivers.arguments import read_limits
+from ...drivers.driver import Place
+from ...drivers.twins.faults import Faults
+from ...drivers.twins.twin import Twin
+from ...drivers.twins.world import World
+from ...schemas import journal as j
+from ..check import Checked
+from ..clock import RunClock
+from ..journal import Journal
+from ..runner import Life, Wishes, new_run
+from ..virtual_time import VirtualLoop
+from .cast import player
+from .client import RehearsedDevice
+from .tally import Counting, Tally
+
+IN_MEMORY = "/dev/shm" if Path("/dev/shm").is_dir() else None
+"""What a rehearsal writes is read again within seconds and then thrown away."""
+
+
+class NoRehearsal(Exception):
+    """A rehearsal that cannot begin; the text says why."""
+
+
+@dataclass(slots=True)
+class Rehearsal:
+    """What to rehearse: a checked protocol, faults by device and action, the luck of `seed`."""
+
+    checked: Checked
+    faults: dict[str, dict[str, Any]] = field(default_factory=dict)
+    seed: int | None = None
+    say: Callable[[float, int], None] = lambda at_s, goals: None
+    real_s: float = 0.0
+
+    def play(self) -> Tally:
+        """Rehearse it from start to end; raises NoRehearsal."""
+        began = time.monotonic()
+        folder = Path(tempfile.mkdtemp(prefix="labrun-rehearsal-", dir=IN_MEMORY))
+        try:
+            with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+                tally = runner.run(self._rehearse(folder / "rehearsal"))
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+        self.real_s = time.monotonic() - began
+        return tally
+
+    async def _rehearse(self, folder: Path) -> Tally:
+        checked, clock = self.checked, asyncio.get_running_loop().time
+        assert checked.protocol is not None
+        folder.mkdir(parents=True)
+        names = [step.id or step.name for step in checked.protocol.steps]
+        counting = Counting([name or f"step {n + 1}" for n, name in enumerate(names)])
+        journal = _Telling(folder / "journal.jsonl", lambda r: self._heard(counting, r, clock()))
+        run = new_run(folder, checked, Wishes(yes=True), journal=journal, clock=RunClock(clock))
+        run.questions.person = lambda question: question.choices[0]
+        devices = self._devices(folder, counting.tally.players)
+        life = Life(run, checked, devices)
+        run.questions.changed = life.dispatcher.wake.set
+        try:
+            for device in devices.values():
+                await device.open(run.id)
+            ending = await life.live(None)
+            run.record(j.Finished(fate=ending.fate, reason=ending.reason, holes=run.holes))
+        finally:
+            for device in devices.values():
+                await device.close()
+            journal.close()
+        tally = counting.close(clock())
+        tally.path_mm = path_lengths(World(folder), list(devices))
+        return tally
+
+    def _devices(self, folder: Path, players: dict[str, str]) -> dict[str, RehearsedDevice]:
+        lab = self.checked.lab
+        assert lab is not None
+        made: dict[str, RehearsedDevice] = {}
+        for name in sorted({role.device for role in self.checked.roles.values()}):
+            contract = lab.contracts[lab.lab.devices[name].contract]
+            driver, config, players[name] = player(name, lab)
+            ordered = self.faults.get(name, {})
+            try:
+                faults = Faults(ordered, contract, self.seed or 1)
+                if issubclass(driver, Twin):
+                    config["faults"] = {**config.get("faults", {}), **ordered}
+                    config.update({} if self.seed is None else {"seed": self.seed})
+                limits = lab.lab.devices[name].limits.items()
+                place = Place(
+                    name, config, read_limits({k: v.model_dump() for k, v in limits}, contract),
+                    folder, folder,
+                )  # fmt: skip
+                made[name] = RehearsedDevice(place, driver, contract, faults)
+            except ValueError as fault:
+                raise NoRehearsal(f"{name}: {fault}") from fault
+        return made
+
+    def _heard(self, counting: Counting, record: j.Record, at_s: float) -> None:
+        counting.record(record, at_s)
+        if isinstance(record, j.GoalEnded):
+            self.say(at_s, counting.goals)
+
+
+class _Telling(Journal):
+    """A journal that lasts no longer than its rehearsal, and tells what is written into it."""
+
+    def __init__(self, path: Path, told: Callable[[j.Record], None]) -> None:
+        super().__init__(path, sync=False)
+        self._told = told
+
+    def append(self, record: j.Record) -> int:
+        n = super().append(record)
+        self._told(record)
+        return n
+
+
+def path_lengths(world: World, devices: list[str]) -> dict[str, float]:
+    """Millimetres that each device moved, from the log of what it really did."""
+    lengths: dict[str, float] = {}
+    for device in devices:
+        for entry in world.truth(device).entries():
+            if "start" in entry and "end" in entry:
+                way = math.dist(entry["start"], entry["end"])
+                lengths[device] = lengths.get(device, 0.0) + way
+    return lengths

@@ -1,0 +1,168 @@
+"""A rehearsal says what a run would: how long, how far, how often, and what would go wrong."""
+
+from pathlib import Path
+
+import pytest
+
+from labrun.engine.check import check_file
+from labrun.engine.rehearse.rehearse import NoRehearsal, Rehearsal
+from labrun.engine.rehearse.table import duration, lines
+
+SHIPPED = Path(__file__).parents[3] / "protocols"
+HEAD = "labrun: 1\nname: r\ndevices: {gantry: gantry@1, libs: libs_analyzer@1}\n"
+
+
+def rehearsed(folder, steps, *, faults=None, lab=None, seed=None, head=HEAD):
+    path = folder / "r.yaml"
+    path.write_text(head + steps, encoding="utf-8")
+    checked = check_file(path, lab=lab)
+    assert checked.ok, checked.problems
+    return Rehearsal(checked, faults or {}, seed).play()
+
+
+SCAN = """
+steps:
+  - id: scan
+    foreach: {x: "${{ span(0, 10, 2) }}"}
+    keep_going: {max_failed: 9}
+    steps:
+      - {id: move, do: gantry.move_to, with: {x: "${{ x }}", y: 1 mm, z: 0 mm}}
+      - {id: shoot, do: libs.measure, timeout: 20 s, retry: {attempts: 2, wait: 5 s}}
+"""
+
+
+def test_a_scan_takes_as_long_as_the_twins_say(tmp_path):
+    tally = rehearsed(tmp_path, SCAN)
+
+    assert tally.fate == "succeeded"
+    assert tally.once["libs.measure"] == 6
+    assert tally.seconds["libs.measure"] == pytest.approx(6 * 8, abs=0.1)
+    assert tally.lasts_s == pytest.approx(sum(tally.seconds.values()), abs=0.5)
+    assert [(p.name, p.iterations) for p in tally.parts] == [("scan", 6)]
+
+
+def test_the_path_is_the_way_that_the_gantry_really_went(tmp_path):
+    steps = "steps:\n" + "".join(
+        f"  - {{do: gantry.move_to, with: {{x: {x}, y: {y}, z: 100}}}}\n"
+        for x, y in [(30, 40), (30, 0), (0, 0)]
+    )
+
+    assert rehearsed(tmp_path, steps).path_mm["gantry"] == pytest.approx(50 + 40 + 30, abs=0.1)
+
+
+def test_faults_to_order_show_what_would_happen(tmp_path):
+    calm = rehearsed(tmp_path, SCAN)
+    tally = rehearsed(tmp_path, SCAN, faults={"libs": {"measure": {"ButtonNotFound": 0.5}}})
+    told = "\n".join(lines(tally, 0.1))
+
+    (trouble,) = tally.troubles
+    assert (trouble.action, trouble.error) == ("libs.measure", "ButtonNotFound")
+    assert trouble.count == tally.sent_again + tally.holes
+    assert tally.lasts_s != calm.lasts_s
+    assert f"libs.measure: ButtonNotFound, {trouble.count} time" in told
+
+
+def test_the_same_seed_has_the_same_luck(tmp_path):
+    faults = {"libs": {"measure": 0.3}}
+    one, same, other = (
+        rehearsed(tmp_path, SCAN, faults=faults, seed=seed).told() for seed in (1, 1, 2)
+    )
+
+    assert one == same
+    assert one != other
+
+
+def test_waits_and_timeouts_pass_on_virtual_time(tmp_path):
+    tally = rehearsed(
+        tmp_path,
+        "steps:\n  - {wait: 3 h}\n  - {do: libs.measure, timeout: 2 s, on_error: continue}\n",
+    )
+
+    assert tally.lasts_s == pytest.approx(3 * 3600 + 8, abs=15)
+    assert tally.slow["libs.measure"][1] == 2
+
+
+def test_a_person_is_not_waited_for_but_is_named(tmp_path):
+    tally = rehearsed(tmp_path, "steps:\n  - {ask: 'Which one?', choices: [left, right]}\n")
+
+    assert tally.questions == ["Which one?"]
+    assert tally.fate == "succeeded"
+
+
+def test_what_fails_for_good_is_told_with_its_reason(tmp_path):
+    tally = rehearsed(tmp_path, "steps:\n  - {do: gantry.home}\n  - {fail: 'no argon'}\n")
+
+    assert tally.fate == "failed"
+    assert "no argon" in tally.reason
+
+
+def test_a_device_without_a_twin_is_played_by_a_stand_in(tmp_path):
+    (tmp_path / "furnace.yaml").write_text(
+        "type: furnace@1\nsafe_state: [cool]\nactions:\n"
+        "  cool: {effect: idempotent, duration: 1 s}\n"
+        "  heat:\n    effect: once\n    duration: 20 min\n"
+        "    params: {type: object, required: [to], properties: {to: {type: number, unit: degC}}}\n"
+        "    returns: {type: object, required: [to, state], properties:"
+        " {to: {type: number, unit: degC}, state: {enum: [hot, cold]}}}\n"
+        "    errors: {Door: {happened: no}}\n"
+    )
+    lab = tmp_path / "lab.yaml"
+    lab.write_text(
+        "name: l\ncontracts: [./furnace.yaml]\n"
+        "devices: {oven: {contract: furnace@1, driver: not_installed_here}}\n"
+    )
+    head = "labrun: 1\nname: r\ndevices: {oven: furnace@1}\n"
+    steps = (
+        "steps:\n  - {id: h, do: oven.heat, with: {to: 800}}\n"
+        "  - require: ${{ steps.h.state == 'hot' }}\n"
+    )
+    tally = rehearsed(tmp_path, steps, lab=lab, head=head)
+    broken = rehearsed(tmp_path, steps, lab=lab, head=head, faults={"oven": {"heat": {"Door": 1}}})
+
+    assert tally.fate == "succeeded", tally.reason
+    assert tally.lasts_s == pytest.approx(1201)  # the safe state takes a second
+    assert "no twin keeps furnace@1" in tally.players["oven"]
+    assert [t.error for t in broken.troubles] == ["Door"]
+    assert broken.fate == "failed"
+
+
+def test_a_lab_of_real_devices_is_rehearsed_with_their_twins(tmp_path):
+    lab = tmp_path / "lab.yaml"
+    lab.write_text(
+        "name: bench\ndevices:\n"
+        "  gantry: {contract: gantry@1, driver: some_gantry, config: {port: /dev/ttyUSB0}}\n"
+        "  libs: {contract: libs_analyzer@1, url: 'http://10.0.0.7:4101'}\n"
+    )
+    tally = rehearsed(tmp_path, "steps:\n  - {do: gantry.home}\n  - {do: libs.measure}\n", lab=lab)
+
+    assert tally.players == {"gantry": "the twin sim_gantry", "libs": "the twin sim_libs"}
+    assert tally.fate == "failed"  # home leaves the gantry at 100 mm: no light from there
+    assert "out of focus" in tally.reason
+
+
+def test_faults_that_cannot_be_are_said(tmp_path):
+    with pytest.raises(NoRehearsal, match="libs: faults: measure of libs_analyzer@1 cannot fail"):
+        rehearsed(tmp_path, SCAN, faults={"libs": {"measure": {"Rain": 0.5}}})
+
+
+def test_the_shipped_map_takes_four_hours(tmp_path):
+    checked = check_file(SHIPPED / "pegmatite_map.yaml", params={"pitch": "2 mm"})
+    tally = Rehearsal(checked).play()
+
+    scan = next(part for part in tally.parts if part.name == "scan")
+    assert scan.iterations == 18
+    assert 12 < scan.takes_s / scan.iterations < 18  # the paper says 15 s a point
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"),
+    [
+        (0, "0.0 s"),
+        (59.94, "59.9 s"),
+        (60, "1 min 00 s"),
+        (3599.6, "1 h 00 min"),
+        (14760, "4 h 06 min"),
+    ],
+)
+def test_durations_are_told_as_people_do(seconds, told):
+    assert duration(seconds) == told
