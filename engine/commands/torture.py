@@ -1,0 +1,83 @@
+"""`labrun torture FILE`: kill it in every way, and hold what happened against the promise."""
+
+import asyncio
+import shutil
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..check import check_file
+from ..exit_status import FAILED, PROBLEMS
+from ..print_problems import print_problems
+from .options import RUNS, Lab, Params, Runs, WrongUsage, pairs, say
+from .run import File
+
+SHOWN = 20
+
+Kills = Annotated[
+    int | None,
+    typer.Option("--kills", min=1, help="So many blows; without it one at each journal write."),
+]
+Seed = Annotated[int, typer.Option("--seed", help="The same seed plans the same blows.")]
+Wires = Annotated[
+    bool, typer.Option("--wires/--no-wires", help="Every second run also over a bad network.")
+]
+Keep = Annotated[bool, typer.Option("--keep", help="Keep the folders of runs without a breach.")]
+
+
+def torture(
+    file: File,
+    kills: Kills = None,
+    seed: Seed = 1,
+    param: Params = None,
+    lab: Lab = None,
+    runs: Runs = RUNS,
+    wires: Wires = True,
+    keep: Keep = False,
+) -> None:
+    """Run a protocol on simulated devices, kill engine and servers, resume, and compare."""
+    try:
+        params = pairs(param, "-p")
+    except WrongUsage as fault:
+        say(str(fault))
+        raise typer.Exit(PROBLEMS) from None
+    checked = check_file(file, lab=lab, params=params)
+    if not checked.ok or checked.lab is None:
+        print_problems(checked.problems, format="text", file=sys.stderr)
+        raise typer.Exit(PROBLEMS)
+    if not checked.lab.lab.simulated:
+        say(
+            f"{checked.lab.lab.name} is not a simulated lab: torture kills devices in mid-action. "
+            "Leave --lab away, or name a lab that says `simulated: true`."
+        )
+        raise typer.Exit(PROBLEMS)
+    options = [part for name, value in params.items() for part in ("-p", f"{name}={value}")]
+    raise typer.Exit(_torture(checked, options, runs, kills, seed, wires=wires, keep=keep))
+
+
+def _torture(checked, options: list[str], runs: Path, kills, seed, *, wires, keep) -> int:
+    from ..run_folder import FolderFault, new_run_folder
+    from ..torture.torture import NothingToTorture, Torture
+
+    folder = None
+    try:
+        folder = new_run_folder(runs, f"torture-{checked.protocol.name}")
+        plan = Torture(checked, options, folder, seed, say, keep=keep, wires=wires)
+        toll = asyncio.run(plan.at_random(kills) if kills else plan.at_every_boundary())
+    except (FolderFault, NothingToTorture) as fault:
+        say(str(fault))
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+        return FAILED
+    typer.echo(toll.table())
+    for breach in toll.breaches[:SHOWN]:
+        typer.echo(f"broken: {breach.run}: {breach.text}")
+    if len(toll.breaches) > SHOWN:
+        typer.echo(f"and {len(toll.breaches) - SHOWN} more")
+    if toll.breaches:
+        typer.echo(f"The folders of these runs are kept in {folder}.")
+    elif not keep:
+        shutil.rmtree(folder, ignore_errors=True)
+    return FAILED if toll.breaches else 0

@@ -1,0 +1,64 @@
+"""What is done to a run: whom each blow hits, and when."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from random import Random
+from typing import Literal, get_args
+
+Whom = Literal["engine", "engine and servers", "servers", "abort"]
+Form = Literal["before", "torn", "after"]
+
+FORMS: tuple[Form, ...] = get_args(Form)
+EARLY_S, LATE_S = 0.1, 3.5
+WRITES = 80
+"""A life dies within so many seconds or writes to its journal, or within those of a whole run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kill:
+    """One blow to one life of an engine.
+
+    It falls `after_s` seconds after the engine's start, or at the engine's `flush`-th write to its
+    journal: before it, with half of it on disk, or when it is on disk and nothing has followed.
+    """
+
+    whom: Whom
+    after_s: float | None = None
+    flush: int = 0
+    form: Form = "after"
+
+    @property
+    def label(self) -> str:
+        """As the table says it."""
+        if self.whom == "abort":
+            return "aborted (SIGTERM), resumed"
+        when = "at a random moment" if self.after_s is not None else f"journal: {WORDS[self.form]}"
+        return f"{self.whom}, {when}"
+
+
+WORDS = {"before": "before a write", "torn": "half of a write", "after": "after a write"}
+
+
+def at_random(random: Random, lasts_s: float, writes: int) -> Iterator[Kill]:
+    """Blows without end: half of them at any moment, half at a boundary of the journal.
+
+    `lasts_s` and `writes` are those of an undisturbed run.
+    """
+    while True:
+        whom = random.choices(
+            ("engine", "engine and servers", "servers", "abort"), (5, 3, 2, 1)
+        )[0]  # fmt: skip
+        if whom in ("servers", "abort") or random.random() < 0.5:
+            yield Kill(whom, after_s=random.uniform(EARLY_S, min(LATE_S, lasts_s)))
+        else:
+            flush, form = random.randint(1, min(WRITES, writes)), random.choice(FORMS)
+            yield Kill(whom, flush=flush, form=form)
+
+
+def at_boundary(flush: int, seed: int) -> Kill:
+    """The blow at one write of the journal; their kinds take turns, another way each seed."""
+    kinds: list[tuple[Whom, Form]] = [
+        (whom, form) for form in FORMS for whom in ("engine", "engine and servers")
+    ]
+    whom, form = kinds[(flush + seed) % len(kinds)]
+    return Kill(whom, flush=flush, form=form)
