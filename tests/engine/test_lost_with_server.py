@@ -76,4 +76,4 @@ def test_what_may_have_happened_is_not_asked_for_again(tmp_path, retry):
     _, ended, _ = run(tmp_path, deaths=99, effect="once", retry=f"{retry}, on_unknown: skip")
 
     assert [e.error.name for e in ended] == ["Lost"]
-    assert len(list(tmp_path.glob("runs/*/servers/world/deaths"))[0].read_text()) == 1
+    assert len(next(tmp_path.glob("runs/*/servers/world/deaths")).read_text()) == 1
