@@ -46,7 +46,7 @@ def at_random(random: Random, lasts_s: float, writes: int) -> Iterator[Kill]:
     """
     while True:
         whom = random.choices(
-            ("engine", "engine and servers", "servers", "abort"), (5, 3, 2, 1)
+            ("engine", "engine and servers", "servers", "abort"), (4, 3, 3, 1)
         )[0]  # fmt: skip
         if whom in ("servers", "abort") or random.random() < 0.5:
             yield Kill(whom, after_s=random.uniform(EARLY_S, min(LATE_S, lasts_s)))
