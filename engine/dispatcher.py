@@ -11,9 +11,9 @@ from typing import Any
 
 from ..drivers.client import Outcome
 from ..schemas import journal as j
-from ..schemas.contract import Happened
+from ..schemas.contract import Contract, Happened
 from ..schemas.messages import ENDED, Goal, GoalError, GoalReport
-from .history import PastGoal
+from .history import LAPSED, RESTARTED, PastGoal
 from .reached import Reached
 from .request import CANCELED_BEFORE_SENDING, Request
 from .run import Run
@@ -39,6 +39,7 @@ class Dispatcher:
         self._stuck: dict[str, Request] = {}
         self._arrived: deque[tuple[Request, Outcome]] = deque()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._known = self._standing()
 
     # --- what the tree asks for
 
@@ -65,6 +66,24 @@ class Dispatcher:
             request.outcome = CANCELED_BEFORE_SENDING
         else:
             self._cancel(request)
+
+    def touched(self) -> dict[str, str]:
+        """Devices with a state that may be gone since `look_anew`, each with the reason."""
+        now = self._standing()
+        return {
+            device: RESTARTED if now[device][0] != boot else LAPSED
+            for device, (boot, epoch) in self._known.items()
+            if now[device] != (boot, epoch)
+        }
+
+    def look_anew(self) -> None:
+        """From now on the devices count as they stand now."""
+        self._known = self._standing()
+
+    def _standing(self) -> dict[str, tuple[str, int]]:
+        """Boot and epoch of every device that has a state to lose."""
+        lasting = {r.device for r in self.run.roles.values() if _has_state(r.contract)}
+        return {d: (c.boot, c.epoch(d)) for d, c in self.clients.items() if d in lasting}
 
     # --- one round of the runner
 
@@ -282,6 +301,10 @@ class Dispatcher:
             await self.clients[request.device].cancel(request.goal_id)
         except Exception as fault:  # the link is down: the goal's own fate says what became of it
             self.run.log(f"cancel of {request.label} did not get through: {fault}", request.path)
+
+
+def _has_state(contract: Contract) -> bool:
+    return any(action.effect != "pure" for action in contract.actions.values())
 
 
 def _aborted(name: str, message: str, happened: Happened) -> Outcome:

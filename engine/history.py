@@ -7,6 +7,8 @@ from typing import Any
 from ..schemas import journal as j
 from .journal import JournalFault
 
+RESTARTED = "its server was started anew"
+LAPSED = "no engine was heard of for as long as its lease: its server put it into its safe state"
 TOUCHING_PHASES = ("resume:", "finally:")
 
 
@@ -191,6 +193,9 @@ def _read(history: History, record: j.JournalRecord) -> None:
             history.changed = record
         case j.Phase():
             history.phase = record.phase
+            name, _, number = record.phase.partition(":")
+            if name == "resume":
+                history.resumes = max(history.resumes, int(number))
             if record.phase.startswith("finally:"):
                 history.finals += 1
         case j.GoalSent():
@@ -218,7 +223,7 @@ def _read(history: History, record: j.JournalRecord) -> None:
             history.turns[record.path] = record
         case j.Answered():
             history.answers[record.path] = record
-        case j.SafeState():
+        case j.SafeState() | j.Touched():
             history.touch(record.device, record.n)
         case j.Finished():
             history.finished = record

@@ -23,8 +23,8 @@ from .dispatcher import Dispatcher
 from .encode import encode
 from .failure import Failure
 from .frame import Frame, Scope
-from .history import History
-from .journal import DiskFull, Journal, JournalFault
+from .history import History, read_history
+from .journal import DiskFull, Journal, JournalFault, read_records
 from .language.expression import ExpressionError
 from .language.value import value_of
 from .nodes.node import failure_of
@@ -35,7 +35,7 @@ from .rows import restore_rows
 from .run import Listener, Run
 from .run_files import sync_files
 from .run_folder import hashes
-from .safe import note_touched, settle, to_safe_state
+from .safe import note_touched, settle, to_safe_state, touched
 from .tick import NoRoom, StopNow, run_tree
 
 FINALLY_S = 600.0
@@ -72,10 +72,14 @@ class Life:
         self.clients = clients
         self.dispatcher = Dispatcher(run, clients)
         self.control = Control(run, self.dispatcher.wake.set)
+        self._plant()
+
+    def _plant(self) -> None:
+        """A fresh tree: what the run's history says is done, it takes as done."""
         self.compiler = TreeCompiler(
-            run, self.dispatcher, checked.roles, self.protocol.defaults, run.folder
+            self.run, self.dispatcher, self.run.roles, self.protocol.defaults, self.run.folder
         )
-        self.main_frame = Frame.phase("main", {"params": run.params, "run": run.about})
+        self.main_frame = Frame.phase("main", {"params": self.run.params, "run": self.run.about})
         self.main = self.compiler.sequence(self.protocol.steps, Scope(self.main_frame))
 
     async def live(self, records: list[j.JournalRecord] | None) -> Ending:
@@ -99,16 +103,42 @@ class Life:
         if resumed:
             history = self.run.history
             await settle(self.run, self.dispatcher, self.control)
-            note_touched(self.run, self.clients, _away_s(history), history.last_n)
+            note_touched(self.run, self.clients, _away_s(history))
             if history.finished is None:  # the engine was killed: nobody has cleaned up
                 await self._finally()
                 await self._make_safe()
             on_resume = await self._on_resume()
             if on_resume is not None:
                 return await self._then_finally(on_resume)
-        self._begin("main")
-        ended = await run_tree(self.main, self.run, self.dispatcher, self.control, abortable=True)
-        return await self._then_finally(self._ending(ended, "main"))
+        while True:
+            self._begin("main")
+            ended = await run_tree(
+                self.main, self.run, self.dispatcher, self.control, abortable=True, watchful=True
+            )
+            if ended != "touched":
+                return await self._then_finally(self._ending(ended, "main"))
+            on_resume = await self._take_up_again()
+            if on_resume is not None:
+                return await self._then_finally(on_resume)
+
+    async def _take_up_again(self) -> Ending | None:
+        """A device lost its state under a living engine: go on as after a crash, from the journal.
+
+        Without `finally`, since nobody was away: `on_resume`, then the unfinished iterations, in
+        which the finished steps of that device are repeated before anything else is done once.
+        """
+        for device, reason in self.dispatcher.touched().items():
+            touched(self.run, device, reason)
+            self.run.log(f"{device}: {reason}; going on from the journal")
+        self.run.journal.flush()
+        records = list(read_records(self.run.journal.path))
+        self.run.history = read_history(records)
+        self.run.history.resumes += 1
+        self.run.holes = self.run.history.holes
+        self.dispatcher.look_anew()
+        self._plant()
+        restore_rows(self.run.folder, records, self.compiler.tables)
+        return await self._on_resume()
 
     async def _on_resume(self) -> Ending | None:
         """Run `on_resume`; an ending where it did not succeed."""

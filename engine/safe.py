@@ -6,7 +6,7 @@ from ..drivers.client import ServerUnreachable
 from ..schemas import journal as j
 from .control import Control
 from .dispatcher import Dispatcher
-from .history import PastGoal
+from .history import LAPSED, RESTARTED, PastGoal
 from .journal import DiskFull, JournalFault
 from .reached import Reached
 from .request import Request
@@ -67,17 +67,25 @@ async def settle(run: Run, dispatcher: Dispatcher, control: Control) -> None:
         past.spent = run.history.lost_with_an_engine(past)
 
 
-def note_touched(run: Run, clients: Mapping[str, Reached], away_s: float, known_up_to: int) -> None:
+def note_touched(run: Run, clients: Mapping[str, Reached], away_s: float) -> None:
     """Mark the devices whose state may have changed while the engine was away.
 
     Their servers were started anew, or put them into their safe state when the lease lapsed.
     """
     for device, boot in run.history.boots.items():
         client = clients.get(device)
-        # A clock that was set back says nothing about how long it was: then it may have been long.
-        long = not 0 <= away_s <= LEASE_S
-        if client is not None and (long or client.boot != boot):
-            run.history.touch(device, known_up_to + 1)
+        if client is None:
+            continue
+        if client.boot != boot:
+            touched(run, device, RESTARTED)
+        elif not 0 <= away_s <= LEASE_S:
+            # A clock that was set back says nothing about how long it was: it may have been long.
+            touched(run, device, LAPSED)
+
+
+def touched(run: Run, device: str, reason: str) -> None:
+    """Note that what finished steps had set on a device may be gone."""
+    run.history.touch(device, run.record(j.Touched(device=device, reason=reason)))
 
 
 def _adopt(run: Run, past: PastGoal) -> Request:

@@ -17,7 +17,7 @@ from .run import Run
 DRAIN_S = 120.0
 """How long goals may take to end after they were cancelled, before the run goes on without them."""
 
-Ended = Literal["succeeded", "failed", "aborted"]
+Ended = Literal["succeeded", "failed", "aborted", "touched"]
 
 
 class StopNow(Exception):
@@ -29,14 +29,16 @@ class NoRoom(Exception):
 
 
 async def run_tree(
-    root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control, *, abortable: bool
-) -> Ended:
+    root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control, *, abortable: bool,
+    watchful: bool = False,
+) -> Ended:  # fmt: skip
     """Run a tree to its end, or stop it for an abort; every goal has ended when this returns.
 
+    `watchful`: stop it also when a device has lost the state that earlier steps gave it.
     Raises StopNow for a second abort and NoRoom when the disk is full.
     """
     try:
-        return await _rounds(root, run, dispatcher, control, abortable=abortable)
+        return await _rounds(root, run, dispatcher, control, abortable=abortable, watchful=watchful)
     except BaseException:
         # Whatever went wrong: nobody would tick the tree any more, so its goals are cancelled.
         root.stop(Status.INVALID)
@@ -45,8 +47,9 @@ async def run_tree(
 
 
 async def _rounds(
-    root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control, *, abortable: bool
-) -> Ended:
+    root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control, *, abortable: bool,
+    watchful: bool,
+) -> Ended:  # fmt: skip
     while True:
         if control.now:
             raise StopNow
@@ -59,6 +62,11 @@ async def _rounds(
             dispatcher.withdraw_all()
             await _drain(dispatcher, control)
             return "aborted"
+        if watchful and dispatcher.touched():
+            root.stop(Status.INVALID)
+            dispatcher.withdraw_all()
+            await _drain(dispatcher, control)
+            return "touched"
         again, wake_at = _round(root, run, dispatcher, control)
         if root.status != Status.RUNNING:
             await _drain(dispatcher, control)  # what was cancelled on the way has ended, too

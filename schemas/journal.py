@@ -180,6 +180,14 @@ class SafeState(Record):
     message: str = ""
 
 
+class Touched(Record):
+    """A device whose state may be gone: its server was started anew, or had put it into safe state."""
+
+    kind: Literal["touched"] = "touched"
+    device: str
+    reason: str
+
+
 class Finished(Record):
     """The last record of a run that came to its end."""
 
@@ -205,6 +213,7 @@ JournalRecord = Annotated[
     | LoopEnded
     | Control
     | SafeState
+    | Touched
     | Finished,
     Field(discriminator="kind"),
 ]
