@@ -75,6 +75,14 @@ async def start_server(
     `folder` keeps its settings and its log, and its ledger where the settings name no other. One
     that an engine left behind here with the same settings goes on to be used: it knows its goals.
     """
+    try:
+        return await _start_or_adopt(config, folder, timeout_s)
+    except OSError as fault:
+        words = f"{fault.strerror or fault}: {fault.filename or folder}"
+        raise ServerFailed(f"the device server cannot be started: {words}") from fault
+
+
+async def _start_or_adopt(config: dict[str, Any], folder: Path, timeout_s: float) -> RunningServer:
     await asyncio.to_thread(folder.mkdir, parents=True, exist_ok=True)
     settings: dict[str, Any] = {"folder": str(folder), **config}
     left = await _left_behind(Path(settings["folder"]), settings.get("token"))

@@ -106,17 +106,18 @@ def _own_fault() -> int:
 
     from .. import __version__
 
-    with tempfile.NamedTemporaryFile(
-        "w", prefix="labrun-fault-", suffix=".log", delete=False, encoding="utf-8"
-    ) as log:
-        log.write(
-            f"labrun {__version__}, Python {platform.python_version()}, {platform.platform()}\n"
-        )
-        log.write(f"{sys.argv}\n\n{traceback.format_exc()}")
-    kind = sys.exc_info()[0]
-    print(
-        f"labrun: a fault in labrun itself ({kind.__name__ if kind else 'unknown'}); "
-        f"please report it with {log.name}",
-        file=sys.stderr,
-    )
+    kind, fault, _ = sys.exc_info()
+    words = f"labrun: a fault in labrun itself ({kind.__name__ if kind else 'unknown'})"
+    told = traceback.format_exc()
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="labrun-fault-", suffix=".log", delete=False, encoding="utf-8"
+        ) as log:
+            log.write(
+                f"labrun {__version__}, Python {platform.python_version()}, {platform.platform()}\n"
+            )
+            log.write(f"{sys.argv}\n\n{told}")
+        print(f"{words}; please report it with {log.name}", file=sys.stderr)
+    except OSError:  # no room for a log, either: the fault's own words have to do
+        print(f"{words}: {fault}", file=sys.stderr)
     return FAULT

@@ -64,6 +64,8 @@ class Dispatcher:
         if request in self._queue:
             self._queue.remove(request)
             request.outcome = CANCELED_BEFORE_SENDING
+        elif request.sent_at is None:
+            self._take_back(request)
         else:
             self._cancel(request)
 
@@ -220,6 +222,7 @@ class Dispatcher:
 
     async def drain(self, limit_s: float, stop: Callable[[], bool] = lambda: False) -> bool:
         """Wait until no goal is under way; False when the limit, or `stop`, came first."""
+        self._take_back_unsent()
         loop = asyncio.get_running_loop()
         until = loop.time() + limit_s
         while self.busy:
@@ -236,6 +239,19 @@ class Dispatcher:
             handle.cancel()
         self.run.journal.flush()
         return True
+
+    def _take_back_unsent(self) -> None:
+        """Goals whose intent found no room on the disk were not sent, and will never end."""
+        for request in [r for r in self._under_way.values() if r.sent_at is None]:
+            self._take_back(request)
+
+    def _take_back(self, request: Request) -> None:
+        # Its device must not hear of it: a cancel would forbid the id for ever, and on resume the
+        # same action has the same id.
+        del self._under_way[request.goal_id]
+        if self._holders.get(request.device) is request:
+            del self._holders[request.device]
+        request.outcome = CANCELED_BEFORE_SENDING
 
     def withdraw_all(self) -> None:
         """Cancel everything: the run is being aborted."""

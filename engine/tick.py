@@ -80,7 +80,10 @@ async def _rounds(
 def _round(
     root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control
 ) -> tuple[bool, float | None]:
-    root.tick_once()
+    try:
+        root.tick_once()
+    except OSError as fault:  # the one thing that nodes do with the system is to write rows
+        raise NoRoom(f"cannot write {fault.filename or run.folder}: {fault.strerror}") from fault
     dispatcher.check_time()
     if run.pause_wanted and not control.paused:
         control.ask("pause", run.pause_wanted)

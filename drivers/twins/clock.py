@@ -4,6 +4,8 @@ import asyncio
 from contextlib import suppress
 
 TICKS_S = {"real": 0.05, "fast": float("inf"), "rehearsal": 1.0}
+
+
 class Clock:
     """`elapsed_s` counts every second slept, on either clock.
 

@@ -15,6 +15,7 @@ from .options import RUNS, Bind, Lab, Params, Runs, WrongUsage, pairs, say
 
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 Yes = Annotated[bool, typer.Option("--yes", "-y", help="Answer every `confirm` with yes.")]
+GO_ON = "Devices are safe. When there is room again, `labrun resume last` goes on with the run."
 Answers = Annotated[
     list[str] | None,
     typer.Option("--answer", metavar="ID=CHOICE", help="Answer a question beforehand."),
@@ -97,6 +98,9 @@ def live(life) -> int:
     except NotReached as fault:
         say(f"{fault}. Nothing was sent.")
         return NOT_REACHED
+    except OSError as fault:
+        say(f"{fault.strerror or fault}: {fault.filename or 'the folder of the run'}. {GO_ON}")
+        return FAILED
     if ending.interrupted:
         return CTRL_C
     return SUCCEEDED if ending.fate == "succeeded" else FAILED
