@@ -1,0 +1,69 @@
+"""What must hold after any number of crashes: the promise of the journal, as assertions."""
+
+from collections import Counter
+
+
+def shots(story):
+    """What happened for good, in order."""
+    return [line for line in story.happened if line["action"] == "shoot"]
+
+
+def nothing_twice_and_nothing_lost(story, oracle):
+    """What the devices did for good is what a run without crashes does, each as often."""
+    done = Counter(shot["name"] for shot in shots(story))
+    goals = Counter(shot["goal"] for shot in shots(story))
+
+    assert done == oracle.happened, (
+        f"too often: {done - oracle.happened}, not: {oracle.happened - done}"
+    )
+    assert max(goals.values(), default=1) == 1, f"one goal happened twice: {goals}"
+
+
+def in_focus(story, oracle):
+    """Every shot found its devices as in a run without crashes."""
+    found = {}
+    for shot in shots(story):
+        found.setdefault(shot["name"], []).append(shot["states"])
+    for name, wanted in oracle.focus.items():
+        for states, want in zip(found[name], wanted, strict=True):
+            blurred = {d: states[d] for d in want if want[d] not in ("any", states[d])}
+
+            assert not blurred, f"{name} fired at {blurred}, not at {want}"
+
+
+def same_end(story, oracle, status):
+    """The run ends as one without crashes, with the same rows and holes."""
+    assert story.status == status, f"ended {story.exits}, not {status}"
+    assert story.tables() == oracle.tables, f"rows {story.tables()}, not {oracle.tables}"
+    assert story.records[-1].holes == oracle.holes
+
+
+def journal_is_whole(story):
+    """The chain holds, nothing was begun unannounced, no goal was announced twice."""
+    records = story.records  # reading them checks their hashes
+    announced = Counter(record.id for record in records if record.kind == "goal")
+    early = [line["goal"] for line in story.happened if not line["announced"]]
+    unheard = [line["goal"] for line in story.happened if line["goal"] not in announced]
+
+    assert records[-1].kind == "finished"
+    assert [record.n for record in records] == list(range(1, len(records) + 1))
+    assert not early and not unheard, f"begun before it was announced: {early + unheard}"
+    assert max(announced.values(), default=1) == 1, f"announced twice: {announced}"
+
+
+def finally_ran_last(story, protocol):
+    """The last phase is `finally`, and its actions are the last that any device began."""
+    phases = [record.phase for record in story.records if record.kind == "phase"]
+    begun = [line["goal"].split("/")[1] for line in story.happened if line["action"] == "begin"]
+
+    assert phases[-1].startswith("finally:" if protocol.get("finally") else "main"), phases
+    assert not protocol.get("finally") or begun[-1] == phases[-1], begun
+
+
+def kept(story, oracle, status, protocol):
+    """All of it."""
+    nothing_twice_and_nothing_lost(story, oracle)
+    in_focus(story, oracle)
+    journal_is_whole(story)
+    finally_ran_last(story, protocol)
+    same_end(story, oracle, status)
