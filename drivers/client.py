@@ -73,17 +73,22 @@ class DeviceClient:
         return self._holding.epoch(device)
 
     async def follow(
-        self, goal: Goal, on_report: Callable[[GoalReport], None] = lambda report: None
+        self,
+        goal: Goal,
+        on_report: Callable[[GoalReport], None] = lambda report: None,
+        *,
+        send: bool = True,
     ) -> Outcome:
         """Send a goal and wait for its end, whatever happens to connection and server meanwhile.
 
-        A goal that bears an earlier boot is never sent: the server is asked what became of it.
+        Without `send` it is only asked what became of it; one that never arrived is buried, so
+        that no late copy of it can start. A goal that bears an earlier boot is never sent, either.
         Cancelling the wait leaves the goal alone; call `cancel` to end it.
         """
         size = sum(len(file.data) for file in goal.files.values())
         if size > MAX_FILES_BYTES:
             return refused("INVALID", f"{size} bytes of files are too much for one goal", self.boot)
-        return await self._lookout.follow(goal, on_report)
+        return await self._lookout.follow(goal, on_report, send=send)
 
     async def cancel(self, goal_id: str) -> None:
         """Ask the server to end a goal; a goal that is followed is asked about until it worked."""

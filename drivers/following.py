@@ -15,8 +15,12 @@ BEAT_MISSED_S = 5.0
 class Following:
     """What a client knows of a goal between sending it and its end."""
 
-    def __init__(self, goal: Goal, on_report: Callable[[GoalReport], None]) -> None:
+    def __init__(
+        self, goal: Goal, on_report: Callable[[GoalReport], None], *, may_send: bool = True
+    ) -> None:
         self.goal = goal
+        self.may_send = may_send
+        self.lapsed = False
         self._on_report = on_report
         self.payload: dict[str, Any] = goal.model_dump(exclude_defaults=True)
         self.doubtful = False

@@ -41,14 +41,16 @@ class Lookout:
         for following in self._followed.values():
             following.conclude(out_of_reach(f"the connection to {self._link.url} was closed"))
 
-    async def follow(self, goal: Goal, on_report: Callable[[GoalReport], None]) -> Outcome:
-        """Send a goal and wait for its end."""
+    async def follow(
+        self, goal: Goal, on_report: Callable[[GoalReport], None], *, send: bool = True
+    ) -> Outcome:
+        """Send a goal, or only ask after it, and wait for its end."""
         if goal.id in self._followed:
             raise ValueError(f"goal {goal.id} is followed already")
-        following = Following(goal, on_report)
+        following = Following(goal, on_report, may_send=send)
         self._followed[goal.id] = following
         try:
-            if goal.boot == self.boot and self._link.up.is_set():
+            if send and goal.boot == self.boot and self._link.up.is_set():
                 await self._send(following)
             else:
                 self._doubt(following)
@@ -99,6 +101,9 @@ class Lookout:
     def _answered(self, following: Following, answer: Answer) -> None:
         if answer.get("ok"):
             self._reported(following, answer)
+        elif _was_ours(answer, following.goal):
+            following.refusal, following.lapsed = answer.get("message", ""), True
+            self._doubt(following)
         elif answer.get("code") in ("STALE_BOOT", "EXCEPTION"):
             following.refusal = answer.get("message", "")
             self._doubt(following)
@@ -169,20 +174,32 @@ class Lookout:
     async def _never_arrived(self, following: Following) -> None:
         """Same boot, no record: the goal is on its way or was lost on it."""
         too_late = following.silent_s() > self._lost_after_s
-        if not (following.cancel_wanted or following.refusal or too_late):
+        stays = following.cancel_wanted or following.refusal or too_late or not following.may_send
+        if not stays:
             await self._send(following)
             return
         # The tombstone makes sure of it before anything is concluded: a late goal cannot start.
         answer = await self._link.call("cancel", {"id": following.goal.id})
         if accepted(answer, self._link.url)["state"] != "CANCELED":
             self._doubt(following)  # it arrived after all, and its record says how it stands
+        elif following.lapsed:
+            words = (
+                f"the lease was taken anew before the goal reached its device: {following.refusal}"
+            )
+            following.conclude(lost(words, "no", self.boot))
         elif following.refusal:
             following.conclude(refused("REJECTED", following.refusal, self.boot))
-        elif too_late:
+        elif too_late or not (following.may_send or following.cancel_wanted):
             words = "the device server never received the goal"
             following.conclude(lost(words, "no", self.boot))
         else:
             following.conclude(Outcome("CANCELED", boot=self.boot))
+
+
+def _was_ours(answer: Answer, goal: Goal) -> bool:
+    """True for a lease that is over and that nobody else has taken: its owner is the goal's run."""
+    own = goal.id.partition("/")[0]
+    return answer.get("code") == "STALE_EPOCH" and answer.get("holder", own) == own
 
 
 def _report(data: Answer) -> GoalReport:

@@ -119,7 +119,7 @@ class _Comparing(Dispatcher):
         super().__init__(run, {})
         self._comparison = Comparison()
 
-    def request(self, request: Request) -> Request:
+    def request(self, request: Request, *, first: bool = False) -> Request:
         done = request.adopt is not None
         if not done:
             self._differs(request, None)

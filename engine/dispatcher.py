@@ -43,12 +43,17 @@ class Dispatcher:
 
     # --- what the tree asks for
 
-    def request(self, request: Request) -> Request:
-        """Queue an action; it is sent when its device is free and the tick is over."""
+    def request(self, request: Request, *, first: bool = False) -> Request:
+        """Queue an action; it is sent when its device is free and the tick is over.
+
+        `first`: before anything else that waits for the device, as a probe must be.
+        """
         holder = self._stuck.get(request.device)
         if holder is not None:
             message = f"{request.device} still holds {holder.label} and does not end it"
             request.outcome = _aborted("Busy", message, "no")
+        elif first:
+            self._queue.appendleft(request)
         else:
             self._queue.append(request)
         return request
@@ -79,8 +84,12 @@ class Dispatcher:
         }
 
     def look_anew(self) -> None:
-        """From now on the devices count as they stand now."""
+        """From now on the devices count as they stand now; the journal says under which leases."""
         self._known = self._standing()
+        for device, client in self.clients.items():
+            epoch = client.epoch(device)
+            self.run.history.epochs.setdefault(device, set()).add(epoch)
+            self.run.record(j.Leased(device=device, epoch=epoch, boot=client.boot))
 
     def _standing(self) -> dict[str, tuple[str, int]]:
         """Boot and epoch of every device that has a state to lose."""
@@ -193,15 +202,17 @@ class Dispatcher:
 
     def _note(self, request: Request) -> None:
         client = self.clients[request.device]
+        request.epoch = request.adopt.sent.epoch if request.adopt else client.epoch(request.device)
         if request.adopt is None:
             n = self.run.record(
                 j.GoalSent(
                     id=request.goal_id, device=request.device, action=request.action_name,
                     params=request.params, effect=request.action.effect, boot=client.boot,
-                    ledger=client.ledger, epoch=client.epoch(request.device),
+                    ledger=client.ledger, epoch=request.epoch,
                     means=request.means(), timeout_s=request.timeout_s,
                 )
             )  # fmt: skip
+            self.run.history.remember_order(request.device, request.goal_id, request.action.effect)
             if not request.goal_id.partition("/")[2].startswith("main/"):
                 self.run.history.touch(request.device, n)
         if not request.role.contract.concurrent:
@@ -274,7 +285,10 @@ class Dispatcher:
     async def _follow(self, request: Request) -> None:
         client = self.clients[request.device]
         try:
-            outcome = await client.follow(self._goal(request, client), self._heard(request))
+            # An adopted goal is only asked after: it is not sent now, in another state of things.
+            outcome = await client.follow(
+                self._goal(request, client), self._heard(request), send=request.adopt is None
+            )
         except FileFault as fault:
             outcome = _aborted("Rejected", str(fault), "no")
         except asyncio.CancelledError:

@@ -1,14 +1,17 @@
 """What a journal says has happened: the memory from which a run goes on."""
 
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..schemas import journal as j
+from ..schemas.contract import Effect
 from .journal import JournalFault
 
 RESTARTED = "its server was started anew"
 LAPSED = "no engine was heard of for as long as its lease: its server put it into its safe state"
+ORDER_KEPT = 1000
 TOUCHING_PHASES = ("resume:", "finally:")
 
 
@@ -20,6 +23,12 @@ class PastGoal:
     ended: j.GoalEnded | None = None
     ended_n: int = 0
     spent: bool = False
+
+    @property
+    def is_unknown(self) -> bool:
+        """True where it ended, and its device did not say whether it had happened."""
+        error = self.ended.error if self.ended is not None else None
+        return error is not None and error.happened == "unknown"
 
 
 @dataclass(slots=True)
@@ -72,6 +81,8 @@ class History:
     changed: j.Changed | None = None
     comparing: bool = False
     visited: set[str] = field(default_factory=set)
+    order: dict[str, deque[str]] = field(default_factory=dict)
+    epochs: dict[str, set[int]] = field(default_factory=dict)
     touched: dict[str, int] = field(default_factory=dict)
     boots: dict[str, str] = field(default_factory=dict)
 
@@ -92,6 +103,23 @@ class History:
         if not self.visited:
             self.visited = {p for path in (*self.goals, *self.steps) for p in _above(path)}
         return self.visited
+
+    def remember_order(self, device: str, goal_id: str, effect: Effect) -> None:
+        """Keep in which order a device was asked for what happens once; the newest of them."""
+        if effect == "once":
+            self.order.setdefault(device, deque(maxlen=ORDER_KEPT)).append(goal_id)
+
+    def was_before(self, device: str, goal_id: str, other: str) -> bool:
+        """True where it is sure that the device was asked for `goal_id` before `other`."""
+        order = self.order.get(device, deque())
+        if other not in order:
+            return False
+        return goal_id not in order or order.index(goal_id) < order.index(other)
+
+    def held_since(self, device: str, epoch: int) -> bool:
+        """True where nobody but this run has held a device since that epoch."""
+        ours = self.epochs.get(device, set())
+        return epoch in ours and all(e in ours for e in range(epoch, max(ours) + 1))
 
     def touch(self, device: str, n: int) -> None:
         """A device was moved or set outside the protocol's own order, at record `n`."""
@@ -126,6 +154,11 @@ class History:
                 past.spent = past.ended is not None and past.ended.state != "SUCCEEDED"
         for path in [path for path, step in self.steps.items() if step.fate != "succeeded"]:
             del self.steps[path]
+
+    def unknown_fates(self) -> list[PastGoal]:
+        """`once` goals that are over, of which nobody knows whether they happened."""
+        newest = (tries[max(tries)] for tries in self.goals.values())
+        return [past for past in newest if past.sent.effect == "once" and past.is_unknown]
 
     def open_goals(self) -> list[PastGoal]:
         """Goals that were sent and whose outcome is not in the journal."""
@@ -201,12 +234,15 @@ def _read(history: History, record: j.JournalRecord) -> None:
         case j.GoalSent():
             path, attempt = split_goal_id(record.id)
             history.goals.setdefault(path, {})[attempt] = PastGoal(record)
+            history.remember_order(record.device, record.id, record.effect)
             if history.phase.startswith(TOUCHING_PHASES):
                 history.touch(record.device, record.n)
             history.boots[record.device] = record.boot
         case j.GoalEnded():
             path, attempt = split_goal_id(record.id)
-            past = history.goals[path][attempt]
+            past = history.goal(path, attempt)
+            if past is None:  # it outlived its iteration, which is over and forgotten
+                return
             past.ended, past.ended_n = record, record.n
             past.spent = history.lost_with_an_engine(past)
         case j.IterationEnded():
@@ -223,6 +259,8 @@ def _read(history: History, record: j.JournalRecord) -> None:
             history.turns[record.path] = record
         case j.Answered():
             history.answers[record.path] = record
+        case j.Leased():
+            history.epochs.setdefault(record.device, set()).add(record.epoch)
         case j.SafeState() | j.Touched():
             history.touch(record.device, record.n)
         case j.Finished():

@@ -17,8 +17,10 @@ class Reached(Protocol):
         """The epoch of the lease that is held on a device."""
         ...
 
-    async def follow(self, goal: Goal, on_report: Callable[[GoalReport], None]) -> Outcome:
-        """Send a goal and wait for its end."""
+    async def follow(
+        self, goal: Goal, on_report: Callable[[GoalReport], None], *, send: bool = True
+    ) -> Outcome:
+        """Send a goal, or only ask after it, and wait for its end."""
         ...
 
     async def cancel(self, goal_id: str) -> None:

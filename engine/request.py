@@ -24,7 +24,8 @@ CANCELED_BEFORE_SENDING = Outcome(
 class Request:
     """An attempt at one action; `outcome` is None until it is over.
 
-    `within`: the path of the iteration, or the phase, that it belongs to. `adopt`: the goal of an
+    `within`: the path of the iteration, or the phase, that it belongs to. `epoch`: that of the lease
+    under which it was sent. `adopt`: the goal of an
     earlier life of the engine that is asked for again under its own id.
     """
 
@@ -36,6 +37,7 @@ class Request:
     params: dict[str, Any]
     timeout_s: float | None
     within: str = ""
+    epoch: int = 0
     adopt: PastGoal | None = None
     outcome: Outcome | None = None
     sent_at: float | None = None
@@ -62,3 +64,12 @@ def means(role: BoundRole, action_name: str, params: dict[str, Any]) -> str:
     """The hash over contract, role, action and resolved parameters that the journal keeps."""
     what = [role.contract.type, role.role, action_name, params]
     return sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def outcome_of(past: PastGoal) -> Outcome:
+    """What a goal of an earlier life came to, as the journal says."""
+    assert past.ended is not None
+    return Outcome(
+        state=past.ended.state, result=past.ended.result, error=past.ended.error, files={},
+        boot=past.sent.boot,
+    )  # fmt: skip

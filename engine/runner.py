@@ -87,6 +87,7 @@ class Life:
         if records is not None:
             restore_rows(self.run.folder, records, self.compiler.tables)
         ending = Ending("failed")
+        self.dispatcher.look_anew()
         try:
             ending = await self._phases(resumed=records is not None)
         except StopNow:

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 
-from ..drivers.client import ServerUnreachable
+from ..drivers.client import Outcome, ServerUnreachable
 from ..schemas import journal as j
 from .control import Control
 from .dispatcher import Dispatcher
 from .history import LAPSED, RESTARTED, PastGoal
 from .journal import DiskFull, JournalFault
+from .probe import keep_answer, probe_request, told_before, unknown_path
 from .reached import Reached
 from .request import Request
 from .run import Run
@@ -43,28 +44,53 @@ async def to_safe_state(run: Run, dispatcher: Dispatcher, clients: Mapping[str, 
 async def settle(run: Run, dispatcher: Dispatcher, control: Control) -> None:
     """Learn the fate of goals that were in flight when the engine went, before anything moves.
 
-    They are asked for again under their own ids: a server that knows them tells or goes on.
+    Servers are asked what became of them; none is sent. Where nobody knows of a `once` action, its
+    probe is sent now: after anything else was done, what it tells would prove nothing any more.
     """
-    open_goals = run.history.open_goals()
-    requests = [(past, _adopt(run, past)) for past in open_goals]
-    for _, request in requests:
-        dispatcher.request(request)
-    for past, request in requests:
-        while request.outcome is None and not control.now:
-            ready = dispatcher.prepare()
-            run.journal.flush()
-            dispatcher.send(ready)
-            if not dispatcher.busy:
-                break
-            await dispatcher.drain(DRAIN_S, stop=lambda: control.now)
-        outcome = request.outcome
-        if outcome is None or outcome.state == "LOST":
+    for past, outcome in await _carry(run, dispatcher, control, run.history.open_goals()):
+        if outcome.state == "LOST":
             continue
         past.ended = j.GoalEnded(
-            id=request.goal_id, state=outcome.state, result=outcome.result, error=outcome.error
+            id=past.sent.id, state=outcome.state, result=outcome.result, error=outcome.error
         )
         past.ended_n = past.sent.n
         past.spent = run.history.lost_with_an_engine(past)
+    unknown = [_probe_of(run, past) for past in run.history.unknown_fates()]
+    probes = [probe for probe in unknown if probe is not None]
+    await _carry(run, dispatcher, control, [], probes)
+    for probe in probes:
+        keep_answer(run.history, probe)
+
+
+async def _carry(
+    run: Run, dispatcher: Dispatcher, control: Control, pasts: list[PastGoal],
+    new: list[Request] | None = None,
+) -> list[tuple[PastGoal, Outcome]]:  # fmt: skip
+    """Have goals adopted, and new ones done, all before this returns; what became of the adopted."""
+    adopted = [(past, _adopt(run, past)) for past in pasts]
+    requests = [request for _, request in adopted] + (new or [])
+    for request in requests:
+        dispatcher.request(request)
+    while any(request.outcome is None for request in requests) and not control.now:
+        ready = dispatcher.prepare()
+        run.journal.flush()
+        dispatcher.send(ready)
+        if not dispatcher.busy:
+            break
+        await dispatcher.drain(DRAIN_S, stop=lambda: control.now)
+    return [(past, request.outcome) for past, request in adopted if request.outcome is not None]
+
+
+def _probe_of(run: Run, past: PastGoal) -> Request | None:
+    role = next((r for r in run.roles.values() if r.device == past.sent.device), None)
+    if role is None or past.sent.action not in role.contract.actions:
+        return None
+    error = past.ended.error if past.ended is not None else None
+    known = error is not None and role.contract.actions[past.sent.action].happened(error.name)
+    settled = told_before(run.history, past.sent.id) is not None
+    if known in ("no", "yes") or settled or unknown_path(past.sent.id) in run.history.answers:
+        return None
+    return probe_request(run.history, role, past.sent.id, past.sent.action)
 
 
 def note_touched(run: Run, clients: Mapping[str, Reached], away_s: float) -> None:

@@ -180,6 +180,15 @@ class SafeState(Record):
     message: str = ""
 
 
+class Leased(Record):
+    """The engine holds a device under this epoch, at this boot of its server."""
+
+    kind: Literal["leased"] = "leased"
+    device: str
+    epoch: int
+    boot: str
+
+
 class Touched(Record):
     """A device whose state may be gone: its server was started anew, or had put it into safe state."""
 
@@ -213,6 +222,7 @@ JournalRecord = Annotated[
     | LoopEnded
     | Control
     | SafeState
+    | Leased
     | Touched
     | Finished,
     Field(discriminator="kind"),

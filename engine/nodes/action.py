@@ -18,10 +18,11 @@ from ..language.arguments import ArgumentFaults, resolve_arguments
 from ..language.expression import ExpressionError
 from ..language.operators import words
 from ..language.value import Value
-from ..request import Request, means
+from ..probe import told_before, what_it_proves
+from ..request import Request, means, outcome_of
 from ..run import Run
 from .node import Node
-from .unknown import UnknownFate
+from .unknown import UnknownFate, Verdict
 
 LOST_AT_MOST = 3
 """How often in a row a goal may be lost with its server before that is a failure of the step."""
@@ -116,6 +117,7 @@ class ActionLeaf(Node):
             goal_id=f"{self.run.id}/{self.path}/{attempt}", path=self.path, role=self.plan.role,
             action_name=self.plan.action_name, action=self.plan.action, params=arguments,
             timeout_s=timeout_s, within=frame.owner.path, adopt=past,
+            epoch=past.sent.epoch if past else 0,
         )  # fmt: skip
         self.request = request
         if past is None:
@@ -126,7 +128,7 @@ class ActionLeaf(Node):
         elif past.sent.means != wanted and not history.comparing:
             self.failure = self._failure("Rejected", _changed(past, arguments), "no")
         else:
-            request.outcome = _outcome_of(past)
+            request.outcome = outcome_of(past)
             self.dispatcher.replayed(request, past)
 
     def _is_behind(self, past: PastGoal, wanted: str) -> bool:
@@ -137,9 +139,16 @@ class ActionLeaf(Node):
             return self.plan.action.effect != "once" or _happened(past, self.plan.action) == "no"
         if past.ended.state == "SUCCEEDED":
             return self.plan.action.effect != "once" and self.run.history.is_stale(past)
-        if self.plan.action.effect == "once" and _happened(past, self.plan.action) != "no":
-            return False  # unknown, or it did happen: never simply sent again
+        happened = _happened(past, self.plan.action)
+        if self.plan.action.effect == "once" and happened != "no":
+            # Unknown, or it did happen: never simply sent again, unless a probe has denied it.
+            return past.spent and happened == "unknown" and self._was_denied(past)
         return past.spent or past.ended.state == "CANCELED"
+
+    def _was_denied(self, past: PastGoal) -> bool:
+        history, sent = self.run.history, past.sent
+        told = told_before(history, sent.id)
+        return what_it_proves(history, sent.device, sent.id, sent.epoch, told) is False
 
     # --- ending
 
@@ -175,6 +184,13 @@ class ActionLeaf(Node):
         self.lost += 1
         return self.lost <= LOST_AT_MOST
 
+    def _lost_and_not_done(self, unknown: UnknownFate, verdict: Verdict) -> bool:
+        """Lost with its server, and the device says that it did not happen: unfinished, no failure."""
+        if verdict.skip or verdict.stop or unknown.failure.name != "Lost":
+            return False
+        self.lost += 1
+        return self.lost <= LOST_AT_MOST
+
     def _failure_of(self, outcome: Outcome, request: Request) -> Failure:
         error = outcome.error
         name = error.name if error else outcome.state.capitalize()
@@ -203,7 +219,7 @@ class ActionLeaf(Node):
         if verdict.happened:
             self.result = with_units(verdict.result or {}, self.plan.action.returns)
             return Status.SUCCESS
-        if verdict.repeat:
+        if verdict.repeat or self._lost_and_not_done(unknown, verdict):
             request = unknown.request
             self._begin(request.params, request.timeout_s)
             self.run.again()
@@ -237,11 +253,3 @@ def _changed(past: PastGoal, wanted: dict[str, Any]) -> str:
         f"it was done with {was or 'nothing'}, and the protocol now wants {now or 'nothing'}; "
         "it is not done a second time"
     )
-
-
-def _outcome_of(past: PastGoal) -> Outcome:
-    assert past.ended is not None
-    return Outcome(
-        state=past.ended.state, result=past.ended.result, error=past.ended.error, files={},
-        boot=past.sent.boot,
-    )  # fmt: skip

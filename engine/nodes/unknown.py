@@ -1,10 +1,4 @@
-"""When nobody knows whether a `once` action happened: probe the device, then ask a person.
-
-A contract's probe is a pure action that tells the newest doing of the thing and the goal that asked
-for it, in the result `goal_id`. Ours: it happened, and the probe's other fields are the result.
-Another's, or empty for a device that surely never did it: it did not happen. Null, for a device that
-does not remember who asked, or no answer: a person decides.
-"""
+"""When nobody knows whether a `once` action happened: probe the device, then ask a person."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,11 +6,11 @@ from typing import Any
 from ..bind import BoundRole
 from ..dispatcher import Dispatcher
 from ..failure import Failure
+from ..probe import keep_answer, probe_request, told_before, unknown_path, what_it_proves
 from ..questions import Question
 from ..request import Request
 from ..run import Run
 
-PROBE_TIMEOUT_S = 60.0
 CHOICES = ["repeat", "skip", "stop"]
 
 
@@ -52,7 +46,10 @@ class UnknownFate:
     def advance(self) -> Verdict | None:
         """The verdict, or None while it is still being found."""
         if self.verdict is None and self.probe is not None and self.probe.outcome is not None:
-            self.verdict = self._read_probe(self.probe)
+            keep_answer(self.run.history, self.probe)
+            self.verdict = self._read(
+                self.probe.outcome.result if self.probe.outcome.state == "SUCCEEDED" else None
+            )
             self.probe = None
             if self.verdict is None:
                 self._ask()
@@ -73,7 +70,7 @@ class UnknownFate:
 
     def _start(self, policy: str) -> None:
         if policy == "probe" and self.request.action.probe:
-            self._send_probe(self.request.action.probe)
+            self._send_probe()
         elif policy == "repeat":
             self.verdict = Verdict(repeat=True)
         elif policy == "skip":
@@ -81,42 +78,35 @@ class UnknownFate:
         else:
             self._ask()
 
-    def _send_probe(self, name: str) -> None:
-        path = f"{self.request.goal_id.partition('/')[2]}/probe"
-        history = self.run.history
-        attempt = 1
-        while (past := history.goal(path, attempt)) is not None and not (
-            past.ended and past.ended.state == "SUCCEEDED"
-        ):
-            attempt += 1
-        self.probe = Request(
-            goal_id=f"{self.run.id}/{path}/{attempt}", path=path, role=self.role,
-            action_name=name, action=self.role.contract.actions[name], params={},
-            timeout_s=PROBE_TIMEOUT_S,
-        )  # fmt: skip
-        if past is not None and past.ended is not None:
-            from .action import _outcome_of
-
-            self.probe.outcome = _outcome_of(past)
+    def _send_probe(self) -> None:
+        goal_id, history = self.request.goal_id, self.run.history
+        told = told_before(history, goal_id)
+        if unknown_path(goal_id) in history.answers:
+            self._ask()  # a person has said already what is true
+            return
+        if told is not None:
+            self.verdict = self._read(told)
         else:
-            self.dispatcher.request(self.probe)
+            self.probe = probe_request(history, self.role, goal_id, self.request.action_name)
+        if self.probe is not None:
+            self.dispatcher.request(self.probe, first=True)
+        elif self.verdict is None:
+            self._ask()
 
-    def _read_probe(self, probe: Request) -> Verdict | None:
-        assert probe.outcome is not None
-        told = probe.outcome.result
-        if probe.outcome.state != "SUCCEEDED" or told is None or "goal_id" not in told:
-            return None
-        if told["goal_id"] == self.request.goal_id:
-            wanted = self.request.action.returns.get("properties", {})
-            return Verdict(happened=True, result={k: v for k, v in told.items() if k in wanted})
-        if told["goal_id"] is None:
-            return None  # a device without a memory of it proves nothing
-        return Verdict()
+    def _read(self, told: dict[str, Any] | None) -> Verdict | None:
+        request = self.request
+        happened = what_it_proves(
+            self.run.history, request.device, request.goal_id, request.epoch, told
+        )
+        if not happened:
+            return None if happened is None else Verdict()
+        wanted = request.action.returns.get("properties", {})
+        return Verdict(happened=True, result={k: v for k, v in (told or {}).items() if k in wanted})
 
     def _ask(self) -> None:
         self.question = self.run.ask(
             Question(
-                path=f"{self.request.goal_id.partition('/')[2]}/unknown",
+                path=unknown_path(self.request.goal_id),
                 id=self.request.path.rpartition("/")[2],
                 text=(
                     f"Nobody knows whether {self.request.label} happened "

@@ -65,7 +65,11 @@ class RehearsedDevice:
         return self._epoch
 
     async def follow(
-        self, goal: Goal, on_report: Callable[[GoalReport], None] = lambda report: None
+        self,
+        goal: Goal,
+        on_report: Callable[[GoalReport], None] = lambda report: None,
+        *,
+        send: bool = True,
     ) -> Outcome:
         """Do a goal and wait for its end."""
         fault = None if isinstance(self._driver, Twin) else self.faults.drawn(goal.action, goal.id)

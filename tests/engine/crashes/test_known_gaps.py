@@ -22,7 +22,6 @@ def fired(story, name):
     return [line for line in story.happened if (line["action"], line["name"]) == ("shoot", name)]
 
 
-@gap("the probe is queued behind the next shot and takes that for proof of the contrary")
 def test_a_shot_aside_whose_fate_is_unknown_is_probed_before_the_next_shot(laboratory):
     steps = [
         shot("first"),
@@ -34,7 +33,6 @@ def test_a_shot_aside_whose_fate_is_unknown_is_probed_before_the_next_shot(labor
     assert len(fired(laboratory.live({"steps": steps}), "aside")) == 1
 
 
-@gap("`finally` and `on_resume` run before what was in flight is probed; a shot there hides it")
 @pytest.mark.parametrize("phase", ["finally", "on_resume"])
 def test_an_unknown_shot_is_probed_before_another_phase_fires(laboratory, phase):
     steps = [shot("first"), shot("x", word="happened!", tries=1)]
@@ -43,7 +41,6 @@ def test_an_unknown_shot_is_probed_before_another_phase_fires(laboratory, phase)
     assert len(fired(story, "x")) == 1
 
 
-@gap("`settle` sends a goal that was announced and never sent, before anything else is done")
 def test_a_shot_that_was_only_announced_waits_until_the_stopped_device_is_set_again(laboratory):
     steps = [do("a.set", "focus", to=5), shot("x", ms=5)]
     story = laboratory.live({"steps": steps}, [(3, "after", "stop")])
@@ -87,7 +84,6 @@ def test_a_shot_after_a_loop_finds_what_the_loop_had_set(laboratory):
     assert [line["states"]["a"] for line in fired(story, "x")] == [5]
 
 
-@gap("a goal that ends after its iteration is forgotten makes the journal unreadable")
 def test_a_run_whose_iteration_ended_before_a_cancelled_member_can_be_resumed(laboratory):
     together = [
         do("a.look", "bad", word="Broken", tries=99),
@@ -102,7 +98,6 @@ def test_a_run_whose_iteration_ended_before_a_cancelled_member_can_be_resumed(la
     assert story.exits == ["killed", 0]
 
 
-@gap("a shot lost with engine and server that the probe denies counts as a failure, for ever")
 def test_a_shot_that_was_lost_and_did_not_happen_is_fired_by_the_next_engine(laboratory):
     steps = [shot("first"), shot("x", ms=300, step={"retry": 1})]
     story = laboratory.live({"steps": steps}, [(3, "later", "restart")])
