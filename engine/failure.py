@@ -11,7 +11,8 @@ class Failure:
     """One failure in words; `error` in expressions.
 
     `skip`: a person chose to leave this iteration out. `stop`: a person chose to end the run;
-    nothing above may go on then.
+    nothing above may go on then. `bygone`: here an earlier life had come to when it turned to
+    another way. `anew`: what had succeeded then, and was repeated, fails now.
     """
 
     name: str
@@ -23,6 +24,8 @@ class Failure:
     once: bool = False
     skip: bool = False
     stop: bool = False
+    bygone: bool = False
+    anew: bool = False
 
     def as_error(self) -> dict[str, Any]:
         """What `error` holds in an expression."""

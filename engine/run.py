@@ -35,6 +35,8 @@ class Run:
     listeners: list[Listener] = field(default_factory=list)
     holes: int = 0
     pause_wanted: str = ""
+    bygone: bool = False
+    """True while what has failed in an earlier life is gone through once more: see nodes/bygone.py."""
     _again: bool = False
     _wake_at: float | None = None
 

@@ -21,6 +21,7 @@ from ..language.value import Value
 from ..probe import told_before, what_it_proves
 from ..request import Request, means, outcome_of
 from ..run import Run
+from .bygone import came_to_here
 from .node import Node
 from .unknown import UnknownFate, Verdict
 
@@ -57,11 +58,12 @@ class ActionLeaf(Node):
         self.request: Request | None = None
         self.unknown: UnknownFate | None = None
         self.lost = 0
+        self.repeating = False
         self.path = ""
 
     def initialise(self) -> None:
         self.failure, self.result, self.request, self.unknown = None, None, None, None
-        self.lost = 0
+        self.lost, self.repeating = 0, False
         self.path = f"{self.scope.frame.path}/{self.plan.segment}"
         try:
             arguments = self._arguments()
@@ -120,7 +122,9 @@ class ActionLeaf(Node):
             epoch=past.sent.epoch if past else 0,
         )  # fmt: skip
         self.request = request
-        if past is None:
+        if past is None and self.run.bygone:
+            self._repeat_bygone(request)
+        elif past is None:
             self.dispatcher.request(request)
         elif past.ended is None:
             request.params = past.sent.params
@@ -130,6 +134,14 @@ class ActionLeaf(Node):
         else:
             request.outcome = outcome_of(past)
             self.dispatcher.replayed(request, past)
+
+    def _repeat_bygone(self, request: Request) -> None:
+        """Set again what had been set; what was never finished is where the earlier life ended."""
+        if self.run.history.newest_success(self.path) is None:
+            self.failure = came_to_here(self.path)
+            return
+        self.repeating = True
+        self.dispatcher.request(request)
 
     def _is_behind(self, past: PastGoal, wanted: str) -> bool:
         """True for an earlier attempt that says nothing about this one."""
@@ -160,7 +172,7 @@ class ActionLeaf(Node):
             self._begin(request.params, request.timeout_s)
             self.run.again()
             return Status.RUNNING
-        self.failure = self._failure_of(outcome, request)
+        self.failure = replace(self._failure_of(outcome, request), anew=self.repeating)
         if self.failure.once and self.failure.happened == "unknown":
             self.unknown = UnknownFate(
                 self.run, self.dispatcher, self.plan.role, request, self.failure,

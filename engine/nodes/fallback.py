@@ -10,6 +10,7 @@ from ...schemas.journal import Turned
 from ..failure import Failure
 from ..frame import Scope
 from ..run import Run
+from .bygone import failed_anew, tick_bygone
 from .node import Parent, failure_of, result_of
 
 ASKED = ("repeat", "skip", "stop")
@@ -41,6 +42,9 @@ class Fallback(Parent):
         self.outer = outer
         self.current = 0
         self.round = 1
+        self.gone = 0
+        self.gone_with: Failure | None = None
+        self.entered_at = ""
 
     @property
     def path(self) -> str:
@@ -49,22 +53,40 @@ class Fallback(Parent):
 
     def initialise(self) -> None:
         turns = self.run.history.turns
-        repeated = turns.get(f"{self.path}/a")
-        self._enter_round(repeated.turn if repeated is not None else 1)
+        if self.path == self.entered_at:  # once more in one place, after a pause: ids of its own
+            self._next_round()
+        else:
+            repeated = turns.get(f"{self.path}/a")
+            self._enter_round(repeated.turn if repeated is not None else 1)
+        self.entered_at = self.path
         past = turns.get(f"{self._base()}/f")
         if past is not None and past.error is not None:
-            self._enter(past.turn, Failure.from_error(past.error))
+            self.gone, self.gone_with = past.turn, Failure.from_error(past.error)
 
     def advance(self) -> Iterator[Behaviour]:
         while self.status == Status.RUNNING:
             child = self.children[self.current]
-            yield from child.tick()
+            is_gone = self.current < self.gone
+            yield from tick_bygone(self.run, child) if is_gone else child.tick()
             if child.status == Status.RUNNING:
                 return
-            if child.status == Status.SUCCESS:
+            if is_gone:
+                self._gone(child)
+            elif child.status == Status.SUCCESS:
                 self._succeeded(child)
             else:
                 self._failed(failure_of(child))
+
+    def _gone(self, child: Behaviour) -> None:
+        """A way that had failed before the crash: on to the next, as then."""
+        anew = failed_anew(child)
+        if anew is not None:
+            self.status = self.fail(anew)
+            return
+        last = self.current + 1 == self.gone
+        failed = failure_of(child) if child.status == Status.FAILURE else None
+        assert self.gone_with is not None
+        self._enter(self.current + 1, self.gone_with if last or failed is None else failed)
 
     def _succeeded(self, child: Behaviour) -> None:
         self.result = result_of(child)
@@ -76,8 +98,7 @@ class Fallback(Parent):
     def _answered(self, choice: str) -> None:
         assert self.failure is not None
         if choice == "repeat":
-            self.run.record(Turned(path=f"{self.path}/a", turn=self.round + 1))
-            self._enter_round(self.round + 1)
+            self._next_round()
         elif choice in ASKED:
             skip = choice == "skip"
             self.status = self.fail(replace(self.failure, skip=skip, stop=not skip))
@@ -86,7 +107,7 @@ class Fallback(Parent):
 
     def _failed(self, failure: Failure) -> None:
         last = self.current == len(self.children) - 1
-        if last or failure.skip or failure.stop:
+        if last or failure.skip or failure.stop or failure.bygone or failure.anew:
             self.status = self.fail(failure)
             return
         self.run.record(
@@ -95,11 +116,16 @@ class Fallback(Parent):
         self.run.log(f"{failure.sentence()} (fallback {self.current + 1})", self.path)
         self._enter(self.current + 1, failure)
 
+    def _next_round(self) -> None:
+        self.run.record(Turned(path=f"{self.path}/a", turn=self.round + 1))
+        self._enter_round(self.round + 1)
+
     def _base(self) -> str:
         return self.path if self.round == 1 else f"{self.path}/a{self.round}"
 
     def _enter_round(self, number: int) -> None:
         self.round, self.current, self.failure = number, 0, None
+        self.gone, self.gone_with = 0, None
         frame = self.outer.frame
         self.inner.frame = frame if number == 1 else frame.within(self._base())
 

@@ -11,6 +11,7 @@ from ..frame import Scope
 from ..language.expression import ExpressionError
 from ..language.value import Value
 from ..run import Run
+from .bygone import came_to_here
 from .node import Node
 
 
@@ -46,6 +47,8 @@ class Log(Instant):
 
     def act(self) -> Status:
         if self.path not in self.run.history.steps:
+            if self.run.bygone:
+                return self.fail(came_to_here(self.path))
             text = str(self.text.evaluate(self.scope.frame.names))
             self.run.record(StepEnded(path=self.path, fate="succeeded", message=text))
             self.run.log(text, self.path)

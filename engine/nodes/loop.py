@@ -224,7 +224,7 @@ class Loop(Parent):
         return row
 
     def _may_go_on(self, failure: Failure, failed: int) -> bool:
-        if failure.stop:
+        if failure.stop or failure.bygone or failure.anew:
             return False
         return failure.skip or (self.max_failed is not None and failed <= self.max_failed)
 

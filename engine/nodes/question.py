@@ -8,6 +8,7 @@ from ..language.expression import ExpressionError
 from ..language.value import Value
 from ..questions import REFUSALS, Question
 from ..run import Run
+from .bygone import came_to_here
 from .node import Node
 
 CONFIRM_CHOICES = ["yes", "no"]
@@ -35,6 +36,9 @@ class AskPerson(Node):
             text = str(self.text.evaluate(self.scope.frame.names))
         except ExpressionError as fault:
             self.failure = Failure("Expression", str(fault), step=path)
+            return
+        if self.run.bygone and path not in self.run.history.answers:
+            self.failure = came_to_here(path)
             return
         self.question = self.run.ask(
             Question(path=path, id=self.question_id, text=text, choices=list(self.choices)),

@@ -11,6 +11,7 @@ from ...schemas.journal import Turned
 from ..failure import Failure
 from ..frame import Frame, Scope
 from ..run import Run
+from .bygone import failed_anew, tick_bygone
 from .node import Parent, failure_of, result_of
 
 
@@ -60,6 +61,9 @@ class Retry(Parent):
         self.outer = outer
         self.inner = inner
         self.turn = 1
+        self.level = 1
+        self.gone = 0
+        self.entered_at = ""
         self.until: float | None = None
 
     @property
@@ -68,13 +72,26 @@ class Retry(Parent):
         return f"{self.outer.frame.path}/{self.name}"
 
     def initialise(self) -> None:
-        self.turn, self.until = 1, None
-        if self.inner is not None:
-            past = self.run.history.turns.get(f"{self.path}/r")
-            self.turn = past.turn if past is not None else 1
-            self.inner.frame = self._frame()
+        self.turn, self.until, self.gone = 1, None, 0
+        if self.inner is None:
+            return
+        again = self.path == self.entered_at  # after a pause: ids of its own
+        self.level = self.level + 1 if again else 1
+        self.entered_at = self.path
+        past = self.run.history.turns.get(f"{self.path}/r")
+        self.gone = past.turn - 1 if past is not None and not again else 0
+        self.inner.frame = self._frame()
 
     def advance(self) -> Iterator[Behaviour]:
+        while self.level <= self.gone:
+            yield from tick_bygone(self.run, self.child)
+            if self.child.status == Status.RUNNING:
+                return
+            anew = failed_anew(self.child)
+            if anew is not None:
+                self.status = self.fail(anew)
+                return
+            self._next_turn()
         if self.until is not None:
             if self.run.clock.now() < self.until:
                 self.run.wake_at(self.until)
@@ -88,7 +105,9 @@ class Retry(Parent):
             self._failed(failure_of(self.child))
 
     def _failed(self, failure: Failure) -> None:
-        if self.turn >= self.rules.attempts or not self.rules.allows(failure):
+        came_so_far = failure.bygone or failure.anew
+        spent = self.turn >= self.rules.attempts
+        if came_so_far or spent or not self.rules.allows(failure):
             self.status = self.fail(failure)
             return
         wait_s = self.rules.pause_s(self.turn)
@@ -97,13 +116,20 @@ class Retry(Parent):
             + (f", again in {wait_s:g} s)" if wait_s else ", again)"),
             self.path,
         )
-        self.turn += 1
-        self.until = self.run.clock.now() + wait_s
+        self.until = None if self.run.bygone else self.run.clock.now() + wait_s
+        self._next_turn()
         if self.inner is not None:
-            self.run.record(Turned(path=f"{self.path}/r", turn=self.turn, error=failure.as_error()))
-            self.inner.frame = self._frame()
+            self.run.record(
+                Turned(path=f"{self.path}/r", turn=self.level, error=failure.as_error())
+            )
         self.run.again()
+
+    def _next_turn(self) -> None:
+        self.turn = min(self.turn + 1, self.rules.attempts)
+        self.level += 1
+        if self.inner is not None:
+            self.inner.frame = self._frame()
 
     def _frame(self) -> Frame:
         frame = self.outer.frame
-        return frame if self.turn == 1 else frame.within(f"{frame.path}/{self.name}/r{self.turn}")
+        return frame if self.level == 1 else frame.within(f"{frame.path}/{self.name}/r{self.level}")

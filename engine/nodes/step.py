@@ -85,6 +85,9 @@ class StepNode(Parent):
         self._failed(Failure("Timeout", "the step took longer than its timeout", step=self.path))
 
     def _failed(self, failure: Failure) -> None:
+        if failure.bygone or failure.anew:
+            self.status = self.fail(failure)
+            return
         skips_here = failure.skip and not self.rules.in_loop
         goes_on = self.rules.on_error == "continue" and not failure.skip and not failure.stop
         self._store(None)

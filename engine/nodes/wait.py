@@ -9,6 +9,7 @@ from ..frame import Scope
 from ..language.expression import ExpressionError
 from ..language.value import Value
 from ..run import Run
+from .bygone import came_to_here
 from .node import Node
 
 
@@ -31,6 +32,9 @@ class Wait(Node):
             self.failure = Failure("Expression", str(fault), step=self.path)
             return
         done = self.path in self.run.history.steps
+        if self.run.bygone and not done:
+            self.failure = came_to_here(self.path)
+            return
         self.until = self.run.clock.now() + (0.0 if done else duration_s)
 
     def update(self) -> Status:

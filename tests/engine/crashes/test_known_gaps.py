@@ -48,7 +48,6 @@ def test_a_shot_that_was_only_announced_waits_until_the_stopped_device_is_set_ag
     assert [line["states"]["a"] for line in fired(story, "x")] == [5]
 
 
-@gap("resume enters the alternative at once and does not repeat what the failed steps had set")
 def test_a_fallback_after_a_crash_finds_what_the_failed_steps_had_set(laboratory):
     primary = [do("a.set", "focus", to=5), do("b.look", "bad", word="Broken", tries=99)]
     steps = [{"steps": primary, "fallback": [[do("b.look", "well"), shot("x")]]}]
@@ -57,7 +56,6 @@ def test_a_fallback_after_a_crash_finds_what_the_failed_steps_had_set(laboratory
     assert [line["states"]["a"] for line in fired(story, "x")] == [5]
 
 
-@gap("the names that `set` gave in an earlier turn of a retried group are forgotten by resume")
 def test_a_retried_group_after_a_crash_counts_its_earlier_turns(laboratory):
     group = [{"set": {"v": "${{ v + 1 }}"}}, do("b.look", "bad", word="Broken", turns=1)]
     loop = {"foreach": {"i": [0]}, "steps": [{"log": "on"}], "collect": {"v": "${{ v }}"}}
