@@ -3,6 +3,7 @@
 import asyncio
 import shutil
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
@@ -15,6 +16,8 @@ from .options import RUNS, Lab, Params, Runs, WrongUsage, pairs, say
 from .run import File
 
 SHOWN = 20
+ALIKE = 3
+"""So many breaches of one line of the promise in one run are told; the rest are counted."""
 
 Kills = Annotated[
     int | None,
@@ -72,12 +75,24 @@ def _torture(checked, options: list[str], runs: Path, kills, seed, *, wires, kee
             shutil.rmtree(folder, ignore_errors=True)
         return FAILED
     typer.echo(toll.table())
-    for breach in toll.breaches[:SHOWN]:
+    shown = first_of_each(toll.breaches)
+    for breach in shown[:SHOWN]:
         typer.echo(f"broken: {breach.run}: {breach.text}")
-    if len(toll.breaches) > SHOWN:
-        typer.echo(f"and {len(toll.breaches) - SHOWN} more")
+    if len(toll.breaches) > len(shown[:SHOWN]):
+        typer.echo(f"and {len(toll.breaches) - len(shown[:SHOWN])} more")
     if toll.breaches:
         typer.echo(f"The folders of these runs are kept in {folder}.")
     elif not keep:
         shutil.rmtree(folder, ignore_errors=True)
     return FAILED if toll.breaches else 0
+
+
+def first_of_each(breaches: list) -> list:
+    """The first few of each run and each line of the promise."""
+    seen: Counter[tuple[str, str]] = Counter()
+    shown = []
+    for breach in breaches:
+        seen[breach.run, breach.promise] += 1
+        if seen[breach.run, breach.promise] <= ALIKE:
+            shown.append(breach)
+    return shown
