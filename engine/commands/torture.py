@@ -62,13 +62,17 @@ def torture(
 
 def _torture(checked, options: list[str], runs: Path, kills, seed, *, wires, keep) -> int:
     from ..run_folder import FolderFault, new_run_folder
+    from ..torture.toll import Toll
     from ..torture.torture import NothingToTorture, Torture
 
-    folder = None
+    folder = plan = None
     try:
         folder = new_run_folder(runs, f"torture-{checked.protocol.name}")
         plan = Torture(checked, options, folder, seed, say, keep=keep, wires=wires)
         toll = asyncio.run(plan.at_random(kills) if kills else plan.at_every_boundary())
+    except KeyboardInterrupt:
+        say("stopped: the table is of the runs that are over")
+        toll = plan.toll if plan is not None else Toll()
     except (FolderFault, NothingToTorture) as fault:
         say(str(fault))
         if folder is not None:

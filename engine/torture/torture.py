@@ -2,7 +2,7 @@
 
 import shutil
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from random import Random
 
@@ -40,11 +40,12 @@ class Torture:
     say: Callable[[str], None]
     keep: bool = False
     wires: bool = True
+    toll: Toll = field(default_factory=Toll)
     _count: int = 0
 
     async def at_random(self, kills: int) -> Toll:
         """Runs, one after the other, until so many blows have fallen."""
-        toll, right = Toll(), await self._measure()
+        toll, right = self.toll, await self._measure()
         random = Random(self.seed)
         blows = at_random(random, right.lasts_s, right.writes)
         while toll.kills < kills:
@@ -58,7 +59,7 @@ class Torture:
 
     async def at_every_boundary(self) -> Toll:
         """One run for each write of the journal, until a run ends before its blow falls."""
-        toll, right = Toll(), await self._measure()
+        toll, right = self.toll, await self._measure()
         random, flush = Random(self.seed), 1
         while await self._one(toll, right, iter([at_boundary(flush, self.seed)]), 1, random):
             self.say(f"write {flush} of the journal, {len(toll.breaches)} breaches")
