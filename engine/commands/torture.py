@@ -5,15 +5,19 @@ import shutil
 import sys
 from collections import Counter
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..check import check_file
+from ..check import Checked, check_file
 from ..exit_status import FAILED, PROBLEMS
 from ..print_problems import print_problems
 from .options import RUNS, Lab, Params, Runs, WrongUsage, pairs, say
 from .run import File
+
+if TYPE_CHECKING:
+    from ..torture.toll import Toll
+    from ..torture.verdict import Breach
 
 SHOWN = 20
 ALIKE = 3
@@ -60,38 +64,46 @@ def torture(
     raise typer.Exit(_torture(checked, options, runs, kills, seed, wires=wires, keep=keep))
 
 
-def _torture(checked, options: list[str], runs: Path, kills, seed, *, wires, keep) -> int:
+def _torture(
+    checked: Checked, options: list[str], runs: Path, kills: int | None, seed: int, *,
+    wires: bool, keep: bool,
+) -> int:  # fmt: skip
     from ..run_folder import FolderFault, new_run_folder
-    from ..torture.toll import Toll
     from ..torture.torture import NothingToTorture, Torture
 
-    folder = plan = None
     try:
-        folder = new_run_folder(runs, f"torture-{checked.protocol.name}")
-        plan = Torture(checked, options, folder, seed, say, keep=keep, wires=wires)
-        toll = asyncio.run(plan.at_random(kills) if kills else plan.at_every_boundary())
+        name = checked.protocol.name if checked.protocol else ""
+        folder = new_run_folder(runs, f"torture-{name}")
+    except FolderFault as fault:
+        say(str(fault))
+        return FAILED
+    plan = Torture(checked, options, folder, seed, say, keep=keep, wires=wires)
+    try:
+        asyncio.run(plan.at_random(kills) if kills else plan.at_every_boundary())
     except KeyboardInterrupt:
         say("stopped: the table is of the runs that are over")
-        toll = plan.toll if plan is not None else Toll()
-    except (FolderFault, NothingToTorture) as fault:
+    except NothingToTorture as fault:
         say(str(fault))
-        if folder is not None:
-            shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(folder, ignore_errors=True)
         return FAILED
-    typer.echo(toll.table())
-    shown = first_of_each(toll.breaches)
-    for breach in shown[:SHOWN]:
-        typer.echo(f"broken: {breach.run}: {breach.text}")
-    if len(toll.breaches) > len(shown[:SHOWN]):
-        typer.echo(f"and {len(toll.breaches) - len(shown[:SHOWN])} more")
-    if toll.breaches:
+    _tell(plan.toll)
+    if plan.toll.breaches:
         typer.echo(f"The folders of these runs are kept in {folder}.")
     elif not keep:
         shutil.rmtree(folder, ignore_errors=True)
-    return FAILED if toll.breaches else 0
+    return FAILED if plan.toll.breaches else 0
 
 
-def first_of_each(breaches: list) -> list:
+def _tell(toll: "Toll") -> None:
+    typer.echo(toll.table())
+    shown = first_of_each(toll.breaches)[:SHOWN]
+    for breach in shown:
+        typer.echo(f"broken: {breach.run}: {breach.text}")
+    if len(toll.breaches) > len(shown):
+        typer.echo(f"and {len(toll.breaches) - len(shown)} more")
+
+
+def first_of_each(breaches: "list[Breach]") -> "list[Breach]":
     """The first few of each run and each line of the promise."""
     seen: Counter[tuple[str, str]] = Counter()
     shown = []

@@ -43,7 +43,7 @@ class Torture:
     toll: Toll = field(default_factory=Toll)
     _count: int = 0
 
-    async def at_random(self, kills: int) -> Toll:
+    async def at_random(self, kills: int) -> None:
         """Runs, one after the other, until so many blows have fallen."""
         toll, right = self.toll, await self._measure()
         random = Random(self.seed)
@@ -55,16 +55,14 @@ class Torture:
             self.say(
                 f"{toll.kills} of {kills} blows, {toll.runs} runs, {len(toll.breaches)} breaches"
             )
-        return toll
 
-    async def at_every_boundary(self) -> Toll:
+    async def at_every_boundary(self) -> None:
         """One run for each write of the journal, until a run ends before its blow falls."""
         toll, right = self.toll, await self._measure()
         random, flush = Random(self.seed), 1
         while await self._one(toll, right, iter([at_boundary(flush, self.seed)]), 1, random):
             self.say(f"write {flush} of the journal, {len(toll.breaches)} breaches")
             flush += 1
-        return toll
 
     async def _measure(self) -> Measure:
         self.say("two undisturbed runs, to know what is right")
