@@ -164,6 +164,11 @@ def stops(title: str, material: Material) -> Markup:
             "Safe states", ["when (UTC)", "device", "confirmed", "in its own words"],
             map(_safe_row, story.safe),
         ),
+        table(
+            "Devices whose state may have been lost; what a point had set was set again",
+            ["when (UTC)", "device", "why"],
+            ((at_time(touched.at), touched.device, touched.reason) for touched in story.touched),
+        ),
     )  # fmt: skip
 
 

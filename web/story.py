@@ -67,6 +67,8 @@ def _read_rarer(story: Story, record: j.JournalRecord, life: Life) -> None:
             _control(story, record)
         case j.SafeState():
             story.safe.append(record)
+        case j.Touched():
+            story.touched.append(record)
         case j.Finished():
             story.finished = record
             life.fate, life.reason = record.fate, record.reason
@@ -84,7 +86,7 @@ def _resumed(story: Story, record: j.Resumed) -> None:
         story.spans.go_on(last.ended, "the end of its engine")
     story.handling.engine_gone()
     story.finished = None
-    number = record.count + 1
+    number = len(story.spans.lives) + 1
     story.spans.lives.append(Life(number, record.at, record.at, record.labrun, torn=record.torn))
 
 

@@ -100,6 +100,7 @@ class Story:
     changes: list[j.Changed] = field(default_factory=list)
     controls: list[j.Control] = field(default_factory=list)
     safe: list[j.SafeState] = field(default_factory=list)
+    touched: list[j.Touched] = field(default_factory=list)
     logged: list[j.StepEnded] = field(default_factory=list)
     log_lines: int = 0
     questions: int = 0

@@ -44,6 +44,13 @@ def test_a_run_that_succeeded_says_what_was_asked_and_that_nothing_failed(folder
     assert "hush-hush" not in found.text
 
 
+def test_a_device_that_lost_its_state_is_named_with_the_reason(folder, teller, read):
+    teller.started().worked("main/a")
+    teller.tell(j.Touched(device="libs", reason="its server was started anew")).finished()
+
+    assert "libs its server was started anew" in read().text
+
+
 def test_the_page_can_be_found_ones_way_in(folder, teller, read):
     teller.started(params={"a": 1}).failed("main/a").worked("main/a", attempt=2).finished()
     (folder / "element_maps.png").write_bytes(png())
