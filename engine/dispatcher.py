@@ -39,6 +39,7 @@ class Dispatcher:
         self._stuck: dict[str, Request] = {}
         self._arrived: deque[tuple[Request, Outcome]] = deque()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._lasting = {r.device for r in run.roles.values() if _has_state(r.contract)}
         self._known = self._standing()
 
     # --- what the tree asks for
@@ -77,6 +78,8 @@ class Dispatcher:
     def touched(self) -> dict[str, str]:
         """Devices with a state that may be gone since `look_anew`, each with the reason."""
         now = self._standing()
+        if now == self._known:
+            return {}
         return {
             device: RESTARTED if now[device][0] != boot else LAPSED
             for device, (boot, epoch) in self._known.items()
@@ -93,8 +96,7 @@ class Dispatcher:
 
     def _standing(self) -> dict[str, tuple[str, int]]:
         """Boot and epoch of every device that has a state to lose."""
-        lasting = {r.device for r in self.run.roles.values() if _has_state(r.contract)}
-        return {d: (c.boot, c.epoch(d)) for d, c in self.clients.items() if d in lasting}
+        return {d: (c.boot, c.epoch(d)) for d, c in self.clients.items() if d in self._lasting}
 
     # --- one round of the runner
 

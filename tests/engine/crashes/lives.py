@@ -102,11 +102,12 @@ class Laboratory:
         print(json.dumps({"do": what, **more}), file=self.launcher.stdin, flush=True)
         return json.loads(self.launcher.stdout.readline())
 
-    def live(self, protocol, kills=(), answers=None):
+    def live(self, protocol, kills=(), answers=None, tries=0):
         """Begin a run, kill and resume it as the schedule says, and let it come to its end.
 
         A kill is the number of a flush in that life of the engine; before, torn, after or later;
-        and who touches the devices then: nobody, `stop`, `restart`.
+        and who touches the devices then: nobody, `stop` (or `stop a`), `restart`. A run that has
+        failed is resumed up to `tries` times.
         """
         self.count += 1
         name, runs = f"n{self.count}", self.folder / "runs"
@@ -115,17 +116,20 @@ class Laboratory:
         given = ["--yes", *(f"--answer={i}={choice}" for i, choice in (answers or {}).items())]
         argv = ["run", str(file), "--lab", str(self.folder / "lab.yaml"), "--runs", str(runs)]
         exits = []
-        for nth, when, touch in [*kills, (0, "", "")]:
+        for nth, when, touch in [*kills, *[(0, "", "")] * (1 + tries)]:
             kill = [nth, when] if nth else None
             told = self._tell("engine", argv=[*argv, *given], kill=kill, log=str(log))
             exits.append(told["exit"])
             found = list(runs.glob(f"*_{name}_*"))
             if len(found) != 1:
                 raise RuntimeError(f"the run did not begin: {log.read_text()}")
+            argv = ["resume", str(found[0])]
+            over = fate(found[0])
+            if tries and over == "failed":
+                continue
             if told["exit"] != "killed":
                 break
-            argv = ["resume", str(found[0])]
-            if over := fate(found[0]):
+            if over:
                 exits.append(0 if over == "succeeded" else 1)
                 break
             self._touch(touch)
@@ -136,14 +140,14 @@ class Laboratory:
     def _touch(self, how):
         if how == "restart":
             self._tell("restart")
-        elif how == "stop":
-            asyncio.run(self._stop())
+        elif how.startswith("stop"):
+            asyncio.run(self._stop(how.partition(" ")[2] or None))
 
-    async def _stop(self):
+    async def _stop(self, device):
         client = DeviceClient(self.url)
         try:
             await client.open()
-            await client.stop()
+            await client.stop(device)
         finally:
             await client.close()
 

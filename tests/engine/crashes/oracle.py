@@ -1,7 +1,8 @@
 """P = [A1, ..., AT], interpreted without engine, wire, journal or crash: what a run comes to.
 
-Written from DESIGN section 3 alone. It says how the run ends, what happens for good (a Counter of
-names, and with each shot the state that every device was in), and which rows are collected.
+Written from DESIGN section 3 alone. It says how the run ends, what happens for good in its main
+phase (a Counter of names, and with each shot the state that every device was in), what may happen
+beside it (`maybe`: what a set's failure cancels), and which rows are collected.
 """
 
 import re
@@ -16,11 +17,6 @@ NAMES = {"happened!": "Foggy", "dark": "Foggy", "die+": "Lost", "die-": "Lost"}
 UNKNOWN = tuple(NAMES)
 
 
-ABANDONED_COUNTS = False
-"""Whether what a failed turn or a failed alternative has set holds for those after it, in a run that
-was killed in between. It should, by promise 4; it does not yet, so nothing is said of it."""
-
-
 class Failed(Exception):
     """One failure on its way up; `happened` for a `once` action that took effect all the same."""
 
@@ -31,13 +27,17 @@ class Failed(Exception):
 
 @dataclass
 class Frame:
-    """Where a step stands: loop names, results, turns of the groups around it, loops entered."""
+    """Where a step stands: loop names, results, turns of the groups around it, loops entered.
+
+    `beside`: devices that are set meanwhile; `cut`: devices whose actions may have been cancelled.
+    """
 
     names: dict = field(default_factory=dict)
     results: dict = field(default_factory=dict)
     turns: int = 1
     inside: tuple = ()
     beside: frozenset = frozenset()
+    cut: frozenset = frozenset()
     aside: list = field(default_factory=list)
 
     def but(self, **changed):
@@ -50,6 +50,7 @@ class Oracle:
     def __init__(self, answers=None):
         self.answers = answers or {}
         self.happened = Counter()
+        self.maybe = Counter()
         self.focus = defaultdict(list)
         self.tables = {}
         self.holes = 0
@@ -60,7 +61,10 @@ class Oracle:
     def run(self, protocol):
         """The exit status of the run."""
         status = self._phase(protocol["steps"])
+        main = self.happened, self.focus
+        self.happened, self.focus = Counter(), defaultdict(list)
         final = self._phase(protocol.get("finally", []))
+        self.happened, self.focus = main
         return max(status, final)
 
     def _phase(self, steps):
@@ -126,7 +130,6 @@ class Oracle:
 
     def _alternatives(self, alternatives, frame, failure):
         for alternative in alternatives:
-            self._abandon()
             if isinstance(alternative, dict) and "ask" in alternative:
                 choice = self.answers[alternative["id"]]
                 if choice != "repeat":
@@ -150,8 +153,6 @@ class Oracle:
         rules = rules if isinstance(rules, dict) else {"attempts": rules}
         attempt = 0
         for turn in range(1, rules["attempts"] + 1):
-            if turn > 1 and "do" not in step:
-                self._abandon()
             try:
                 if "do" in step:
                     attempt, result = self._act(step, frame, attempt + 1)
@@ -206,8 +207,10 @@ class Oracle:
 
     def _happens(self, device, action, name, to, step, frame):
         if action == "set":
-            self.states[device] = (to, frame.inside)
-        if action == "shoot":
+            self.states[device] = (ANY, ()) if device in frame.cut else (to, frame.inside)
+        if action == "shoot" and device in frame.cut:
+            self.maybe[name] += 1
+        elif action == "shoot":
             self.newest[device] = name
             self.happened[name] += 1
             self.focus[name].append({d: self._state(d, frame) for d in ("a", "b")})
@@ -216,11 +219,6 @@ class Oracle:
         value, inside = self.states.get(device, (ANY, ()))
         over = frame.inside[: len(inside)] != inside
         return ANY if over or device in frame.beside else value
-
-    def _abandon(self):
-        """A turn or an alternative has failed for good, and another begins."""
-        if not ABANDONED_COUNTS:
-            self.states = dict.fromkeys("ab", (ANY, ()))
 
     def _find_out(self, step, device, happened):
         policy = step.get("on_unknown", "probe")
@@ -233,7 +231,9 @@ class Oracle:
     def _parallel(self, step, frame):
         busy = frozenset(m["do"][0] for m in step["parallel"] if m["do"].endswith(".set"))
         failures = []
-        for member in step["parallel"]:
+        for member in step["parallel"]:  # of a set that cancels, only the first can fail
+            if failures and step.get("on_failure") == "cancel":
+                frame = frame.but(cut=frozenset(member["do"][0]))
             there = frame.but(beside=frame.beside | busy - {member["do"][0]})
             for turn in range(step.get("retry", 1)):
                 try:

@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 
 FINE = ("ok", 0, 0)
 FAULTS = [("Broken", 1, 0), ("Broken", 2, 0), ("Broken", 99, 0), ("Broken", 0, 1)]
-SHOT_FAULTS = [*FAULTS, ("Half", 1, 0), ("Half", 99, 0), ("happened!", 1, 0), ("dark", 1, 0)]
+FAILS_AT_FIRST = [("Broken", 1, 0), ("Broken", 2, 0)]
+UNKNOWN = [("happened!", 1, 0), ("dark", 1, 0)]
+SHOT_FAULTS = [*FAULTS, ("Half", 1, 0), ("Half", 99, 0), *UNKNOWN]
 DEATHS = [("die+", 1, 0), ("die-", 1, 0)]
-ALL = ["Broken", "Half", "Foggy", "Lost", "Timeout", "Busy", "Rejected"]
+ALL = ["Broken", "Half", "Foggy", "Lost"]
 STURDY = {"attempts": 8, "on": ALL}
 
 retries = st.sampled_from([None, None, 2, 3, {"attempts": 2, "on": ["Half", "Broken"]}])
@@ -24,7 +26,7 @@ def without_none(**said):
     return {key: value for key, value in said.items() if value is not None}
 
 
-def do(device, action, script, retry, policy=None, on_error=None, ms=0):
+def do(device, action, script, retry=None, policy=None, on_error=None, ms=0):
     word, tries, turns = script
     asked = {"word": word, "tries": tries, "turns": turns, "ms": ms} if word != "ok" else {"ms": ms}
     asked |= {"to": 1} if action == "set" else {}
@@ -65,8 +67,11 @@ instants = st.sampled_from(
 aside = st.builds(
     lambda step: {**step, "mode": "background", "on_error": "continue"},
     st.builds(
-        do, devices, st.sampled_from(["shoot", "look"]), often(FINE, st.sampled_from(FAULTS)),
-        retries, ms=quick,
+        do, devices, st.just("look"), often(FINE, st.sampled_from(FAULTS)), retries, ms=quick
+    )
+    | st.builds(
+        do, devices, st.just("shoot"), often(FINE, st.sampled_from(SHOT_FAULTS)), retries,
+        st.sampled_from([None, None, "repeat"]), ms=quick,
     ),
 )  # fmt: skip
 asks = st.builds(
@@ -106,36 +111,59 @@ together = st.builds(
     sets | looks | shots.filter(lambda s: s.get("on_unknown") is None),
     st.sampled_from([None, None, 2]),
 )  # fmt: skip
+cancelling = st.builds(
+    lambda bad, good: {
+        "parallel": [{**bad, "do": "a" + bad["do"][1:]}, {**good, "do": "b" + good["do"][1:]}],
+        "on_failure": "cancel",
+    },
+    st.builds(do, devices, st.sampled_from(["set", "look"]), st.sampled_from(FAULTS), ms=quick),
+    st.builds(
+        do, devices, st.sampled_from(["set", "look", "shoot", "shoot"]), st.just(FINE), ms=quick
+    ),
+)  # fmt: skip
 
 
 def groups(inner):
     body = st.lists(inner, min_size=1, max_size=3)
     instead = st.lists(actions | together, min_size=1, max_size=3)
+    asides = st.builds(lambda steps, step: [*steps, step], body, aside)
     group = st.builds(
         lambda steps, retry, on_error: without_none(steps=steps, retry=retry, on_error=on_error),
-        body, st.sampled_from([None, 2]), goes_on,
+        body | body | asides, st.sampled_from([None, 2]), goes_on,
     )  # fmt: skip
     fallen_group = st.builds(
-        lambda steps, other: {"steps": steps, "fallback": [other]}, body, instead
+        lambda steps, retry, other: without_none(steps=steps, retry=retry, fallback=[other]),
+        body, st.sampled_from([None, None, 2]), instead,
     )  # fmt: skip
     loop = st.builds(
         lambda steps, count, limit, retry: without_none(
             foreach=list(range(count)), steps=steps, retry=retry,
             keep_going=None if limit is None else {"max_failed": limit}, collect={},
         ),
-        body | st.builds(lambda steps, step: [*steps, step], body, aside),
+        body | asides,
         st.integers(1, 3), st.sampled_from([None, 0, 1, 5]), st.sampled_from([None, None, 2]),
     )  # fmt: skip
     return group | loop | loop | fallen_group
 
 
-leaves = actions | actions | fallen | together | counted | instants
+leaves = actions | actions | fallen | together | cancelling | counted | instants
 calm = st.lists(st.recursive(leaves, groups, max_leaves=7), min_size=1, max_size=4)
 rough = st.lists(
     st.recursive(actions | fallen | counted | deadly | deadly, groups, max_leaves=6),
     min_size=1, max_size=4,
 )  # fmt: skip
-final = st.builds(do, devices, st.sampled_from(["set", "look"]), st.just(FINE), st.none())
+final = st.builds(
+    do, devices, st.sampled_from(["set", "look"]), st.just(FINE)
+) | st.builds(
+    do, devices, st.just("shoot"), often(FINE, st.sampled_from(UNKNOWN)), st.just(3), ms=quick
+)  # fmt: skip
+stubborn = st.builds(
+    do, devices, st.sampled_from(["set", "look"]), often(FINE, st.sampled_from(FAILS_AT_FIRST)),
+    ms=quick,
+) | st.builds(
+    do, devices, st.just("shoot"), often(FINE, st.sampled_from([*FAILS_AT_FIRST, *UNKNOWN])),
+    ms=quick,
+)  # fmt: skip
 finals = st.lists(final, max_size=2)
 WHENS = ["before", "torn", "after", "later"]
 
@@ -150,12 +178,7 @@ def kills(draw, *touches):
         )
     )  # fmt: skip
     (nth, when, touch), *others = drawn
-    # A goal that was announced and never sent is sent on resume, whoever touched its device since:
-    # a gap of its own (see the tests of known gaps), so nobody stops devices at that point.
-    return [
-        (n, w, "" if t == "stop" and w in ("after", "later") else t)
-        for n, w, t in [(max(2, nth), when, touch), *others]
-    ]
+    return [(max(2, nth), when, touch), *others]
 
 
 @st.composite
@@ -172,13 +195,36 @@ def engine_dies():
 
 
 def devices_are_touched():
-    """Between two engines the device server is killed, or all devices are stopped."""
-    return crashes(calm, "", "stop", "restart", sturdy=True)
+    """Between two engines the device server is killed, or a device is stopped.
+
+    That one without a safe state was stopped is not seen (see the open gap), so it is not drawn.
+    """
+    return crashes(calm, "", "stop a", "restart", sturdy=True)
 
 
 def server_dies():
     """The device server dies in the middle of its actions, the engine now and then."""
     return crashes(rough, "", "restart", sturdy=True) | crashes(rough, "", sturdy=True)
+
+
+def run_fails():
+    """Nothing is tried again by itself: the run fails, and is resumed by hand until it succeeds."""
+    flat = st.lists(stubborn, min_size=1, max_size=3)
+    loop = st.builds(
+        lambda steps, count: {"foreach": list(range(count)), "steps": steps, "collect": {}},
+        flat, st.integers(1, 2),
+    )  # fmt: skip
+    steps = st.lists(stubborn | stubborn | loop | counted, min_size=1, max_size=4)
+    return crashes(steps, "", "stop a", "restart")
+
+
+def patient(protocol):
+    """The same protocol, in which every action is tried until it succeeds."""
+    protocol = copy.deepcopy(protocol)
+    for step in walk(protocol["steps"]):
+        if "do" in step:
+            step["retry"] = STURDY
+    return protocol
 
 
 class Namer:
@@ -239,16 +285,6 @@ class Namer:
         step["collect"] = {f"{key}_{name}" if key == "v" else key: c for key, c in columns.items()}
 
 
-def without_counters(steps, again=False):
-    """No counters in what may be begun anew: a resumed run does not count abandoned turns yet."""
-    steps = [{"log": "one more"} if again and "set" in step else step for step in steps]
-    inner = [again or bool(step.get("retry") or step.get("fallback")) for step in steps]
-    return [
-        {**step, "steps": without_counters(step["steps"], more)} if "steps" in step else step
-        for step, more in zip(steps, inner, strict=True)
-    ]
-
-
 def walk(steps):
     """Every step inside these steps."""
     for step in steps:
@@ -259,10 +295,21 @@ def walk(steps):
             yield from walk(other if isinstance(other, list) else [other])
 
 
+def hides(steps, *phases):
+    """Whether a shot may come before one that is older in the text, or not at all."""
+    shoots = any(step["do"].endswith("shoot") for phase in phases for step in phase)
+    return shoots or any(s.get("mode") or s.get("on_failure") for s in walk(steps))
+
+
 def named(steps, final, resume, *, sturdy=False):
-    """A whole protocol, and the answers that a person gives to its questions."""
+    """A whole protocol, and the answers that a person gives to its questions.
+
+    A probe proves nothing while a device has never fired. Where it depends on the crashes when that
+    is, both devices fire first.
+    """
     namer = Namer(sturdy=sturdy)
-    protocol = {"steps": [{"set": {"v": 0}}, *namer.all(without_counters(steps))]}
+    prime = [do(d, "shoot", FINE, None) for d in "ab"] if hides(steps, final, resume) else []
+    protocol = {"steps": [{"set": {"v": 0}}, *namer.all([*prime, *steps])]}
     protocol |= {"finally": namer.all(final)} if final else {}
     protocol |= {"on_resume": namer.all(resume)} if resume else {}
     return protocol, namer.answers
