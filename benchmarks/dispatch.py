@@ -61,9 +61,9 @@ def engine_times(folder: Path, count: int) -> tuple[list[float], list[float]]:
     ended: list[float] = []
     follow = DeviceClient.follow
 
-    async def timed(self, goal, on_report=lambda report: None):
+    async def timed(self, goal, *more, **named):
         sent.append(time.perf_counter())
-        outcome = await follow(self, goal, on_report)
+        outcome = await follow(self, goal, *more, **named)
         ended.append(time.perf_counter())
         return outcome
 
