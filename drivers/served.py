@@ -210,6 +210,9 @@ class ServedDevice:
                 f"{self.name} was stopped by somebody else at {time.strftime('%H:%M:%S')}; "
                 f"take its lease anew to go on"
             )
+            # Left unwritten it costs a run that is resumed later the sight of this stop.
+            with contextlib.suppress(LedgerFault):
+                self._ledger.skip_epoch(self.name)
         self._interrupt()
         self._status.changed()
         return await self._safety.confirmed(timeout_s)

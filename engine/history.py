@@ -10,6 +10,7 @@ from ..schemas.contract import Effect
 from .journal import JournalFault
 
 RESTARTED = "its server was started anew"
+STRANGER = "somebody else had held or stopped it in between"
 LAPSED = "no engine was heard of for as long as its lease: its server put it into its safe state"
 ORDER_KEPT = 1000
 TOUCHING_PHASES = ("resume:", "finally:")
@@ -120,6 +121,11 @@ class History:
         """True where nobody but this run has held a device since that epoch."""
         ours = self.epochs.get(device, set())
         return epoch in ours and all(e in ours for e in range(epoch, max(ours) + 1))
+
+    def somebody_was_there(self, device: str, epoch: int) -> bool:
+        """True where a new lease does not follow this run's last one on a device."""
+        ours = self.epochs.get(device)
+        return bool(ours) and epoch not in (max(ours or {0}), max(ours or {0}) + 1)
 
     def touch(self, device: str, n: int) -> None:
         """A device was moved or set outside the protocol's own order, at record `n`."""

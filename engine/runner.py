@@ -35,7 +35,7 @@ from .rows import restore_rows
 from .run import Listener, Run
 from .run_files import sync_files
 from .run_folder import hashes
-from .safe import note_touched, settle, to_safe_state, touched
+from .safe import note_touched, settle, strangers, to_safe_state, touched
 from .tick import NoRoom, StopNow, run_tree
 
 FINALLY_S = 600.0
@@ -72,6 +72,7 @@ class Life:
         self.clients = clients
         self.dispatcher = Dispatcher(run, clients)
         self.control = Control(run, self.dispatcher.wake.set)
+        self.by_strangers: set[str] = set()
         self._plant()
 
     def _plant(self) -> None:
@@ -87,6 +88,7 @@ class Life:
         if records is not None:
             restore_rows(self.run.folder, records, self.compiler.tables)
         ending = Ending("failed")
+        self.by_strangers = strangers(self.run, self.clients)
         self.dispatcher.look_anew()
         try:
             ending = await self._phases(resumed=records is not None)
@@ -104,7 +106,7 @@ class Life:
         if resumed:
             history = self.run.history
             await settle(self.run, self.dispatcher, self.control)
-            note_touched(self.run, self.clients, _away_s(history))
+            note_touched(self.run, self.clients, _away_s(history), self.by_strangers)
             if history.finished is None:  # the engine was killed: nobody has cleaned up
                 await self._finally()
                 await self._make_safe()

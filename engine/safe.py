@@ -6,7 +6,7 @@ from ..drivers.client import Outcome, ServerUnreachable
 from ..schemas import journal as j
 from .control import Control
 from .dispatcher import Dispatcher
-from .history import LAPSED, RESTARTED, PastGoal
+from .history import LAPSED, RESTARTED, STRANGER, PastGoal
 from .journal import DiskFull, JournalFault
 from .probe import keep_answer, probe_request, told_before, unknown_path
 from .reached import Reached
@@ -93,10 +93,19 @@ def _probe_of(run: Run, past: PastGoal) -> Request | None:
     return probe_request(run.history, role, past.sent.id, past.sent.action)
 
 
-def note_touched(run: Run, clients: Mapping[str, Reached], away_s: float) -> None:
+def strangers(run: Run, clients: Mapping[str, Reached]) -> set[str]:
+    """Devices that somebody else has held or stopped since this run's last lease on them."""
+    history = run.history
+    return {d for d, c in clients.items() if history.somebody_was_there(d, c.epoch(d))}
+
+
+def note_touched(
+    run: Run, clients: Mapping[str, Reached], away_s: float, by_strangers: set[str]
+) -> None:
     """Mark the devices whose state may have changed while the engine was away.
 
-    Their servers were started anew, or put them into their safe state when the lease lapsed.
+    Their servers were started anew, or put them into their safe state when the lease lapsed, or
+    somebody else has used them.
     """
     for device, boot in run.history.boots.items():
         client = clients.get(device)
@@ -104,6 +113,8 @@ def note_touched(run: Run, clients: Mapping[str, Reached], away_s: float) -> Non
             continue
         if client.boot != boot:
             touched(run, device, RESTARTED)
+        elif device in by_strangers:
+            touched(run, device, STRANGER)
         elif not 0 <= away_s <= LEASE_S:
             # A clock that was set back says nothing about how long it was: it may have been long.
             touched(run, device, LAPSED)

@@ -110,6 +110,20 @@ def test_a_server_with_another_ledger_is_taken_and_its_device_counts_as_touched(
     assert [(r.device, r.reason) for r in touched] == [("a", "its server was started anew")]
 
 
+def test_a_device_that_somebody_used_by_hand_meanwhile_counts_as_touched(stopped):
+    run, _ = stopped
+    lab = run.parent.parent / "lab.yaml"
+    by_hand = labrun("call", "a.act", "name=mine", "--lab", lab)
+    ended = labrun("resume", run)
+
+    assert by_hand.returncode == 0, by_hand.stderr
+    assert ended.returncode == 1, ended.stderr
+    touched = [r for r in read_records(run / "journal.jsonl") if r.kind == "touched"]
+    assert [(r.device, r.reason) for r in touched] == [
+        ("a", "somebody else had held or stopped it in between")
+    ]
+
+
 def rewrite(journal, change):
     """A journal as somebody else may have written it: its own chain, other records."""
     previous, lines = "", []
