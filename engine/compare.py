@@ -120,9 +120,13 @@ class _Comparing(Dispatcher):
         self._comparison = Comparison()
 
     def request(self, request: Request, *, first: bool = False) -> Request:
-        done = request.adopt is not None
-        if not done:
+        open_goal = request.adopt
+        if open_goal is None:
             self._differs(request, None)
+        elif open_goal.sent.means != request.means():
+            difference = self._differs(request, open_goal.sent.params)
+            if request.action.effect == "once":  # it may have happened as it was asked for
+                self._comparison.undone.append(difference)
         result = plainest({**request.action.returns, "type": "object"})
         request.outcome = Outcome("SUCCEEDED", result=result)
         self.wake.set()

@@ -46,6 +46,7 @@ class Control:
         return "the run goes on"
 
     def _abort(self, by: str) -> str:
+        self.run.pause_wanted = ""
         if self.paused:
             self.paused = False
             self.run.clock.go_on()

@@ -13,6 +13,7 @@ RESTARTED = "its server was started anew"
 STRANGER = "somebody else had held or stopped it in between"
 LAPSED = "no engine was heard of for as long as its lease: its server put it into its safe state"
 ORDER_KEPT = 1000
+REFUSALS = ("no", "stop")
 TOUCHING_PHASES = ("resume:", "finally:")
 
 
@@ -79,6 +80,7 @@ class History:
     steps: dict[str, j.StepEnded] = field(default_factory=dict)
     turns: dict[str, j.Turned] = field(default_factory=dict)
     answers: dict[str, j.Answered] = field(default_factory=dict)
+    begun_anew: bool = False
     changed: j.Changed | None = None
     comparing: bool = False
     visited: set[str] = field(default_factory=set)
@@ -152,9 +154,13 @@ class History:
             _drop(table, prefix)
 
     def spend(self) -> None:
-        """The run had ended: its failures are over, and what failed has all its tries again."""
-        self.turns.clear()
-        self.answers.clear()
+        """Its failures are over, and what failed has all its tries again.
+
+        Which way a retried group or a fallback had gone is kept: what was done there is done. So
+        is what a person has said, unless it was to stop.
+        """
+        self.begun_anew = True
+        self.answers = {p: a for p, a in self.answers.items() if a.choice not in REFUSALS}
         for tries in self.goals.values():
             for past in tries.values():
                 past.spent = past.ended is not None and past.ended.state != "SUCCEEDED"
@@ -228,6 +234,8 @@ def _read(history: History, record: j.JournalRecord) -> None:
             if history.finished is not None:
                 history.spend()
             history.finished = None
+        case j.Again():
+            history.spend()
         case j.Changed():
             history.changed = record
         case j.Phase():

@@ -65,15 +65,16 @@ class Journal:
         if not self._lines:
             return
         data = "".join(self._lines).encode()
-        self._lines.clear()
         start = os.fstat(self._file).st_size
         try:
             self._write(data)
         except OSError as fault:
+            # The records stay in the buffer: those that follow are chained to them.
             os.ftruncate(self._file, start)
             if fault.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
                 raise JournalFault(f"cannot write {self.path}: {fault.strerror}") from fault
             self._use_reserve(data, fault)
+        self._lines.clear()
 
     def _use_reserve(self, data: bytes, fault: OSError) -> None:
         message = f"no room left for the journal {self.path}: {fault.strerror}"
@@ -85,6 +86,7 @@ class Journal:
             self._write(data)
         except OSError as again:
             raise JournalFault(message) from again
+        self._lines.clear()
         raise DiskFull(message) from fault
 
     def _write(self, data: bytes) -> None:

@@ -35,6 +35,10 @@ class Run:
     listeners: list[Listener] = field(default_factory=list)
     holes: int = 0
     pause_wanted: str = ""
+    taken_up: bool = False
+    """True when the run is to go on from its journal: a failed step is tried again after a pause."""
+    repeated: set[str] = field(default_factory=set)
+    """Paths of iterations and phases in which finished steps are done again, their device touched."""
     bygone: bool = False
     """True while what has failed in an earlier life is gone through once more: see nodes/bygone.py."""
     _again: bool = False

@@ -126,6 +126,7 @@ def find_run(runs: Path, name: str) -> Path:
     """A run by its path, its name, or an end of its name such as `7f3a`; `last` is the newest."""
     direct = Path(name)
     if direct.is_dir():
+        direct = direct.resolve()  # `.` has a name, too
         if is_run(direct):
             return direct
         raise FolderFault(f"{direct} is no run's folder: it holds no {JOURNAL}")

@@ -130,18 +130,24 @@ class Life:
         Without `finally`, since nobody was away: `on_resume`, then the unfinished iterations, in
         which the finished steps of that device are repeated before anything else is done once.
         """
-        for device, reason in self.dispatcher.touched().items():
+        lost = self.dispatcher.touched()
+        for device, reason in lost.items():
             touched(self.run, device, reason)
             self.run.log(f"{device}: {reason}; going on from the journal")
+        if self.run.taken_up:
+            self.run.record(j.Again())
+            self.run.taken_up = False
         self.run.journal.flush()
         records = list(read_records(self.run.journal.path))
         self.run.history = read_history(records)
-        self.run.history.resumes += 1
+        self.run.history.resumes += bool(lost)
         self.run.holes = self.run.history.holes
+        self.run.repeated.clear()
         self.dispatcher.look_anew()
         self._plant()
         restore_rows(self.run.folder, records, self.compiler.tables)
-        return await self._on_resume()
+        await settle(self.run, self.dispatcher, self.control)
+        return await self._on_resume() if lost else None
 
     async def _on_resume(self) -> Ending | None:
         """Run `on_resume`; an ending where it did not succeed."""

@@ -12,8 +12,9 @@ from .probe import keep_answer, probe_request, told_before, unknown_path
 from .reached import Reached
 from .request import Request
 from .run import Run
-from .tick import DRAIN_S
 
+STEP_S = 0.5
+"""How often timeouts are looked after while goals of an earlier engine are waited for."""
 LEASE_S = 30.0
 """A device whose engine was away for longer has been put into its safe state by its server."""
 
@@ -77,7 +78,10 @@ async def _carry(
         dispatcher.send(ready)
         if not dispatcher.busy:
             break
-        await dispatcher.drain(DRAIN_S, stop=lambda: control.now)
+        if control.aborted_by:
+            dispatcher.withdraw_all()
+        dispatcher.check_time()
+        await dispatcher.drain(STEP_S, stop=lambda: control.now)
     return [(past, request.outcome) for past, request in adopted if request.outcome is not None]
 
 

@@ -62,7 +62,7 @@ async def _rounds(
             dispatcher.withdraw_all()
             await _drain(dispatcher, control)
             return "aborted"
-        if watchful and dispatcher.touched():
+        if watchful and (run.taken_up or dispatcher.touched()):
             root.stop(Status.INVALID)
             dispatcher.withdraw_all()
             await _drain(dispatcher, control)
@@ -85,7 +85,7 @@ def _round(
     except OSError as fault:  # the one thing that nodes do with the system is to write rows
         raise NoRoom(f"cannot write {fault.filename or run.folder}: {fault.strerror}") from fault
     dispatcher.check_time()
-    if run.pause_wanted and not control.paused:
+    if run.pause_wanted and not control.paused and not control.aborted_by:
         control.ask("pause", run.pause_wanted)
     dispatcher.paused = control.paused
     ready = dispatcher.prepare()

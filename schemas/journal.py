@@ -180,6 +180,13 @@ class SafeState(Record):
     message: str = ""
 
 
+class Again(Record):
+    """A person had the run go on after a step that had failed: it is tried again."""
+
+    kind: Literal["again"] = "again"
+    by: str = ""
+
+
 class Leased(Record):
     """The engine holds a device under this epoch, at this boot of its server."""
 
@@ -222,6 +229,7 @@ JournalRecord = Annotated[
     | LoopEnded
     | Control
     | SafeState
+    | Again
     | Leased
     | Touched
     | Finished,

@@ -113,6 +113,8 @@ class ActionLeaf(Node):
             past = history.newest_success(self.path) or past
         wanted = means(self.plan.role, self.plan.action_name, arguments)
         while past is not None and self._is_behind(past, wanted):
+            if past.ended is not None and past.ended.state == "SUCCEEDED":
+                self.run.repeated.add(frame.owner.path)
             attempt = frame.next_attempt(self.path)
             past = history.goal(self.path, attempt)
         request = Request(
@@ -127,10 +129,12 @@ class ActionLeaf(Node):
         elif past is None:
             self.dispatcher.request(request)
         elif past.ended is None:
-            request.params = past.sent.params
+            if not history.comparing:
+                request.params = past.sent.params
             self.dispatcher.request(request)
-        elif past.sent.means != wanted and not history.comparing:
-            self.failure = self._failure("Rejected", _changed(past, arguments), "no")
+        elif self._must_not_be_done_anew(past, wanted):
+            said = _changed(past, arguments)
+            self.failure = replace(self._failure("Rejected", said, "yes"), stop=True)
         else:
             request.outcome = outcome_of(past)
             self.dispatcher.replayed(request, past)
@@ -142,6 +146,16 @@ class ActionLeaf(Node):
             return
         self.repeating = True
         self.dispatcher.request(request)
+
+    def _must_not_be_done_anew(self, past: PastGoal, wanted: str) -> bool:
+        """A finished `once` action that a changed protocol wants otherwise: the run cannot go on.
+
+        Under the same protocol only what it was computed from has changed (a balance was read
+        again): then it is done.
+        """
+        history = self.run.history
+        changed = history.changed is not None and past.sent.n < history.changed.n
+        return changed and past.sent.means != wanted and not history.comparing
 
     def _is_behind(self, past: PastGoal, wanted: str) -> bool:
         """True for an earlier attempt that says nothing about this one."""

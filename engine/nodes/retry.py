@@ -92,6 +92,8 @@ class Retry(Parent):
                 self.status = self.fail(anew)
                 return
             self._next_turn()
+            if self.level > self.gone and self.run.history.begun_anew:
+                self.turn = 1
         if self.until is not None:
             if self.run.clock.now() < self.until:
                 self.run.wake_at(self.until)

@@ -64,8 +64,7 @@ class StepNode(Parent):
     def advance(self) -> Iterator[Behaviour]:
         if self.held:
             self._go_on_after_pause()
-            if self.held:
-                return
+            return
         yield from self.child.tick()
         if self.child.status == Status.SUCCESS:
             self.result = result_of(self.child)
@@ -104,8 +103,11 @@ class StepNode(Parent):
 
     def _go_on_after_pause(self) -> None:
         # The runner does not tick a paused tree past its running set, so being ticked without
-        # a pause still wanted means that a person said `continue`: the step is tried again.
-        self.held = bool(self.run.pause_wanted)
+        # a pause still wanted means that a person said `continue`. The step is tried again from
+        # the journal, so that what had succeeded in it is done, and no goal id comes twice.
+        if not self.run.pause_wanted:
+            self.run.taken_up = True
+            self.run.again()
 
     def _tell(self, state: str) -> None:
         if not self.rules.silent:

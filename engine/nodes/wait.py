@@ -21,6 +21,7 @@ class Wait(Node):
         self.scope = scope
         self.duration = duration
         self.until: float | None = None
+        self.over = False
         self.path = ""
 
     def initialise(self) -> None:
@@ -31,11 +32,13 @@ class Wait(Node):
         except (ExpressionError, ValueError) as fault:
             self.failure = Failure("Expression", str(fault), step=self.path)
             return
-        done = self.path in self.run.history.steps
-        if self.run.bygone and not done:
+        known = self.path in self.run.history.steps
+        if self.run.bygone and not known:
             self.failure = came_to_here(self.path)
             return
-        self.until = self.run.clock.now() + (0.0 if done else duration_s)
+        # What was set again has to settle again: then the wait behind it counts no longer.
+        self.over = known and self.scope.frame.owner.path not in self.run.repeated
+        self.until = self.run.clock.now() + (0.0 if self.over else duration_s)
 
     def update(self) -> Status:
         if self.until is None:
@@ -43,6 +46,6 @@ class Wait(Node):
         if self.run.clock.now() < self.until:
             self.run.wake_at(self.until)
             return Status.RUNNING
-        if self.path not in self.run.history.steps:
+        if not self.over:
             self.run.record(StepEnded(path=self.path, fate="succeeded"))
         return Status.SUCCESS

@@ -167,6 +167,43 @@ def test_on_error_pause_holds_and_continue_tries_the_step_again(tmp_path, bench)
     assert [c["word"] for c in live.calls if c["word"] != "done"] == ["Broken", "ok"]
 
 
+def test_an_abort_of_a_run_that_an_error_has_paused_runs_finally(tmp_path, bench):
+    live = Live(
+        tmp_path, bench,
+        "steps: [{fail: 'no argon', on_error: pause}]\n"
+        "finally: [{do: b.act, with: {name: last}}]\n",
+    )  # fmt: skip
+    live.wait_for("control", "pause")
+    live.process.send_signal(signal.SIGINT)
+
+    assert live.end() == 130
+    assert [c["name"] for c in live.calls if c["word"] == "done"] == ["last"]
+    assert live.records[-1].fate == "aborted"
+
+
+def test_continue_after_an_error_in_a_loop_does_nothing_again_that_was_done(tmp_path, bench):
+    live = Live(
+        tmp_path, bench,
+        """
+steps:
+  - foreach: {i: "${{ range(3) }}"}
+    on_error: pause
+    steps:
+      - {id: shot, do: a.shoot, with: {name: "shot${{ i }}"}}
+      - {do: b.act, with: {name: "b${{ i }}", script: "${{ 'Broken,ok' if i == 1 else 'ok' }}"}}
+    collect: {shot: "${{ steps.shot.name }}"}
+""",
+    )  # fmt: skip
+    live.wait_for("control", "pause")
+    live.tell("continue")
+
+    assert live.end() == 0
+    done = [c["name"] for c in live.calls if c["word"] == "done"]
+    assert sorted(done) == ["b0", "b1", "b2", "shot0", "shot1", "shot2"]
+    (table,) = (tmp_path / "runs").glob("*/data.csv")
+    assert table.read_text().splitlines()[1:] == [f"{i},shot{i},succeeded" for i in range(3)]
+
+
 def test_a_device_that_never_answers_runs_into_its_timeout_and_the_ladder(tmp_path, bench):
     live = Live(
         tmp_path, bench,

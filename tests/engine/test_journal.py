@@ -55,6 +55,26 @@ def test_a_changed_record_breaks_the_chain_and_is_named(tmp_path):
         list(read_records(path))
 
 
+def test_a_write_that_failed_once_leaves_a_chain_that_is_whole(tmp_path, monkeypatch):
+    journal = Journal(tmp_path / "journal.jsonl")
+    write, failures = os.write, [OSError(errno.EIO, "Input/output error")]
+
+    def failing(file, data):
+        if failures:
+            raise failures.pop()
+        return write(file, data)
+
+    monkeypatch.setattr(journal_module.os, "write", failing)
+    for record in some(2):
+        journal.append(record)
+    with pytest.raises(JournalFault, match="Input/output error"):
+        journal.flush()
+    journal.append(j.Finished(fate="failed"))
+    journal.close()
+
+    assert [r.n for r in read_records(tmp_path / "journal.jsonl")] == [1, 2, 3]
+
+
 def test_bytes_that_are_no_text_break_the_chain_like_any_other_change(tmp_path):
     path = written(tmp_path / "journal.jsonl", *some(2))
     path.write_bytes(path.read_bytes().replace(b"main", b"\xff\xfe\xfd\xfc"))

@@ -138,6 +138,42 @@ def test_a_failed_run_goes_on_with_its_retries_anew_when_it_is_resumed(tmp_path,
     assert done(bench, folder.name, "shoot").count("shot0") == 1
 
 
+def test_what_a_fallback_had_done_is_not_done_again_after_a_later_failure(tmp_path, bench):
+    text = (
+        "labrun: 1\nname: later\ndevices: {a: scripted@1, b: scripted@1}\nsteps:\n"
+        "  - do: a.shoot\n    with: {name: x, script: Broken}\n"
+        "    fallback: [{do: a.shoot, with: {name: y}}]\n"
+        "  - {do: b.act, with: {name: late, script: 'Broken,ok'}}\n"
+    )
+    first = begin(tmp_path, bench.lab, text)
+    assert first.wait(timeout=60) == 1
+    went_on = resume(tmp_path)
+
+    name = journal_of(tmp_path).parent.name
+    assert went_on.returncode == 0, went_on.stderr
+    assert [c["name"] for c in bench.calls(name) if c["word"] != "done"] == [
+        "x",
+        "y",
+        "late",
+        "late",
+    ]
+
+
+def test_a_run_is_resumed_from_within_its_own_folder(tmp_path, bench):
+    process = begin(tmp_path, bench.lab)
+    wait_for_records(process, tmp_path, 9)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    folder = journal_of(tmp_path).parent
+    went_on = subprocess.run(
+        [*COMMAND, "resume", "."], cwd=folder, capture_output=True, text=True, timeout=60
+    )
+
+    assert went_on.returncode == 0, went_on.stderr
+    shots = done(bench, folder.name, "shoot")
+    assert sorted(shots) == ["end", "shot0", "shot1", "shot2", "shot3"]
+
+
 def test_a_run_that_has_succeeded_is_not_resumed(tmp_path, bench):
     assert begin(tmp_path, bench.lab).wait(timeout=60) == 0
 

@@ -1,7 +1,8 @@
-"""A device for crashes: its memory is a file, its faults depend on nothing but the goal's id.
+"""A device for crashes: its memory is a file, its faults depend on nothing but its script.
 
-`word` is how the action ends in its first `tries` attempts and throughout its first `turns` turns
-(of a group's retry, of an `ask: repeat`); then it succeeds. Words beside the contract's errors:
+`word` is how the action ends in the first `tries` attempts that were begun at its path (one that was
+announced and never sent is none) and throughout its first `turns` turns (of a group's retry, of an
+`ask: repeat`); then it succeeds. Words beside the contract's errors:
 `happened!` and `dark` (a Foggy end, with and without effect), `die+` and `die-` (the server kills
 itself, with and without effect).
 """
@@ -53,7 +54,7 @@ class Bench(Driver):
 
     async def _do(self, action, goal, name="", word="ok", tries=0, turns=0, ms=0.0, to=0.0):
         self._note(goal.id, "begin", name)
-        word = word if _fails(goal.id, tries, turns) else "ok"
+        word = word if self._begun(goal.id) <= tries or _turn(goal.id) <= turns else "ok"
         await self._pass(goal, ms / 1000, action)
         if word not in WITHOUT_EFFECT:
             if action == "set":
@@ -96,6 +97,12 @@ class Bench(Driver):
         journal = Path(self.place.config["runs"]) / _run(goal_id) / "journal.jsonl"
         return f'"kind":"goal","id":"{goal_id}"' in journal.read_text(errors="replace")
 
+    def _begun(self, goal_id):
+        """How many attempts were begun where this one is."""
+        path = re.escape(goal_id.rpartition("/")[0])
+        begun = rf'"goal": "{path}/\d+", "device": "\w", "action": "begin"'
+        return len(re.findall(begun, self.log.read_text()))
+
     def _lines(self):
         return [json.loads(line) for line in self.log.read_text().splitlines()]
 
@@ -108,7 +115,6 @@ def _run(goal_id):
     return goal_id.partition("/")[0]
 
 
-def _fails(goal_id, tries, turns):
-    *path, attempt = goal_id.split("/")
-    levels = [int(level[1]) for level in map(LEVEL.fullmatch, path) if level]
-    return int(attempt) <= tries or 1 + sum(level - 1 for level in levels) <= turns
+def _turn(goal_id):
+    levels = [LEVEL.fullmatch(part) for part in goal_id.split("/")[:-1]]
+    return 1 + sum(int(level[1]) - 1 for level in levels if level)

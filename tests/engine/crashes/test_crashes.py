@@ -10,6 +10,8 @@ from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
 
 RANDOM = bool(os.environ.get("LABRUN_RANDOM"))
+TRIES = 30
+"""How often a person resumes a run that has failed, at most."""
 
 
 def examples(count):
@@ -20,37 +22,43 @@ def examples(count):
 
 
 @pytest.fixture(scope="session")
-def survives(laboratory, oracle, promise):
+def survives(laboratory, strategies, oracle, promise):
     """Live a story of crashes, and see that every part of the promise was kept."""
 
-    def check(protocol, answers, kills):
+    def check(protocol, answers, kills, *, tries=0):
         told = oracle(answers)
-        status = told.run(protocol)
-        story = laboratory.live(protocol, kills, answers)
+        status = told.run(strategies.patient(protocol) if tries else protocol)
+        story = laboratory.live(protocol, kills, answers, tries)
         note(story.tell())
         promise.kept(story, told, status, protocol)
 
     return check
 
 
-@examples(24)
+@examples(20)
 @given(data=st.data())
 def test_a_run_comes_to_the_same_whenever_its_engines_are_killed(survives, strategies, data):
     survives(*data.draw(strategies.engine_dies()))
 
 
-@examples(10)
+@examples(8)
 @given(data=st.data())
 def test_a_run_comes_to_the_same_when_its_devices_are_touched_meanwhile(survives, strategies, data):
     survives(*data.draw(strategies.devices_are_touched()))
 
 
-@examples(10)
+@examples(8)
 @given(data=st.data())
 def test_a_run_comes_to_the_same_when_the_device_server_dies_in_mid_action(
     survives, strategies, data
 ):
     survives(*data.draw(strategies.server_dies()))
+
+
+@examples(6)
+@given(data=st.data())
+def test_a_run_that_failed_and_is_resumed_comes_to_the_same_in_the_end(survives, strategies, data):
+    survives(*data.draw(strategies.run_fails()), tries=TRIES)
 
 
 @pytest.mark.soak
@@ -60,3 +68,11 @@ def test_a_run_comes_to_the_same_when_the_device_server_dies_in_mid_action(
 @given(data=st.data())
 def test_a_run_comes_to_the_same_after_hundreds_of_crashes(survives, strategies, story, data):
     survives(*data.draw(getattr(strategies, story)()))
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(3600)
+@examples(300)
+@given(data=st.data())
+def test_a_run_that_failed_comes_to_the_same_after_hundreds_of_crashes(survives, strategies, data):
+    survives(*data.draw(strategies.run_fails()), tries=TRIES)
