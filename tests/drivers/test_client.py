@@ -198,7 +198,7 @@ def test_the_same_owner_takes_its_lease_again_and_fences_the_older_engine(bench)
 
     stale, fresh, newer, older = asyncio.run(story())
 
-    assert (stale.error.name, stale.error.happened) == ("Rejected", "no")
+    assert (stale.error.name, stale.error.happened) == ("Lost", "no")
     assert fresh.state == "SUCCEEDED"
     assert newer > older
 

@@ -293,7 +293,7 @@ def test_a_goal_of_a_lease_that_lapsed_on_its_way_is_refused_and_not_done(bench)
 
     outcome, after = asyncio.run(story())
 
-    assert (outcome.error.name, outcome.error.happened) == ("Rejected", "no")
+    assert (outcome.error.name, outcome.error.happened) == ("Lost", "no")
     assert "epoch" in outcome.error.message
     assert not done(bench, "press")
     assert after.state == "SUCCEEDED"
