@@ -1,5 +1,6 @@
 """Torture a protocol: two undisturbed runs to know what is right, then runs that are struck down."""
 
+import math
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -49,7 +50,8 @@ class Torture:
         random = Random(self.seed)
         blows = at_random(random, right.lasts_s, right.writes)
         while toll.kills < kills:
-            budget = min(A_RUN, kills - toll.kills)
+            # At least two runs, so that one of them is over a bad wire.
+            budget = min(A_RUN, math.ceil(kills / 2), kills - toll.kills)
             wired = self.wires and self._count % 2 == 1
             await self._one(toll, right, blows, budget, random, wired=wired)
             self.say(
