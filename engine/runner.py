@@ -38,6 +38,8 @@ from .run_folder import hashes
 from .safe import note_touched, settle, strangers, to_safe_state, touched
 from .tick import NoRoom, StopNow, run_tree
 
+LINKS_S = 1.0
+"""Within that time every link to a server that was started anew has found it again."""
 FINALLY_S = 600.0
 """The time that `finally` has in all."""
 
@@ -130,6 +132,9 @@ class Life:
         Without `finally`, since nobody was away: `on_resume`, then the unfinished iterations, in
         which the finished steps of that device are repeated before anything else is done once.
         """
+        if self.dispatcher.touched():
+            # A server with several devices is seen anew by each one's link, a moment apart.
+            await asyncio.sleep(LINKS_S)
         lost = self.dispatcher.touched()
         for device, reason in lost.items():
             touched(self.run, device, reason)
