@@ -3,6 +3,7 @@
 Values that may hold an expression `${{ ... }}` are kept as written; `engine` gives them meaning.
 """
 
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, StringConstraints, Tag
@@ -91,15 +92,60 @@ class Parallel(StepBase):
     on_failure: Literal["finish", "cancel"] | None = None
 
 
-class Foreach(StepBase):
+class AnyOf(StepBase):
+    """An action set that ends with the first member that succeeds; the others are cancelled."""
+
+    KIND: ClassVar[str] = "any"
+    any: "list[Step]" = Field(min_length=1)
+
+
+class LoopBase(StepBase):
+    """What every loop may say."""
+
+    steps: "list[Step]" = Field(min_length=1)
+    keep_going: KeepGoing | None = None
+    collect: dict[str, Any] | None = None
+
+
+class Foreach(LoopBase):
     """The same steps for each item of a list, a span or a grid."""
 
     KIND: ClassVar[str] = "foreach"
     foreach: dict[Role, Any] = Field(min_length=1, max_length=1)
     key: Scalar = None
-    steps: "list[Step]" = Field(min_length=1)
-    keep_going: KeepGoing | None = None
-    collect: dict[str, Any] | None = None
+
+
+class Repeat(LoopBase):
+    """The same steps so many times."""
+
+    KIND: ClassVar[str] = "repeat"
+    repeat: Count
+
+
+class While(LoopBase):
+    """The same steps as long as an expression is true, `max` times at most."""
+
+    KIND: ClassVar[str] = "while"
+    while_: Scalar = Field(alias="while")
+    max: Count | None = None
+
+
+class If(StepBase):
+    """One of two lists of steps."""
+
+    KIND: ClassVar[str] = "if"
+    if_: Scalar = Field(alias="if")
+    then: "list[Step]" = Field(min_length=1)
+    else_: "list[Step] | None" = Field(default=None, alias="else", min_length=1)
+
+
+class Use(StepBase):
+    """The steps of another protocol; `devices` says which role of this one plays which of its."""
+
+    KIND: ClassVar[str] = "use"
+    use: str = Field(min_length=1)
+    with_: dict[str, Any] = Field(default_factory=dict, alias="with")
+    devices: dict[Role, Role] = Field(default_factory=dict)
 
 
 class Group(StepBase):
@@ -160,7 +206,8 @@ class Fail(StepBase):
 
 
 STEP_KINDS: tuple[type[StepBase], ...] = (
-    Do, Parallel, Foreach, Group, Confirm, Ask, Wait, Set, Require, Log, Fail,
+    Do, Parallel, AnyOf, Foreach, Repeat, While, If, Use, Group,
+    Confirm, Ask, Wait, Set, Require, Log, Fail,
 )  # fmt: skip
 
 
@@ -170,15 +217,34 @@ def step_kind(value: Any) -> str | None:
         return value.KIND
     if isinstance(value, dict):
         for kind in STEP_KINDS:
-            if kind.KIND in value and not (kind is Group and "foreach" in value):
+            if kind.KIND in value:
                 return kind.KIND
     return None
+
+
+STEP_LISTS = {
+    "steps": "steps", "parallel": "parallel", "any": "any", "then": "then", "else": "else_",
+}  # fmt: skip
+"""The keys under which a step holds steps -> the names of their fields."""
+
+
+def inner_lists(step: StepBase) -> Iterator[tuple[str, "list[Step]"]]:
+    """The lists of steps that a step holds, each with its key in YAML; without its fallbacks."""
+    for key, name in STEP_LISTS.items():
+        steps = getattr(step, name, None)
+        if steps:
+            yield key, steps
 
 
 Step = Annotated[
     Annotated[Do, Tag("do")]
     | Annotated[Parallel, Tag("parallel")]
+    | Annotated[AnyOf, Tag("any")]
     | Annotated[Foreach, Tag("foreach")]
+    | Annotated[Repeat, Tag("repeat")]
+    | Annotated[While, Tag("while")]
+    | Annotated[If, Tag("if")]
+    | Annotated[Use, Tag("use")]
     | Annotated[Group, Tag("steps")]
     | Annotated[Confirm, Tag("confirm")]
     | Annotated[Ask, Tag("ask")]
@@ -206,5 +272,5 @@ class Protocol(Model):
     outputs: dict[Role, Any] = Field(default_factory=dict)
 
 
-for _model in (StepBase, *STEP_KINDS, Defaults, Protocol):
+for _model in (StepBase, LoopBase, *STEP_KINDS, Defaults, Protocol):
     _model.model_rebuild()

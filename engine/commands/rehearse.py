@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from ..check import Checked, check_file
+from ..check import Checked
 from ..exit_status import FAILED, PROBLEMS, SUCCEEDED
-from ..print_problems import print_problems
-from .options import Bind, Lab, Params, WrongUsage, pairs, say
+from .checked import checked_file
+from .options import Bind, Lab, Params, WrongUsage, say
 from .run import File
 
 Fail = Annotated[
@@ -35,16 +35,7 @@ def rehearse(
     json: Json = False,
 ) -> None:
     """Play the whole protocol with simulated devices on a virtual clock: how long, how far, what fails."""
-    try:
-        roles, params = pairs(bind, "--bind"), pairs(param, "-p")
-    except WrongUsage as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
-    checked = check_file(file, lab=lab, bind=roles, params=params)
-    if checked.problems:
-        print_problems(checked.problems, format="json" if json else "text", file=sys.stderr)
-    if not checked.ok:
-        raise typer.Exit(PROBLEMS)
+    checked = checked_file(file, lab, bind, param, json=json)
     raise typer.Exit(_rehearse(checked, fail or [], seed, json=json))
 
 

@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from ..check import Checked, check_file
-from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
-from ..print_problems import print_problems
-from .options import RUNS, Bind, Lab, Params, Runs, WrongUsage, pairs, say
+from ..check import Checked
+from ..exit_status import CTRL_C, FAILED, NOT_REACHED, SUCCEEDED
+from .checked import checked_file, told
+from .options import RUNS, Bind, Lab, Params, Runs, say
 
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 Yes = Annotated[bool, typer.Option("--yes", "-y", help="Answer every `confirm` with yes.")]
@@ -34,21 +34,10 @@ def run(
     json: Json = False,
 ) -> None:
     """Check a protocol, run it, and leave a folder with everything that happened."""
-    try:
-        roles, params, answers = (
-            pairs(bind, "--bind"),
-            pairs(param, "-p"),
-            pairs(answer, "--answer"),
-        )
-    except WrongUsage as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
-    checked = check_file(file, lab=lab, bind=roles, params=params)
-    if checked.problems:
-        print_problems(checked.problems, format="json" if json else "text", file=sys.stderr)
-    if not checked.ok:
-        raise typer.Exit(PROBLEMS)
-    raise typer.Exit(start(checked, runs, given=params, yes=yes, answers=answers, json=json))
+    answers = told(answer, "--answer")
+    checked = checked_file(file, lab, bind, param, json=json)
+    given = told(param, "-p")
+    raise typer.Exit(start(checked, runs, given=given, yes=yes, answers=answers, json=json))
 
 
 def start(

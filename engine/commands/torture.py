@@ -2,17 +2,16 @@
 
 import asyncio
 import shutil
-import sys
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..check import Checked, check_file
+from ..check import Checked
 from ..exit_status import FAILED, PROBLEMS
-from ..print_problems import print_problems
-from .options import RUNS, Lab, Params, Runs, WrongUsage, pairs, say
+from .checked import checked_file, told
+from .options import RUNS, Lab, Params, Runs, say
 from .run import File
 
 if TYPE_CHECKING:
@@ -45,22 +44,16 @@ def torture(
     keep: Keep = False,
 ) -> None:
     """Run a protocol on simulated devices, kill engine and servers, resume, and compare."""
-    try:
-        params = pairs(param, "-p")
-    except WrongUsage as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
-    checked = check_file(file, lab=lab, params=params)
-    if not checked.ok or checked.lab is None:
-        print_problems(checked.problems, format="text", file=sys.stderr)
-        raise typer.Exit(PROBLEMS)
+    checked = checked_file(file, lab, None, param)
+    assert checked.lab is not None
     if not checked.lab.lab.simulated:
         say(
             f"{checked.lab.lab.name} is not a simulated lab: torture kills devices in mid-action. "
             "Leave --lab away, or name a lab that says `simulated: true`."
         )
         raise typer.Exit(PROBLEMS)
-    options = [part for name, value in params.items() for part in ("-p", f"{name}={value}")]
+    given = told(param, "-p")
+    options = [part for name, value in given.items() for part in ("-p", f"{name}={value}")]
     raise typer.Exit(_torture(checked, options, runs, kills, seed, wires=wires, keep=keep))
 
 

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from pydantic import ValidationError
 
 from ...schemas.problem import Problem
-from ...schemas.protocol import STEP_KINDS, Protocol, StepBase
+from ...schemas.protocol import STEP_KINDS, STEP_LISTS, LoopBase, Protocol, StepBase
 from .shape import Place, keys_of, kind_words, shape_problems
 from .source import Source
 from .suggest import closest, listed
@@ -16,14 +16,6 @@ KINDS: dict[str, type[StepBase]] = {kind.KIND: kind for kind in STEP_KINDS}
 ANYWHERE = set(keys_of(StepBase))
 SECTIONS = ("steps", "on_resume", "finally")
 STAND_IN = {"log": "-"}
-LATER = {
-    "if": "`when: ${{ ... }}` on a step leaves it out",
-    "while": "`foreach: {i: ${{ range(5) }}}` repeats steps; `retry` repeats what failed",
-    "repeat": "`foreach: {i: ${{ range(5) }}}` repeats steps",
-    "use": "copy the steps of the other protocol into this one",
-    "any": "`fallback` tries one alternative after the other",
-}
-"""Keywords that are planned, and what does the work until then."""
 
 
 class Broken(StepBase):
@@ -52,7 +44,9 @@ def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
         if isinstance(data.get(name), list):
             sections[name] = _steps(data[name], source, (name,), problems)
     frame = _frame(data, source, problems)
-    update = {"finally_" if name == "finally" else name: steps for name, steps in sections.items()}
+    update = {
+        ("finally_" if name == "finally" else name): steps for name, steps in sections.items()
+    }
     if "steps" not in sections:
         update["steps"] = []
     protocol = frame.model_copy(update=update)
@@ -141,13 +135,8 @@ def _kind(
 ) -> tuple[type[StepBase] | None, Problem | None]:
     """What kind of step it is by its keyword; a problem where there is none, or more than one."""
     found = [key for key in data if key in KINDS]
-    if "foreach" in found and "steps" in found:
+    if len(found) > 1 and "steps" in found and any(issubclass(KINDS[k], LoopBase) for k in found):
         found.remove("steps")
-    later = [key for key in data if key in LATER]
-    if later:
-        name = later[0]
-        message = f"the keyword `{name}` is not available in this version of labrun"
-        return None, source.problem((*place, name), "E114", message, LATER[name], key=True)
     if not found:
         return None, _no_keyword(data, source, place)
     if len(found) > 1:
@@ -171,10 +160,9 @@ def _beside(
 
 
 def _no_keyword(data: dict[str, Any], source: Source, place: Place) -> Problem:
-    known = [*KINDS, *LATER]
     for key in data:
         if key not in ANYWHERE and key != "with":
-            near = closest(key, known)
+            near = closest(key, KINDS)
             message = f"unknown keyword {key!r}" + (f"; did you mean {near}?" if near else "")
             return source.problem(
                 (*place, key), "E114", message, f"a step has one of {', '.join(KINDS)}", key=True
@@ -192,10 +180,10 @@ def _read(
 ) -> StepBase:
     inner: dict[str, list[Any]] = {}
     rest = dict(data)
-    for name in ("steps", "parallel", "fallback"):
+    for name, field in {**STEP_LISTS, "fallback": "fallback"}.items():
         if isinstance(data.get(name), list) and data[name] and name in keys_of(kind):
             read = _alternatives if name == "fallback" else _steps
-            inner[name] = read(data[name], source, (*place, name), problems)
+            inner[field] = read(data[name], source, (*place, name), problems)
             rest[name] = [STAND_IN]
     try:
         step = kind.model_validate(rest)
