@@ -1,6 +1,6 @@
 """Check a protocol against what its lab's devices can do: every problem at once, nothing raised."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,16 +23,18 @@ from .checks import (
     syntax,
     timeouts,
     unused,
+    uses,
 )  # fmt: skip
 from .context import Context
 from .lab import LoadedLab, load_lab
 from .language.load import Loaded, read_protocol
 from .language.source import Source, parse_source, read_source
 from .language.survey import Survey
+from .language.used import Opening
 from .params import read_params
 
 CHECKS = (
-    names, arguments, errors,
+    names, arguments, errors, uses,
     syntax, references, calculations,
     ids, sets, loops, reach, fallbacks,
     timeouts, repeats, unused,
@@ -93,7 +95,7 @@ def _check(
         problems += more
     if source is not None and loaded is not None:
         checked.protocol = loaded.protocol
-        problems += _mean(checked, source, bind, params, needed, whole=loaded.whole)
+        problems += _mean(checked, source, bind, params, needed, loaded)
     checked.problems = in_order(problems, source)
     return checked
 
@@ -104,8 +106,7 @@ def _mean(
     bind: Mapping[str, str],
     params: Mapping[str, Any],
     needed: bool,
-    *,
-    whole: bool,
+    loaded: Loaded,
 ) -> list[Problem]:
     """What is wrong with what the protocol means: roles, parameters, and all the checks."""
     protocol = checked.protocol
@@ -115,11 +116,21 @@ def _mean(
         checked.roles, problems = bind_roles(protocol.devices, checked.lab, bind, source)
     checked.params, more = read_params(protocol.params, params, source, needed=needed)
     problems += more
-    checked.survey = Survey(protocol, checked.roles, checked.params, source)
-    context = Context(source, protocol, checked.lab, checked.roles, checked.survey, whole)
+    opening = Opening()
+    opened = opening.open(source, loaded)
+    checked.survey = Survey(opened, checked.roles, checked.params)
+    return [*problems, *opening.problems, *_found(checked.survey, checked.lab)]
+
+
+def _found(survey: Survey, lab: LoadedLab | None) -> Iterator[Problem]:
+    """What all the checks find in a protocol, and in those that it uses."""
+    context = Context(
+        survey.source, survey.protocol, lab, survey.roles, survey, survey.opened.loaded.whole
+    )
     for family in CHECKS:
-        problems += family.check(context)
-    return problems
+        yield from family.check(context)
+    for used in survey.used.values():
+        yield from _found(used.survey, lab)
 
 
 def in_order(problems: list[Problem], source: Source | None) -> list[Problem]:

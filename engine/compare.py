@@ -94,9 +94,10 @@ async def _compare(
     run.questions.person = lambda question: question.choices[0]
     dispatcher = _Comparing(run)
     control = Control(run, dispatcher.wake.set)
-    defaults = checked.protocol.defaults
-    compiler = TreeCompiler(run, dispatcher, checked.roles, defaults, folder)
-    frame = Frame.phase("main", {"params": run.params, "run": about})
+    assert checked.survey is not None
+    compiler = TreeCompiler(run, dispatcher, checked.survey, folder)
+    names = {"params": run.params, "run": about, "csv": checked.survey.tables}
+    frame = Frame.phase("main", names)
     root = compiler.sequence(checked.protocol.steps, Scope(frame))
     await run_tree(root, run, dispatcher, control, abortable=False)
     journal.close()

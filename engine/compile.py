@@ -1,7 +1,8 @@
 """Compile a protocol into its tree: one small subtree a body, never one a point."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,19 +11,24 @@ from py_trees.composites import Sequence
 
 from ..schemas import protocol as p
 from ..schemas.quantity import seconds
-from .bind import BoundRole
 from .dispatcher import Dispatcher
 from .frame import Scope
+from .language.survey import Survey
+from .language.used import Used
 from .language.value import Value, value_of
 from .nodes.action import ActionLeaf, ActionPlan
 from .nodes.action_set import ActionSet
+from .nodes.any_of import AnyOf
 from .nodes.background import Background, Join
+from .nodes.branch import Branch
 from .nodes.fallback import Alternative, Fallback
 from .nodes.instant import Fail, Log, Require, SetNames
 from .nodes.loop import Loop, LoopPlan
 from .nodes.question import CONFIRM_CHOICES, AskPerson
 from .nodes.retry import Retry, RetryRules
 from .nodes.step import StepNode, StepRules
+from .nodes.turns import ConditionalTurns, CountedTurns, ItemTurns, Turns
+from .nodes.use import Use, UsePlan
 from .nodes.wait import Wait
 from .rows import Rows
 from .run import Run
@@ -40,14 +46,27 @@ class Place:
 
 @dataclass(slots=True)
 class TreeCompiler:
-    """Turns steps into nodes; `tables` are the CSV files that its loops write."""
+    """Turns steps into nodes; `tables` are the CSV files that its loops write.
+
+    `used` are the protocols that steps name, `within` the path of the `use` that this one is for.
+    """
 
     run: Run
     dispatcher: Dispatcher
-    roles: Mapping[str, BoundRole]
-    defaults: p.Defaults
+    survey: Survey
     folder: Path
     tables: dict[str, Rows] = field(default_factory=dict)
+    within: str = ""
+    used: dict[int, Used] = field(init=False)
+
+    def __post_init__(self) -> None:
+        # Two steps that read the same are two steps: they are told apart as objects.
+        self.used = {id(used.step): used for used in self.survey.used.values()}
+
+    @property
+    def defaults(self) -> p.Defaults:
+        """What holds where a step says nothing else."""
+        return self.survey.protocol.defaults
 
     def sequence(
         self, steps: list[p.Step], scope: Scope, prefix: str = "", *, in_loop: bool = False
@@ -114,7 +133,7 @@ class TreeCompiler:
         said = step.retry
         if said is None and isinstance(step, p.Do):
             said = self.defaults.retry
-        if said is None or isinstance(step, p.Parallel):
+        if said is None or isinstance(step, p.Parallel | p.AnyOf):
             return self._kind(step, place)  # a set hands its retry to its members
         rules = retry_rules(said)
         if isinstance(step, p.Do):
@@ -129,7 +148,12 @@ class TreeCompiler:
         compilers: dict[str, Callable[[Any, Place], Behaviour]] = {
             "do": self._do,
             "parallel": self._parallel,
+            "any": self._any,
             "foreach": self._foreach,
+            "repeat": self._repeat,
+            "while": self._while,
+            "if": self._if,
+            "use": self._use,
             "steps": self._group,
             "confirm": self._confirm,
             "ask": self._ask,
@@ -143,7 +167,7 @@ class TreeCompiler:
 
     def _do(self, step: p.Do, place: Place) -> Behaviour:
         role_name, _, action_name = step.do.partition(".")
-        role = self.roles[role_name]
+        role = self.survey.roles[role_name]
         timeout = step.timeout if step.timeout is not None else self.defaults.timeout
         plan = ActionPlan(
             segment=place.path,
@@ -157,15 +181,22 @@ class TreeCompiler:
         return ActionLeaf(self.run, place.scope, self.dispatcher, plan)
 
     def _parallel(self, step: p.Parallel, place: Place) -> Behaviour:
+        members = self._members(step, place)
+        return ActionSet(place.path, self.run, members, cancel=step.on_failure == "cancel")
+
+    def _any(self, step: p.AnyOf, place: Place) -> Behaviour:
+        return AnyOf(place.path, self.run, place.scope, self._members(step, place))
+
+    def _members(self, step: p.Parallel | p.AnyOf, place: Place) -> list[Behaviour]:
         members = []
-        for index, member in enumerate(step.parallel):
+        for index, member in enumerate(getattr(step, step.KIND)):
             name = member.id or str(index)
             there = Place(place.scope, f"{place.path}/{name}", place.in_loop, name)
             if step.retry is None:
                 members.append(self.step(member, there))
             else:
                 members.append(self._member_again(member, there, retry_rules(step.retry)))
-        return ActionSet(place.path, self.run, members, cancel=step.on_failure == "cancel")
+        return members
 
     def _member_again(self, member: p.Step, place: Place, rules: RetryRules) -> Behaviour:
         """A member of a set that is retried: only what failed is sent again."""
@@ -174,31 +205,67 @@ class TreeCompiler:
         return Retry(place.path, self.run, rules, node, place.scope, inner)
 
     def _foreach(self, step: p.Foreach, place: Place) -> Behaviour:
-        ((item_name, items),) = step.foreach.items()
+        ((name, items),) = step.foreach.items()
+        key = None if step.key is None else value_of(step.key)
+        return self._loop(step, place, ItemTurns(name, value_of(items), key))
+
+    def _repeat(self, step: p.Repeat, place: Place) -> Behaviour:
+        return self._loop(step, place, CountedTurns(value_of(step.repeat)))
+
+    def _while(self, step: p.While, place: Place) -> Behaviour:
+        most = None if step.max is None else value_of(step.max)
+        return self._loop(step, place, ConditionalTurns(value_of(step.while_), most))
+
+    def _loop(self, step: p.LoopBase, place: Place, turns: Turns) -> Behaviour:
         inner = Scope()
         body = self.sequence(step.steps, inner, in_loop=True)
         plan = LoopPlan(
             segment=place.path,
-            item_name=item_name,
-            items=value_of(items),
-            key=None if step.key is None else value_of(step.key),
             max_failed=None if step.keep_going is None else value_of(step.keep_going.max_failed),
             background=self.defaults.background,
             nested=place.in_loop,
         )
         rows = self._rows(step, place)
-        return Loop(self.run, place.scope, inner, plan, body, rows)
+        return Loop(self.run, place.scope, inner, plan, turns, body, rows)
 
-    def _rows(self, step: p.Foreach, place: Place) -> Rows | None:
+    def _rows(self, step: p.LoopBase, place: Place) -> Rows | None:
         if step.collect is None:
             return None
-        name = "data.csv" if not self.tables else f"data-{place.path.replace('/', '-')}.csv"
+        path = f"{self.within}{place.path}".replace("/", "-")
+        name = "data.csv" if not self.tables else f"data-{path}.csv"
         columns: dict[str, Value | None] = {n: value_of(raw) for n, raw in step.collect.items()}
         self.tables[name] = Rows(self.folder / name, columns)
         return self.tables[name]
 
     def _group(self, step: p.Group, place: Place) -> Behaviour:
         return self.sequence(step.steps, place.scope, f"{place.path}/", in_loop=place.in_loop)
+
+    def _if(self, step: p.If, place: Place) -> Behaviour:
+        branches = [
+            self.sequence(steps, place.scope, f"{place.path}/{name}/", in_loop=place.in_loop)
+            for name, steps in (("then", step.then), ("else", step.else_))
+            if steps
+        ]
+        then, otherwise = branches[0], branches[1] if len(branches) > 1 else None
+        return Branch(place.path, self.run, place.scope, value_of(step.if_), then, otherwise)
+
+    def _use(self, step: p.Use, place: Place) -> Behaviour:
+        used = self.used[id(step)]
+        within = f"{self.within}{place.path}/"
+        other = TreeCompiler(
+            self.run, self.dispatcher, used.survey, self.folder, self.tables, within
+        )
+        protocol, inner = used.protocol, Scope()
+        last = partial(other.sequence, protocol.finally_) if protocol.finally_ else None
+        plan = UsePlan(
+            segment=place.path,
+            arguments={name: value_of(raw) for name, raw in step.with_.items()},
+            params=protocol.params,
+            outputs={name: value_of(raw) for name, raw in protocol.outputs.items()},
+            tables=used.survey.tables,
+            last=last,
+        )
+        return Use(self.run, place.scope, inner, plan, other.sequence(protocol.steps, inner))
 
     def _confirm(self, step: p.Confirm, place: Place) -> Behaviour:
         return AskPerson(

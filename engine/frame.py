@@ -67,6 +67,10 @@ class Frame:
         own = {**names, "steps": Results(self.names["steps"])}
         return Frame(path, own, self, owns=True, joins=True)
 
+    def another(self, path: str, names: dict[str, Any]) -> "Frame":
+        """The frame of a used protocol: it sees nothing of what is around it."""
+        return Frame(path, {**names, "steps": Results()}, None, owns=True, joins=True)
+
     def within(self, path: str, names: dict[str, Any] | None = None) -> "Frame":
         """A part of this frame with a path of its own: results go where they went before."""
         return Frame(path, names or {}, self, owns=False, joins=False)

@@ -6,14 +6,27 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from py_trees.behaviour import Behaviour
+
 from ..schemas import journal as j
 from ..schemas.event import Event, EventKind
 from .bind import BoundRole
 from .clock import RunClock
 from .encode import encode
+from .frame import Frame, Scope
 from .history import History
 from .journal import Journal
 from .questions import Question, Questions
+
+
+@dataclass(frozen=True, slots=True)
+class CutOff:
+    """The `finally` of a used protocol, for the end of the run where its own never came."""
+
+    build: Callable[[Scope], Behaviour]
+    names: dict[str, Any]
+    frame: Frame
+
 
 Listener = Callable[[Event], None]
 """Whoever watches a run; it is told, and nothing of the run depends on it."""
@@ -39,6 +52,8 @@ class Run:
     """True when the run is to go on from its journal: a failed step is tried again after a pause."""
     repeated: set[str] = field(default_factory=set)
     """Paths of iterations and phases in which finished steps are done again, their device touched."""
+    cut_off: dict[str, CutOff] = field(default_factory=dict)
+    """By path, the used protocols that were entered and have not come to the end of their `finally`."""
     bygone: bool = False
     """True while what has failed in an earlier life is gone through once more: see nodes/bygone.py."""
     _again: bool = False

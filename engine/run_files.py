@@ -69,8 +69,15 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def sync_files(folder: Path) -> None:
-    """Make a folder durable with the files that lie in it, and its own name."""
+def sync_files(folder: Path, *within: str) -> None:
+    """Make a folder durable with the files in it and in folders within it, and its own name."""
+    for inner in [folder / name for name in within if (folder / name).is_dir()]:
+        _sync_files(inner)
+    _sync_files(folder)
+    sync_folder(folder.parent)
+
+
+def _sync_files(folder: Path) -> None:
     for path in folder.iterdir():
         if path.is_file():
             descriptor = os.open(path, os.O_RDONLY)
@@ -79,4 +86,3 @@ def sync_files(folder: Path) -> None:
             finally:
                 os.close(descriptor)
     sync_folder(folder)
-    sync_folder(folder.parent)

@@ -15,6 +15,8 @@ from ruamel.yaml import YAML
 from ..schemas.contract import Contract
 from ..schemas.journal import Changed, JournalRecord, Started
 from ..schemas.lab import Lab
+from .language.used_files import COPIES as COPIES
+from .language.used_files import USED
 
 JOURNAL = "journal.jsonl"
 PROTOCOL = "protocol.yaml"
@@ -71,8 +73,9 @@ def keep_inputs(
 
 def hashes(folder: Path) -> dict[str, str]:
     """sha256 of every copy that the run goes by: protocol, lab, contracts, parameters."""
-    copies = [*folder.glob("protocol.*"), folder / LAB, folder / ASKED]
+    copies = [*folder.glob("protocol.*"), folder / LAB, folder / ASKED, folder / USED]
     copies += sorted((folder / CONTRACTS).glob("*.yaml"))
+    copies += sorted((folder / COPIES).glob("*"))
     return {
         path.relative_to(folder).as_posix(): sha256(path.read_bytes()).hexdigest()
         for path in copies

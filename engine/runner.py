@@ -5,10 +5,12 @@ import contextlib
 import platform
 import shutil
 import signal
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+
+from py_trees.behaviour import Behaviour
 
 from .. import __version__
 from ..schemas import journal as j
@@ -34,7 +36,7 @@ from .reports import make_reports
 from .rows import restore_rows
 from .run import Listener, Run
 from .run_files import sync_files
-from .run_folder import hashes
+from .run_folder import CONTRACTS, COPIES, hashes
 from .safe import note_touched, settle, strangers, to_safe_state, touched
 from .tick import NoRoom, StopNow, run_tree
 
@@ -68,9 +70,11 @@ class Life:
     """One engine's share of a run: from its connection to its last record."""
 
     def __init__(self, run: Run, checked: Checked, clients: Mapping[str, Reached]) -> None:
-        assert checked.protocol is not None
+        assert checked.protocol is not None and checked.survey is not None
         self.run = run
         self.protocol: Protocol = checked.protocol
+        self.survey = checked.survey
+        self.names = {"params": run.params, "run": run.about, "csv": self.survey.tables}
         self.clients = clients
         self.dispatcher = Dispatcher(run, clients)
         self.control = Control(run, self.dispatcher.wake.set)
@@ -79,10 +83,9 @@ class Life:
 
     def _plant(self) -> None:
         """A fresh tree: what the run's history says is done, it takes as done."""
-        self.compiler = TreeCompiler(
-            self.run, self.dispatcher, self.run.roles, self.protocol.defaults, self.run.folder
-        )
-        self.main_frame = Frame.phase("main", {"params": self.run.params, "run": self.run.about})
+        self.compiler = TreeCompiler(self.run, self.dispatcher, self.survey, self.run.folder)
+        self.main_frame = Frame.phase("main", self.names)
+        self.run.cut_off.clear()
         self.main = self.compiler.sequence(self.protocol.steps, Scope(self.main_frame))
 
     async def live(self, records: list[j.JournalRecord] | None) -> Ending:
@@ -161,8 +164,7 @@ class Life:
             return None
         phase = f"resume:{self.run.history.resumes}"
         self._begin(phase)
-        frame = Frame.phase(phase, {"params": self.run.params, "run": self.run.about})
-        root = self.compiler.sequence(steps, Scope(frame))
+        root = self.compiler.sequence(steps, Scope(Frame.phase(phase, self.names)))
         ended = await run_tree(root, self.run, self.dispatcher, self.control, abortable=True)
         if ended == "succeeded":
             return None
@@ -186,23 +188,36 @@ class Life:
         return ending
 
     async def _finally(self) -> str | None:
-        """Run `finally`, never cut short by the abort that caused it; a sentence if it failed."""
-        steps = self.protocol.finally_
-        if not steps:
+        """Run every `finally` that is due, never cut short by the abort that caused it.
+
+        Those of used protocols that were stopped come first, the innermost before all. Returns a
+        sentence if one failed; the others run all the same.
+        """
+        if not self.protocol.finally_ and not self.run.cut_off:
             return None
         self.run.history.finals += 1
         phase = f"finally:{self.run.history.finals}"
         self._begin(phase)
-        names = {"params": self.run.params, "run": self.run.about}
-        root = self.compiler.sequence(steps, Scope(Frame.phase(phase, names, self.main_frame)))
+        failures: list[str] = []
         try:
             async with asyncio.timeout(FINALLY_S):
-                ended = await run_tree(
-                    root, self.run, self.dispatcher, self.control, abortable=False
-                )
+                for root in self._finals(phase):
+                    ended = await run_tree(
+                        root, self.run, self.dispatcher, self.control, abortable=False
+                    )
+                    if ended != "succeeded":
+                        failures.append(failure_of(root).sentence())
         except TimeoutError:
             return f"not over within {FINALLY_S:g} s"
-        return None if ended == "succeeded" else failure_of(root).sentence()
+        return "; ".join(failures) or None
+
+    def _finals(self, phase: str) -> Iterator[Behaviour]:
+        cut_off, self.run.cut_off = self.run.cut_off, {}
+        for path, left in reversed(cut_off.items()):
+            yield left.build(Scope(Frame.phase(f"{phase}/{path}", left.names, left.frame)))
+        if self.protocol.finally_:
+            frame = Frame.phase(phase, self.names, self.main_frame)
+            yield self.compiler.sequence(self.protocol.finally_, Scope(frame))
 
     def _begin(self, phase: str) -> None:
         self.run.history.phase = phase
@@ -322,7 +337,7 @@ async def run_life(
                 run.listeners.append(watcher(run, life.control))
             # From here on the run's name is known to a person, and so the run must last.
             run.journal.flush()
-            sync_files(run.folder)
+            sync_files(run.folder, CONTRACTS, COPIES)
             run.tell("run", run.id, "running", checked.protocol.name if checked.protocol else "")
             ending = await life.live(records)
             await _end(run, life, ending)

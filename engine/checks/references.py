@@ -39,6 +39,7 @@ CODES = {
     "E306": "a name that is known only inside a loop, a fallback or another phase",
     "E310": "the result of a background action where it is not known",
     "E311": "`error` outside a fallback",
+    "E313": "a table that cannot be read, or does not fit",
 }
 
 

@@ -9,7 +9,7 @@ from ..compare import Comparison, compare
 from ..encode import encode
 from ..journal import Journal
 from ..run_files import sync_files
-from ..run_folder import hashes
+from ..run_folder import CONTRACTS, COPIES, hashes
 from .options import say
 from .run import keep
 
@@ -71,7 +71,7 @@ def keep_change(
     place = folder / "changes" / str(number)
     place.mkdir(parents=True, exist_ok=True)
     keep(place, checked, given)
-    sync_files(place)
+    sync_files(place, CONTRACTS, COPIES)
     record = j.Changed(
         folder=place.relative_to(folder).as_posix(), files=hashes(place),
         params=encode(checked.params),

@@ -116,9 +116,10 @@ def watcher(json: bool):
 
 def keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
     """Copy what the run goes by into its folder."""
-    from ..run_folder import keep_inputs
+    from ..run_folder import keep_inputs, protocol_file
+    from ..used_copies import keep_used
 
-    assert checked.source is not None and checked.lab is not None
+    assert checked.source is not None and checked.lab is not None and checked.survey is not None
     lab = checked.lab
     used = {device.contract for device in lab.lab.devices.values()}
     keep_inputs(
@@ -131,3 +132,4 @@ def keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
             "roles": {name: role.device for name, role in checked.roles.items()},
         },
     )  # fmt: skip
+    keep_used(folder, protocol_file(folder).name, checked.survey)

@@ -97,6 +97,11 @@ def a_format(value: Any, spec: str = "") -> str:
         raise OperatorFault(f"format: {words(value)} does not fit {spec!r}") from fault
 
 
+def no_table(file: Any = None, **kinds: Any) -> Any:
+    """`csv`, where no protocol's folder is known: `table.Tables` takes its place."""
+    raise OperatorFault("csv: a table is read only in a protocol that is a file")
+
+
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "grid": grid,
     "span": span,
@@ -106,5 +111,6 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "max": greatest,
     "round": a_round,
     "format": a_format,
+    "csv": no_table,
 }
 LITERAL = "_quantity"

@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Protocol
@@ -47,6 +48,10 @@ class Names(Protocol):
 
     def step(self, name: str) -> Type | Fault:
         """The type of `steps.name`."""
+        ...
+
+    def table(self, file: str, kinds: Mapping[str, str]) -> Type | Fault:
+        """The type of `csv(file, column='kind', ...)`."""
         ...
 
 
@@ -249,6 +254,8 @@ class Inference:
         name = node.func.id
         if name == LITERAL:
             return number(node.args[1].value)  # type: ignore[attr-defined]
+        if name == "csv":
+            return self._table(node)
         positional = [self.of(argument) for argument in node.args]
         named = {keyword.arg or "": self.of(keyword.value) for keyword in node.keywords}
         try:
@@ -275,6 +282,14 @@ class Inference:
             return Type("list", item=INTEGER)
         return INTEGER if name == "len" else TEXT
 
+    def _table(self, node: ast.Call) -> Type:
+        given = [*node.args, *(keyword.value for keyword in node.keywords)]
+        if len(node.args) != 1 or not all(_is_text(one) for one in given):
+            message = "csv: the file and the kinds of its columns are texts, known before the run"
+            return self.fault("E307", message, f"write {_example('csv')}")
+        kinds = {k.arg or "": k.value.value for k in node.keywords}  # type: ignore[attr-defined]
+        return self.told(self.names.table(node.args[0].value, kinds))  # type: ignore[attr-defined]
+
     def _span(self, given: dict[str, Any], node: ast.Call) -> Type:
         parts = [given[name] for name in ("start", "stop", "step")]
         united = next((part for part in parts if part.unit is not None), None)
@@ -299,6 +314,10 @@ class Inference:
         return Type("list", item=fields(x=x, y=y, ix=INTEGER, iy=INTEGER, index=INTEGER))
 
 
+def _is_text(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+
+
 @cache
 def _signature(name: str) -> inspect.Signature:
     return inspect.signature(FUNCTIONS[name])
@@ -309,6 +328,7 @@ def _example(name: str) -> str:
         "grid": "grid(x=span(0, 4, 0.2), y=span(0, 10, 0.2), order='snake')",
         "span": "span(0, 4, 0.2)", "range": "range(5)", "len": "len(params.samples)",
         "min": "min(a, b)", "max": "max(a, b)", "round": "round(x, 2)", "format": "format(x, '.2f')",
+        "csv": "csv('samples.csv', x='mm', count='integer')",
     }[name]  # fmt: skip
 
 

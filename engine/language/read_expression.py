@@ -130,8 +130,6 @@ def _refuse_call(node: ast.Call) -> None:
     if not isinstance(node.func, ast.Name):
         raise ExpressionError("only functions can be called: " + ", ".join(FUNCTIONS))
     name = node.func.id
-    if name == "csv":
-        raise ExpressionError("csv: reading a table is not available in this version")
     if name not in FUNCTIONS and name != LITERAL:
         raise ExpressionError(
             f"there is no function {name}{did_you_mean(name, FUNCTIONS)}; there are "

@@ -10,19 +10,26 @@ from .functions import FUNCTIONS
 from .infer import Fault
 from .shape import Place
 from .suggest import did_you_mean
+from .table import TableFault
 from .types import ANY, ERROR, RUN, Type, either
 
 if TYPE_CHECKING:
     from .survey import Survey
 
+OPEN = ("member", "branch")
+"""Levels whose steps are known after them, null where they did not run."""
 RESERVED = {"params", "steps", "run", "error", *CONSTANTS, *FUNCTIONS}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Level:
-    """A part of the protocol that hides what is in it: a loop, a fallback, a phase, a set's member."""
+    """A part of the protocol that hides what is in it: a loop, a fallback, a phase.
 
-    kind: Literal["phase", "loop", "fallback", "member"]
+    A set's member and a branch of an `if` hide it only from their siblings, which have the same
+    `group`.
+    """
+
+    kind: Literal["phase", "loop", "fallback", "member", "branch"]
     name: str
     group: Place = ()
 
@@ -86,7 +93,9 @@ class Env:
 
     def visible(self, levels: tuple[Level, ...]) -> bool:
         """True where what stands at these levels may be seen from here."""
-        return all(level in self.levels or level.kind == "member" for level in levels)
+        return not self._sibling(levels) and all(
+            level in self.levels or level.kind in OPEN for level in levels
+        )
 
     def set_names(self) -> dict[str, list[SetName]]:
         """The `set` names that have a value here."""
@@ -170,18 +179,21 @@ class Env:
             )
             return Fault("E304", f"steps.{name}: no step has the id {name!r}{guess}", known)
         for level in declared.levels:
-            if level not in self.levels and level.kind != "member":
+            if level not in self.levels and level.kind not in OPEN:
                 return self._hidden(name, level)
+        beside = self._sibling(declared.levels)
+        if beside is not None:
+            return Fault(
+                "E305",
+                f"steps.{name}: {name!r} is in the same set and starts together with this one"
+                if beside.kind == "member"
+                else f"steps.{name}: {name!r} runs only in the other branch, `{beside.name}`",
+            )
         if declared.order >= self.order:
             return Fault(
                 "E305",
                 f"steps.{name}: {name!r} has not run yet at this place",
                 "use a result after its step",
-            )
-        if self._sibling(declared):
-            return Fault(
-                "E305",
-                f"steps.{name}: {name!r} is in the same set and starts together with this one",
             )
         if declared.background and not self.late:
             hint = "leave out `mode: background`, or use it in `collect` or `outputs`"
@@ -197,16 +209,21 @@ class Env:
             "loop": f"exists only inside the loop {level.name}; `collect` keeps values of iterations",
             "fallback": f"exists only within the fallback of {level.name}",
             "phase": f"runs in `{level.name}` and is not known here",
-            "member": "is in a set",
         }[level.kind]
         return Fault("E306", f"steps.{name}: {name!r} {where}")
 
-    def _sibling(self, declared: Declared) -> bool:
-        here = {level.group: level for level in self.levels if level.kind == "member"}
-        return any(
-            level.kind == "member" and level.group in here and here[level.group] is not level
-            for level in declared.levels
-        )
+    def _sibling(self, levels: tuple[Level, ...]) -> Level | None:
+        """The set's other member, or the other branch, in which these levels lie."""
+        here = {level.group: level for level in self.levels if level.kind in OPEN}
+        beside = (one for one in levels if one.kind in OPEN and here.get(one.group, one) is not one)
+        return next(beside, None)
+
+    def table(self, file: str, kinds: Mapping[str, str]) -> Type | Fault:
+        """The type of a table that lies beside the protocol."""
+        try:
+            return self.survey.tables(file, **kinds).type
+        except TableFault as fault:
+            return Fault("E313", str(fault))
 
     # --- what fold asks
 
@@ -218,4 +235,4 @@ class Env:
             if len(found) == 1 and found[0].known and self.survey.set_counts[name] == 1
         }
         loops = {loop.name: loop.items for loop in self.loops}
-        return Folding(self.survey.values, known, loops)
+        return Folding(self.survey.values, {**known, "csv": self.survey.tables}, loops)

@@ -1,16 +1,20 @@
 """Walk a protocol once, in the order in which it runs, and note what stands where."""
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from ...schemas import protocol as p
 from ..bind import BoundRole
+from ..params import ParamFault, given_value, take
+from .expression import ExpressionError
 from .fold import fold
 from .load import Broken
 from .scope import Declared, Env, Level, LoopName, SetName
 from .shape import Place
-from .source import Source
 from .spots import Spot, StepAt, Use
+from .table import Tables
 from .types import (
     ANY,
     CHOICE,
@@ -21,14 +25,17 @@ from .types import (
     type_of_param,
     type_of_schema,
 )  # fmt: skip
+from .used import Opened, Used, roles_for
 
 
-def raw_names(data: Any) -> set[str]:
-    """Every id and every name of a loop or `set` in the file, also in steps that could not be read.
+def raw_names(data: Any) -> tuple[set[str], Counter[str]]:
+    """Every id and name of a loop or `set` in the file, also in steps that could not be read.
 
-    What is said of them is not said again of the expressions that use them.
+    What is said of them is not said again of the expressions that use them. Beside them: how often
+    each name is `set`.
     """
     found: set[str] = set()
+    counts: Counter[str] = Counter()
     left = [data]
     while left:
         here = left.pop()
@@ -41,27 +48,30 @@ def raw_names(data: Any) -> set[str]:
             for key in ("set", "foreach"):
                 if isinstance(here.get(key), dict):
                     found.update(here[key])
-    return found
+                    counts.update(list(here[key]) if key == "set" else ())
+    return found, counts
 
 
 class Survey:
     """Everything that the checks want to know of a protocol, from one walk over it."""
 
     def __init__(
-        self, protocol: p.Protocol, roles: Mapping[str, BoundRole], values: Mapping[str, Any],
-        source: Source,
-    ) -> None:  # fmt: skip
+        self, opened: Opened, roles: Mapping[str, BoundRole], values: Mapping[str, Any]
+    ) -> None:
+        source, protocol = opened.source, opened.loaded.protocol
         self.protocol, self.roles, self.values = protocol, roles, values
-        self.raw_names = raw_names(source.data)
+        self.source, self.opened = source, opened
+        self.tables = Tables(source.path)
+        self.raw_names, self.set_counts = raw_names(source.data)
         self.params: dict[str, Type] = dict.fromkeys(source.names("params"), ANY)
         self.params |= {name: type_of_param(param) for name, param in protocol.params.items()}
         self.ids: dict[str, Declared] = {}
         self.twice: list[tuple[str, Place, Place]] = []
         self.sets: list[SetName] = []
-        self.set_counts: dict[str, int] = {}
         self.loops: list[LoopName] = []
         self.spots: list[Spot] = []
         self.steps: list[StepAt] = []
+        self.used: dict[Place, Used] = {}
         self._order = 0
         self._walk()
 
@@ -128,10 +138,16 @@ class Survey:
     def _kind(self, step: p.StepBase, place: Place, env: Env, arguments: dict[str, Spot]) -> Type:
         if isinstance(step, p.Do):
             return self._do(step, place, env, arguments)
-        if isinstance(step, p.Parallel):
+        if isinstance(step, p.Parallel | p.AnyOf):
             return self._set_of_actions(step, place, env)
         if isinstance(step, p.Foreach):
             return self._loop(step, place, env)
+        if isinstance(step, p.Repeat | p.While):
+            return self._turns(step, place, env)
+        if isinstance(step, p.If):
+            return self._if(step, place, env)
+        if isinstance(step, p.Use):
+            return self._use(step, place, env, arguments)
         if isinstance(step, p.Group):
             return self._sequence(step.steps, (*place, "steps"), env)
         if isinstance(step, p.Set):
@@ -158,12 +174,35 @@ class Survey:
         found = bound.contract.actions.get(action) if bound is not None else None
         return type_of_schema(found.returns, root=True) if found is not None else ANY
 
-    def _set_of_actions(self, step: p.Parallel, place: Place, env: Env) -> Type:
+    def _set_of_actions(self, step: p.Parallel | p.AnyOf, place: Place, env: Env) -> Type:
         results = []
-        for index, member in enumerate(step.parallel):
+        for index, member in enumerate(getattr(step, step.KIND)):
             inner = env.inside(Level("member", str(index), place))
-            results.append(self._step(member, (*place, "parallel", index), inner))
-        return Type("list", item=either(results))
+            results.append(self._step(member, (*place, step.KIND, index), inner))
+        found = either(results)
+        return Type("list", item=found) if isinstance(step, p.Parallel) else found
+
+    def _if(self, step: p.If, place: Place, env: Env) -> Type:
+        self._spot((*place, "if"), step.if_, "condition", env, "if")
+        results = [NULL]
+        for name, steps in (("then", step.then), ("else", step.else_ or [])):
+            inner = env.inside(Level("branch", name, place))
+            results.append(self._sequence(steps, (*place, name), inner))
+        return either(results)
+
+    def _use(self, step: p.Use, place: Place, env: Env, arguments: dict[str, Spot]) -> Type:
+        for name, raw in step.with_.items():
+            arguments[name] = self._spot((*place, "with", name), raw, "argument", env, name)
+        opened = self.opened.uses.get(place)
+        if opened is None:
+            return ANY
+        wanted = opened.loaded.protocol
+        roles = roles_for(step, wanted, self.roles)
+        values = dict(_known_values(wanted, arguments))
+        used = Used(step, opened, roles, values, Survey(opened, roles, values))
+        self.used[place] = used
+        outputs = {s.what: s.inferred()[0] for s in used.survey.spots if s.use == "output"}
+        return Type("map", fields=outputs)
 
     def _set(self, step: p.Set, place: Place, env: Env) -> Type:
         types: dict[str, Type] = {}
@@ -175,7 +214,6 @@ class Survey:
                 fold(spot.value, env.folding()) if not env.levels and step.when is None else None
             )
             known = value is not None and value.known and not value.loops
-            self.set_counts[name] = self.set_counts.get(name, 0) + 1
             found = value.value if value is not None and known else None
             self.sets.append(SetName(name, types[name], self.tick(), env.levels, known, found))
         return Type("map", fields=types)
@@ -194,6 +232,19 @@ class Survey:
         inner = env.inside(level, loop)
         if step.key is not None:
             self._spot((*place, "key"), step.key, "key", inner, "key")
+        return self._body(step, place, env, inner)
+
+    def _turns(self, step: p.Repeat | p.While, place: Place, env: Env) -> Type:
+        if isinstance(step, p.Repeat):
+            self._spot((*place, "repeat"), step.repeat, "count", env, "repeat")
+        else:
+            self._spot((*place, "while"), step.while_, "condition", env, "while")
+            if step.max is not None:
+                self._spot((*place, "max"), step.max, "count", env, "max")
+        level = Level("loop", step.id or step.KIND)
+        return self._body(step, place, env, env.inside(level))
+
+    def _body(self, step: p.LoopBase, place: Place, env: Env, inner: Env) -> Type:
         if step.keep_going is not None:
             at = (*place, "keep_going", "max_failed")
             self._spot(at, step.keep_going.max_failed, "count", env, "max_failed")
@@ -202,3 +253,18 @@ class Survey:
         for column, value in (step.collect or {}).items():
             self._spot((*place, "collect", column), value, "collect", late, column)
         return LOOP_RESULT
+
+
+def _known_values(wanted: p.Protocol, arguments: Mapping[str, Spot]) -> Iterator[tuple[str, Any]]:
+    """The parameters of a used protocol that are known before the run, at this place."""
+    for name, param in wanted.params.items():
+        spot = arguments.get(name)
+        if spot is None:
+            given = param.default
+        else:
+            folded = fold(spot.value, spot.env.folding())
+            given = given_value(folded.value) if folded.known and not folded.loops else None
+        if given is None:
+            continue
+        with suppress(ParamFault, ExpressionError):  # said by the family `uses`
+            yield name, take(name, param, given, written=True)

@@ -1,8 +1,7 @@
-"""A loop: one subtree, entered again for each item; memory does not grow with their number."""
+"""A loop: one subtree, entered again for each turn; memory does not grow with their number."""
 
-from array import array
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +11,7 @@ from py_trees.common import Status
 from ...schemas.journal import IterationEnded, LoopEnded, StepFate
 from ..encode import decode, encode
 from ..failure import Failure
-from ..frame import Frame, Scope, segment
+from ..frame import Frame, Scope
 from ..history import LoopCounts
 from ..language.expression import ExpressionError
 from ..language.value import Value
@@ -20,22 +19,17 @@ from ..rows import Rows
 from ..run import Run
 from .background import all_ended, stop_pending, tick_pending
 from .node import Parent, failure_of
+from .turns import NotOver, Turns
 
 ITERATIONS_PER_TICK = 200
 """So that a long loop of instant steps lets results, signals and the screen have their turn."""
 
 
-MANY = 10_000
-
-
 @dataclass(frozen=True, slots=True)
 class LoopPlan:
-    """What one `foreach` says."""
+    """What one loop says beside what it goes through."""
 
     segment: str
-    item_name: str
-    items: Value
-    key: Value | None
     max_failed: Value | None
     background: int
     nested: bool
@@ -43,7 +37,7 @@ class LoopPlan:
 
 @dataclass(slots=True)
 class Iteration:
-    """One item under way, or done but for what runs aside."""
+    """One turn under way, or done but for what runs aside."""
 
     index: int
     key: str
@@ -53,10 +47,10 @@ class Iteration:
 
 
 class Loop(Parent):
-    """Rebinds its item and enters its body again; finished iterations of earlier lives are left out.
+    """Rebinds its names and enters its body again; finished iterations of earlier lives are left out.
 
     An iteration is finished when its steps and its background actions have ended; rows and
-    records come in the order of the items.
+    records come in the order of the turns.
     """
 
     def __init__(
@@ -65,6 +59,7 @@ class Loop(Parent):
         outer: Scope,
         inner: Scope,
         plan: LoopPlan,
+        turns: Turns,
         body: Behaviour,
         rows: Rows | None,
     ) -> None:
@@ -73,9 +68,9 @@ class Loop(Parent):
         self.outer = outer
         self.inner = inner
         self.plan = plan
+        self.turns = turns
         self.rows = rows
         self.path = ""
-        self.items: Sequence[Any] = ()
         self.position = 0
         self.counts = LoopCounts()
         self.max_failed: int | None = None
@@ -90,8 +85,10 @@ class Loop(Parent):
         self.position, self.current, self.counts = 0, None, LoopCounts()
         self.open.clear()
         try:
-            self._read_items()
-            self._check_keys()
+            names = self.outer.frame.names
+            self.turns.begin(names)
+            limit = self.plan.max_failed
+            self.max_failed = None if limit is None else int(limit.evaluate(names))
         except (ExpressionError, ValueError, TypeError) as fault:
             self.status = self.fail(Failure("Expression", str(fault), step=self.path))
             return
@@ -100,35 +97,6 @@ class Loop(Parent):
         for name, value in history.sets.pop(self.path, {}).items():
             self.outer.frame.assign(name, decode(value))
         self._tell("begun")
-
-    def _read_items(self) -> None:
-        names = self.outer.frame.names
-        items = self.plan.items.evaluate(names)
-        if items is None or isinstance(items, str) or not hasattr(items, "__getitem__"):
-            raise ValueError(f"foreach wants a list, a span or a grid, and got {items!r}")
-        self.items = items
-        limit = self.plan.max_failed
-        self.max_failed = None if limit is None else int(limit.evaluate(names))
-
-    def _key(self, index: int, names: Any) -> str:
-        return str(index) if self.plan.key is None else segment(str(self.plan.key.evaluate(names)))
-
-    def _check_keys(self) -> None:
-        """Keys that come twice would make two points one: refused before anything is sent."""
-        if self.plan.key is None:
-            return
-        if not _may_repeat(hash(self._key_at(i)) for i in range(len(self.items))):
-            return
-        first: dict[str, int] = {}
-        for index in range(len(self.items)):
-            key = self._key_at(index)
-            if key in first:
-                raise ValueError(f"key {key!r} comes twice, at items {first[key]} and {index}")
-            first[key] = index
-
-    def _key_at(self, index: int) -> str:
-        names = self.outer.frame.names.new_child({self.plan.item_name: self.items[index]})
-        return self._key(index, names)
 
     # --- one tick
 
@@ -148,14 +116,17 @@ class Loop(Parent):
         self.run.again()
 
     def _enter_next(self) -> bool:
-        """Begin the next item; False when there is nothing to do in this tick."""
-        while self.failure is None and self.position < len(self.items):
-            if len(self.open) > self.plan.background:
-                return False
+        """Begin the next turn; False when there is nothing to do in this tick."""
+        while self.failure is None and len(self.open) <= self.plan.background:
+            if not self._has_more():
+                break
             iteration = self._iteration(self.position)
-            self.position += 1
             if self.run.history.knows_nothing_of(iteration.frame.path):
+                if self.turns.total is None:
+                    break  # nothing that this turn would compute is known: nor is the next one
+                self.position += 1
                 continue
+            self.position += 1
             fate = self.done_before.pop(iteration.key, None)
             if fate is not None:
                 self._count(fate)
@@ -168,10 +139,21 @@ class Loop(Parent):
             self._end()
         return False
 
+    def _has_more(self) -> bool:
+        if self.done_before and self.turns.total is None:
+            return True  # its condition held then, before what the turns since have set
+        try:
+            return self.turns.more(self.position, self.outer.frame.names)
+        except NotOver as fault:
+            self.failure = Failure("MaxReached", str(fault), step=self.path)
+        except (ExpressionError, ValueError) as fault:
+            self.failure = Failure("Expression", str(fault), step=self.path)
+        return False
+
     def _iteration(self, index: int) -> Iteration:
-        own = {self.plan.item_name: self.items[index]}
+        own = self.turns.own(index)
         outer = self.outer.frame
-        key = self._key(index, outer.names.new_child(own))
+        key = self.turns.key(index, outer.names.new_child(own))
         return Iteration(index, key, outer.iteration(f"{self.path}/{key}", own))
 
     def _body_ended(self) -> None:
@@ -248,7 +230,7 @@ class Loop(Parent):
     def _tell(self, state: str, **data: Any) -> None:
         if self.run.listeners:
             self.run.tell(
-                "iteration", self.path, state, total=len(self.items), done=self.counts.total,
+                "iteration", self.path, state, total=self.turns.total, done=self.counts.total,
                 failed=self.counts.failed, **data,
             )  # fmt: skip
 
@@ -257,13 +239,3 @@ class Loop(Parent):
             for iteration in (*self.open, *([self.current] if self.current else [])):
                 stop_pending(iteration.frame)
         super().stop(new_status)
-
-
-def _may_repeat(hashes: Iterator[int]) -> bool:
-    """Whether a number comes twice, in eight bytes each also for a million of them."""
-    seen = array("q", hashes)
-    if len(seen) < MANY:
-        return len(set(seen)) < len(seen)
-    import numpy as np
-
-    return np.unique(np.frombuffer(seen, dtype=np.int64)).size < len(seen)

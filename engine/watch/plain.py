@@ -59,8 +59,8 @@ class PlainWatch:
             return ""  # between two actions: the next event has more to say
         self.said_at = time.monotonic()
         loop = next(iter(self.progress.loops.values()))
-        percent = 100 * loop.done / loop.total if loop.total else 100
+        share = f" ({100 * loop.done / loop.total:.0f} %)" if loop.total else ""
         return (
-            f"{loop.done}/{loop.total} points ({percent:.0f} %), {rate_text(loop.rate)}, "
+            f"{loop.done_text} points{share}, {rate_text(loop.rate)}, "
             f"{duration_text(loop.left_s)} left, {loop.failed} failed; now {now}"
         )

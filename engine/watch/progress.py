@@ -12,7 +12,7 @@ class LoopProgress:
     """How far one loop is."""
 
     path: str
-    total: int
+    total: int | None
     done: int = 0
     failed: int = 0
     key: str = ""
@@ -28,7 +28,14 @@ class LoopProgress:
     @property
     def left_s(self) -> float | None:
         """Seconds to the end at this rate; None while nobody can say."""
-        return (self.total - self.done) / self.rate if self.rate > 0 else None
+        if self.total is None or self.rate <= 0:
+            return None
+        return (self.total - self.done) / self.rate
+
+    @property
+    def done_text(self) -> str:
+        """`12/1071`, or `12` where only the run will tell how many there are."""
+        return f"{self.done}" if self.total is None else f"{self.done}/{self.total}"
 
 
 @dataclass(slots=True)
@@ -104,6 +111,8 @@ def value_text(value: object) -> str:
         return f"{magnitude:.12g} {unit}"
     if isinstance(value, float):
         return f"{value:.6g}"
+    if isinstance(value, list):
+        return ", ".join(value_text(item) for item in value) or "none"
     return "-" if value is None else str(value)
 
 

@@ -79,8 +79,8 @@ class RichWatch:
         line = Table.grid(padding=(0, 1))
         line.add_row(
             Text(name, style="bold"),
-            ProgressBar(total=loop.total or 1, completed=loop.done, width=32),
-            Text(f"{loop.done}/{loop.total}"),
+            ProgressBar(total=1 if loop.total == 0 else loop.total, completed=loop.done, width=32),
+            Text(loop.done_text),
             Text(rate_text(loop.rate)),
             Text(f"{duration_text(loop.left_s)} left"),
             Text(f"{loop.failed} failed" if loop.failed else "", style="red"),

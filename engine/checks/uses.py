@@ -1,0 +1,136 @@
+"""A protocol that is used gets what it declares: its parameters by `with`, its devices by role.
+
+`with` gives its parameters values; those with a default may be left out. Its roles are played by
+the roles of the same name, or by those that `devices: {its_role: our_role}` says; both want the
+same contract. Its own `on_resume` does not run: what has to happen before a run goes on is said
+by the protocol that was started.
+
+Passes:
+
+    labrun: 1
+    name: uses
+    devices: {gantry: gantry@1, libs: libs_analyzer@1, reducer: spectrum_reducer@1}
+    steps:
+      - use: ./pegmatite_map.yaml
+        with: {pitch: 2 mm}
+
+Fails (E231):
+
+    labrun: 1
+    name: uses
+    devices: {gantry: gantry@1, libs: libs_analyzer@1, reducer: spectrum_reducer@1}
+    steps:
+      - use: ./pegmatite_map.yaml
+        with: {pich: 2 mm}
+"""
+
+from collections.abc import Iterator
+from ...schemas.problem import Problem
+from ...schemas.protocol import Param
+from ...schemas.quantity import same_dimension
+from ..context import Context
+from ..language.expression import ExpressionError
+from ..language.fold import cases, fold
+from ..language.shape import Place
+from ..language.spots import Spot
+from ..language.suggest import did_you_mean, listed
+from ..language.types import Type, in_words, type_of_param
+from ..language.used import Used
+from ..language.value import Value
+from ..params import ParamFault, given_value, take
+
+CODES = {
+    "E230": "a role that a used protocol wants and is not given",
+    "E231": "a parameter that a used protocol does not have",
+    "E232": "a parameter that a used protocol wants and is not given",
+    "E233": "a value that a parameter of a used protocol does not take",
+    "W409": "`on_resume` of a used protocol, which does not run",
+}
+
+
+def check(context: Context) -> Iterator[Problem]:
+    """Every `use` whose protocol could be read."""
+    arguments = {at.place: at.arguments for at in context.survey.steps}
+    for place, used in context.survey.used.items():
+        yield from _roles(context, place, used)
+        yield from _params(context, place, used, arguments[place])
+        if used.protocol.on_resume:
+            message = f"the on_resume of {used.name} does not run when it is used"
+            hint = "say in this protocol's `on_resume` what has to happen before a run goes on"
+            yield context.source.problem((*place, "use"), "W409", message, hint, severity="warning")
+
+
+def _roles(context: Context, place: Place, used: Used) -> Iterator[Problem]:
+    wanted, declared = used.protocol.devices, context.source.names("devices")
+    for its, ours in used.step.devices.items():
+        at = (*place, "devices", its)
+        if its not in wanted:
+            message = f"{used.name} has no role {its}{did_you_mean(its, wanted)}"
+            yield context.source.problem(at, "E230", message, f"it has {listed(wanted)}", key=True)
+        elif ours not in declared:
+            message = f"there is no role {ours}{did_you_mean(ours, declared)}"
+            yield context.source.problem(at, "E230", message, f"roles: {listed(declared)}")
+    for its, contract in wanted.items():
+        ours = used.step.devices.get(its, its)
+        bound = context.roles.get(ours)
+        if ours not in declared and its not in used.step.devices:
+            message = f"{used.name} wants a {contract} for its role {its}, which is not here"
+            fitting = [role for role, one in context.roles.items() if one.contract.type == contract]
+            hint = f"say which of ours plays it: `devices: {{{its}: {(fitting or ['ROLE'])[0]}}}`"
+            yield context.source.problem((*place, "use"), "E230", message, hint)
+        elif bound is not None and bound.contract.type != contract:
+            message = f"{used.name} wants a {contract} for its role {its}; {ours} is a {bound.contract.type}"
+            yield context.source.problem((*place, "use"), "E230", message)
+
+
+def _params(
+    context: Context, place: Place, used: Used, arguments: dict[str, Spot]
+) -> Iterator[Problem]:
+    declared = used.protocol.params
+    known = {*declared, *used.source.names("params")}
+    for name, spot in arguments.items():
+        at = (*place, "with", name)
+        if name not in known:
+            message = f"{used.name} has no parameter {name}{did_you_mean(name, known)}"
+            hint = f"it has {listed(known)}" if known else "it has no `params`"
+            yield context.source.problem(at, "E231", message, hint, key=True)
+        elif name in declared:
+            fault = _value_fault(name, declared[name], spot)
+            if fault:
+                yield context.source.problem(at, "E233", f"{name}: {fault}")
+    for name, param in declared.items():
+        if name not in arguments and param.default is None:
+            message = f"{used.name} wants a value for its parameter {name}"
+            hint = f"add `with: {{{name}: ...}}`, or give it a `default`"
+            yield context.source.problem((*place, "use"), "E232", message, hint)
+
+
+def _value_fault(name: str, param: Param, spot: Spot) -> str:
+    kind, faults = spot.inferred()
+    value = spot.value
+    if faults or not isinstance(value, Value):
+        return ""
+    folding = spot.env.folding()
+    folded = fold(value, folding)
+    if not folded.known:
+        return _type_fault(kind, type_of_param(param))
+    for case in cases(folded, folding, value):
+        try:
+            take(name, param, given_value(value.evaluate(case.names)), written=True)
+        except ParamFault as fault:
+            return f"{fault} (at {case.where})" if case.where else str(fault)
+        except ExpressionError:
+            return ""  # said by the family `calculations`
+    return ""
+
+
+def _type_fault(kind: Type, wanted: Type) -> str:
+    """Why a value that is not known yet cannot fit; nothing where it may."""
+    if kind.kind in ("any", "null", "text") or wanted.kind == "any":
+        return ""
+    if kind.kind != wanted.kind:
+        return f"{in_words(kind)}; {in_words(wanted)} is wanted"
+    if kind.kind == "number" and kind.unit is not None:
+        fits = wanted.unit is not None and same_dimension(kind.unit, wanted.unit)
+        return "" if fits else f"{in_words(kind)}; {in_words(wanted)} is wanted"
+    return ""

@@ -1,0 +1,63 @@
+"""Files that a protocol names: beside the protocol, or among the copies that a run keeps.
+
+A run's folder holds `used.json`, which says for each copied file what the names in it mean.
+"""
+
+import json
+from pathlib import Path
+
+from .suggest import closest
+
+USED = "used.json"
+COPIES = "used"
+
+
+class FileFault(ValueError):
+    """A file that cannot be read; the text says which and why."""
+
+
+def find_file(protocol: Path, name: str, largest: int) -> tuple[Path, bytes]:
+    """The place and the bytes of a file that a protocol names; raises FileFault."""
+    path = place_of(protocol, name)
+    try:
+        if path.is_dir():
+            raise FileFault(f"{name} is a folder, not a file")
+        if not path.is_file():
+            raise FileFault(f"there is no file {name} beside {protocol.name}{_guess(path)}")
+        size = path.stat().st_size
+        if size > largest:
+            raise FileFault(f"{name} has {size / 1e6:,.0f} MB; {largest / 1e6:,.0f} MB is the most")
+        return path, path.read_bytes()
+    except (OSError, ValueError) as fault:
+        if isinstance(fault, FileFault):
+            raise
+        reason = getattr(fault, "strerror", None) or fault
+        raise FileFault(f"{name} cannot be read: {reason}") from fault
+
+
+def place_of(protocol: Path, name: str) -> Path:
+    """Where a name in a protocol leads: to a run's own copy where there is one."""
+    for folder in (protocol.parent, protocol.parent.parent):
+        kept = _kept(folder)
+        if kept is not None:
+            own = protocol.relative_to(folder).as_posix()
+            copy = kept.get(own, {}).get(name)
+            return folder / copy if copy is not None else protocol.parent / name
+    return protocol.parent / name
+
+
+def _kept(folder: Path) -> dict[str, dict[str, str]] | None:
+    try:
+        kept = json.loads((folder / USED).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    is_ours = isinstance(kept, dict) and all(isinstance(names, dict) for names in kept.values())
+    return kept if is_ours else None
+
+
+def _guess(path: Path) -> str:
+    try:
+        near = closest(path.name, (entry.name for entry in path.parent.iterdir()))
+    except OSError:
+        return ""
+    return f"; did you mean {near}?" if near else ""

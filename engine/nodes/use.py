@@ -1,0 +1,114 @@
+"""`use`: the steps of another protocol, with its own parameters, names and `finally`."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ...schemas.protocol import Param
+from ..failure import Failure
+from ..frame import Frame, Scope
+from ..language.expression import ExpressionError
+from ..language.value import Value
+from ..params import ParamFault, given_value, take
+from ..run import CutOff, Run
+from .node import Parent, failure_of
+
+
+@dataclass(frozen=True, slots=True)
+class UsePlan:
+    """What one `use` says, and what the other protocol declares."""
+
+    segment: str
+    arguments: Mapping[str, Value]
+    params: Mapping[str, Param]
+    outputs: Mapping[str, Value]
+    tables: Any
+    """The function `csv` of the other protocol, whose files lie beside it."""
+    last: Callable[[Scope], Behaviour] | None
+    """Makes the tree of its `finally`."""
+
+
+class Use(Parent):
+    """Ticks the other protocol's steps, then its `finally` whatever became of them.
+
+    Its result is the other protocol's outputs. What is stopped from outside leaves its `finally`
+    to the end of the run: see `Run.cut_off`.
+    """
+
+    def __init__(
+        self, run: Run, outer: Scope, inner: Scope, plan: UsePlan, body: Behaviour
+    ) -> None:
+        self.last_scope = Scope()
+        self.last = plan.last(self.last_scope) if plan.last is not None else None
+        super().__init__(plan.segment, run, [body] if self.last is None else [body, self.last])
+        self.outer, self.inner, self.plan, self.body = outer, inner, plan, body
+        self.over = False
+
+    @property
+    def path(self) -> str:
+        """Where this step stands now."""
+        return f"{self.outer.frame.path}/{self.plan.segment}"
+
+    def initialise(self) -> None:
+        self.over = False
+        try:
+            params = dict(self._params())
+        except (ExpressionError, ParamFault) as fault:
+            self.status = self.fail(Failure("Expression", str(fault), step=self.path))
+            return
+        names = {
+            "params": params, "run": self.outer.frame.names["run"], "csv": self.plan.tables
+        }  # fmt: skip
+        self.inner.frame = self.outer.frame.another(self.path, names)
+        if self.plan.last is not None:
+            self.last_scope.frame = Frame.phase(f"{self.path}/finally", names, self.inner.frame)
+            self.run.cut_off[self.path] = CutOff(self.plan.last, names, self.inner.frame)
+
+    def _params(self) -> Iterator[tuple[str, Any]]:
+        for name, param in self.plan.params.items():
+            value = self.plan.arguments.get(name)
+            given = param.default if value is None else value.evaluate(self.outer.frame.names)
+            yield name, take(name, param, given_value(given), written=True)
+
+    def advance(self) -> Iterator[Behaviour]:
+        if not self.over:
+            yield from self.body.tick()
+            if self.body.status == Status.RUNNING:
+                return
+            self._body_over()
+        if self.last is not None and self.status == Status.RUNNING:
+            yield from self.last.tick()
+            if self.last.status == Status.RUNNING:
+                return
+            self._last_over(self.last)
+        if self.status == Status.RUNNING:
+            self.status = Status.SUCCESS if self.failure is None else Status.FAILURE
+
+    def _body_over(self) -> None:
+        self.over = True
+        if self.body.status == Status.FAILURE:
+            self.failure = failure_of(self.body)
+            if self.failure.anew:
+                self.status = Status.FAILURE
+            return
+        self.result = {name: self._output(value) for name, value in self.plan.outputs.items()}
+
+    def _output(self, value: Value) -> Any:
+        try:
+            return value.evaluate(self.inner.frame.names)
+        except ExpressionError as fault:
+            self.run.log(f"an output is null: {fault}", self.path)
+            return None
+
+    def _last_over(self, last: Behaviour) -> None:
+        self.run.cut_off.pop(self.path, None)
+        if last.status != Status.FAILURE:
+            return
+        failure = failure_of(last)
+        if self.failure is None or failure.anew:
+            self.failure = failure
+        else:
+            self.run.log(f"finally: {failure.sentence()}", self.path)
