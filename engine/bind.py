@@ -30,11 +30,16 @@ class BoundRole:
 def bind_roles(
     devices: Mapping[str, str], lab: LoadedLab, bind: Mapping[str, str], source: Source
 ) -> tuple[dict[str, BoundRole], list[Problem]]:
-    """Role -> device: by `--bind`, by the role's name, or the only device of the contract."""
+    """Role -> device: by `--bind`, by the role's name, or the only device of the contract.
+
+    Of several simulated devices any will do, and the first that is free is taken; of real ones a
+    person says which.
+    """
     roles: dict[str, BoundRole] = {}
     problems = list(_unknown_binds(devices, bind))
     for role, contract in devices.items():
-        found = _device(role, contract, lab, bind, source)
+        taken = {one.device for one in roles.values()} | {*devices} | {*bind.values()}
+        found = _device(role, contract, lab, bind, source, taken)
         if isinstance(found, Problem):
             problems.append(found)
         elif found is not None:
@@ -54,8 +59,9 @@ def _unknown_binds(devices: Mapping[str, str], bind: Mapping[str, str]) -> Itera
 
 
 def _device(
-    role: str, contract: str, lab: LoadedLab, bind: Mapping[str, str], source: Source
-) -> str | Problem | None:
+    role: str, contract: str, lab: LoadedLab, bind: Mapping[str, str], source: Source,
+    taken: set[str],
+) -> str | Problem | None:  # fmt: skip
     if contract not in lab.contracts:
         return _no_contract(role, contract, lab, source)
     fitting = [name for name, device in lab.lab.devices.items() if device.contract == contract]
@@ -65,6 +71,8 @@ def _device(
         return role
     if len(fitting) == 1:
         return fitting[0]
+    if fitting and lab.lab.simulated:
+        return next((name for name in fitting if name not in taken), fitting[0])
     where = f"the lab {lab.lab.name!r}"
     if not fitting:
         message = f"{where} has no device that keeps {contract}, for the role {role}"

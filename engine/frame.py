@@ -40,7 +40,7 @@ class Frame:
     """
 
     __slots__ = (
-        "attempts", "joiner", "names", "outer_sets", "own", "owner", "parent", "path", "pending",
+        "attempts", "joiner", "keys", "names", "outer_sets", "own", "owner", "parent", "path", "pending",
     )  # fmt: skip
 
     def __init__(
@@ -49,6 +49,7 @@ class Frame:
         self.path = path
         self.parent = parent
         self.own = own
+        self.keys: str = parent.keys if parent is not None else ""
         self.names: ChainMap[str, Any] = ChainMap(own, *(parent.names.maps if parent else ()))
         self.owner: Frame = self if owns or parent is None else parent.owner
         self.joiner: Frame = self if joins or parent is None else parent.joiner
@@ -62,14 +63,18 @@ class Frame:
         results = Results(around.names["steps"] if around is not None else None)
         return cls(name, {**names, "steps": results}, None, owns=True, joins=True)
 
-    def iteration(self, path: str, names: dict[str, Any]) -> "Frame":
+    def iteration(self, path: str, key: str, names: dict[str, Any]) -> "Frame":
         """One iteration of a loop in this frame."""
         own = {**names, "steps": Results(self.names["steps"])}
-        return Frame(path, own, self, owns=True, joins=True)
+        inner = Frame(path, own, self, owns=True, joins=True)
+        inner.keys = f"{self.keys}/{key}" if self.keys else key
+        return inner
 
     def another(self, path: str, names: dict[str, Any]) -> "Frame":
         """The frame of a used protocol: it sees nothing of what is around it."""
-        return Frame(path, {**names, "steps": Results()}, None, owns=True, joins=True)
+        inner = Frame(path, {**names, "steps": Results()}, None, owns=True, joins=True)
+        inner.keys = self.keys
+        return inner
 
     def within(self, path: str, names: dict[str, Any] | None = None) -> "Frame":
         """A part of this frame with a path of its own: results go where they went before."""

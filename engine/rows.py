@@ -90,4 +90,4 @@ def restore_rows(
             continue
         left_out = record.n < again.get(f"{record.loop}/{record.key}", 0)
         if record.file in tables and not left_out:
-            tables[record.file].write(record.key, decode(record.row), record.fate)
+            tables[record.file].write(record.row_key, decode(record.row), record.fate)

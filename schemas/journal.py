@@ -144,11 +144,19 @@ class IterationEnded(Record):
     loop: str
     index: int
     key: str
+    within: str = ""
+    """The keys of the iterations around it, outermost first, separated by slashes."""
     fate: StepFate
     row: dict[str, Any] | None = None
     file: str = ""
     sets: dict[str, Any] = Field(default_factory=dict)
     message: str = ""
+
+
+    @property
+    def row_key(self) -> str:
+        """What its row is called: `A/0,0` for the point 0,0 of the sample A."""
+        return f"{self.within}/{self.key}" if self.within else self.key
 
 
 class LoopEnded(Record):

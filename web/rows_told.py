@@ -27,7 +27,7 @@ class RowsTold:
         """One row more, as the engine writes it."""
         cells = [self._cell(name, told) for name, told in (record.row or {}).items()]
         self.count += 1
-        self._hash.update(_line([record.key, *cells, record.fate]))
+        self._hash.update(_line([record.row_key, *cells, record.fate]))
 
     def _cell(self, name: str, told: Any) -> str:
         if told is None:

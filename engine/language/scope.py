@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from .column import TableFault
 from .expression import CONSTANTS
 from .fold import Folding
 from .functions import FUNCTIONS
 from .infer import Fault
 from .shape import Place
 from .suggest import did_you_mean
-from .table import TableFault
 from .types import ANY, ERROR, RUN, Type, either
 
 if TYPE_CHECKING:

@@ -154,7 +154,7 @@ class Loop(Parent):
         own = self.turns.own(index)
         outer = self.outer.frame
         key = self.turns.key(index, outer.names.new_child(own))
-        return Iteration(index, key, outer.iteration(f"{self.path}/{key}", own))
+        return Iteration(index, key, outer.iteration(f"{self.path}/{key}", key, own))
 
     def _body_ended(self) -> None:
         assert self.current is not None
@@ -189,7 +189,8 @@ class Loop(Parent):
             self.run.log(f"{failure.sentence()} (left out: a hole)", iteration.frame.path)
         self.run.record(
             IterationEnded(
-                loop=self.path, index=iteration.index, key=iteration.key, fate=fate,
+                loop=self.path, index=iteration.index, key=iteration.key,
+                within=self.outer.frame.keys, fate=fate,
                 row=encode(row) if row is not None else None,
                 file=self.rows.path.name if self.rows is not None else "",
                 sets=encode(iteration.frame.outer_sets),
@@ -202,7 +203,7 @@ class Loop(Parent):
         if self.rows is None:
             return None
         row = self.rows.evaluate(iteration.frame.names)
-        self.rows.write(iteration.key, row, fate)
+        self.rows.write(iteration.frame.keys, row, fate)
         return row
 
     def _may_go_on(self, failure: Failure, failed: int) -> bool:

@@ -27,6 +27,20 @@ def test_a_role_goes_to_the_device_of_its_name_or_the_only_one_or_the_one_asked_
     assert check(tmp_path, "right: gantry@1", {"right": "left"}).roles["right"].device == "left"
 
 
+def test_of_several_simulated_devices_the_first_free_one_plays_the_role(tmp_path):
+    lab = tmp_path / "lab.yaml"
+    lab.write_text(LAB + "simulated: true\n")
+    text = (
+        "labrun: 1\nname: t\ndevices: {one: gantry@1, left: gantry@1, two: gantry@1}\n"
+        "steps: [{do: one.home}, {do: left.home}, {do: two.home}]\n"
+    )
+    roles = check_text(text, "p.yaml", lab=lab).roles
+
+    assert {role: bound.device for role, bound in roles.items()} == {
+        "one": "right", "left": "left", "two": "left",
+    }  # fmt: skip
+
+
 def test_two_candidates_are_listed(tmp_path):
     problem = check(tmp_path, "gantry: gantry@1", {}).problems[0]
 

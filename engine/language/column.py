@@ -1,0 +1,145 @@
+"""One column of a table: its name, its kind, and how its cells are read.
+
+A header `x (mm)` or `x [mm]` names a column and its unit. A call of `csv` may say the kind of a
+column: a unit, or `number`, `integer`, `boolean`, `text`; `x='mm'` also finds a column `x_mm`, as
+`data.csv` of a run writes it. What nothing is said of is what all its cells can be.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ...schemas.quantity import UnitError, quantity, unit_of
+from .types import BOOLEAN, INTEGER, NUMBER, TEXT, Type, number
+
+HEADER = re.compile(r"(?P<name>.*?)\s*(?:\((?P<round>[^()]*)\)|\[(?P<square>[^\[\]]*)\])")
+BOOLEANS = {"true": True, "false": False}
+KINDS = ("text", "number", "integer", "boolean")
+
+
+class TableFault(ValueError):
+    """A table that cannot be read or does not fit; the text says where and why."""
+
+
+def _integer(text: str) -> int:
+    if not re.fullmatch(r"[+-]?\d{1,300}", text):
+        raise ValueError(text)
+    return int(text)
+
+
+def _number(text: str) -> float | int:
+    try:
+        return _integer(text)
+    except ValueError:
+        value = float(text)
+    if value != value or value in (float("inf"), float("-inf")) or "_" in text:
+        raise ValueError(text)
+    return value
+
+
+def _boolean(text: str) -> bool:
+    try:
+        return BOOLEANS[text.casefold()]
+    except KeyError:
+        raise ValueError(text) from None
+
+
+READERS: dict[str, Callable[[str], Any]] = {
+    "integer": _integer, "number": _number, "boolean": _boolean, "text": str,
+}  # fmt: skip
+TYPES = {"integer": INTEGER, "number": NUMBER, "boolean": BOOLEAN, "text": TEXT}
+WORDS = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column: its name, its kind (a unit, or one of KINDS), and where it stands."""
+
+    name: str
+    kind: str
+    place: int
+
+    @property
+    def type(self) -> Type:
+        """What the checker knows of its values."""
+        return TYPES[self.kind] if self.kind in TYPES else number(self.kind)
+
+    def plain(self, cell: str) -> Any:
+        """The value of a cell without its unit, null of an empty one; raises ValueError."""
+        if cell == "":
+            return "" if self.kind == "text" else None
+        return READERS.get(self.kind, _number)(cell)
+
+    def read(self, cell: str) -> Any:
+        """The value of a cell, null of an empty one; raises ValueError."""
+        value = self.plain(cell)
+        return value if value is None or self.kind in READERS else quantity(value, self.kind)
+
+    @property
+    def wants(self) -> str:
+        """What its cells have to be, as a sentence says it."""
+        return WORDS.get(self.kind, f"a number ({self.kind})")
+
+
+def columns_of(
+    file: str, header: list[str], rows: list[list[str]], kinds: Mapping[str, Any]
+) -> list[Column]:
+    """The columns of a table; raises TableFault where header and call do not go together."""
+    columns = [_column(file, place, head, rows, kinds) for place, head in enumerate(header) if head]
+    names = [column.name for column in columns]
+    for name in names:
+        if names.count(name) > 1:
+            raise TableFault(f"csv: {file} has two columns {name!r}")
+    for name in kinds:
+        if name not in names:
+            raise TableFault(f"csv: {file} has no column {name}; it has {', '.join(names)}")
+    return columns
+
+
+def _column(
+    file: str, place: int, head: str, rows: list[list[str]], kinds: Mapping[str, Any]
+) -> Column:
+    match = HEADER.fullmatch(head)
+    name = _word(match["name"] if match else head)
+    unit = (match["round"] or match["square"]) if match else None
+    if unit is not None and not _is_unit(unit):
+        raise TableFault(f"csv: {file}: the column {head!r}: {unit} is not a unit")
+    for wanted, kind in kinds.items():
+        if not isinstance(kind, str) or not (kind in KINDS or _is_unit(kind)):
+            raise TableFault(f"csv: {wanted}={kind!r} is neither a unit nor {', '.join(KINDS)}")
+        if wanted == name or f"{wanted}_{kind}" == name:
+            if unit is not None and unit != kind:
+                raise TableFault(f"csv: {file}: the column {head!r} is in {unit}, not in {kind}")
+            return Column(wanted, kind, place)
+    return Column(name, unit or _inferred([row[place] for row in rows if place < len(row)]), place)
+
+
+def _word(head: str) -> str:
+    """A header as a name that an expression can use: `Sample no.` is `Sample_no`."""
+    return re.sub(r"\W+", "_", head.strip()).strip("_") or "column"
+
+
+def _is_unit(text: str) -> bool:
+    try:
+        unit_of(text)
+    except UnitError:
+        return False
+    return True
+
+
+def _inferred(cells: list[str]) -> str:
+    """What all cells of a column can be."""
+    filled = [cell for cell in cells if cell]
+    for kind in ("integer", "number", "boolean"):
+        if filled and all(_can_be(kind, cell) for cell in filled):
+            return kind
+    return "text"
+
+
+def _can_be(kind: str, cell: str) -> bool:
+    try:
+        READERS[kind](cell)
+    except ValueError:
+        return False
+    return True
