@@ -4,6 +4,7 @@ Values that may hold an expression `${{ ... }}` are kept as written; `engine` gi
 """
 
 from collections.abc import Iterator
+from functools import cache
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, StringConstraints, Tag
@@ -230,10 +231,15 @@ STEP_LISTS = {
 
 def inner_lists(step: StepBase) -> Iterator[tuple[str, "list[Step]"]]:
     """The lists of steps that a step holds, each with its key in YAML; without its fallbacks."""
-    for key, name in STEP_LISTS.items():
-        steps = getattr(step, name, None)
+    for key, name in _list_fields(type(step)):
+        steps = getattr(step, name)
         if steps:
             yield key, steps
+
+
+@cache
+def _list_fields(kind: type[StepBase]) -> list[tuple[str, str]]:
+    return [(key, name) for key, name in STEP_LISTS.items() if name in kind.model_fields]
 
 
 Step = Annotated[

@@ -103,6 +103,12 @@ def same_dimension(unit: str, other: str) -> bool:
     return unit_of(unit).dimensionality == unit_of(other).dimensionality
 
 
+@lru_cache(maxsize=4096)
+def converts(source: Any, unit: str) -> bool:
+    """True when a quantity with these units can be converted into the unit."""
+    return source.is_compatible_with(unit_of(unit))
+
+
 def magnitude_in(value: Any, unit: str) -> float:
     """The number of a quantity, a text such as `0.2 mm`, or a bare number, in `unit`.
 
@@ -112,7 +118,7 @@ def magnitude_in(value: Any, unit: str) -> float:
         value = parse_quantity(value)
     if not is_quantity(value):
         return value  # a bare number is in the contract's unit
-    if not value.units.is_compatible_with(unit_of(unit)):
+    if not converts(value.units, unit):
         raise UnitError(
             f"{quantity_text(value)} is {kind_of_unit(str(value.units))}, "
             f"wanted is {kind_of_unit(unit)} ({unit})"

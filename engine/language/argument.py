@@ -7,6 +7,7 @@ from typing import Any
 from ...schemas.quantity import (
     QUANTITY,
     UnitError,
+    converts,
     is_quantity,
     kind_of_unit,
     magnitude_in,
@@ -75,7 +76,7 @@ def _in_unit(value: Any, unit: str, wanted: Wanted) -> Any:
             raise wanted.fault(f"{fault}; {device_wants}", code="E204") from fault
     if not is_quantity(value):
         return value
-    if not value.units.is_compatible_with(unit):
+    if not converts(value.units, unit):
         what = f"{quantity_text(value)} is {kind_of_unit(str(value.units))}"
         raise wanted.fault(f"{what}, {device_wants}", code="E204")
     return magnitude_in(value, unit)

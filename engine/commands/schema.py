@@ -1,0 +1,41 @@
+"""`labrun schema`: a JSON Schema for this lab, from which editors complete and check protocols."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..exit_status import PROBLEMS
+from ..lab import load_lab
+from ..print_problems import print_problems
+from .options import Lab, say
+
+Output = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", help="The file to write; without it, standard output."),
+]
+
+
+def schema(lab: Lab = None, output: Output = None) -> None:
+    """Write a JSON Schema of protocols for this lab: roles, actions, parameters, units, steps."""
+    from ..lab_schema.schema import schema_text
+
+    loaded, problems = load_lab(lab)
+    if problems:
+        print_problems(problems, file=sys.stderr)
+    if loaded is None or any(problem.severity == "error" for problem in problems):
+        raise typer.Exit(PROBLEMS)
+    text = schema_text(loaded)
+    if output is None:
+        typer.echo(text, nl=False)
+        return
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        output.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as fault:
+        say(f"{output} cannot be written: {fault.strerror}; name another file with -o")
+        raise typer.Exit(PROBLEMS) from None
+    there = output.as_posix() if output.is_absolute() else f"./{output.as_posix()}"
+    say(f"{output} written; begin a protocol in this folder with the line")
+    typer.echo(f"# yaml-language-server: $schema={there}", err=True)

@@ -1,0 +1,1 @@
+"""The JSON Schema of protocols for one lab, for editors: `labrun schema`."""

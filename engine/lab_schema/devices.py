@@ -1,0 +1,32 @@
+"""The shape of `devices`: the lab's own devices are completed as roles, with their contracts."""
+
+from ...schemas.contract import Contract
+from ..lab import LoadedLab
+from .models import NAME
+from .values import Shape, names
+
+
+def kept_contracts(lab: LoadedLab) -> dict[str, Contract]:
+    """Contract type -> contract, for those that a device of this lab keeps."""
+    types = dict.fromkeys(device.contract for device in lab.lab.devices.values())
+    return {name: lab.contracts[name] for name in types}
+
+
+def devices_shape(lab: LoadedLab) -> Shape:
+    """Role -> contract; any name is good, any contract that a device of this lab keeps."""
+    contracts = kept_contracts(lab)
+    each: Shape = {
+        "enum": list(contracts),
+        "enumDescriptions": [contract.summary for contract in contracts.values()],
+        "errorMessage": f"No device of this lab keeps that contract; they keep {', '.join(contracts)}.",
+    }
+    shape = names(NAME, 60, each)
+    shape["properties"] = {
+        name: {
+            **each,
+            "examples": [device.contract],
+            "description": f"{lab.contracts[device.contract].summary}: {name} of this lab.",
+        }
+        for name, device in lab.lab.devices.items()
+    }
+    return shape

@@ -1,0 +1,91 @@
+"""Shapes of the values that a protocol computes or writes with a unit.
+
+Every shape is flat: `minimum` is only for numbers and `pattern` only for texts, so that one
+schema holds both and a fault points at the value itself instead of at a list of alternatives.
+"""
+
+import re
+from typing import Any
+
+from ...schemas.quantity import QUANTITY, UnitError, same_dimension
+
+Shape = dict[str, Any]
+
+COMPUTED = r"\$\{\{"
+NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"
+COMMON_UNITS = (
+    "mm", "cm", "m", "km", "um", "µm", "nm", "pm", "inch",
+    "s", "ms", "us", "µs", "ns", "min", "h", "hour", "day",
+    "g", "kg", "mg", "ug", "µg", "ng", "L", "l", "mL", "ml", "uL", "ul", "µL", "nL",
+    "degC", "K", "Pa", "kPa", "hPa", "MPa", "bar", "mbar", "V", "mV", "A", "mA", "W", "mW",
+    "Hz", "kHz", "MHz", "J", "mJ", "N", "deg", "rad", "mol", "mmol",
+    "mm/s", "mm/min", "m/s", "mL/min", "uL/s", "mm**2", "mm^2",
+)  # fmt: skip
+"""Units that people write; one of another dimension is refused, an unusual one is let pass."""
+
+
+def quantity_pattern(unit: str | None) -> str:
+    """What a text with a unit looks like; not in one of the common units of another dimension."""
+    wrong = [re.escape(other) for other in COMMON_UNITS if unit and not _fits(other, unit)]
+    refused = f"(?!{NUMBER}(?:{'|'.join(wrong)})\\s*$)" if wrong else ""
+    return f"^{refused}{QUANTITY.pattern.removeprefix('^')}"
+
+
+def _fits(unit: str, other: str) -> bool:
+    try:
+        return same_dimension(unit, other)
+    except UnitError:
+        return True
+
+
+def quantity(unit: str | None, says: str, *, computed: bool = True, **more: Any) -> Shape:
+    """A number in the wanted unit, or a text with a unit, or (`computed`) an expression."""
+    pattern = quantity_pattern(unit)
+    expression = " or ${{ ... }}" if computed else ""
+    return {
+        "type": ["number", "string"],
+        "pattern": f"(?:{pattern})|{COMPUTED}" if computed else pattern,
+        "patternErrorMessage": f"This wants {says}{expression}.",
+        **more,
+    }
+
+
+def computed(*types: str, says: str, **more: Any) -> Shape:
+    """A value of these types, or an expression; any other text is refused."""
+    return {
+        "type": [*types, "string"],
+        "pattern": COMPUTED,
+        "patternErrorMessage": f"This wants {says} or ${{{{ ... }}}}.",
+        **more,
+    }
+
+
+def names(pattern: str, longest: int, each: Any, **more: Any) -> Shape:
+    """Names with something each."""
+    said = "A name is a letter, then letters, digits and _."
+    return {
+        "type": "object",
+        "propertyNames": {"pattern": pattern, "maxLength": longest, "patternErrorMessage": said},
+        "additionalProperties": each,
+        **more,
+    }
+
+
+def time(*, computed: bool = True, **more: Any) -> Shape:
+    """A duration; a bare number is in seconds."""
+    return quantity("s", "a time such as 30 s or 2 min", computed=computed, **more)
+
+
+def condition() -> Shape:
+    """What is true or false."""
+    return computed("boolean", says="true, false")
+
+
+def count() -> Shape:
+    """A whole number from 0."""
+    return computed("integer", says="a whole number", minimum=0)
+
+
+def items() -> Shape:
+    """What a loop goes through."""
+    return computed("array", says="a list such as [1, 2, 3], a span or a grid in")
