@@ -9,6 +9,7 @@ from .spectrum import FloatArray, IntArray
 
 SAME_PLACE_DECIMALS = 6  # a nanometre in a map of millimetres: 0.2 * 3 is 0.6 again
 SAME_STEP = 0.01  # how much of a step a coordinate may be off and still be on the grid
+WIDE = 3  # steps between two places beyond which they belong to no common grid
 MOST_FILLED = 10  # rows put in for each that was measured; more is no grid but scattered points
 
 
@@ -36,7 +37,8 @@ def element_map(x: ArrayLike, y: ArrayLike, values: ArrayLike) -> ElementMap:
     """The map of values measured at the points (x, y); three shapes (n,), in any order.
 
     Columns and rows are the distinct coordinates; where these are multiples of one step, the ones
-    that are missing between are put in as holes. A point measured more than once gets the mean.
+    that are missing between are put in as holes. Between places far apart, such as two samples, a
+    hole a step wide ends each of them. A point measured more than once gets the mean.
     Raises ValueError when the shapes differ or a coordinate is not a number.
     """
     x, y, values = (np.asarray(given, dtype=np.float64) for given in (x, y, values))
@@ -64,6 +66,14 @@ def _axis(places: FloatArray) -> tuple[FloatArray, IntArray]:
     on_grid = np.abs(steps - np.round(steps)) < SAME_STEP
     n_lines = int(np.round(steps[-1])) + 1
     if not on_grid.all() or n_lines > MOST_FILLED * len(distinct):
-        return distinct, which
+        return _with_gaps(distinct, which, step)
     regular = np.linspace(distinct[0], distinct[-1], n_lines)
     return np.round(regular, SAME_PLACE_DECIMALS), np.round(steps).astype(np.int64)[which]
+
+
+def _with_gaps(distinct: FloatArray, which: IntArray, step: float) -> tuple[FloatArray, IntArray]:
+    """The lines of places that lie on no grid, with empty ones where groups of them end."""
+    wide = np.flatnonzero(np.diff(distinct) > WIDE * step)
+    ends = np.concatenate((distinct[wide] + step, distinct[wide + 1] - step))
+    lines = np.unique(np.round(np.concatenate((distinct, ends)), SAME_PLACE_DECIMALS))
+    return lines, np.searchsorted(lines, distinct)[which]

@@ -32,7 +32,14 @@ def test_a_point_measured_twice_gets_the_mean_and_a_failed_shot_does_not_count()
 def test_scattered_points_do_not_ask_for_an_endless_grid():
     found = element_map([0, 1e-5, 1000], [0, 1, 2], [1, 2, 3])
 
-    assert found.values.shape == (3, 3)
+    assert found.values.shape == (3, 5)
+
+
+def test_samples_far_apart_are_not_drawn_into_the_gap_between_them():
+    found = element_map([0, 1, 0, 1], [0, 1, 200, 201], [1, 2, 3, 4])
+
+    assert found.y.tolist() == [0, 1, 2, 199, 200, 201]
+    assert np.isnan(found.values[2:4]).all()
 
 
 def test_normalised_goes_from_zero_to_one_and_keeps_holes():
