@@ -18,6 +18,7 @@ SHIPPED = {
     "sim_libs": "labrun.drivers.sim_libs:SimLibs",
     "sim_balance": "labrun.drivers.sim_balance:SimBalance",
     "sim_pipette": "labrun.drivers.sim_pipette:SimPipette",
+    "sim_depth_camera": "labrun.drivers.sim_depth_camera:SimDepthCamera",
     "reducer": "labrun.drivers.reducer:Reducer",
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds those of others."""

@@ -63,6 +63,7 @@ class ElementPeak:
     area: float = 0.0  # counts nm
     area_error: float = 0.0  # counts nm
     peak: int | None = None  # which of the fitted peaks
+    offset_nm: float | None = None  # from where the line should be to where it is seen
 
 
 @cache
@@ -123,5 +124,6 @@ def find_elements(
             found[element] = ElementPeak(line, "no peak")
         else:
             area, error = float(peaks.area[nearest]), float(peaks.area_error[nearest])
-            found[element] = ElementPeak(line, "found", area, error, nearest)
+            offset_nm = float(peaks.centre_nm[nearest] - line_nm)
+            found[element] = ElementPeak(line, "found", area, error, nearest, offset_nm)
     return found

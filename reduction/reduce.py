@@ -39,12 +39,22 @@ class Reduction:
         return {element: found.area for element, found in self.elements.items()}
 
     @property
+    def offsets_nm(self) -> dict[str, float | None]:
+        """How far each element's predominant peak is from its place, None where there is none."""
+        return {element: found.offset_nm for element, found in self.elements.items()}
+
+    @property
     def n_peaks(self) -> int:
         return len(self.peaks)
 
     def to_dict(self) -> dict[str, Any]:
         """The figures as plain numbers, in the words of the contract `spectrum_reducer@1`."""
-        return {"areas": self.areas, "temperature": self.temperature_k, "n_peaks": self.n_peaks}
+        return {
+            "areas": self.areas,
+            "offsets": self.offsets_nm,
+            "temperature": self.temperature_k,
+            "n_peaks": self.n_peaks,
+        }
 
 
 def reduce_spectrum(

@@ -109,6 +109,12 @@ def converts(source: Any, unit: str) -> bool:
     return source.is_compatible_with(unit_of(unit))
 
 
+@lru_cache(maxsize=4096)
+def cancels_out(units: Any) -> bool:
+    """True where nothing is left of the units: mm/um, not degrees."""
+    return registry().get_root_units(units)[1] == unit_of("")
+
+
 def magnitude_in(value: Any, unit: str) -> float:
     """The number of a quantity, a text such as `0.2 mm`, or a bare number, in `unit`.
 

@@ -9,7 +9,7 @@ import operator as op
 from collections.abc import Callable
 from typing import Any
 
-from ...schemas.quantity import converts, is_quantity, kind_of_unit, number_text, quantity, quantity_text
+from ...schemas.quantity import cancels_out, is_quantity, kind_of_unit, number_text, quantity, quantity_text
 
 MOST_BITS = 4096
 LONGEST_TEXT = 100_000
@@ -105,7 +105,7 @@ def divide(a: Any, b: Any) -> Any:
 
 def _plain(value: Any) -> Any:
     """A quantity whose units cancelled out as a bare number: 4 mm / 100 um is 40."""
-    if is_quantity(value) and converts(value.units, "dimensionless"):
+    if is_quantity(value) and cancels_out(value.units):
         return float(f"{value.to('').magnitude:.14g}")
     return value
 

@@ -42,11 +42,13 @@ def played(world: Path, story):
     return asyncio.run(play())
 
 
-def test_it_is_simulated_and_has_five_devices():
+def test_it_is_simulated_and_has_two_stations_a_camera_and_a_place_to_weigh():
     lab = simulated_lab()
 
     assert lab.simulated
-    assert list(lab.devices) == ["gantry", "libs", "reduce", "balance", "pipette"]
+    assert list(lab.devices) == [
+        "gantry", "libs", "reduce", "balance", "pipette", "camera", "gantry_b", "libs_b",
+    ]  # fmt: skip
 
 
 def test_every_device_says_its_status_as_its_contract_wants(tmp_path):

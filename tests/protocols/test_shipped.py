@@ -13,16 +13,24 @@ from pathlib import Path
 import pytest
 
 from labrun.drivers.twins.minerals import atom_fractions
+from labrun.engine.check import check_file
+from labrun.engine.explain import explain_protocol
+from labrun.engine.rehearse.rehearse import Rehearsal
 
 SHIPPED = sorted(
     Path(str(entry))
     for entry in files("labrun.protocols").iterdir()
-    if entry.name.endswith(".yaml")
+    if entry.name.endswith((".yaml", ".json"))
 )
 PEGMATITE = next(path for path in SHIPPED if path.stem == "pegmatite_map")
 EXAMPLE = Path(__file__).parents[1] / "engine" / "examples" / "libs_grid_scan.yaml"
 COMMAND = [sys.executable, "-m", "labrun.engine"]
-SMALL = {"pegmatite_map": ["-p", "pitch=1 mm"]}
+SMALL = {"pegmatite_map": {"pitch": "1 mm"}, "adaptive_map": {"rounds": "2"}}
+RUN_ELSEWHERE = {
+    "adaptive_map", "calibrate_camera", "multi_sample", "two_station", "wavelength_check",
+    "weigh_and_dispense",
+}  # fmt: skip
+"""What these promise, and so that they run, is in test_promises.py."""
 
 
 def labrun(folder, *words, timeout=110):
@@ -68,11 +76,35 @@ def correlation(a, b):
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_a_shipped_protocol_checks_clean_is_short_and_can_be_explained(path):
+    checked = check_file(path)
+
+    assert [(p.line, p.code, p.message) for p in checked.problems] == []
+    assert next(iter(explain_protocol(checked))).startswith(checked.protocol.name)
+    assert len(path.read_text(encoding="utf-8").splitlines()) < 100
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_a_shipped_protocol_can_be_rehearsed(path):
+    checked = check_file(path, params=SMALL.get(path.stem, {}))
+    tally = Rehearsal(checked, {}).play()
+
+    assert tally.fate == "succeeded", tally.told()
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in SHIPPED if p.stem not in RUN_ELSEWHERE], ids=lambda path: path.stem
+)
 def test_a_shipped_protocol_runs_and_succeeds(path, tmp_path):
-    ran = labrun(tmp_path, "run", str(path), *SMALL.get(path.stem, []))
+    small = [word for pair in SMALL.get(path.stem, {}).items() for word in ("-p", "=".join(pair))]
+    ran = labrun(tmp_path, "run", str(path), *small)
 
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert "run succeeded" in ran.stdout
+
+
+def test_one_protocol_ships_as_json():
+    assert [path.name for path in SHIPPED if path.suffix == ".json"] == ["weigh_and_dispense.json"]
 
 
 def test_the_example_of_the_design_runs_when_its_question_is_answered(tmp_path):

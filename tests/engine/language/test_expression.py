@@ -24,6 +24,7 @@ def shown(value: object) -> object:
     [
         ("params.n + 1", 4), ("params.pitch + 0.1 mm", "0.3 mm"), ("params.pitch + 100 um", "0.3 mm"),
         ("params.pitch * 3", "0.6 mm"), ("10 mm/s * 2 s", "20 mm"), ("4 mm / 200 um", 20.0),
+        ("30 deg / 2", "15 deg"), ("90 deg / 45 deg", 2.0),
         ("params.pitch > 0", True), ("0 < params.pitch < 1 cm", True), ("1 mm == 1000 um", True),
         ("1 mm == 1 s", False), ("-params.pitch", "-0.2 mm"), ("point.tags[1]", "b"),
         ("'a' in point.tags", True), ("len(point.tags)", 2), ("max(1 mm, params.pitch)", "1 mm"),

@@ -1,0 +1,1 @@
+"""What two eyes above a bench can know: where they are, how deep things lie, where a pixel points."""

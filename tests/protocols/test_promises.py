@@ -1,0 +1,172 @@
+"""What the shipped protocols promise, they yield: rows, outputs and figures on the simulated lab."""
+
+import csv
+import json
+import subprocess
+import sys
+from collections import Counter
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from labrun.drivers.twins.instrument import OFFSETS_NM
+from labrun.drivers.twins.minerals import atom_fractions
+from labrun.engine.journal import read_records
+
+PROTOCOLS = Path(str(files("labrun.protocols")))
+
+
+class Ran:
+    """One run of a shipped protocol, as a user would run it, and what it left behind."""
+
+    def __init__(self, folder, name, *words):
+        self.done = subprocess.run(
+            [sys.executable, "-m", "labrun.engine", "run", str(PROTOCOLS / name), *words],
+            cwd=folder, capture_output=True, text=True, timeout=110,
+        )  # fmt: skip
+        (self.folder,) = (folder / "runs").iterdir()
+        self.told = self.done.stdout + self.done.stderr
+        self.records = list(read_records(self.folder / "journal.jsonl"))
+
+    @property
+    def outputs(self):
+        assert self.done.returncode == 0, self.told
+        return {name: magnitude(value) for name, value in self.records[-1].outputs.items()}
+
+    def rows(self, name="data.csv"):
+        with (self.folder / name).open(newline="") as file:
+            return list(csv.DictReader(file))
+
+    def truth(self, device, what):
+        path = self.folder / "servers" / "world" / "truth" / f"{device}.jsonl"
+        entries = [json.loads(line) for line in path.read_text().splitlines()]
+        return [entry for entry in entries if entry["what"] == what]
+
+
+def magnitude(value):
+    """A quantity as the journal keeps it, without its unit."""
+    return value["$quantity"][0] if isinstance(value, dict) else value
+
+
+def numbers(rows, column):
+    return [float(row[column]) for row in rows]
+
+
+def test_multi_sample_maps_every_core_of_its_table(tmp_path):
+    ran = Ran(tmp_path, "multi_sample.yaml")
+    cores, points = ran.rows("data-cores.csv"), ran.rows()
+
+    assert ran.outputs == {"cores": 3, "failed": 0}
+    assert [(row["sample"], row["points"]) for row in cores] == [
+        ("SPD-01", "6"), ("SPD-02", "4"), ("QTZ-07", "6"),
+    ]  # fmt: skip
+    assert Counter(row["sample"] for row in points) == {"SPD-01": 6, "SPD-02": 4, "QTZ-07": 6}
+    for core in cores:
+        own = [row for row in points if row["sample"] == core["sample"]]
+        assert float(core["most_li"]) == max(numbers(own, "Li"))
+        assert next(r["key"] for r in own if r["Li"] == core["most_li"]).endswith(core["richest"])
+    assert len(list((ran.folder / "spectra").glob("*.csv"))) == 16
+    places = {(shot["x"], shot["y"]) for shot in ran.truth("libs", "shot")}
+    assert len(places) == 16
+    assert (ran.folder / "element_maps.png").stat().st_size > 10_000
+
+
+def test_adaptive_map_is_fine_where_there_is_lithium_and_only_there(tmp_path):
+    ran = Ran(tmp_path, "adaptive_map.yaml")
+    rows = ran.rows()
+    rich = [row for row in rows if float(row["Li"]) > 300]
+
+    assert Counter(numbers(rows, "pitch_mm")).keys() == {2.0, 1.0, 0.5}
+    assert len({(row["x_mm"], row["y_mm"]) for row in rows}) == len(rows) < 64
+    for pitch in (2.0, 1.0):
+        cut = sum(float(row["pitch_mm"]) == pitch for row in rich)
+        assert numbers(rows, "pitch_mm").count(pitch / 2) == 4 * cut
+    for row in rows:
+        if float(row["pitch_mm"]) < 2:
+            assert any(is_quarter(row, cell) for cell in rich)
+    assert ran.outputs == {"rounds": 3, "measured": len(rows), "instead_of": 64, "finest": 0.5}
+    seen = {row["mineral"] for row in ran.truth("libs", "shot")}
+    assert any(atom_fractions(mineral).get("Li") for mineral in seen)
+    assert (ran.folder / "element_maps.png").exists()
+
+
+def is_quarter(row, cell):
+    pitch = float(row["pitch_mm"])
+    away = [abs(float(row[axis]) - float(cell[axis])) for axis in ("x_mm", "y_mm")]
+    return float(cell["pitch_mm"]) == 2 * pitch and away == pytest.approx([pitch / 2] * 2)
+
+
+def test_calibrate_camera_finds_where_the_camera_sits_beside_the_tool(tmp_path):
+    ran = Ran(tmp_path, "calibrate_camera.yaml")
+    outputs = ran.outputs
+
+    assert outputs["looks"] == len(ran.rows()) == 6
+    assert outputs["rms"] == max(numbers(ran.rows(), "rms_pixel")) < 0.3
+    found = [outputs[f"offset_{axis}"] for axis in "xyz"]
+    assert found == pytest.approx([60, 40, 400], abs=1)
+    assert outputs["tilt"] == pytest.approx(30, abs=0.3)
+    assert outputs["apart"] < 1
+    for name in ("board.png", "board_depth.png"):
+        assert (ran.folder / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_calibrate_camera_fails_where_the_offsets_lie_too_far_apart(tmp_path):
+    ran = Ran(tmp_path, "calibrate_camera.yaml", "-p", "spread=1 um")
+
+    assert ran.done.returncode == 1
+    assert "apart <= params.spread is not true" in ran.told
+
+
+def test_weigh_and_dispense_reaches_its_target_within_the_tolerance(tmp_path):
+    ran = Ran(tmp_path, "weigh_and_dispense.json")
+    outputs, rows = ran.outputs, ran.rows()
+
+    assert outputs["mass"] == pytest.approx(1, abs=0.002)
+    assert outputs["strokes"] == len(rows) > 1
+    assert outputs["drawn"] == pytest.approx(sum(numbers(rows, "dose_ul")), abs=0.01)
+    assert outputs["worst_stroke"] == pytest.approx(max(map(abs, numbers(rows, "off_g"))), rel=0.01)
+    assert outputs["gravimetric_factor"] == pytest.approx(1, abs=0.03)
+    dropped = ran.truth("pipette", "dispense")[-1]["after"]["dropped_mg"]
+    assert dropped == pytest.approx(1000, abs=4)
+    assert ran.truth("pipette", "eject_tip")
+
+
+def test_wavelength_check_tells_the_offsets_that_the_simulated_detectors_were_given(tmp_path):
+    ran = Ran(tmp_path, "wavelength_check.yaml")
+    outputs = ran.outputs
+
+    assert len(ran.rows()) == len(ran.truth("libs", "shot")) == 3
+    assert [outputs[name] for name in ("ultraviolet", "visible", "red")] == pytest.approx(
+        OFFSETS_NM, abs=0.004
+    )
+    assert sum(numbers(ran.rows(), "Li_off_nm")) / 3 == pytest.approx(outputs["red"], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["tolerance=0.005 nm"], "The wavelengths are off: ultraviolet "),
+        (["x=2.6 mm"], "does not show Si I 288.16, Al I 396.15 and Li I 670.78 nm"),
+    ],
+)
+def test_wavelength_check_fails_with_a_sentence(tmp_path, words, sentence):
+    ran = Ran(tmp_path, "wavelength_check.yaml", "-p", words[0], "-p", "shots=1")
+
+    assert ran.done.returncode == 1
+    assert sentence in ran.told
+
+
+def test_two_stations_fire_at_the_same_time_each_at_its_own_core(tmp_path):
+    ran = Ran(tmp_path, "two_station.yaml")
+    first, second = (ran.truth(device, "shot") for device in ("libs", "libs_b"))
+    tables = [ran.rows(path.name) for path in sorted(ran.folder.glob("data*.csv"))]
+
+    assert ran.outputs == {"first": 4, "second": 4}
+    assert [[shot["x"] for shot in shots] for shots in (first, second)] == [
+        pytest.approx([0, 1, 2, 3], abs=0.006)
+    ] * 2
+    assert [len(table) for table in tables] == [4, 4]
+    assert [shot["mineral"] for shot in first] != [shot["mineral"] for shot in second]
+    assert first[0]["at"] < second[-1]["at"] and second[0]["at"] < first[-1]["at"]
+    assert len(list((ran.folder / "spectra").glob("*.csv"))) == 8
