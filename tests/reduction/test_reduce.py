@@ -56,7 +56,7 @@ def test_the_figures_are_plain_and_fit_the_contract(make_truth):
     truth = make_truth(CORE)
     figures = reduce_spectrum(Spectrum(truth.wavelength_nm, truth.intensity)).to_dict()
 
-    assert set(figures) == {"areas", "temperature", "n_peaks"}
+    assert set(figures) == {"areas", "offsets", "temperature", "n_peaks"}
     assert all(type(area) is float for area in figures["areas"].values())
     assert type(figures["n_peaks"]) is int and figures["temperature"] is None
 
