@@ -25,6 +25,8 @@ class Context:
     roles: Mapping[str, BoundRole]
     survey: Survey
     whole: bool = True
+    used: bool = False
+    """True for a protocol that another one uses: what is around it there, it does not know."""
 
     def steps(self, kind: type[Kind]) -> Iterator[tuple[Kind, StepAt]]:
         """Every step of one kind, with its place."""

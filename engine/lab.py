@@ -16,8 +16,8 @@ from .language.source import Source, parse_source, read_source
 from .language.suggest import did_you_mean, listed
 
 CODES = {
-    "E120": "a contract of a lab that cannot be used",
-    "E121": "a limit of a lab that fits no parameter, or is in another unit",
+    "E130": "a contract of a lab that cannot be used",
+    "E131": "a limit of a lab that fits no parameter, or is in another unit",
 }
 
 
@@ -62,7 +62,7 @@ def _contracts(
             contract = read_contract(folder / name)
             check_schemas(contract, name)
         except (ContractFault, ValueError) as fault:
-            problems.append(source.problem(("contracts", index), "E120", str(fault)))
+            problems.append(source.problem(("contracts", index), "E130", str(fault)))
         else:
             contracts[contract.type] = contract
     return contracts, problems
@@ -105,7 +105,7 @@ def _check_devices(lab: Lab, contracts: dict[str, Contract], source: Source) -> 
                 f"there is no contract {device.contract}{did_you_mean(device.contract, contracts)}"
             )
             hint = f"known: {listed(contracts)}; `contracts:` brings a lab's own"
-            yield source.problem(("devices", name, "contract"), "E120", message, hint)
+            yield source.problem(("devices", name, "contract"), "E130", message, hint)
         else:
             yield from _check_limits(name, device, contract, source)
 
@@ -124,7 +124,7 @@ def _check_limits(
             message = f"no action of {device.contract} has a parameter {param}"
             hint = f"it has {listed(schemas)}"
             yield source.problem(
-                place, "E121", message + did_you_mean(param, schemas), hint, key=True
+                place, "E131", message + did_you_mean(param, schemas), hint, key=True
             )
             continue
         unit = schemas[param].get("unit", "")
@@ -132,4 +132,4 @@ def _check_limits(
             try:
                 magnitude_in(getattr(limit, bound) or 0, unit)
             except UnitError as fault:
-                yield source.problem((*place, bound), "E121", f"{param}: {fault}")
+                yield source.problem((*place, bound), "E131", f"{param}: {fault}")

@@ -67,8 +67,16 @@ def _missing(name: str, param: Param, source: Source, needed: bool) -> Problem:
 
 def _refused(name: str, fault: ParamFault, source: Source, *, by_option: bool) -> Problem:
     if by_option:
-        return Problem(file="-p", line=1, column=1, code=fault.code, message=f"{name}: {fault}")
-    return source.problem(("params", name, "default"), fault.code, f"{name}: {fault}")
+        return Problem(
+            file="-p",
+            line=1,
+            column=1,
+            code=fault.code,
+            message=f"{name}: {fault}",
+            hint=fault.hint,
+        )
+    place = ("params", name, "default", *fault.path)
+    return source.problem(place, fault.code, f"{name}: {fault}", fault.hint)
 
 
 __all__ = ["CODES", "ParamFault", "given_value", "read_params", "take"]

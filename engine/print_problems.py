@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import IO, Literal
+from unicodedata import combining, east_asian_width
 
 from ..schemas.problem import Problem
 
@@ -114,11 +115,20 @@ def _excerpt(problem: Problem, line: str, paint) -> Iterable[str]:
     """The line with carets under what is wrong; of a very long line, the part around it."""
     start = max(0, problem.column - 1 - WIDEST // 2) if len(line) > WIDEST else 0
     shown = "".join(c if c.isprintable() else " " for c in line[start : start + WIDEST])
-    before = problem.column - 1 - start
-    carets = "^" * max(1, min(problem.length, len(shown) - before))
+    at = problem.column - 1 - start
+    before = _width(shown[:at]) + max(0, at - len(shown))
+    carets = "^" * max(1, _width(shown[at : at + problem.length]))
     number = f"{problem.line:>5}"
     yield f"{number} | {shown}"
     yield f"{' ' * len(number)} | {' ' * before}{paint(carets)}"
+
+
+def _width(text: str) -> int:
+    """The columns of a terminal that a text takes: Chinese two each, accents of their own none."""
+    if text.isascii():
+        return len(text)
+    wide = sum(east_asian_width(c) in "WF" for c in text)
+    return len(text) + wide - sum(combining(c) > 0 for c in text)
 
 
 def _one_line(text: str) -> str:

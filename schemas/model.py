@@ -6,4 +6,7 @@ from pydantic import BaseModel, ConfigDict
 class Model(BaseModel):
     """Unknown keys are faults, values do not change after they were read."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, populate_by_name=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True,
+        defer_build=True,  # many models refer to each other: built when first used, not at start-up
+    )  # fmt: skip

@@ -276,7 +276,3 @@ class Protocol(Model):
     on_resume: list[Step] = Field(default_factory=list)
     finally_: list[Step] = Field(default_factory=list, alias="finally")
     outputs: dict[Role, Any] = Field(default_factory=dict)
-
-
-for _model in (StepBase, LoopBase, *STEP_KINDS, Defaults, Protocol):
-    _model.model_rebuild()

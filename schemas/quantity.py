@@ -40,7 +40,10 @@ def registry() -> "UnitRegistry":
     """The one unit registry of the process."""
     from pint import UnitRegistry
 
-    return UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
+    try:
+        return UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
+    except Exception:  # no folder to keep it in, or one that another process left half written
+        return UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
 
 
 def is_quantity(value: object) -> "TypeGuard[Quantity[Any]]":

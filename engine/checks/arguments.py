@@ -1,45 +1,110 @@
 """The arguments of an action fit its contract: names, types, units, ranges.
 
-A quantity has the dimension that the contract asks for, in any unit; a bare number is in the
-contract's unit; a text such as `0.2 mm` is a quantity where a unit is expected. Ranges are those
-of the contract and of the lab's `limits` together. Whatever can be computed before the run is
-checked: parameters, constants, and every item of a loop whose items are known, so that a grid
-that leaves the bench is found before the first point.
+Whatever can be computed before the run is checked: parameters, constants, and every item of a
+loop whose items are known, so that a grid that leaves the bench is found before the first point.
+
+E203. An argument that the action does not know would do nothing: with `fed: 100` the axis would
+go at its own speed.
 
 Passes:
 
-    labrun: 1
-    name: arguments
     devices: {gantry: gantry@1}
     steps:
-      - do: gantry.move_to
-        with: {x: 1 cm, y: 4}
+      - {do: gantry.move_to, with: {x: 4, feed: 100}}
 
-Fails (E204, E203, E207):
+Fails:
 
-    labrun: 1
-    name: arguments
     devices: {gantry: gantry@1}
     steps:
-      - do: gantry.move_to
-        with: {x: 4 s, yy: 4, z: 2 m}
+      - {do: gantry.move_to, with: {x: 4, fed: 100}}
+
+E204. A quantity has the dimension that the contract asks for, in any unit; a bare number is in
+the contract's unit. A time where a length belongs is never what somebody meant.
+
+Passes:
+
+    params: {depth: {type: quantity, unit: mm, default: 4 mm}}
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.move_to, with: {x: 1 cm, z: "${{ params.depth }}"}}
+
+Fails:
+
+    params: {dwell: {type: quantity, unit: s, default: 4 s}}
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.move_to, with: {x: 1 cm, z: "${{ params.dwell }}"}}
+
+E205. An action that needs a parameter cannot begin without it.
+
+Passes:
+
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - {do: libs.export, with: {shot: shot-1, file: a.csv}}
+
+Fails:
+
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - {do: libs.export, with: {shot: shot-1}}
+
+E206. A text is no number and a number is no text: a driver that gets another type than its
+contract promises may do anything.
+
+Passes:
+
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - {do: libs.export, with: {shot: "5", file: a.csv}}
+
+Fails:
+
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - {do: libs.export, with: {shot: 5, file: a.csv}}
+
+E207. Ranges are those of the contract and of the lab's `limits` together. A point outside the
+bench would be refused by the device in the middle of the scan, or end at a wall.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - foreach: {point: "${{ grid(x=span(0, 700, 100), y=span(0, 800, 100), order='snake') }}"}
+        steps:
+          - {do: gantry.move_to, with: {x: "${{ point.x }}", y: "${{ point.y }}"}}
+
+Fails:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - foreach: {point: "${{ grid(x=span(0, 700, 100), y=span(0, 900, 100), order='snake') }}"}
+        steps:
+          - {do: gantry.move_to, with: {x: "${{ point.x }}", y: "${{ point.y }}"}}
 """
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ...schemas.contract import Action
+from ...schemas.lab import Limit
 from ...schemas.problem import Problem
-from ...schemas.quantity import same_dimension
+from ...schemas.protocol import Do
+from ...schemas.quantity import UnitError, is_quantity, same_dimension
 from ..bind import BoundRole
 from ..context import Context
 from ..language.arguments import ArgumentFault, fit_arguments
 from ..language.expression import ExpressionError
 from ..language.fold import Case, Folded, cases, fold
+from ..language.operators import words
+from ..language.shape import at as raw_at
+from ..language.shape import keys_of
 from ..language.spots import Spot, StepAt
 from ..language.types import Type, in_words
-from ..language.value import Value
-from ..language.wanted import wants
+from ..language.value import Computed, Value
+from ..language.wanted import bounds, wants
+from .points import first_outside, is_long
 
 CODES = {
     "E203": "a parameter that the action does not have",
@@ -48,6 +113,7 @@ CODES = {
     "E206": "a value of the wrong type",
     "E207": "a value outside the range, pattern or choices that the contract or the lab allows",
 }
+DO = set(keys_of(Do))
 
 
 def check(context: Context) -> Iterator[Problem]:
@@ -78,7 +144,13 @@ def _check(
     given = {**known, **{name: None for name in later if name not in action.param_schemas()}}
     _, faults = fit_arguments(action, given, bound.limits, label=label, later=later)
     for fault in faults:
-        yield _problem(context, at, fault)
+        if fault.code != "E205" or not _has_unknown_keys(context, at):
+            yield _problem(context, at, fault)
+
+
+def _has_unknown_keys(context: Context, at: StepAt) -> bool:
+    """True where what is missing may stand beside `with`, which is said already."""
+    return not context.whole and bool(set(raw_at(context.source.data, at.place)) - DO)
 
 
 def _fold(spot: Spot) -> Folded:
@@ -132,6 +204,13 @@ def _json_names(kind: Type) -> set[str]:
     return {{"text": "string", "boolean": "boolean", "list": "array", "map": "object"}[kind.kind]}
 
 
+def _there(computed: Any, case: Case) -> str:
+    """The value where the item's own name does not show it."""
+    number = computed.magnitude if is_quantity(computed) else computed
+    plain = f"{number:g}" if isinstance(number, int | float) else ""
+    return "" if plain and plain in case.where else f": it is {words(computed)} there"
+
+
 def _by_cases(
     spot: Spot, folded: Folded, name: str, bound: BoundRole, action: Action, label: str
 ) -> ArgumentFault | None:
@@ -139,11 +218,28 @@ def _by_cases(
     value = spot.value
     if not isinstance(value, Value):
         return None
+    case = _far_outside(value, folded, spot, action.param_schemas()[name], bound.limits.get(name))
+    if case is not None:
+        return _case_fault(value, case, name, bound, action, label)
     for case in cases(folded, spot.env.folding(), value):
         fault = _case_fault(value, case, name, bound, action, label)
         if fault is not None:
             return fault
     return None
+
+
+def _far_outside(
+    value: Value, folded: Folded, spot: Spot, schema: Mapping[str, Any], limit: Limit | None
+) -> Case | None:
+    """Of loops that are too long to try each item: one that leaves the range."""
+    folding = spot.env.folding()
+    if not isinstance(value, Computed) or not is_long(value, folded.loops, folding):
+        return None
+    try:
+        low, high = bounds(schema, limit)
+    except UnitError:
+        return None  # said of the lab
+    return first_outside(value, folded.loops, folding, schema.get("unit"), low, high)
 
 
 def _case_fault(
@@ -161,6 +257,7 @@ def _case_fault(
     fault = faults[0]
     if fault.bounds:
         message = f"{label}.{name}: {case.where} is outside {fault.bounds}"
+        message += _there(computed, case)
     else:
         message = f"{fault.message} (at {case.where})"
     return ArgumentFault(name, message, fault.hint, code=fault.code, path=(name,))

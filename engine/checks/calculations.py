@@ -1,13 +1,10 @@
 """What an expression computes can be computed, and is of the kind that its place wants.
 
-Lengths are not added to times; a bare 0 fits any unit, any other bare number does not; a span's
-step divides its range (or says `fit='inside'`); nothing is divided by zero. `foreach` wants a
-list, a span or a grid; `timeout` and `wait` want a time; `when` and `require` want an expression.
+E307. Some calculations have no result: a division by zero, a span whose step does not divide its
+range (`fit='inside'` lets the last step fall short), a function without an argument that it needs.
 
 Passes:
 
-    labrun: 1
-    name: calculations
     params: {width: {type: quantity, unit: mm, default: 4 mm}}
     devices: {gantry: gantry@1}
     steps:
@@ -15,20 +12,53 @@ Passes:
         steps:
           - {do: gantry.move_to, with: {x: "${{ x }}"}}
 
-Fails (E308; E307 for the second):
+Fails:
 
-    labrun: 1
-    name: calculations
+    params: {width: {type: quantity, unit: mm, default: 4 mm}}
+    devices: {gantry: gantry@1}
+    steps:
+      - foreach: {x: "${{ span(0, params.width, 0.3 mm) }}"}
+        steps:
+          - {do: gantry.move_to, with: {x: "${{ x }}"}}
+
+E308. Lengths are not added to times, nor texts to numbers. A bare 0 fits any unit; any other bare
+number beside a quantity leaves open which unit was meant.
+
+Passes:
+
+    params: {width: {type: quantity, unit: mm, default: 4 mm}}
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.move_to, with: {x: "${{ params.width + 1 cm }}"}}
+
+Fails:
+
     params: {width: {type: quantity, unit: mm, default: 4 mm}}
     devices: {gantry: gantry@1}
     steps:
       - {do: gantry.move_to, with: {x: "${{ params.width + 1 s }}"}}
-      - foreach: {x: "${{ span(0, params.width, 0.3 mm) }}"}
-        steps:
-          - {do: gantry.move_to, with: {x: "${{ x }}"}}
+
+E309. `foreach` wants a list, a span or a grid; `timeout` and `wait` want a time; `repeat`, `max`
+and `max_failed` want a whole number; `when`, `if`, `while` and `require` want an expression.
+
+Passes:
+
+    params: {ready: {type: boolean, default: true}}
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.home, when: "${{ params.ready }}"}
+      - wait: 5 s
+
+Fails:
+
+    params: {ready: {type: boolean, default: true}}
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.home, when: "${{ params.ready }}"}
+      - wait: a moment
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ...schemas.problem import Problem
@@ -41,6 +71,7 @@ from ..language.operators import words
 from ..language.spots import Spot
 from ..language.types import Type, in_words
 from ..language.value import Constant, Value
+from .texts import as_quantity, texts_like_quantities
 
 CODES = {
     "E307": "something that cannot be computed with the values it has",
@@ -51,20 +82,23 @@ CODES = {
 
 def check(context: Context) -> Iterator[Problem]:
     """Every place that may hold an expression, and the durations that may not."""
+    texts = {name: as_quantity(name, text) for _, name, text in texts_like_quantities(context)}
     for spot in context.survey.spots:
-        yield from _check(context, spot)
+        yield from _check(context, spot, texts)
     for at in context.survey.steps:
         yield from _retry_times(context, at.step.retry, (*at.place, "retry"))
     yield from _retry_times(context, context.protocol.defaults.retry, ("defaults", "retry"))
 
 
-def _check(context: Context, spot: Spot) -> Iterator[Problem]:
+def _check(context: Context, spot: Spot, texts: Mapping[str, str]) -> Iterator[Problem]:
     if isinstance(spot.value, Exception):
         return
     kind, faults = spot.inferred()
     for fault in faults:
         if fault.code in CODES:
-            yield context.source.problem(spot.place, fault.code, fault.message, fault.hint)
+            names = {name for one in spot.value.expressions() for name in one.names}
+            hint = next((texts[name] for name in names & texts.keys()), fault.hint)
+            yield context.source.problem(spot.place, fault.code, fault.message, hint)
     if faults:
         return
     folded = fold(spot.value, spot.env.folding())
@@ -105,7 +139,7 @@ def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
     if use == "duration":
         return _wrong_duration(what, value)
     if use == "count" and not _is_count(value):
-        return f"{what}: {words(value)} is not a whole number from 0", ""
+        return f"{what}: {words(value)} is not a whole number from 0", f"such as {what}: 3"
     if use == "condition" and isinstance(spot.value, Constant) and not isinstance(value, bool):
         hint = f"write {what}: ${{{{ {value} }}}}" if isinstance(value, str) else "write ${{ ... }}"
         return f"{what}: {words(value)} is not an expression", hint

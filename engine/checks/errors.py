@@ -1,38 +1,36 @@
 """`retry: {on: [...]}` names errors that the action can end with.
 
-An error name is one of those that the contract declares for the action, or one of the four that
-every action may end with: Timeout, Busy, Rejected and Lost. A misspelt name would silently mean
-that nothing is tried again.
+E211. An error name is one of those that the contract declares for the action, or one of the four
+that every action may end with: Timeout, Busy, Rejected and Lost. A misspelt name would silently
+mean that nothing is tried again.
 
 Passes:
 
-    labrun: 1
-    name: errors
     devices: {gantry: gantry@1}
     steps:
-      - do: gantry.home
-        retry: {attempts: 2, on: [HomingFailed, Timeout]}
+      - {do: gantry.home, retry: {attempts: 2, on: [HomingFailed, Timeout]}}
 
-Fails (E211):
+Fails:
 
-    labrun: 1
-    name: errors
     devices: {gantry: gantry@1}
     steps:
-      - do: gantry.home
-        retry: {attempts: 2, on: [HomingFaild]}
+      - {do: gantry.home, retry: {attempts: 2, on: [HomingFaild, Timeout]}}
 """
 
 from collections.abc import Iterator
 
 from ...schemas.contract import RESERVED_ERRORS
 from ...schemas.problem import Problem
-from ...schemas.protocol import Do, Retry
+from ...schemas.protocol import Do, Retry, Use
 from ..context import Context
+from ..language.load import Broken
 from ..language.spots import StepAt
 from ..language.suggest import did_you_mean, listed
+from .within import within
 
 CODES = {"E211": "an error name that the action does not declare"}
+OWN = {"fail": {"Failed"}, "require": {"Required"}, "while": {"MaxReached"}, "confirm": {"Refused"}}
+"""What steps that ask no device fail with."""
 
 
 def check(context: Context) -> Iterator[Problem]:
@@ -47,19 +45,27 @@ def check(context: Context) -> Iterator[Problem]:
         for index, name in enumerate(retry.on):
             if name not in known:
                 place = (*at.place, "retry", "on", index)
-                what = f"{at.step.do} " if isinstance(at.step, Do) else "nothing in this step "
-                message = f"{what}declares no error {name}{did_you_mean(name, known)}"
-                yield context.source.problem(place, "E211", message, f"known: {listed(known)}")
+                declares = "nothing in this step declares an error"
+                if isinstance(at.step, Do):
+                    declares = f"{at.step.do} declares no error"
+                message = f"{declares} {name}{did_you_mean(name, sorted(known))}"
+                yield context.source.problem(
+                    place, "E211", message, f"known: {listed(sorted(known))}"
+                )
 
 
 def _declared(context: Context, at: StepAt) -> set[str] | None:
     """Errors of the action, or of all actions in the step; None where one is not known."""
     names: set[str] = set()
-    for step, inner in context.steps(Do):
-        if inner.place[: len(at.place)] == at.place:
+    for step, _ in within(at.step, at.place):
+        names |= OWN.get(step.KIND, set())
+        if isinstance(step, Broken | Use):
+            return None
+        if isinstance(step, Do):
             found = context.action(step)
             if found is None:
                 return None
             names.update(found[1].errors)
-    own = {"Expression", "Required", "Fail"} if not isinstance(at.step, Do) else set()
-    return names | set(RESERVED_ERRORS) | own
+    if not isinstance(at.step, Do):
+        names.add("Expression")
+    return names | set(RESERVED_ERRORS)

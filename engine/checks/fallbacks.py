@@ -1,38 +1,50 @@
 """An alternative gives what the step would have given, and an `ask` in a fallback asks what to do.
 
-The result of a step that has a fallback is that of the alternative which succeeded, so each of
-them returns the fields that other steps use. The choices of an `ask` are `repeat` (the step once
-more), `skip` (leave this iteration out) and `stop`.
+E312. The result of a step that has a fallback is that of the alternative which succeeded, so each
+of them returns the fields that other steps use.
 
 Passes:
 
-    labrun: 1
-    name: fallbacks
     devices: {libs: libs_analyzer@1}
     steps:
       - id: shoot
         do: libs.measure
-        timeout: 15 s
         fallback:
           - steps:
               - do: libs.reconnect
-              - {do: libs.measure, timeout: 15 s}
-          - {ask: The shot failed, choices: [repeat, stop]}
+              - do: libs.measure
       - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: a.csv}}
+    finally: [{do: libs.disarm}]
 
-Fails (E312, and E408 for the second alternative):
+Fails:
 
-    labrun: 1
-    name: fallbacks
     devices: {libs: libs_analyzer@1}
     steps:
       - id: shoot
         do: libs.measure
-        timeout: 15 s
         fallback:
           - do: libs.reconnect
-          - {ask: The shot failed, choices: [again, stop]}
       - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: a.csv}}
+    finally: [{do: libs.disarm}]
+
+E408. An `ask` in a fallback decides how the run goes on. Its choices are `repeat` (the step once
+more), `skip` (leave this iteration out) and `stop`; another word would have no meaning.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantry.home
+        fallback:
+          - {ask: No zero was found, choices: [repeat, stop]}
+
+Fails:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantry.home
+        fallback:
+          - {ask: No zero was found, choices: [again, stop]}
 """
 
 import ast

@@ -1,26 +1,44 @@
-"""A step's id is its name for good: in results, in the journal, on the page. It is given once.
+"""A step's id is its name for good: in results, in the journal, on the page.
 
-Names of loop items and of `set` are not those that expressions know already, and a loop within
-a loop does not use the same name again.
+E401. Two steps of one id have one name: nobody could say which of them `steps.ID` means, and
+what the journal says of the one would be taken for the other when a run goes on.
 
 Passes:
 
-    labrun: 1
-    name: ids
     devices: {gantry: gantry@1}
     steps:
       - {id: first, do: gantry.home}
       - {id: again, do: gantry.home}
 
-Fails (E401; E407 for the second):
+Fails:
 
-    labrun: 1
-    name: ids
     devices: {gantry: gantry@1}
     steps:
       - {id: first, do: gantry.home}
       - {id: first, do: gantry.home}
-      - {set: {steps: 4}}
+
+E407. A name that a loop or a `set` gives is not one that expressions know already (`params`,
+`steps`, `run`, `error`, functions, `true`), and a loop within a loop does not use its name again.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - foreach: {x: [1 mm, 2 mm]}
+        steps:
+          - foreach: {y: [1 mm, 2 mm]}
+            steps:
+              - {do: gantry.move_to, with: {x: "${{ x }}", y: "${{ y }}"}}
+
+Fails:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - foreach: {x: [1 mm, 2 mm]}
+        steps:
+          - foreach: {x: [1 mm, 2 mm]}
+            steps:
+              - {do: gantry.move_to, with: {x: "${{ x }}", y: "${{ x }}"}}
 """
 
 from collections.abc import Iterator

@@ -1,29 +1,44 @@
 """The key of an iteration is its identity for ever: what `labrun resume` goes by.
 
-So no two iterations of a loop have the same key. Where the items are known before the run, every
-key is computed and compared.
+E404. No two iterations of a loop have the same key: after a crash the one would be taken for
+finished because the other is. Where the items are known before the run, every key is computed
+and compared.
 
 Passes:
 
-    labrun: 1
-    name: loops
-    devices: {libs: libs_analyzer@1}
+    devices: {balance: balance@1}
     steps:
-      - foreach: {sample: [A, B, C]}
-        key: ${{ sample }}
+      - foreach: {vial: [A, B, C]}
+        key: ${{ vial }}
         steps:
-          - {do: libs.measure, timeout: 15 s}
+          - do: balance.weigh
 
-Fails (E404):
+Fails:
 
-    labrun: 1
-    name: loops
-    devices: {libs: libs_analyzer@1}
+    devices: {balance: balance@1}
     steps:
-      - foreach: {sample: [A, B, A]}
-        key: ${{ sample }}
+      - foreach: {vial: [A, B, A]}
+        key: ${{ vial }}
         steps:
-          - {do: libs.measure, timeout: 15 s}
+          - do: balance.weigh
+
+W404. A loop without items does nothing. Often its list was emptied for a test.
+
+Passes:
+
+    devices: {balance: balance@1}
+    steps:
+      - repeat: 3
+        steps:
+          - do: balance.weigh
+
+Fails:
+
+    devices: {balance: balance@1}
+    steps:
+      - repeat: 0
+        steps:
+          - do: balance.weigh
 """
 
 import ast
@@ -31,13 +46,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ...schemas.problem import Problem
-from ...schemas.protocol import Foreach
 from ..context import Context
 from ..language.expression import ExpressionError
 from ..language.fold import MOST_ITEMS, fold, name_item
 from ..language.grid import Grid
 from ..language.scope import LoopName
-from ..language.spots import Spot, StepAt
+from ..language.spots import Spot
 from ..language.value import Computed, Text, Value, as_text
 
 CODES = {
@@ -48,24 +62,23 @@ CODES = {
 
 def check(context: Context) -> Iterator[Problem]:
     """Every loop."""
-    keys = {spot.place: spot for spot in context.survey.spots if spot.use == "key"}
-    for step, at in context.steps(Foreach):
-        spot = keys.get((*at.place, "key"))
-        yield from _empty(context, step, at)
-        if spot is not None and isinstance(spot.value, Value) and not spot.inferred()[1]:
+    for spot in context.survey.spots:
+        if isinstance(spot.value, Exception) or spot.inferred()[1]:
+            continue
+        if spot.use == "key":
             yield from _keys(context, spot, spot.env.loops[-1])
+        elif spot.use == "items" or spot.what == "repeat":
+            yield from _empty(context, spot)
 
 
-def _empty(context: Context, step: Foreach, at: StepAt) -> Iterator[Problem]:
-    name = next(iter(step.foreach))
-    loop = next(
-        (one for one in context.survey.loops if one.name == name and one.items is not None), None
-    )
-    items = step.foreach[name] if isinstance(step.foreach[name], list) else loop and loop.items
-    if items is not None and len(items) == 0:
-        place = (*at.place, "foreach", name)
+def _empty(context: Context, spot: Spot) -> Iterator[Problem]:
+    folded = fold(spot.value, spot.env.folding())
+    if not folded.known or folded.loops:
+        return
+    is_list = isinstance(folded.value, Sequence) and not isinstance(folded.value, str)
+    if (is_list and len(folded.value) == 0) or (folded.value == 0 and spot.what == "repeat"):
         message = "this loop has no items: its steps never run"
-        yield context.source.problem(place, "W404", message, severity="warning")
+        yield context.source.problem(spot.place, "W404", message, severity="warning")
 
 
 def _keys(context: Context, spot: Spot, loop: LoopName) -> Iterator[Problem]:
@@ -77,12 +90,12 @@ def _keys(context: Context, spot: Spot, loop: LoopName) -> Iterator[Problem]:
         yield context.source.problem(spot.place, "E404", message, f"such as ${{{{ {loop.name} }}}}")
         return
     items = loop.items
-    if items is None or len(items) > MOST_ITEMS or _surely_different(value, loop):
+    if items is None or len(items) > MOST_ITEMS or surely_different(value, loop):
         return
     folding = spot.env.folding()
     if not fold(value, folding).known or len(fold(value, folding).loops) > 1:
         return
-    double = _first_double(value, items, loop.name, {**folding.names, "params": folding.params})
+    double = first_double(value, items, loop.name, {**folding.names, "params": folding.params})
     if double is not None:
         first, second, key = double
         what = [name_item(loop.name, items, index, items[index]) for index in (first, second)]
@@ -92,7 +105,7 @@ def _keys(context: Context, spot: Spot, loop: LoopName) -> Iterator[Problem]:
         yield context.source.problem(spot.place, "E404", message, "name what tells them apart")
 
 
-def _surely_different(value: Value, loop: LoopName) -> bool:
+def surely_different(value: Value, loop: LoopName) -> bool:
     """True for `${{ p.index }}`, and for a grid's `${{ p.ix }},${{ p.iy }}`: no need to compute."""
     parts = (
         value.parts
@@ -115,7 +128,7 @@ def _surely_different(value: Value, loop: LoopName) -> bool:
     return isinstance(loop.items, Grid) and (read == {"index"} or (read == {"ix", "iy"} and apart))
 
 
-def _first_double(
+def first_double(
     value: Value, items: Sequence[Any], name: str, names: dict[str, Any]
 ) -> tuple[int, int, str] | None:
     seen: dict[str, int] = {}

@@ -1,24 +1,34 @@
 """A `do` names a role and one of the actions of that role's contract.
 
-The role is one of those under `devices:`; what its device can do is in the contract, and
-`labrun devices` lists it. A misspelt name would otherwise be found hours into a run.
+E201. The role is one of those under `devices:`. A role that is not declared has no device, and
+the run would stop at this step, perhaps hours after its start.
 
 Passes:
 
-    labrun: 1
-    name: names
     devices: {gantry: gantry@1}
     steps:
       - do: gantry.home
 
-Fails (E202, and E201 for the second):
+Fails:
 
-    labrun: 1
-    name: names
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantrie.home
+
+E202. What a device can do is in its contract; `labrun devices` lists it. A misspelt action would
+be refused by the device only when the run comes to it.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantry.home
+
+Fails:
+
     devices: {gantry: gantry@1}
     steps:
       - do: gantry.hoem
-      - do: gantrie.home
 """
 
 from collections.abc import Iterator

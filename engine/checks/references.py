@@ -1,34 +1,196 @@
 """What an expression names exists, has a value at that place, and has that field.
 
-`params.NAME` is a parameter. `steps.ID.FIELD` is a field of the result of a step that has run
-before: what an action returns is in its contract; a loop's result has total, succeeded, failed
-and skipped; `confirm` and `ask` return choice. What is inside a loop is known inside it only; what
-is in a fallback, within that fallback. The result of a background action is known in `collect`
-and `outputs`. `error` is known in a fallback: name, message, step, device, action.
+`params.NAME` is a parameter; `steps.ID.FIELD` is a field of the result of a step that has run
+before. What an action returns is in its contract; a loop's result has total, succeeded, failed
+and skipped; `confirm` and `ask` return choice.
+
+E301. A field that is not in the result would be null in every row of the table, and nobody would
+see it before the end.
 
 Passes:
 
-    labrun: 1
-    name: references
     devices: {libs: libs_analyzer@1}
     steps:
-      - {id: shoot, do: libs.measure, timeout: 15 s}
+      - {id: shoot, do: libs.measure}
       - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: a.csv}}
+    finally: [{do: libs.disarm}]
 
-Fails (E301):
+Fails:
 
-    labrun: 1
-    name: references
     devices: {libs: libs_analyzer@1}
     steps:
-      - {id: shoot, do: libs.measure, timeout: 15 s}
+      - {id: shoot, do: libs.measure}
       - {do: libs.export, with: {shot: "${{ steps.shoot.shotid }}", file: a.csv}}
+    finally: [{do: libs.disarm}]
+
+E302. A name is one that a loop or a `set` around it gives, or `params`, `steps`, `run`, and
+`error` in a fallback. A text needs quotes: `'Li'`.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - foreach: {depth: [1 mm, 2 mm]}
+        steps:
+          - {do: gantry.move_to, with: {z: "${{ depth }}"}}
+
+Fails:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - foreach: {depth: [1 mm, 2 mm]}
+        steps:
+          - {do: gantry.move_to, with: {z: "${{ dept }}"}}
+
+E303. A parameter is declared under `params:` before anything can use it.
+
+Passes:
+
+    params: {pitch: {type: quantity, unit: mm, default: 2 mm}}
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.move_to, with: {x: "${{ params.pitch }}"}}
+
+Fails:
+
+    params: {pitch: {type: quantity, unit: mm, default: 2 mm}}
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.move_to, with: {x: "${{ params.pich }}"}}
+
+E304. `steps.ID` is the result of the step with that `id:`; a step without an id has no name.
+
+Passes:
+
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - {id: shoot, do: libs.measure}
+      - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: a.csv}}
+    finally: [{do: libs.disarm}]
+
+Fails:
+
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - {id: shoot, do: libs.measure}
+      - {do: libs.export, with: {shot: "${{ steps.shot.shot_id }}", file: a.csv}}
+    finally: [{do: libs.disarm}]
+
+E305. A result can be used after its step only, and not beside it in the same set or in the other
+branch of an `if`: there is no value yet.
+
+Passes:
+
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - {id: shoot, do: libs.measure}
+      - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: a.csv}}
+    finally: [{do: libs.disarm}]
+
+Fails:
+
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: a.csv}}
+      - {id: shoot, do: libs.measure}
+    finally: [{do: libs.disarm}]
+
+E306. What is inside a loop is known inside it only: outside, nobody could say which iteration is
+meant. `collect` keeps values of every iteration. What is in a fallback is known within it, and
+what is in `on_resume` or `finally` within that.
+
+Passes:
+
+    devices: {balance: balance@1}
+    steps:
+      - id: weights
+        foreach: {vial: [A, B]}
+        steps:
+          - {id: weight, do: balance.weigh}
+        collect: {mass: "${{ steps.weight.mass }}"}
+      - log: ${{ steps.weights.succeeded }} vials were weighed
+
+Fails:
+
+    devices: {balance: balance@1}
+    steps:
+      - id: weights
+        foreach: {vial: [A, B]}
+        steps:
+          - {id: weight, do: balance.weigh}
+      - log: The vial weighs ${{ steps.weight.mass }}
+
+E310. A background action may still be running when the next step begins. Its result is known
+where it has been waited for: in `collect` and in `outputs`.
+
+Passes:
+
+    devices: {reduce: spectrum_reducer@1}
+    steps:
+      - {id: analyse, do: reduce.reduce, with: {spectrum: a.csv}, mode: background}
+    outputs: {peaks: "${{ steps.analyse.n_peaks }}"}
+
+Fails:
+
+    devices: {reduce: spectrum_reducer@1}
+    steps:
+      - {id: analyse, do: reduce.reduce, with: {spectrum: a.csv}, mode: background}
+      - log: ${{ steps.analyse.n_peaks }} peaks
+
+E311. `error` says why a step failed whose `fallback` this is: name, message, step, device and
+action. Anywhere else nothing has failed.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantry.home
+        fallback:
+          - {ask: "No zero: ${{ error.message }}", choices: [repeat, stop]}
+
+Fails:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantry.home
+      - log: ${{ error.message }}
+
+E313. `csv('samples.csv')` reads a table that lies beside the protocol: its first line names the
+columns, `x (mm)` one with a unit. It is read before the run, so that a cell that is no number is
+found now and not at its row.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - foreach: {sample: "${{ csv('samples.csv') }}"}
+        key: ${{ sample.name }}
+        steps:
+          - {do: gantry.move_to, with: {x: "${{ sample.x }}"}}
+
+Fails:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - foreach: {sample: "${{ csv('sample.csv') }}"}
+        key: ${{ sample.name }}
+        steps:
+          - {do: gantry.move_to, with: {x: "${{ sample.x }}"}}
+
+Beside it, samples.csv:
+
+    name,x (mm)
+    SPD-07,12.5
+    SPD-08,30
 """
 
+import re
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ..context import Context
+from ..language.infer import Fault
+from ..language.spots import Spot
 
 CODES = {
     "E301": "a field that the result or value does not have",
@@ -46,6 +208,30 @@ CODES = {
 def check(context: Context) -> Iterator[Problem]:
     """Every expression, by the names in it."""
     for spot in context.survey.spots:
-        for fault in spot.inferred()[1]:
-            if fault.code in CODES:
-                yield context.source.problem(spot.place, fault.code, fault.message, fault.hint)
+        faults = [fault for fault in spot.inferred()[1] if _is_news(context, fault)]
+        dashed = _dashed(context, spot) if len(faults) > 1 else None
+        for fault in [dashed] if dashed else faults:
+            yield context.source.problem(spot.place, fault.code, fault.message, fault.hint)
+
+
+def _is_news(context: Context, fault: Fault) -> bool:
+    """False for another family's fault, and for an id whose misspelling is told where it stands."""
+    if fault.code != "E304" or context.whole:
+        return fault.code in CODES
+    name = fault.message.partition(":")[0].removeprefix("steps.")
+    return name not in {re.sub(r"\W", "_", known) for known in context.survey.raw_names}
+
+
+DASHED = re.compile(r"params\.(\w+(?:-[A-Za-z_]\w*)+)")
+
+
+def _dashed(context: Context, spot: Spot) -> Fault | None:
+    """`params.z-safe`, which is a difference, where `params.z_safe` is meant."""
+    assert not isinstance(spot.value, Exception)
+    for one in spot.value.expressions():
+        for match in DASHED.finditer(one.text):
+            meant = match[1].replace("-", "_")
+            if meant in context.survey.params:
+                message = f"{match[0]} is a difference; did you mean params.{meant}?"
+                return Fault("E303", message, "a dash in an expression is a minus")
+    return None

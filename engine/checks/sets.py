@@ -1,37 +1,74 @@
 """The actions of one set start together, so no two of them ask the same device.
 
-A device does one thing at a time, unless its contract says that it is `concurrent`. The members
-of a set are actions (`do`) or groups (`steps`); none of them is in the background, since a set
-ends when all have ended.
+E402. A device does one thing at a time, unless its contract says that it is `concurrent`. Two
+actions of one device in a set would wait for each other, in an order that nobody has chosen.
 
 Passes:
 
-    labrun: 1
-    name: sets
     devices: {gantry: gantry@1, libs: libs_analyzer@1}
     steps:
       - parallel:
           - do: gantry.home
           - do: libs.locate
 
-Fails (E402):
+Fails:
 
-    labrun: 1
-    name: sets
+    devices: {gantry: gantry@1}
+    steps:
+      - parallel:
+          - {do: gantry.move_to, with: {x: 10 mm}}
+          - {do: gantry.move_to, with: {y: 10 mm}}
+
+E405. The members of a set are actions (`do`), or groups (`steps`) of anything: what starts
+together and ends together is then plain to see.
+
+Passes:
+
+    devices: {gantry: gantry@1, libs: libs_analyzer@1}
+    steps:
+      - parallel:
+          - do: gantry.home
+          - steps:
+              - wait: 3 s
+              - do: libs.locate
+
+Fails:
+
     devices: {gantry: gantry@1}
     steps:
       - parallel:
           - do: gantry.home
-          - do: gantry.halt
+          - wait: 3 s
+
+E406. A background action ends when its iteration ends, or the steps around it. A set ends when
+all its members have ended, a fallback has to succeed, and `finally` waits for everything: there,
+nothing is in the background.
+
+Passes:
+
+    devices: {libs: libs_analyzer@1, gantry: gantry@1}
+    steps:
+      - {do: libs.locate, mode: background}
+      - do: gantry.home
+
+Fails:
+
+    devices: {libs: libs_analyzer@1, gantry: gantry@1}
+    steps:
+      - parallel:
+          - {do: libs.locate, mode: background}
+          - do: gantry.home
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ...schemas.problem import Problem
-from ...schemas.protocol import Do, Group, Parallel
+from ...schemas.protocol import AnyOf, Do, Group, Parallel, StepBase, Use
 from ..context import Context
 from ..language.load import Broken
+from ..language.shape import Place
 from ..language.spots import StepAt
+from .within import within
 
 CODES = {
     "E402": "two actions of one device in a set",
@@ -39,63 +76,82 @@ CODES = {
     "E406": "a background action where it cannot be",
 }
 
+TO_DO = {
+    "parallel": "make two steps of them, one after the other",
+    "any": "make the second one a `fallback` of the first",
+}
+
 
 def check(context: Context) -> Iterator[Problem]:
     """Every set, then every background action."""
-    for step, at in context.steps(Parallel):
-        yield from _members(context, step, at)
-        yield from _devices(context, at)
+    for step, members, at in _sets(context):
+        place = (*at.place, step.KIND)
+        yield from _members(context, members, place)
+        yield from _devices(context, members, place, TO_DO[step.KIND])
     yield from _background(context)
 
 
-def _members(context: Context, step: Parallel, at: StepAt) -> Iterator[Problem]:
-    for index, member in enumerate(step.parallel):
+def _sets(context: Context) -> Iterator[tuple[StepBase, Sequence[StepBase], StepAt]]:
+    for step, at in context.steps(Parallel):
+        yield step, step.parallel, at
+    for step, at in context.steps(AnyOf):
+        yield step, step.any, at
+
+
+def _members(context: Context, members: Sequence[StepBase], place: Place) -> Iterator[Problem]:
+    for index, member in enumerate(members):
         if not isinstance(member, Do | Group | Broken):
-            message = (
-                f"a member of a set is an action (`do`) or a group (`steps`), not `{member.KIND}`"
-            )
-            place = (*at.place, "parallel", index)
-            yield context.source.problem(
-                (*place, member.KIND), "E405", message, "put it before or after the set", key=True
-            )
+            kind = member.KIND
+            message = f"a member of a set is an action (`do`) or a group (`steps`), not `{kind}`"
+            hint = f"make a group of it: `steps: [{{{kind}: ...}}]`, or put it before the set"
+            yield context.source.problem((*place, index, kind), "E405", message, hint, key=True)
 
 
-def _devices(context: Context, at: StepAt) -> Iterator[Problem]:
-    start = (*at.place, "parallel")
-    taken: dict[str, tuple[int | str, str]] = {}
-    for step, inner in context.steps(Do):
-        if inner.place[: len(start)] != start or _in_fallback(inner, start):
-            continue
-        member = inner.place[len(start)]
-        role = step.do.partition(".")[0]
-        bound = context.roles.get(role)
-        if bound is not None and bound.contract.concurrent:
-            continue
-        device = bound.device if bound is not None else role
-        first = taken.setdefault(device, (member, step.do))
-        if first[0] != member:
-            message = f"{first[1]} and {step.do} of one set ask the same device, {device}"
-            hint = "make two steps of them, one after the other"
-            yield context.source.problem((*inner.place, "do"), "E402", message, hint)
+def _devices(
+    context: Context, members: Sequence[StepBase], place: Place, hint: str
+) -> Iterator[Problem]:
+    taken: dict[str, tuple[int, str]] = {}
+    for index, member in enumerate(members):
+        for device, label, at in _asked(context, member, (*place, index)):
+            first = taken.setdefault(device, (index, label))
+            if first[0] == index:
+                continue
+            what = f"{first[1]} and {label}" if first[1] != label else f"two members ({label})"
+            message = f"{what} of one set ask the same device, {device}"
+            yield context.source.problem(at, "E402", message, hint)
+            break  # one problem a member is enough
 
 
-def _in_fallback(at: StepAt, start: tuple[str | int, ...]) -> bool:
-    return "fallback" in at.place[len(start) :]
+def _asked(context: Context, member: StepBase, place: Place) -> Iterator[tuple[str, str, Place]]:
+    """The devices that a member asks and that do one thing at a time."""
+    for step, at in within(member, place, fallbacks=False):
+        if isinstance(step, Do):
+            role = step.do.partition(".")[0]
+            bound = context.roles.get(role)
+            if bound is None or not bound.contract.concurrent:
+                yield (bound.device if bound else role), step.do, (*at, "do")
+        elif isinstance(step, Use) and at in context.survey.used:
+            for bound in context.survey.used[at].roles.values():
+                if not bound.contract.concurrent:
+                    yield bound.device, step.use, (*at, "use")
 
 
 def _background(context: Context) -> Iterator[Problem]:
     for step, at in context.steps(Do):
         if step.mode is None:
             continue
-        where = None
-        if any(level.kind == "member" for level in at.env.levels):
-            where = "a set: it ends when all its members have ended"
-        elif any(level.kind == "fallback" for level in at.env.levels):
-            where = "a fallback: it has to succeed before the step has"
-        elif at.place[0] in ("finally", "on_resume"):
-            where = f"`{at.place[0]}`"
+        where = _no_place_for_background(at)
         if where:
             message = f"a background action cannot be in {where}"
             yield context.source.problem(
                 (*at.place, "mode"), "E406", message, "leave out `mode: background`"
             )
+
+
+def _no_place_for_background(at: StepAt) -> str:
+    kinds = {level.kind for level in at.env.levels}
+    if "member" in kinds:
+        return "a set: it ends when all its members have ended"
+    if "fallback" in kinds:
+        return "a fallback: it has to succeed before the step has"
+    return f"`{at.place[0]}`" if at.place[0] in ("finally", "on_resume") else ""

@@ -1,23 +1,20 @@
 """What stands between `${{` and `}}` can be read as an expression.
 
-Expressions are written as in Python: arithmetic, comparisons, `and or not`, `a if b else c`,
-fields `a.b`, items `a[0]`, lists, and the functions grid, span, range, len, min, max, round and
-format. A number followed by a unit is a quantity: `0.1 mm`.
+E300. Expressions are written as in Python: arithmetic, comparisons, `and or not`,
+`a if b else c`, fields `a.b`, items `a[0]`, lists, and the functions grid, span, csv, range, len,
+min, max, round and format. A number followed by a unit is a quantity: `0.1 mm`. Nothing in an
+expression acts: no assignments, no imports, no other functions.
 
 Passes:
 
-    labrun: 1
-    name: syntax
     params: {pitch: {type: quantity, unit: mm, default: 0.2 mm}}
     devices: {gantry: gantry@1}
     steps:
       - do: gantry.move_to
         with: {x: "${{ params.pitch + 0.1 mm }}"}
 
-Fails (E300):
+Fails:
 
-    labrun: 1
-    name: syntax
     params: {pitch: {type: quantity, unit: mm, default: 0.2 mm}}
     devices: {gantry: gantry@1}
     steps:

@@ -1,21 +1,42 @@
 """Every action has a time after which it is given up.
 
-Where the contract says how long an action usually takes (`duration`), a run notices that it
-hangs. Where it does not, give the step a `timeout`, or the protocol `defaults: {timeout: 30 s}`.
-A timeout that is shorter than the usual duration ends actions that are in order.
+W401. Where the contract says how long an action usually takes (`duration`), a run notices that it
+hangs. Where it does not, only a `timeout` of the step, or `defaults: {timeout: 30 s}`, ends the
+waiting.
 
 Passes:
 
-    labrun: 1
-    name: timeouts
+    devices: {oven: furnace@1}
+    steps:
+      - {do: oven.heat, timeout: 2 h}
+
+Fails:
+
+    devices: {oven: furnace@1}
+    steps:
+      - do: oven.heat
+
+Beside it, furnace.yaml:
+
+    type: furnace@1
+    actions:
+      heat: {effect: idempotent}
+
+Beside it, lab.yaml:
+
+    contracts: [furnace.yaml]
+    devices: {oven: {contract: furnace@1, url: "http://10.0.0.9:4101"}}
+
+W402. A timeout that is shorter than the usual duration ends actions that are in order.
+
+Passes:
+
     devices: {gantry: gantry@1}
     steps:
       - {do: gantry.home, timeout: 120 s}
 
-Fails (W402, a warning):
+Fails:
 
-    labrun: 1
-    name: timeouts
     devices: {gantry: gantry@1}
     steps:
       - {do: gantry.home, timeout: 1 s}
@@ -44,7 +65,7 @@ def check(context: Context) -> Iterator[Problem]:
                 (*at.place, "do"), "W401", message, "add `timeout: 30 s`", severity="warning"
             )
         usual, given = _seconds(action.duration), _seconds(limit)
-        if usual is not None and given is not None and given < usual:
+        if usual is not None and given is not None and 0 < given < usual:
             place = (*at.place, "timeout") if step.timeout is not None else (*at.place, "do")
             message = (
                 f"{step.do} usually takes {action.duration}; the timeout of {limit} ends it before"

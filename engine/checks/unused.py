@@ -1,66 +1,128 @@
-"""What is declared is used; a parameter or a role that nothing uses is often a misspelt one.
+"""What is declared is used; what nothing uses is often something else misspelt.
+
+W407. A parameter that nothing uses can be set, and changes nothing.
 
 Passes:
 
-    labrun: 1
-    name: unused
     params: {depth: {type: quantity, unit: mm, default: 1 mm}}
     devices: {gantry: gantry@1}
     steps:
       - {do: gantry.move_to, with: {z: "${{ params.depth }}"}}
 
-Fails (W407, a warning):
+Fails:
 
-    labrun: 1
-    name: unused
     params: {depth: {type: quantity, unit: mm, default: 1 mm}}
     devices: {gantry: gantry@1}
     steps:
       - {do: gantry.move_to, with: {z: 1 mm}}
+
+W408. A role that nothing uses still has to be played: the run would wait for a device that it
+never asks anything.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.move_to, with: {z: 1 mm}}
+
+Fails:
+
+    devices: {gantry: gantry@1, libs: libs_analyzer@1}
+    steps:
+      - {do: gantry.move_to, with: {z: 1 mm}}
+
+W419. A value that a `set` names and nothing asks for is often meant for a condition or a column
+that still uses another name.
+
+Passes:
+
+    devices: {balance: balance@1}
+    steps:
+      - {id: weight, do: balance.weigh}
+      - set: {empty: "${{ steps.weight.mass }}"}
+      - log: The empty vial weighs ${{ empty }}
+
+Fails:
+
+    devices: {balance: balance@1}
+    steps:
+      - {id: weight, do: balance.weigh}
+      - set: {empty: "${{ steps.weight.mass }}"}
+      - log: The empty vial weighs ${{ steps.weight.mass }}
 """
 
+import re
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
-from ...schemas.protocol import Do
+from ...schemas.protocol import Do, Set, Use
 from ..context import Context
 from ..language.fold import needs
+from ..language.scope import RESERVED
+from ..language.shape import Place
 
 CODES = {
     "W407": "a parameter that nothing uses",
     "W408": "a role that nothing uses",
+    "W419": "a name that `set` gives and nothing uses",
 }
 
 
 def check(context: Context) -> Iterator[Problem]:
-    """Parameters, then roles; silent where a part of the file could not be read."""
+    """Parameters, roles, names; silent where a part of the file could not be read."""
     if not context.whole:
         return
-    used: set[str] = set()
+    yield from _roles(context)
+    used = _names(context)
+    if used is None:
+        return
+    # Where an expression names something that is not there, that may be the misspelt one.
+    faults = {fault.code for spot in context.survey.spots for fault in spot.inferred()[1]}
+    for name in context.protocol.params:
+        if name not in used[0] and not faults & {"E302", "E303"}:
+            yield _warning(context, ("params", name), "W407", f"nothing uses the parameter {name}")
+    for step, at in context.steps(Set):
+        for name in step.set:
+            if name not in {*used[1], *RESERVED} and "E302" not in faults:
+                message = f"nothing uses the name {name} that this `set` gives"
+                yield _warning(context, (*at.place, "set", name), "W419", message)
+
+
+def _warning(context: Context, place: Place, code: str, message: str) -> Problem:
+    return context.source.problem(place, code, message, key=True, severity="warning")
+
+
+def _names(context: Context) -> tuple[set[str], set[str]] | None:
+    """The parameters and the other names that expressions use; None where nobody can say."""
+    params: set[str] = set()
+    names: set[str] = set()
+    if any("${{" in step.use for step, _ in context.steps(Use)):
+        return None
     for spot in context.survey.spots:
         if isinstance(spot.value, Exception):
-            return
+            return None
+        if spot.use == "condition" and isinstance(spot.raw, str) and "${{" not in spot.raw:
+            words = set(re.findall(r"\w+", spot.raw))  # no expression, as is said already
+            params, names = params | words, names | words
         for expression in spot.value.expressions():
             wanted = needs(expression)
             if wanted is None:
-                return
-            used |= wanted[0]
-    for name in context.protocol.params:
-        if name not in used:
-            yield context.source.problem(
-                ("params", name),
-                "W407",
-                f"nothing uses the parameter {name}",
-                key=True,
-                severity="warning",
-            )
+                return None
+            params |= wanted[0]
+            names |= wanted[1]
+    return params, names
+
+
+def _roles(context: Context) -> Iterator[Problem]:
+    declared = context.source.names("devices")
     roles = {step.do.partition(".")[0] for step, _ in context.steps(Do)}
+    if not roles <= set(declared):
+        return  # one is misspelt, which is said already
+    for step, at in context.steps(Use):
+        used = context.survey.used.get(at.place)
+        if used is None:
+            return  # what it wants is not known
+        roles |= {step.devices.get(its, its) for its in used.protocol.devices}
     for name in context.protocol.devices:
         if name not in roles:
-            yield context.source.problem(
-                ("devices", name),
-                "W408",
-                f"no step uses the role {name}",
-                key=True,
-                severity="warning",
-            )
+            yield _warning(context, ("devices", name), "W408", f"no step uses the role {name}")

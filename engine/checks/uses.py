@@ -1,30 +1,126 @@
 """A protocol that is used gets what it declares: its parameters by `with`, its devices by role.
 
-`with` gives its parameters values; those with a default may be left out. Its roles are played by
-the roles of the same name, or by those that `devices: {its_role: our_role}` says; both want the
-same contract. Its own `on_resume` does not run: what has to happen before a run goes on is said
-by the protocol that was started.
+E230. Its roles are played by ours of the same name, or by those that `devices: {its_role: our_role}`
+says; both want the same contract.
 
 Passes:
 
-    labrun: 1
-    name: uses
-    devices: {gantry: gantry@1, libs: libs_analyzer@1, reducer: spectrum_reducer@1}
+    devices: {gantry: gantry@1}
     steps:
-      - use: ./pegmatite_map.yaml
-        with: {pitch: 2 mm}
+      - {use: ./lift.yaml, with: {height: 5 mm}, devices: {stage: gantry}}
 
-Fails (E231):
+Fails:
 
-    labrun: 1
-    name: uses
-    devices: {gantry: gantry@1, libs: libs_analyzer@1, reducer: spectrum_reducer@1}
+    devices: {gantry: gantry@1}
     steps:
-      - use: ./pegmatite_map.yaml
-        with: {pich: 2 mm}
+      - {use: ./lift.yaml, with: {height: 5 mm}}
+      - do: gantry.home
+
+Beside it, lift.yaml:
+
+    params: {height: {type: quantity, unit: mm, maximum: 100 mm}}
+    devices: {stage: gantry@1}
+    steps:
+      - {do: stage.move_to, with: {z: "${{ params.height }}"}}
+
+E231. `with` gives its parameters values. One that it does not have would change nothing.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - {use: ./lift.yaml, with: {height: 5 mm}, devices: {stage: gantry}}
+
+Fails:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - {use: ./lift.yaml, with: {height: 5 mm, hight: 6 mm}, devices: {stage: gantry}}
+
+Beside it, lift.yaml:
+
+    params: {height: {type: quantity, unit: mm, maximum: 100 mm}}
+    devices: {stage: gantry@1}
+    steps:
+      - {do: stage.move_to, with: {z: "${{ params.height }}"}}
+
+E232. A parameter without a default gets its value from whoever uses the protocol.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - {use: ./lift.yaml, with: {height: 5 mm}, devices: {stage: gantry}}
+
+Fails:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - {use: ./lift.yaml, devices: {stage: gantry}}
+
+Beside it, lift.yaml:
+
+    params: {height: {type: quantity, unit: mm, maximum: 100 mm}}
+    devices: {stage: gantry@1}
+    steps:
+      - {do: stage.move_to, with: {z: "${{ params.height }}"}}
+
+E233. The value is of the parameter's type and dimension, and within its bounds, as on the command
+line.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - {use: ./lift.yaml, with: {height: 5 mm}, devices: {stage: gantry}}
+
+Fails:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - {use: ./lift.yaml, with: {height: 5 s}, devices: {stage: gantry}}
+
+Beside it, lift.yaml:
+
+    params: {height: {type: quantity, unit: mm, maximum: 100 mm}}
+    devices: {stage: gantry@1}
+    steps:
+      - {do: stage.move_to, with: {z: "${{ params.height }}"}}
+
+W409. What has to happen before a run goes on is said by the protocol that was started; the
+`on_resume` of one that it uses does not run.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - use: ./scan.yaml
+    on_resume:
+      - do: gantry.home
+
+Fails:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - use: ./homed.yaml
+
+Beside it, scan.yaml:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.move_to, with: {x: 10 mm}}
+
+Beside it, homed.yaml:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - {do: gantry.move_to, with: {x: 10 mm}}
+    on_resume:
+      - do: gantry.home
 """
 
 from collections.abc import Iterator
+
 from ...schemas.problem import Problem
 from ...schemas.protocol import Param
 from ...schemas.quantity import same_dimension
@@ -55,7 +151,7 @@ def check(context: Context) -> Iterator[Problem]:
         yield from _roles(context, place, used)
         yield from _params(context, place, used, arguments[place])
         if used.protocol.on_resume:
-            message = f"the on_resume of {used.name} does not run when it is used"
+            message = f"the on_resume of {used.step.use} does not run when it is used"
             hint = "say in this protocol's `on_resume` what has to happen before a run goes on"
             yield context.source.problem((*place, "use"), "W409", message, hint, severity="warning")
 
@@ -65,7 +161,7 @@ def _roles(context: Context, place: Place, used: Used) -> Iterator[Problem]:
     for its, ours in used.step.devices.items():
         at = (*place, "devices", its)
         if its not in wanted:
-            message = f"{used.name} has no role {its}{did_you_mean(its, wanted)}"
+            message = f"{used.step.use} has no role {its}{did_you_mean(its, wanted)}"
             yield context.source.problem(at, "E230", message, f"it has {listed(wanted)}", key=True)
         elif ours not in declared:
             message = f"there is no role {ours}{did_you_mean(ours, declared)}"
@@ -74,24 +170,28 @@ def _roles(context: Context, place: Place, used: Used) -> Iterator[Problem]:
         ours = used.step.devices.get(its, its)
         bound = context.roles.get(ours)
         if ours not in declared and its not in used.step.devices:
-            message = f"{used.name} wants a {contract} for its role {its}, which is not here"
+            message = f"{used.step.use} wants a {contract} for its role {its}, which is not here"
             fitting = [role for role, one in context.roles.items() if one.contract.type == contract]
             hint = f"say which of ours plays it: `devices: {{{its}: {(fitting or ['ROLE'])[0]}}}`"
             yield context.source.problem((*place, "use"), "E230", message, hint)
         elif bound is not None and bound.contract.type != contract:
-            message = f"{used.name} wants a {contract} for its role {its}; {ours} is a {bound.contract.type}"
-            yield context.source.problem((*place, "use"), "E230", message)
+            wants = f"{used.step.use} wants a {contract} for its role {its}"
+            message = f"{wants}; {ours} is a {bound.contract.type}"
+            at = (*place, "devices", its) if its in used.step.devices else (*place, "use")
+            fitting = [role for role, one in context.roles.items() if one.contract.type == contract]
+            hint = f"it can be {listed(fitting)}" if fitting else "no role here is one"
+            yield context.source.problem(at, "E230", message, hint)
 
 
 def _params(
     context: Context, place: Place, used: Used, arguments: dict[str, Spot]
 ) -> Iterator[Problem]:
     declared = used.protocol.params
-    known = {*declared, *used.source.names("params")}
+    known = dict.fromkeys([*used.source.names("params"), *declared])
     for name, spot in arguments.items():
         at = (*place, "with", name)
         if name not in known:
-            message = f"{used.name} has no parameter {name}{did_you_mean(name, known)}"
+            message = f"{used.step.use} has no parameter {name}{did_you_mean(name, known)}"
             hint = f"it has {listed(known)}" if known else "it has no `params`"
             yield context.source.problem(at, "E231", message, hint, key=True)
         elif name in declared:
@@ -99,8 +199,8 @@ def _params(
             if fault:
                 yield context.source.problem(at, "E233", f"{name}: {fault}")
     for name, param in declared.items():
-        if name not in arguments and param.default is None:
-            message = f"{used.name} wants a value for its parameter {name}"
+        if name not in arguments and param.default is None and context.whole:
+            message = f"{used.step.use} wants a value for its parameter {name}"
             hint = f"add `with: {{{name}: ...}}`, or give it a `default`"
             yield context.source.problem((*place, "use"), "E232", message, hint)
 

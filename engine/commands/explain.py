@@ -8,8 +8,8 @@ import typer
 
 from ..check import check_file
 from ..exit_status import PROBLEMS
-from ..explain import explain_protocol
 from ..print_problems import print_problems
+from ..views.explain import explain_protocol
 from .options import Bind, Lab, Params, WrongUsage, pairs, say
 
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]

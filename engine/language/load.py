@@ -6,8 +6,9 @@ from typing import Any, ClassVar
 
 from pydantic import ValidationError
 
+from ...schemas import protocol as protocol_models
 from ...schemas.problem import Problem
-from ...schemas.protocol import STEP_KINDS, STEP_LISTS, LoopBase, Protocol, StepBase
+from ...schemas.protocol import STEP_KINDS, STEP_LISTS, LoopBase, Protocol, StepBase, step_kind
 from .shape import Place, keys_of, kind_words, shape_problems
 from .source import Source
 from .suggest import closest, listed
@@ -22,6 +23,9 @@ class Broken(StepBase):
     """Stands where a step could not be read, so that the others keep their places."""
 
     KIND: ClassVar[str] = "broken"
+
+
+Broken.model_rebuild(_types_namespace=vars(protocol_models))
 
 
 @dataclass(slots=True)
@@ -43,6 +47,8 @@ def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
     for name in SECTIONS:
         if isinstance(data.get(name), list):
             sections[name] = _steps(data[name], source, (name,), problems)
+        elif step_kind(data.get(name)) is not None:
+            sections[name] = _lone_step(data[name], source, (name,), problems)
     frame = _frame(data, source, problems)
     update = {
         ("finally_" if name == "finally" else name): steps for name, steps in sections.items()
@@ -67,7 +73,8 @@ def _frame(data: dict[str, Any], source: Source, problems: list[Problem]) -> Pro
     """Everything but the steps; what is broken is reported and left out."""
     rest = {**data, "labrun": 1}
     for name in SECTIONS:
-        if isinstance(rest.get(name), list) and (rest[name] or name != "steps"):
+        held = rest.get(name)
+        if step_kind(held) is not None or (isinstance(held, list) and (held or name != "steps")):
             rest[name] = [STAND_IN]
     try:
         return Protocol.model_validate(rest)
@@ -101,6 +108,16 @@ def _leave_out(rest: dict[str, Any], location: tuple[Any, ...]) -> None:
 
 def _steps(items: list[Any], source: Source, place: Place, problems: list[Problem]) -> list[Any]:
     return [_step(item, source, (*place, index), problems) for index, item in enumerate(items)]
+
+
+def _lone_step(
+    data: dict[str, Any], source: Source, place: Place, problems: list[Problem]
+) -> list[Any]:
+    """A step where a list of steps is wanted: said, and read all the same."""
+    hint = "put `- ` before it, and indent what follows: a list of one step is a list, too"
+    message = f"{place[-1]} wants a list, not {kind_words(data)}"
+    problems.append(source.problem(place, "E112", message, hint))
+    return [_step(data, source, place, problems)]
 
 
 def _step(data: Any, source: Source, place: Place, problems: list[Problem]) -> StepBase:
@@ -184,6 +201,9 @@ def _read(
         if isinstance(data.get(name), list) and data[name] and name in keys_of(kind):
             read = _alternatives if name == "fallback" else _steps
             inner[field] = read(data[name], source, (*place, name), problems)
+            rest[name] = [STAND_IN]
+        elif step_kind(data.get(name)) is not None and name in keys_of(kind):
+            inner[field] = _lone_step(data[name], source, (*place, name), problems)
             rest[name] = [STAND_IN]
     try:
         step = kind.model_validate(rest)

@@ -9,7 +9,14 @@ import operator as op
 from collections.abc import Callable
 from typing import Any
 
-from ...schemas.quantity import cancels_out, is_quantity, kind_of_unit, number_text, quantity, quantity_text
+from ...schemas.quantity import (
+    cancels_out,
+    is_quantity,
+    kind_of_unit,
+    number_text,
+    quantity,
+    quantity_text,
+)
 
 MOST_BITS = 4096
 LONGEST_TEXT = 100_000

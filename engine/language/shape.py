@@ -113,11 +113,12 @@ def _problem(
     source: Source, place: Place,
 ) -> Problem:  # fmt: skip
     kinds = [error["type"] for error in errors]
-    name = str(path[-1]) if path else ""
+    name = _name(path)
     if "extra_forbidden" in kinds:
         allowed = _allowed(model, path[:-1])
         message = f"unknown key {name!r}{did_you_mean(name, allowed)}"
         hint = f"allowed here: {', '.join(allowed)}" if allowed else ""
+        hint += "; an action's own parameters stand under `with`" if "with" in allowed else ""
         return source.problem((*place, *path), "E110", message, hint, key=True)
     if "missing" in kinds:
         around = (*place, *path[:-1])
@@ -126,6 +127,13 @@ def _problem(
     at_key = any("[key]" in str(part) for error in errors for part in error["loc"])
     where = (*place, *(part for part in path if part != "[key]"))
     return source.problem(where, "E112", message, key=at_key)
+
+
+def _name(path: Place) -> str:
+    """What a sentence calls a place: its key, or the item of a list."""
+    if len(path) > 1 and isinstance(path[-1], int) and isinstance(path[-2], str):
+        return f"item {path[-1] + 1} of {path[-2]}"
+    return str(path[-1]) if path else ""
 
 
 def at(data: Any, path: Place) -> Any:

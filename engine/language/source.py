@@ -5,25 +5,46 @@ from pathlib import Path
 from typing import Any
 
 from ...schemas.problem import Problem, Severity
-from .yaml_tree import Composer, Lines, Node, YamlFault
-from .yaml_words import in_words
+from .file_text import LARGEST, file_text
+from .yaml_lines import Lines
+from .yaml_node import Node, YamlFault
+from .yaml_read import read_nodes
+from .yaml_traps import key_hint, traps, value_hint
 
-LARGEST = 10_000_000
-"""Bytes; a protocol of a thousand lines has forty thousand."""
+__all__ = ["CODES", "LARGEST", "Path_", "Source", "parse_source", "read_source"]
 
 Path_ = tuple[str | int, ...]
 
 CODES = {
     "E100": "a file that cannot be read",
-    "E101": "text that is not YAML",
+    "E101": "text that is not YAML, or not JSON",
     "E102": "a key that is there twice",
     "E103": "a key that is no word",
-    "E104": "an alias without its anchor",
-    "E105": "a YAML tag",
-    "E106": "a number that is none: NaN, infinity, too many digits",
+    "E104": "an alias without its anchor, or a merge of what is no mapping",
+    "E105": "a YAML tag or directive",
+    "E106": "a number that is none: NaN, infinity, too many digits; half of a character",
     "E107": "several documents in one file",
     "E108": "a file that is too large or nested too deeply",
+    "E109": "an expression that YAML takes for something else",
+    "W101": "braces without a `$`: text that looks like an expression",
+    "W102": "a number that begins with a zero",
+    "W103": "quotes of a word processor, which are part of the text",
 }
+OF_VALUES = {
+    "E112",
+    "E113",
+    "E204",
+    "E206",
+    "E207",
+    "E221",
+    "E222",
+    "E224",
+    "E300",
+    "E307",
+    "E308",
+    "E309",
+}
+"""Problems that a look at how the value is written may explain."""
 
 
 @dataclass(slots=True)
@@ -50,7 +71,7 @@ class Source:
             return 1, 1, 1
         span = (node.start, node.end)
         for depth, part in enumerate(path):
-            if node.members is not None and str(part) in node.members:
+            if node.members is not None and node.keys is not None and str(part) in node.members:
                 at_key = key and depth == len(path) - 1
                 span = node.keys[str(part)]
                 node = node.members[str(part)]
@@ -72,12 +93,40 @@ class Source:
         self, path: Path_, code: str, message: str, hint: str = "",
         *, key: bool = False, severity: Severity = "error",
     ) -> Problem:  # fmt: skip
-        """A problem at the place of a value, or of its key."""
+        """A problem at the place of a value, or of its key; the hint may say how YAML reads it."""
         line, column, length = self.place(path, key=key)
+        more = self._key_hint(path) if key else self._value_hint(path, code, message)
+        hint = more or hint
         return Problem(
             file=self.name, line=line, column=column, length=length, severity=severity,
             code=code, message=message, hint=hint,
         )  # fmt: skip
+
+    def _value_hint(self, path: Path_, code: str, message: str) -> str:
+        node = self.node(path) if code in OF_VALUES else None
+        if node is None:
+            return ""
+        return value_hint(node, self.text[node.start : node.end], message)
+
+    def _key_hint(self, path: Path_) -> str:
+        node = self.node(path[:-1])
+        if node is None or not path or node.keys is None or str(path[-1]) not in node.keys:
+            return ""
+        return key_hint(str(path[-1]), self.text, *node.keys[str(path[-1])])
+
+    def node(self, path: Path_) -> Node | None:
+        """What stands at a path, None where nothing does."""
+        node = self.root
+        for part in path:
+            if node is None:
+                return None
+            if node.members is not None:
+                node = node.members.get(str(part))
+            elif node.items is not None and isinstance(part, int) and 0 <= part < len(node.items):
+                node = node.items[part]
+            else:
+                return None
+        return node
 
 
 def read_source(path: Path) -> tuple[Source | None, list[Problem]]:
@@ -85,91 +134,39 @@ def read_source(path: Path) -> tuple[Source | None, list[Problem]]:
 
     The Source is None where there is nothing to go on with.
     """
-    text, problem = _read_text(path)
-    if problem is not None:
-        return None, [problem]
-    return parse_source(text, path, str(path))
+    text = file_text(path)
+    if isinstance(text, str):
+        return parse_source(text, path, str(path))
+    problem = Problem(
+        file=str(path), line=text.line, column=text.column,
+        code=text.code, message=text.message, hint=text.hint,
+    )  # fmt: skip
+    return None, [problem]
 
 
 def parse_source(text: str, path: Path, name: str) -> tuple[Source | None, list[Problem]]:
     """Text as a Source; `name` is what problems call the file."""
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import YAMLError
-
     source = Source(path, name, text.removeprefix("\ufeff"))
-    composer = Composer()
-    faults = composer.faults
-    whole = True
-    try:
-        for event in YAML(typ="safe", pure=True).parse(source.text):
-            composer.take(event)
-    except YamlFault as fault:
-        faults.append(fault)
-        whole = False
-    except (YAMLError, ValueError, IndexError, AttributeError, TypeError, AssertionError) as fault:
-        # ruamel's scanner lets bare ValueErrors and worse fall out on odd escapes and directives.
-        faults.append(in_words(fault, source.lines))
-        whole = False
-    if whole and (composer.root is None or composer.root.value is None) and not faults:
-        faults.append(
-            YamlFault("E100", "the file is empty", 0, "`labrun new NAME` makes one to start from")
-        )
-        whole = False
+    root, faults, whole = read_nodes(source.text, source.lines, json=path.suffix.lower() == ".json")
+    if root is not None and whole:
+        faults += traps(root, source.text)
+    if not faults and (root is None or root.value is None):
+        hint = "`labrun new NAME` makes one to start from"
+        faults, whole = [YamlFault("E100", "the file is empty", 0, hint)], False
+    if root is not None and whole:
+        source.root, source.data = root, root.value
     problems = [_problem(source, fault) for fault in faults]
-    if not whole or composer.root is None:
-        return None, problems
-    source.root, source.data = composer.root, composer.root.value
-    return source, problems
+    return (source if source.root is not None else None), problems
 
 
 def _problem(source: Source, fault: YamlFault) -> Problem:
     start = min(fault.start, len(source.text))
     line, column, length = source.lines.span(start, start + max(1, fault.length))
+    message = fault.message
+    if fault.first is not None:
+        message += f"; it stands in line {source.lines.place(fault.first)[0]} already"
     return Problem(
         file=source.name, line=line, column=column, length=length,
-        code=fault.code, message=fault.message, hint=fault.hint,
+        severity="error" if fault.code.startswith("E") else "warning",
+        code=fault.code, message=message, hint=fault.hint,
     )  # fmt: skip
-
-
-def _read_text(path: Path) -> tuple[str, Problem | None]:
-    def refused(
-        message: str, hint: str = "", line: int = 1, column: int = 1
-    ) -> tuple[str, Problem]:
-        problem = Problem(
-            file=str(path), line=line, column=column, code="E100", message=message, hint=hint
-        )
-        return "", problem
-
-    try:
-        if path.is_dir():
-            return refused("this is a folder, not a file")
-        if not path.is_file():
-            return refused(*_missing(path))
-        size = path.stat().st_size
-        if size > LARGEST:
-            message = f"the file has {size / 1e6:,.0f} MB; {LARGEST / 1e6:.0f} MB is the most"
-            return "", Problem(file=str(path), line=1, column=1, code="E108", message=message)
-        data = path.read_bytes()
-    except (OSError, ValueError) as fault:
-        return refused(f"the file cannot be read: {getattr(fault, 'strerror', None) or fault}")
-    try:
-        return data.decode("utf-8"), None
-    except UnicodeDecodeError as fault:
-        before = data[: fault.start]
-        line = before.count(b"\n") + 1
-        column = len(before.rpartition(b"\n")[2].decode("utf-8", "replace")) + 1
-        return refused(
-            "the file is not UTF-8 text", "save it with the encoding UTF-8", line, column
-        )
-
-
-def _missing(path: Path) -> tuple[str, str]:
-    from .suggest import closest
-
-    if path.exists():
-        return "this is not a plain file", ""
-    try:
-        near = closest(path.name, (entry.name for entry in path.parent.iterdir()))
-    except OSError:
-        near = None
-    return "there is no such file", f"did you mean {near}?" if near else ""

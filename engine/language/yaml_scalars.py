@@ -69,3 +69,17 @@ def tagged_value(tag: str, text: str) -> Any:
     if wanted is None or type(value) is not wanted:
         raise ScalarFault(f"{text!r} is not of the type !!{tag}")
     return value
+
+
+def whole_text(text: str) -> str:
+    r"""A text whose pairs of surrogates (`\ud83d\ude00`, as JSON writes them) are one character."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        try:
+            return text.encode("utf-16", "surrogatepass").decode("utf-16")
+        except UnicodeDecodeError:
+            raise ScalarFault(
+                r"half of a character: of a pair such as \ud83d\ude00 one is missing"
+            ) from None
+    return text

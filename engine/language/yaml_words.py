@@ -3,12 +3,15 @@
 import re
 from typing import Any
 
-from .yaml_tree import Lines, YamlFault
+from .yaml_lines import Lines
+from .yaml_looks import looks, tab
+from .yaml_node import YamlFault, shown
 
 NO_TOKEN = re.compile(r"found character '(.+)' that cannot start any token")
 GOT = re.compile(r"but (?:got|found) \(?'?([^',)]+)'?")
-QUOTE_EXPRESSION = 'inside `{...}` or `[...]` an expression needs quotes: {x: "${{ ... }}"}'
-QUOTE_TEXT = 'put the text between quotes, such as "..."'
+KEY = re.compile(r"[ ]*(?:-[ ]+)*([^\s:#'\"-][^:#]*):(?=\s|$)")
+QUOTE_TEXT = "put the text between quotes"
+FIRST_COLON = re.compile(r"(?:^\s*|[-{,]\s+)(?:-\s+)*[^:\s]+:\s+(?=\S)")
 
 
 def in_words(fault: Any, lines: Lines) -> YamlFault:
@@ -19,10 +22,10 @@ def in_words(fault: Any, lines: Lines) -> YamlFault:
     offset = min(mark.index, max(0, len(lines.text) - 1))
     said = str(getattr(fault, "problem", None) or getattr(fault, "context", None) or fault)
     context = str(getattr(fault, "context", None) or "")
-    message, hint = _translate(said, context, lines, offset)
-    if "never closed" in message and fault.context_mark is not None:
-        offset = fault.context_mark.index
-    return YamlFault("E101", message, offset, hint)
+    begun = fault.context_mark.index if getattr(fault, "context_mark", None) else offset
+    return looks(lines, offset, flow="flow" in context) or _translate(
+        said, context, lines, offset, begun
+    )
 
 
 def _unreadable(fault: Any) -> YamlFault:
@@ -35,71 +38,127 @@ def _unreadable(fault: Any) -> YamlFault:
     )
 
 
-def _translate(said: str, context: str, lines: Lines, offset: int) -> tuple[str, str]:
-    line = lines.line(lines.place(offset)[0])
+def _translate(said: str, context: str, lines: Lines, offset: int, begun: int) -> YamlFault:
+    number = lines.place(offset)[0]
+    line = lines.line(number)
+    before = line[: offset - lines.starts[number - 1]]
+    if lines.text[offset : offset + 1] == "\t":
+        return tab(offset)
     if match := NO_TOKEN.search(said):
-        return _bad_start(match[1])
+        hint = f"{QUOTE_TEXT}, such as '{shown(line[len(before) :])}'"
+        return _fault(f"a text cannot begin with {match[1]}", offset, hint)
     if "flow" in context and "quoted" not in context:
-        return _flow(said, context, line)
+        return _flow(said, context, lines, offset, begun)
     if "mapping values are not allowed" in said:
-        return _colon(line, offset - lines.starts[lines.place(offset)[0] - 1])
-    if "quoted scalar" in context:
-        return _quoted(said)
+        return _colon(lines, number, before, offset)
+    if "quoted scalar" in context or ("escape" in said and "quoted" in context):
+        return _quoted(said, offset, begun)
     if "could not find expected ':'" in said:
-        return "a key without its `:`", "write `key: value`, with a space after the colon"
+        return _fault("a key without its `:`", begun, "write `key: value`")
+    if before.rstrip()[-1:] in ("'", '"') and "${{" not in line[len(before) :]:
+        return _after_quote(before.rstrip()[-1], lines, offset, before)
     if "expected <block end>" in said:
-        return _block_end(said, context)
+        return _block_end(said, lines, number, offset)
+    if "sequence entries are not allowed" in said:
+        return _fault("`- ` begins an item of a list, which cannot stand behind a key", offset,
+                      "put the list in the lines below; a negative number has no space: -3 mm")  # fmt: skip
+    if "expected alphabetic or numeric" in said:
+        mark = line[len(before) - 1 : len(before)]
+        names = {"&": "an anchor", "*": "an alias"}.get(mark, "a name")
+        message = f"a text that begins with {mark or '&'} is {names} to YAML"
+        return _fault(message, max(0, offset - 1), QUOTE_TEXT)
     if "document start" in said or "document end" in said:
-        return "this does not go on what stands before it", "is a `:` or a quote out of place?"
+        return _fault("this does not go on what stands before it", offset,
+                      "is a `:` or a quote out of place?")  # fmt: skip
     if "tag" in said:
-        return "a tag (`!...`) that is not known", "write the value without a tag"
-    return f"not YAML: {said.strip()}", ""
+        return _fault("a tag (`!...`) that is not known", offset, "write the value without a tag")
+    return _fault(f"not YAML: {said.strip()}", offset)
 
 
-def _bad_start(character: str) -> tuple[str, str]:
-    if character in ("\\t", "\t"):
-        return "a tab; YAML is indented with spaces", "replace the tab by spaces"
-    return f"a text cannot begin with {character}", QUOTE_TEXT
-
-
-def _flow(said: str, context: str, line: str) -> tuple[str, str]:
-    closing = "}" if "mapping" in context else "]"
+def _flow(said: str, context: str, lines: Lines, offset: int, begun: int) -> YamlFault:
+    mapping = "mapping" in context
+    closing = "}" if mapping else "]"
     got = GOT.search(said)
-    if "${{" in line and got is not None and got[1] in ("{", "}", "["):
-        return "an expression without quotes between brackets", QUOTE_EXPRESSION
-    if got is not None and got[1].startswith("<stream end"):
-        return f"a bracket that is never closed; {closing} is missing", f"close it with {closing}"
+    what = got[1] if got is not None else ""
+    if what.startswith("<stream end"):
+        return _open_bracket(closing, lines, begun)
+    here = lines.text[offset : offset + 1]
+    line = lines.place(begun)[0]
+    if line != lines.place(offset)[0] and lines.line(lines.place(offset)[0]).lstrip()[:2] == "- ":
+        return _open_bracket(closing, lines, begun)
+    if here == ":" and mapping:
+        start = max(lines.text.rfind(mark, 0, offset) for mark in ": {,") + 1
+        rest = re.compile(r"[^,}\r\n]*").match(lines.text, start)
+        value = shown(rest[0]) if rest is not None else ""
+        return _fault("`: ` within a text between brackets begins another value", start,
+                      f'{QUOTE_TEXT}: "{value}"', offset - start)  # fmt: skip
     if "expected the node content" in said:
-        return "a bracket or comma where a value should stand", QUOTE_TEXT
-    return (
-        f"a comma or {closing} is missing before this",
-        f"or the bracket is never closed: {closing}",
-    )
+        return _fault("a bracket or comma where a value should stand", offset,
+                      f"{QUOTE_TEXT} if the {here} belongs to it")  # fmt: skip
+    if here in ("}", "]"):
+        return _fault(f"{here} closes a bracket that was opened as {lines.text[begun]}", offset,
+                      f"write {closing}")  # fmt: skip
+    where = "" if line == lines.place(offset)[0] else f" of line {line}"
+    return _fault(f"a comma or {closing} is missing before this", offset,
+                  f"is the bracket {lines.text[begun]}{where} never closed?")  # fmt: skip
 
 
-def _colon(line: str, column: int) -> tuple[str, str]:
-    before = line[:column]
-    if re.search(r"(^\s*|[-{,]\s+)[^:\s]+:\s+\S", before):
-        return "a second `: ` in one line", QUOTE_TEXT + ", when it has a colon followed by a space"
-    return "a key that is indented further than the line before it allows", "line keys up"
+def _open_bracket(closing: str, lines: Lines, begun: int) -> YamlFault:
+    line, column = lines.place(begun)
+    comment = re.search(r"\s#", lines.line(line)[column:])
+    hint = f"close it with {closing}"
+    if comment is not None:
+        hint += "; a `#` after a space begins a comment, and what is in it does not count"
+    return _fault(f"a bracket that is never closed; {closing} is missing", begun, hint)
 
 
-def _quoted(said: str) -> tuple[str, str]:
+def _colon(lines: Lines, number: int, before: str, offset: int) -> YamlFault:
+    if first := FIRST_COLON.match(before):
+        start = lines.starts[number - 1] + first.end()
+        value = shown(lines.line(number)[first.end() :])
+        return _fault("a second `: ` in one line begins another key", start,
+                      f'{QUOTE_TEXT} that has a `: `: "{value}"', offset - start)  # fmt: skip
+    key = before.lstrip(" -")
+    return _fault("a key that is indented further than the line before it allows",
+                  offset - len(key), "line keys up", len(key))  # fmt: skip
+
+
+def _quoted(said: str, offset: int, begun: int) -> YamlFault:
     if "escape" in said or "hexdecimal" in said or "hexadecimal" in said:
-        return "a backslash with a letter that means nothing", "use single quotes, or write \\\\"
-    return "a quote that is never closed", "close it, or double a quote that belongs to the text"
+        message = "a backslash with a letter that means nothing"
+        return _fault(message, max(begun, offset - 1), "use single quotes, or write \\\\", 2)
+    return _fault("a quote that is never closed", begun,
+                  "close it, or double a quote that belongs to the text")  # fmt: skip
 
 
-def _block_end(said: str, context: str) -> tuple[str, str]:
+def _after_quote(quote: str, lines: Lines, offset: int, before: str) -> YamlFault:
+    other = "'...'" if quote == '"' else '"..."'
+    inside = r"\"" if quote == '"' else "''"
+    return _fault(f"the {quote} before this ends the text", offset,
+                  f"a {quote} within it is written {inside}, or put the text in {other}")  # fmt: skip
+
+
+def _block_end(said: str, lines: Lines, number: int, offset: int) -> YamlFault:
     got = GOT.search(said)
     what = got[1] if got else ""
     if what in ("}", "]"):
-        return f"a {what} that closes nothing", "remove it, or open it before"
-    if "collection" in context or what == "-":
-        return (
-            "a list and keys are mixed here",
-            "line the items of a list (`- `) up with each other",
-        )
+        return _fault(f"a {what} that closes nothing", offset, "remove it, or open it before")
+    line = lines.line(number)
+    if what == "-" or line.lstrip().startswith("- "):
+        return _fault("a list and keys are mixed here", offset,
+                      "line the items of a list (`- `) up with each other, below their key")  # fmt: skip
     if what == "<scalar>":
-        return "this does not go on what stands before it", QUOTE_TEXT
-    return "the indentation does not fit any line before it", "line keys of one level up"
+        return _fault("this does not go on what stands before it", offset, QUOTE_TEXT)
+    above = next((KEY.match(text) for text in _above(lines, number) if KEY.match(text)), None)
+    hint = "line keys of one level up"
+    if above is not None:
+        hint += f"; {above[1]!r} above begins in column {above.start(1) + 1}"
+    return _fault("the indentation does not fit any line before it", offset, hint)
+
+
+def _above(lines: Lines, number: int) -> list[str]:
+    return [lines.line(above) for above in range(number - 1, max(0, number - 20), -1)]
+
+
+def _fault(message: str, start: int, hint: str = "", length: int = 1) -> YamlFault:
+    return YamlFault("E101", message, start, hint, length)

@@ -1,86 +1,170 @@
-"""The example with anything in it missing, renamed or of another type: problems, never a traceback."""
+"""Every shipped protocol with anything in it missing, renamed, of another type or elsewhere.
+
+Never a traceback; and what the models refuse is never in order: an error is told at the mutation
+or inside it. The models say which mutations those are, so that reader and models watch each other.
+"""
 
 import copy
 import io
 import json
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
+import labrun.protocols
 from labrun.engine.check import check_text
-from labrun.engine.language.source import read_source
+from labrun.engine.language.source import parse_source, read_source
 from labrun.engine.print_problems import print_problems
+from labrun.schemas.protocol import Protocol
 
 EXAMPLE = Path(__file__).parent / "examples" / "libs_grid_scan.yaml"
-SOURCE = read_source(EXAMPLE)[0]
-assert SOURCE is not None
-DATA: Any = SOURCE.data
+SHIPPED = Path(labrun.protocols.__file__).parent
+PROTOCOLS = [EXAMPLE, *sorted(p for p in SHIPPED.iterdir() if p.suffix in (".yaml", ".json"))]
+STRUCTURAL, HARMLESS = 100, 40
+"""How many mutants of each protocol are checked; the seed is fixed."""
 OTHERS: list[Any] = [
-    None,
-    True,
-    -1,
-    1.5,
-    "",
-    "text",
-    "${{ x",
-    "${{ steps }}",
-    [],
-    [[]],
-    {},
-    {"a": {"b": 1}},
-]
+    None, True, -1, 1.5, "", "text", "${{ x", "${{ steps }}", [], [[]], {}, {"a": {"b": 1}},
+]  # fmt: skip
+Place = tuple[Any, ...]
 
 
-def places(data: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    inner = (
-        data.items()
-        if isinstance(data, dict)
-        else enumerate(data)
-        if isinstance(data, list)
-        else ()
-    )
-    return [path] * bool(path) + [p for key, value in inner for p in places(value, (*path, key))]
+@dataclass(frozen=True)
+class Mutant:
+    """A protocol that was changed, how, and the places at which that was done."""
+
+    data: Any
+    how: str
+    places: tuple[Place, ...]
+
+    @property
+    def is_structural(self) -> bool:
+        """True where the models refuse it."""
+        try:
+            Protocol.model_validate(self.data)
+        except ValidationError:
+            return True
+        return False
 
 
-def holder(data: Any, path: tuple[Any, ...]) -> Any:
-    for part in path[:-1]:
+def places(data: Any, path: Place = ()) -> list[Place]:
+    held: Any = data.items() if isinstance(data, dict) else ()
+    held = enumerate(data) if isinstance(data, list) else held
+    return [path] * bool(path) + [p for key, value in held for p in places(value, (*path, key))]
+
+
+def at(data: Any, path: Place) -> Any:
+    for part in path:
         data = data[part]
     return data
 
 
-def checked(data: Any) -> Any:
-    result = check_text(json.dumps(data), "mutant.json", needed=True)
-    for problem in result.problems:
-        assert problem.message and problem.code
-    return result
+def changed(data: Any, path: Place, change: Any) -> Any:
+    """A copy in which `change(holder, key)` was done to what holds the node at a path."""
+    other = copy.deepcopy(data)
+    change(at(other, path[:-1]), path[-1])
+    return other
 
 
-@pytest.mark.parametrize("path", places(DATA), ids=lambda path: ".".join(map(str, path)))
-def test_any_part_may_be_deleted_renamed_or_of_another_type(path):
-    deleted = copy.deepcopy(DATA)
-    del holder(deleted, path)[path[-1]]
-    checked(deleted)
-    if isinstance(path[-1], str):
-        renamed = copy.deepcopy(DATA)
-        around = holder(renamed, path)
-        around[path[-1] + "x"] = around.pop(path[-1])
-        checked(renamed)
-    for other in OTHERS:
-        retyped = copy.deepcopy(DATA)
-        holder(retyped, path)[path[-1]] = other
-        checked(retyped)
+def mutants(data: Any, chance: random.Random) -> Iterator[Mutant]:
+    """Every node deleted, renamed, retyped, swapped with the next, moved and repeated."""
+    every = places(data)
+    for path in every:
+        around, key = at(data, path[:-1]), path[-1]
+        yield Mutant(changed(data, path, deleted), f"delete {path}", (path[:-1],))
+        other = chance.choice(OTHERS)
+        yield Mutant(changed(data, path, retyped(other)), f"{path} is {other!r}", (path,))
+        if isinstance(key, str):
+            yield Mutant(changed(data, path, renamed), f"rename {path}", (path[:-1],))
+        keys = list(around) if isinstance(around, dict) else list(range(len(around)))
+        if len(keys) > 1:
+            beside = chance.choice([one for one in keys if one != key])
+            told = (path, (*path[:-1], beside))
+            yield Mutant(changed(data, path, swapped(beside)), f"swap {path}, {beside}", told)
+        there = chance.choice(every)
+        if there[: len(path)] != path and path[: len(there)] != there:
+            value = copy.deepcopy(at(data, path))
+            copied = changed(data, there, retyped(value))
+            yield Mutant(copied, f"repeat {path} at {there}", (there,))
+            if there[: len(path) - 1] != path[:-1]:  # deleting would shift what is beside it
+                moved = changed(copied, path, deleted)
+                yield Mutant(moved, f"move {path} to {there}", (there, path[:-1]))
 
 
-@settings(max_examples=150, deadline=None)
+def deleted(around: Any, key: Any) -> None:
+    del around[key]
+
+
+def renamed(around: dict[str, Any], key: str) -> None:
+    items = [(f"{k}x" if k == key else k, value) for k, value in around.items()]
+    around.clear()
+    around.update(items)
+
+
+def retyped(value: Any) -> Any:
+    def change(around: Any, key: Any) -> None:
+        around[key] = copy.deepcopy(value)
+
+    return change
+
+
+def swapped(beside: Any) -> Any:
+    def change(around: Any, key: Any) -> None:
+        around[key], around[beside] = around[beside], around[key]
+
+    return change
+
+
+def sample(path: Path) -> list[Mutant]:
+    """Mutants of one protocol: those that the models refuse, and some that they do not."""
+    chance = random.Random(f"{path.name} of old")
+    source, problems = read_source(path)
+    assert source is not None and not problems
+    found = list(mutants(source.data, chance))
+    refused = [mutant for mutant in found if mutant.is_structural]
+    others = [mutant for mutant in found if not mutant.is_structural]
+    some = chance.sample(refused, min(STRUCTURAL, len(refused)))
+    return some + chance.sample(others, min(HARMLESS, len(others)))
+
+
+def spots(text: str, mutant: Mutant) -> set[tuple[int, int]]:
+    """Line and column of every key and value at and inside the mutation."""
+    source, problems = parse_source(text, Path("mutant"), "mutant")
+    assert source is not None, problems
+    found = set()
+    for place in mutant.places:
+        inner = [place, *(p for p in places(source.data) if p[: len(place)] == place)]
+        found |= {source.place(p, key=key)[:2] for p in inner for key in (False, True)}
+    return found
+
+
+@pytest.mark.parametrize("path", PROTOCOLS, ids=lambda path: path.stem)
+def test_a_mutant_is_told_where_it_differs_from_what_the_models_allow(path):
+    for mutant in sample(path):
+        text = json.dumps(mutant.data, indent=1)
+        result = check_text(text, str(path.with_name("mutant.yaml")))
+        print_problems(result.problems, file=io.StringIO())
+        assert all(p.message and p.code for p in result.problems)
+        if not mutant.is_structural:
+            continue
+        errors = {(p.line, p.column) for p in result.problems if p.severity == "error"}
+
+        assert errors & spots(text, mutant), f"{mutant.how}: {result.problems}"
+
+
+@settings(max_examples=100, deadline=None)
 @given(st.text(max_size=200))
 def test_any_text_is_checked_without_a_traceback(text):
     assert check_text(text, "any.yaml").problems
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.data())
 def test_the_example_with_pieces_of_itself_in_other_places_is_checked(data):
     text = EXAMPLE.read_text(encoding="utf-8")

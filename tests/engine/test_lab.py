@@ -47,14 +47,14 @@ def test_a_lab_brings_its_own_contracts_and_limits(tmp_path):
 
 
 def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
-    assert told(write(tmp_path, LAB.replace("gantry@1", "gantri@1"))) == ["E120 5:22"]
-    assert told(write(tmp_path, LAB.replace("x: {max", "xx: {max"))) == ["E121 5:61"]
-    assert told(write(tmp_path, LAB.replace("40 cm", "40 s"))) == ["E121 5:74"]
+    assert told(write(tmp_path, LAB.replace("gantry@1", "gantri@1"))) == ["E130 5:22"]
+    assert told(write(tmp_path, LAB.replace("x: {max", "xx: {max"))) == ["E131 5:61"]
+    assert told(write(tmp_path, LAB.replace("40 cm", "40 s"))) == ["E131 5:74"]
     assert told(write(tmp_path, LAB.replace("driver", "drivr"))) == ["E110 5:32"]
     assert told(write(tmp_path, LAB.replace("furnace.yaml", "none.yaml"))) == [
-        "E120 2:13",
-        "E120 4:20",
+        "E130 2:13",
+        "E130 4:20",
     ]
-    assert told(write(tmp_path, LAB, FURNACE.replace("degC", "degX"))) == ["E120 2:13", "E120 4:20"]
-    assert told(write(tmp_path, LAB, "type: furnace@1\nactions: 3\n")) == ["E120 2:13", "E120 4:20"]
+    assert told(write(tmp_path, LAB, FURNACE.replace("degC", "degX"))) == ["E130 2:13", "E130 4:20"]
+    assert told(write(tmp_path, LAB, "type: furnace@1\nactions: 3\n")) == ["E130 2:13", "E130 4:20"]
     assert told(tmp_path / "nowhere.yaml") == ["E100 1:1"]

@@ -21,6 +21,7 @@ steps:
     with:
       shot: ${{ steps.shoot.shotid }}
       file: a.csv
+finally: [{do: libs.disarm}]
 """
 
 

@@ -14,8 +14,8 @@ import pytest
 
 from labrun.drivers.twins.minerals import atom_fractions
 from labrun.engine.check import check_file
-from labrun.engine.explain import explain_protocol
 from labrun.engine.rehearse.rehearse import Rehearsal
+from labrun.engine.views.explain import explain_protocol
 
 SHIPPED = sorted(
     Path(str(entry))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from labrun.engine.language.source import LARGEST, parse_source, read_source
+from labrun.engine.language.source import parse_source, read_source
 
 
 def read(text: str):
@@ -16,7 +16,7 @@ def read(text: str):
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("no", "no"), ("on", "on"), ("1:30", "1:30"), ("010", 10), ("0o10", 8), ("0x1F", 31),
+        ("no", "no"), ("on", "on"), ("1:30", "1:30"), ("0o10", 8), ("0x1F", 31),
         ("1_000", "1_000"), ("1e3", 1000.0), (".5", 0.5), ("5.", 5.0), ("+3", 3), ("-0", 0),
         ("~", None), ("Null", None), ("nULL", "nULL"), ("True", True), ("yes", "yes"),
         ("2026-11-21", "2026-11-21"), ("'3'", "3"), ('"true"', "true"), ("!!str 3", "3"),
@@ -56,13 +56,6 @@ def test_an_alias_repeats_its_anchor():
     assert source is not None and source.data["b"] == {"y": 1}
 
 
-def test_json_is_read_as_well():
-    source, problems = read('{"labrun": 1, "steps": [{"do": "gantry.home"}], "x": "\\u00e9"}')
-
-    assert problems == []
-    assert source is not None and source.data["x"] == "é"
-
-
 def test_a_byte_order_mark_moves_nothing():
     source, problems = read("\ufefflabrun: 1\n")
 
@@ -80,23 +73,55 @@ def test_an_empty_file_is_told(content, tmp_path):
     assert [p.code for p in problems] == ["E100"]
 
 
-def test_files_that_cannot_be_read_are_problems(tmp_path):
-    latin = tmp_path / "latin.yaml"
-    latin.write_bytes(b"a: 1\nname: caf\xe9\n")
-    large = tmp_path / "large.yaml"
-    with large.open("wb") as file:
-        file.truncate(LARGEST + 1)
-    (tmp_path / "there.yaml").write_text("a: 1")
-    told = {
-        name: read_source(tmp_path / name)[1][0]
-        for name in (".", "their.yaml", "latin.yaml", "large.yaml", "null\0.yaml")
-    }
+def test_places_count_windows_line_ends_and_old_mac_ones():
+    windows, _ = read("a: 1\r\nb: [x,\r\n  y]\r\n")
+    mac, _ = read("a: 1\rb: [x,\r  y]\r")
 
-    assert told["."].message == "this is a folder, not a file"
-    assert told["their.yaml"].hint == "did you mean there.yaml?"
-    assert (told["latin.yaml"].line, told["latin.yaml"].column) == (2, 10)
-    assert told["large.yaml"].code == "E108"
-    assert told["null\0.yaml"].code == "E100"
+    assert windows is not None and mac is not None
+    assert windows.data == mac.data == {"a": 1, "b": ["x", "y"]}
+    assert windows.place(("b", 1)) == mac.place(("b", 1)) == (3, 3, 1)
+
+
+def test_a_second_key_names_the_line_of_the_first():
+    _, problems = read("a: 1\nb: 2\na: 3\n")
+
+    assert (problems[0].code, problems[0].line) == ("E102", 3)
+    assert "line 1" in problems[0].message
+
+
+def test_merge_keys_give_what_a_mapping_has_not_itself_with_its_place():
+    text = "base: &base {x: 1, y: 2}\nmore: &more {y: 3, z: 4}\na:\n  y: 5\n  <<: [*base, *more]\n"
+    source, problems = read(text)
+
+    assert problems == []
+    assert source is not None
+    assert source.data["a"] == {"y": 5, "x": 1, "z": 4}
+    assert source.place(("a", "y")) == (4, 6, 1)
+    assert source.place(("a", "z"), key=True) == (2, 20, 1)
+
+
+def test_a_quoted_merge_key_is_a_key():
+    source, problems = read("a: {'<<': 1}\n")
+
+    assert problems == []
+    assert source is not None and source.data == {"a": {"<<": 1}}
+
+
+def test_merges_that_blow_up_are_refused():
+    bomb = "a0: &a0 {k: 1}\n" + "".join(
+        f"a{n}: &a{n} {{l: [{', '.join([f'*a{n - 1}'] * 9)}], <<: *a{n - 1}}}\n"
+        for n in range(1, 12)
+    )
+    _, problems = read(bomb)
+
+    assert [p.code for p in problems] == ["E108"]
+
+
+def test_a_pair_of_surrogates_is_one_character():
+    source, problems = read('a: "\\ud83d\\ude00"\n')
+
+    assert problems == []
+    assert source is not None and source.data == {"a": "\U0001f600"}
 
 
 @pytest.mark.parametrize(

@@ -71,7 +71,9 @@ def test_a_file_that_is_not_there_suggests_the_one_that_is(tmp_path):
     with pytest.raises(TableFault) as fault:
         Tables(tmp_path / "p.yaml")("sampels.csv")
 
-    assert "there is no file sampels.csv beside p.yaml; did you mean samples.csv?" in str(fault.value)
+    assert "there is no file sampels.csv beside p.yaml; did you mean samples.csv?" in str(
+        fault.value
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,36 @@
+"""Values that stay the same whatever the parameters are; no check, what several checks ask."""
+
+from typing import Any
+
+from ..language.expression import ExpressionError
+from ..language.fold import Folded, Folding, fold
+from ..language.value import value_of
+
+NOTHING = Folding({}, {}, {})
+
+
+def constant(raw: Any) -> Folded:
+    """What a value is where it needs no parameter, no result and no name."""
+    try:
+        return fold(value_of(raw), NOTHING)
+    except ExpressionError:
+        return Folded(known=False)
+
+
+def always(raw: Any) -> bool:
+    """True for a condition that is never false, such as `${{ true }}`."""
+    found = constant(raw)
+    return found.known and not isinstance(found.value, str) and bool(found.value)
+
+
+def never(raw: Any) -> bool:
+    """True for a condition that is never true."""
+    found = constant(raw)
+    return found.known and not isinstance(found.value, str) and not found.value
+
+
+def turns(raw: Any) -> int | None:
+    """A number of turns that is fixed; None where it is not, or is none."""
+    found = constant(raw)
+    is_count = found.known and type(found.value) is int and found.value >= 0
+    return found.value if is_count else None

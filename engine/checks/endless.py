@@ -1,0 +1,98 @@
+"""A `while` comes to an end: it has a bound, and its steps change what its condition is about.
+
+W411. A `while` goes on as long as its condition is true. With `max` it fails with the error
+MaxReached where that takes more turns than anybody expects; without, a reading that never comes
+keeps the instrument busy all night.
+
+Passes:
+
+    devices: {balance: balance@1}
+    steps:
+      - set: {mass: "${{ 0 g }}"}
+      - while: ${{ mass < 5 g }}
+        max: 20
+        steps:
+          - {id: weight, do: balance.weigh}
+          - set: {mass: "${{ steps.weight.mass }}"}
+
+Fails:
+
+    devices: {balance: balance@1}
+    steps:
+      - set: {mass: "${{ 0 g }}"}
+      - while: ${{ mass < 5 g }}
+        steps:
+          - {id: weight, do: balance.weigh}
+          - set: {mass: "${{ steps.weight.mass }}"}
+
+W412. The condition of a `while` is computed anew before each turn. Where no `set` in the loop
+changes a name in it, it stays what it was: the loop never runs, or runs `max` times and fails.
+
+Passes:
+
+    devices: {balance: balance@1}
+    steps:
+      - set: {mass: "${{ 0 g }}"}
+      - while: ${{ mass < 5 g }}
+        max: 20
+        steps:
+          - {id: weight, do: balance.weigh}
+          - set: {mass: "${{ steps.weight.mass }}"}
+
+Fails:
+
+    devices: {balance: balance@1}
+    steps:
+      - {id: weight, do: balance.weigh}
+      - while: ${{ steps.weight.mass < 5 g }}
+        max: 20
+        steps:
+          - {do: balance.weigh, with: {patience: 60 s}}
+"""
+
+from collections.abc import Iterator
+
+from ...schemas.problem import Problem
+from ...schemas.protocol import Set, While
+from ..context import Context
+from ..language.spots import StepAt
+from .constant import constant
+from .within import within
+
+CODES = {
+    "W411": "a `while` without `max`",
+    "W412": "a `while` whose condition nothing in it changes",
+}
+
+
+def check(context: Context) -> Iterator[Problem]:
+    """Every `while`."""
+    conditions = {
+        spot.place[:-1]: spot
+        for spot in context.survey.spots
+        if spot.use == "condition" and spot.what == "while"
+    }
+    for step, at in context.steps(While):
+        if step.max is None and not constant(step.while_).known:
+            message = "this `while` may go on for ever: it has no `max`"
+            hint = "add the most turns that make sense, such as `max: 100`"
+            yield context.source.problem(
+                (*at.place, "while"), "W411", message, hint, key=True, severity="warning"
+            )
+        spot = conditions.get(at.place)
+        if spot is not None and not isinstance(spot.value, Exception) and not spot.inferred()[1]:
+            names = {name for one in spot.value.expressions() for name in one.names}
+            yield from _unchanged(context, step, at, names)
+
+
+def _unchanged(context: Context, step: While, at: StepAt, names: set[str]) -> Iterator[Problem]:
+    if not names or "run" in names:
+        return
+    changed = {
+        name for inner, _ in within(step, at.place) if isinstance(inner, Set) for name in inner.set
+    }
+    if names & changed:
+        return
+    message = "nothing in this loop changes what its condition depends on"
+    hint = "let a `set` in the loop give a name a new value, and ask for that name here"
+    yield context.source.problem((*at.place, "while"), "W412", message, hint, severity="warning")

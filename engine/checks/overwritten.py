@@ -1,0 +1,112 @@
+"""Every iteration writes a file of its own.
+
+W417. An action that writes a file (`spectra/a.csv`) writes it anew in each iteration. Where the
+name of the file is the same in two of them, the second overwrites the first, and of a scan of a
+thousand points one spectrum is left.
+
+Passes:
+
+    params: {sample: {type: string, default: core}}
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - foreach: {point: "${{ grid(x=span(0, 4, 1), y=span(0, 4, 1)) }}"}
+        steps:
+          - {id: last, do: libs.last_shot}
+          - do: libs.export
+            with:
+              shot: ${{ steps.last.shot_id }}
+              file: spectra/${{ params.sample }}_${{ point.ix }}_${{ point.iy }}.csv
+
+Fails:
+
+    params: {sample: {type: string, default: core}}
+    devices: {libs: libs_analyzer@1}
+    steps:
+      - foreach: {point: "${{ grid(x=span(0, 4, 1), y=span(0, 4, 1)) }}"}
+        steps:
+          - {id: last, do: libs.last_shot}
+          - do: libs.export
+            with:
+              shot: ${{ steps.last.shot_id }}
+              file: spectra/${{ params.sample }}_${{ point.ix }}.csv
+"""
+
+from collections.abc import Iterator
+
+from ...schemas.problem import Problem
+from ..context import Context
+from ..language.fold import MOST_ITEMS, fold, name_item
+from ..language.grid import Grid
+from ..language.scope import Env, LoopName
+from ..language.spots import Spot
+from ..language.value import Value
+from .loops import first_double, surely_different
+
+CODES = {"W417": "a file that each iteration overwrites"}
+VARIES = {"steps", "run", "error"}
+"""Names whose values may be others in each iteration, nobody knows before the run."""
+
+
+def check(context: Context) -> Iterator[Problem]:
+    """Every argument in a loop that names a file which the action writes."""
+    for _, at, _, action in context.actions():
+        loops = [level for level in at.env.levels if level.kind == "loop"]
+        if not loops:
+            continue
+        for name in action.path_params()[1]:
+            spot = at.arguments.get(name)
+            if spot is None or not isinstance(spot.value, Value) or spot.inferred()[1]:
+                continue
+            message = _why(spot, spot.value, len(loops))
+            if message:
+                yield context.source.problem(
+                    spot.place, "W417", message, _hint(spot, spot.value), severity="warning"
+                )
+
+
+def _why(spot: Spot, value: Value, loops: int) -> str:
+    names = names_in(value)
+    env = spot.env
+    if names & (VARIES | set(env.set_names())):
+        return ""
+    unnamed = [loop for loop in env.loops if loop.name not in names and _turns(loop) != 1]
+    if unnamed:
+        return (
+            f"every iteration overwrites this file: its name does not say which {unnamed[-1].name}"
+        )
+    if loops > len(env.loops):
+        return "" if names else "every iteration overwrites this file: its name is always the same"
+    return _double(env, value, env.loops[-1]) if loops == 1 else ""
+
+
+def names_in(value: Value) -> set[str]:
+    """The names that a value needs."""
+    return {name for one in value.expressions() for name in one.names}
+
+
+def _hint(spot: Spot, value: Value) -> str:
+    if not spot.env.loops:
+        return "go through numbers, `foreach: {n: ${{ range(5) }}}`, and put ${{ n }} in the name"
+    unnamed = [loop for loop in spot.env.loops if loop.name not in names_in(value)]
+    loop = (unnamed or spot.env.loops)[-1]
+    field = ".index" if isinstance(loop.items, Grid) else ""
+    return f"name what tells the iterations apart, such as ${{{{ {loop.name}{field} }}}}"
+
+
+def _turns(loop: LoopName) -> int | None:
+    return len(loop.items) if loop.items is not None else None
+
+
+def _double(env: Env, value: Value, loop: LoopName) -> str:
+    """Two iterations that write the same file, where their items are known."""
+    items, folding = loop.items, env.folding()
+    if items is None or len(items) > MOST_ITEMS or surely_different(value, loop):
+        return ""
+    if not fold(value, folding).known:
+        return ""
+    double = first_double(value, items, loop.name, {**folding.names, "params": folding.params})
+    if double is None:
+        return ""
+    first, second, file = double
+    what = [name_item(loop.name, items, index, items[index]) for index in (first, second)]
+    return f"iterations {first} and {second} both write {file} ({what[0]}, {what[1]})"

@@ -1,0 +1,59 @@
+"""`labrun fmt FILE...`: protocols in even form; their comments, quotes and order stay."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..exit_status import FAILED, PROBLEMS
+from ..format_file import STDIN, Formatted, formatted, write_whole
+from ..print_problems import print_problems
+from .options import say
+
+Files = Annotated[
+    list[Path],
+    typer.Argument(
+        help="The files; `-` is stdin to stdout.", metavar="FILE...", show_default=False
+    ),
+]
+Check = Annotated[
+    bool, typer.Option("--check", help="Write nothing; status 1 if one would change.")
+]
+Diff = Annotated[bool, typer.Option("--diff", help="Write nothing; show what would change.")]
+
+
+def fmt(files: Files, check: Check = False, diff: Diff = False) -> None:
+    """Indent protocols by two spaces a level; what they mean stays as it is."""
+    uneven, problems = 0, []
+    for file in files:
+        done = formatted(file)
+        problems += done.problems
+        uneven += done.changed
+        if diff:
+            _put(done.diff())
+        elif check and done.changed:
+            say(f"{done.name} is not in even form")
+        if not (check or diff or done.problems):
+            problems += _write(file, done)
+    if problems:
+        print_problems(problems, file=sys.stderr)
+        raise typer.Exit(PROBLEMS)
+    if check and uneven:
+        raise typer.Exit(FAILED)
+
+
+def _write(file: Path, done: Formatted) -> list:
+    """Write what changed; stdin is always answered, so that an editor gets its text back."""
+    if file == STDIN:
+        _put(done.after)
+        return []
+    problem = write_whole(file, done.after) if done.changed else None
+    return [] if problem is None else [problem]
+
+
+def _put(text: str) -> None:
+    """Text as it is: `print` would change line ends on some systems."""
+    sys.stdout.flush()
+    sys.stdout.buffer.write(text.encode())
+    sys.stdout.buffer.flush()

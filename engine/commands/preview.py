@@ -1,0 +1,69 @@
+"""`labrun preview FILE`: the points of a protocol over the work area, as a picture."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..check import Checked
+from ..exit_status import PROBLEMS
+from ..views.english import count_of
+from ..views.forecast import outlook
+from ..views.preview.walk import Path as Way
+from ..views.preview.walk import Walk
+from .as_far_as import checked_as_far_as
+from .options import Bind, Lab, Params, say
+
+FORMATS = (".png", ".svg", ".pdf")
+File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
+Output = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", help="The picture: .png, .svg or .pdf.", show_default=False),
+]
+
+
+def preview(
+    file: File, output: Output = None, lab: Lab = None, bind: Bind = None, param: Params = None
+) -> None:
+    """Draw the points that a protocol moves to, over the area that the device may reach."""
+    picture = output or Path(f"{file.stem}-preview.png")
+    if picture.suffix.lower() not in FORMATS:
+        say(f"-o {picture}: the picture is a .png, a .svg or a .pdf")
+        raise typer.Exit(PROBLEMS)
+    checked = checked_as_far_as(file, lab, bind, param)
+    walk = Walk().follow(outlook(checked))
+    if not any(path.points for path in walk.paths.values()):
+        say(_nothing(checked, walk))
+        raise typer.Exit(PROBLEMS)
+    from ..views.preview.figure import draw
+
+    try:
+        draw(walk, checked.protocol.name if checked.protocol is not None else "", picture)
+    except OSError as fault:
+        say(f"{picture} cannot be written: {fault.strerror or fault}")
+        raise typer.Exit(PROBLEMS) from None
+    for path in walk.paths.values():
+        if path.outside:
+            say(outside_text(path))
+    print(picture)
+
+
+def _nothing(checked: Checked, walk: Walk) -> str:
+    if not walk.paths:
+        return "no device of this protocol moves in a plane: none has an action with an x and a y"
+    device, path = next(iter(walk.paths.items()))
+    if path.unknown:
+        return f"no point is known before the run: {device} goes where the run decides"
+    return f"no step moves {device} to an x and a y"
+
+
+def outside_text(path: Way) -> str:
+    """`gantry: 3 of 1,071 points lie outside x 0..4 mm, y 0..10 mm; the first is number 1,069 ...`."""
+    outside = path.outside
+    first = path.points[outside[0]]
+    verb = "lies" if len(outside) == 1 else "lie"
+    return (
+        f"{path.plane.device}: {len(outside):,} of {count_of(len(path.points), 'point')} {verb} "
+        f"outside {path.plane.area}; the first is number {outside[0] + 1:,}, "
+        f"({first.x_mm:g}, {first.y_mm:g}) mm"
+    )

@@ -1,0 +1,114 @@
+"""The text of a file, or the one sentence that says why it cannot be had."""
+
+import codecs
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+LARGEST = 10_000_000
+"""Bytes; a protocol of a thousand lines has forty thousand."""
+MARKS = (
+    (codecs.BOM_UTF32_LE, "UTF-32"), (codecs.BOM_UTF32_BE, "UTF-32"),
+    (codecs.BOM_UTF16_LE, "UTF-16"), (codecs.BOM_UTF16_BE, "UTF-16"),
+)  # fmt: skip
+KINDS = (
+    (b"PK\x03\x04", "a ZIP file, such as Word and Excel save"), (b"%PDF", "a PDF"),
+    (b"\x1f\x8b", "a gzip file"), (b"\x89PNG", "a picture"), (b"\xff\xd8\xff", "a picture"),
+    (b"\xd0\xcf\x11\xe0", "an old Word or Excel file"), (b"{\\rtf", "an RTF file"),
+)  # fmt: skip
+SAVE = "save it as plain text with the encoding UTF-8"
+
+
+@dataclass(frozen=True, slots=True)
+class Unread:
+    """Why there is no text: a code of the manual, the sentence, the hint, the place."""
+
+    message: str
+    hint: str = ""
+    code: str = "E100"
+    line: int = 1
+    column: int = 1
+
+
+def file_text(path: Path) -> str | Unread:
+    """The text of a file; a file that is too large is not read at all."""
+    try:
+        if path.is_dir():
+            return Unread("this is a folder, not a file", _inside(path))
+        if not path.is_file():
+            return _missing(path)
+        size = path.stat().st_size
+        if size > LARGEST:
+            message = f"the file has {size / 1e6:,.0f} MB; {LARGEST / 1e6:.0f} MB is the most"
+            return Unread(message, "is it data? a table belongs in a CSV file", "E108")
+        data = path.read_bytes()
+    except PermissionError:
+        return Unread("the file cannot be read: permission denied", "ask its owner for the right")
+    except (OSError, ValueError) as fault:
+        return Unread(f"the file cannot be read: {getattr(fault, 'strerror', None) or fault}")
+    return decoded(data)
+
+
+def decoded(data: bytes) -> str | Unread:
+    """Bytes as text, if they are UTF-8; else a guess at what they are."""
+    if what := next((what for start, what in KINDS if data.startswith(start)), None):
+        return Unread(f"this is {what}, not a text", SAVE)
+    if (name := _wide(data)) is not None:
+        return Unread(f"the file is {name}, not UTF-8", SAVE)
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as fault:
+        return _not_utf8(data, fault.start)
+
+
+def _wide(data: bytes) -> str | None:
+    """UTF-16 or UTF-32, by its mark or by the zeros between Latin letters."""
+    for mark, name in MARKS:
+        if data.startswith(mark):
+            return name
+    if re.match(rb"(?:[\t\n\r -~]\x00){2}|(?:\x00[\t\n\r -~]){2}", data):
+        return "UTF-16"
+    return None
+
+
+def _not_utf8(data: bytes, start: int) -> Unread:
+    before = data[:start].decode("utf-8")
+    line = len(re.findall(r"\r\n?|\n", before)) + 1
+    column = len(re.split(r"\r\n?|\n", before)[-1]) + 1
+    byte = data[start : start + 1]
+    guess = byte.decode("cp1252", "replace")
+    if b"\0" in data:
+        return Unread("this is not a text file", SAVE, line=line, column=column)
+    if not guess.isprintable() or guess == "\ufffd":
+        message = f"the file is not UTF-8 text: byte 0x{byte.hex().upper()} means nothing there"
+        return Unread(message, SAVE, line=line, column=column)
+    message = (
+        f"the file is not UTF-8 text; it looks like Latin-1 (Windows-1252), "
+        f"where byte 0x{byte.hex().upper()} is {guess}"
+    )
+    return Unread(message, SAVE, line=line, column=column)
+
+
+def _inside(folder: Path) -> str:
+    """A protocol that lies in the folder, if there is one."""
+    found = sorted(entry for entry in folder.iterdir() if entry.suffix in (".yaml", ".yml"))
+    return f"name a file in it, such as {found[0]}" if found else ""
+
+
+def _missing(path: Path) -> Unread:
+    from .suggest import closest
+
+    if path.exists():
+        return Unread("this is not a plain file", "save it to a file first")
+    if not path.parent.is_dir():
+        return Unread("there is no such file", f"there is no folder {path.parent}, either")
+    near = closest(path.name, (entry.name for entry in path.parent.iterdir()))
+    there = near or _other_suffix(path)
+    return Unread("there is no such file", f"did you mean {path.parent / there}?" if there else "")
+
+
+def _other_suffix(path: Path) -> str | None:
+    for suffix in (".yaml", ".yml", ".json"):
+        if path.with_suffix(suffix).is_file():
+            return path.with_suffix(suffix).name
+    return None

@@ -1,0 +1,44 @@
+"""Characters that word processors and other keyboards put in place of what YAML wants."""
+
+import unicodedata
+
+INSTEAD = {
+    "\u00a0": "a space", "\u202f": "a space", "\u2009": "a space", "\u3000": "a space",
+    "“": '"', "”": '"', "„": '"', "«": '"', "»": '"', "‘": "'", "’": "'", "‚": "'",
+    "：": "`: `", "，": "`, `", "；": ";", "（": "(", "）": ")", "［": "[", "］": "]",
+    "｛": "{", "｝": "}", "＝": "=", "＃": "#", "－": "-", "＊": "*", "＋": "+",
+    "–": "-", "—": "-", "−": "-", "×": "*", "·": "*", "÷": "/", "≤": "<=", "≥": ">=", "≠": "!=",
+}  # fmt: skip
+NAMES = {
+    "\u00a0": "a non-breaking space", "\u202f": "a narrow non-breaking space",
+    "\u3000": "a full-width space", "\u200b": "a space of no width", "\ufeff": "a byte order mark",
+    "\u00ad": "a soft hyphen", "：": "a full-width colon",
+}  # fmt: skip
+INVISIBLE = {"Cf", "Cc", "Zs", "Zl", "Zp"}
+
+
+def named(character: str) -> str:
+    """`a full-width colon (U+FF1A)`: a character that cannot be told by looking at it."""
+    code = f"U+{ord(character):04X}"
+    if name := NAMES.get(character):
+        return f"{name} ({code})"
+    if unicodedata.category(character) in INVISIBLE:
+        return f"an invisible character ({code})"
+    return f"{character} ({code})"
+
+
+def odd(character: str) -> bool:
+    """True for what is written instead of another character, or cannot be seen."""
+    if character.isascii():
+        return False
+    return character in INSTEAD or unicodedata.category(character) in INVISIBLE
+
+
+def odd_characters(text: str) -> str:
+    """A sentence on the first character of a text that is not what it looks like; or nothing."""
+    found = next((character for character in text if odd(character)), None)
+    if found is None:
+        return ""
+    instead = INSTEAD.get(found)
+    what = f"write {instead} instead" if instead else "remove it"
+    return f"it holds {named(found)}; {what}"

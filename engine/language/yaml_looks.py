@@ -1,0 +1,104 @@
+"""Lines that a parser fails at for a reason that a look at them shows: tabs, `${{`, odd spaces."""
+
+import re
+
+from .yaml_characters import named, odd_characters
+from .yaml_lines import Lines
+from .yaml_node import YamlFault, shown
+
+TAB = re.compile(r"[ ]*(?:-[ ]*)*(\t)")
+TAB_AFTER = re.compile(r"[^\"'#]*[:,-][ ]*(\t)")
+EXPRESSION = re.compile(r"\$\{\{.*?(\}\}|$)")
+CUT = re.compile(r"(\$\{\{(?:(?!\}\}).)*?)\s#")
+ODD_SPACE = re.compile(
+    r"\s*?(?:-\s*)*([\u00a0\u202f\u2009\u3000\u200b\ufeff])|[^'\"#]*?[:-]([\u00a0\u202f\u3000])"
+)
+WIDE_COLON = re.compile(r"\s*(?:- +)*\w+(：)")
+NO_SPACE = re.compile(r"\s*(?:- +)*(([A-Za-z_]\w*):([^\s:/#][^#]*))(?:#|$)")
+CURLY = "“”„«»‘’"
+
+
+def looks(lines: Lines, offset: int, *, flow: bool) -> YamlFault | None:
+    """What the line of a fault, or the one above it, shows; None where it shows nothing."""
+    number = lines.place(offset)[0]
+    here = (number, lines.line(number))
+    above = next(
+        ((n, lines.line(n)) for n in range(number - 1, 0, -1) if lines.line(n).strip()), None
+    )
+    column = offset - lines.starts[number - 1]
+    return (
+        _tab(lines, *here)
+        or (_bare_expression(lines, *here, column) if flow else None)
+        or _in_either(lines, here, above)
+    )
+
+
+def _in_either(
+    lines: Lines, here: tuple[int, str], above: tuple[int, str] | None
+) -> YamlFault | None:
+    for look in (_cut, _odd, _no_space):
+        for line in (here, above):
+            found = look(lines, *line) if line is not None else None
+            if found is not None:
+                return found
+    return None
+
+
+def _tab(lines: Lines, number: int, line: str) -> YamlFault | None:
+    match = TAB.match(line) or TAB_AFTER.match(line)
+    return tab(lines.starts[number - 1] + match.start(1)) if match is not None else None
+
+
+def tab(offset: int) -> YamlFault:
+    """A tab where only spaces may stand."""
+    return YamlFault("E101", "a tab; YAML is indented with spaces", offset,
+                     "replace the tab by spaces; most editors can be told to")  # fmt: skip
+
+
+def _bare_expression(lines: Lines, number: int, line: str, column: int) -> YamlFault | None:
+    """`{x: ${{ p }}}`: between brackets, a brace is a brace."""
+    begun = max((m.start() for m in EXPRESSION.finditer(line) if m.start() <= column), default=-1)
+    if begun < 0:
+        return None
+    match = EXPRESSION.match(line, begun)
+    assert match is not None
+    hint = f'write "{shown(match[0])}"'
+    if line[begun - 1 : begun] in CURLY and begun:
+        hint = f"{named(line[begun - 1])} is no quote to YAML; {hint}"
+    return YamlFault(
+        "E101", "an expression without quotes between brackets", lines.starts[number - 1] + begun,
+        f"inside {{...}} or [...] an expression needs quotes: {hint}", len(match[0]),
+    )  # fmt: skip
+
+
+def _cut(lines: Lines, number: int, line: str) -> YamlFault | None:
+    match = CUT.search(line)
+    if match is None:
+        return None
+    return YamlFault(
+        "E109", "a `#` after a space begins a comment, so this expression is cut off",
+        lines.starts[number - 1] + match.start(),
+        "put the whole value between quotes, or the comment behind the `}}`", len(match[1]),
+    )  # fmt: skip
+
+
+def _odd(lines: Lines, number: int, line: str) -> YamlFault | None:
+    match = ODD_SPACE.match(line) or WIDE_COLON.match(line)
+    if match is None:
+        return None
+    at = match.end(match.lastindex or 0) - 1
+    hint = odd_characters(line[at]).removeprefix("it holds ")
+    message = f"{named(line[at])} is not what YAML wants here"
+    return YamlFault(
+        "E101", message, lines.starts[number - 1] + at, hint.partition("; ")[2]
+    )  # fmt: skip
+
+
+def _no_space(lines: Lines, number: int, line: str) -> YamlFault | None:
+    match = NO_SPACE.match(line)
+    if match is None:
+        return None
+    return YamlFault(
+        "E101", "a space is missing after the colon", lines.starts[number - 1] + match.start(1),
+        f"write `{match[2]}: {shown(match[3].strip())}`", len(match[1].rstrip()),
+    )  # fmt: skip

@@ -1,0 +1,77 @@
+"""Text as nodes: as JSON, as the YAML that people write most, or as all of YAML."""
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from .json_tree import JsonReader
+from .yaml_fast import read_fast
+from .yaml_lines import Lines
+from .yaml_node import Node, YamlFault
+from .yaml_pieces import Unusual
+from .yaml_words import in_words
+
+Reading = tuple[Node | None, list[YamlFault], bool]
+"""The root, the faults, and whether the reading came to its end."""
+
+
+def read_nodes(text: str, lines: Lines, *, json: bool) -> Reading:
+    """What a text holds; `json` where it is nothing else, so that faults are those of JSON."""
+    with _uncollected():
+        return _read(text, lines, json)
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Without garbage collection: it would go through all nodes again and again, to find none."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+def _read(text: str, lines: Lines, json: bool) -> Reading:
+    if json or text.lstrip()[:1] in ("{", "["):
+        reader = JsonReader(text)
+        try:
+            return reader.read(), reader.faults, True
+        except YamlFault as fault:
+            if json or fault.code == "E108":
+                return None, [*reader.faults, fault], False
+    try:
+        return read_fast(text), [], True
+    except Unusual:
+        return read_all_yaml(text, lines)
+    except YamlFault as fault:
+        return None, [fault], False
+
+
+def read_all_yaml(text: str, lines: Lines) -> Reading:
+    """YAML with all that it may hold, and a place for each fault."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+
+    from .yaml_tree import Composer
+
+    composer = Composer(text)
+    try:
+        for event in YAML(typ="safe", pure=True).parse(text):
+            composer.take(event)
+    except YamlFault as fault:
+        return None, [*composer.faults, fault], False
+    except (YAMLError, ValueError, IndexError, AttributeError, TypeError, AssertionError) as fault:
+        # ruamel's scanner lets bare ValueErrors and worse fall out on odd escapes and directives.
+        return None, [*composer.faults, *_unless_told(fault, composer.faults, lines)], False
+    return composer.root, composer.faults, True
+
+
+def _unless_told(fault: Any, told: list[YamlFault], lines: Lines) -> list[YamlFault]:
+    """What the parser fails at, unless it is what became of `{{ x }} mm`, which is told."""
+    found = in_words(fault, lines)
+    line = lines.place(found.start)[0]
+    braces = (other for other in told if other.code == "E109")
+    return [] if any(lines.place(other.start)[0] == line for other in braces) else [found]

@@ -1,0 +1,183 @@
+"""What YAML reads otherwise than it looks: told as warnings, or as a hint beside a problem.
+
+YAML 1.2 reads `yes`, `1:30` and `2026-11-21` as text and `010` as ten. Where text is wanted that
+is right, so nothing is said; where a problem is told of such a value, its hint says what was read
+and how to write what was meant.
+"""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from .yaml_characters import odd_characters
+from .yaml_node import Node, YamlFault, shown
+
+WORTH_A_LOOK = re.compile(
+    r"(?<!\$)\{\{|\$\{\{(?:(?!\}\})[^\n#])*+#|[“”„«»]|(?<![\w.:,/+-])[-+]?0[0-9]+(?![\w.:/-])"
+)
+"""Where a text holds none of these, no value of it is looked at again."""
+ZEROS = re.compile(r"[-+]?0[0-9]+")
+EXPRESSION = re.compile(r"\$\{\{.*?\}\}", re.DOTALL)
+BRACES = re.compile(r"(?<!\$)\{\{\s*([A-Za-z_][\w.]*)[^{}]*\}\}")
+SURELY = re.compile(r"(?:params|steps|run|error)\.")
+WRAPPED = re.compile(r"[“”„«]([^“”„«»]*)[“”»]")
+
+TRUTHS = {"yes": "true", "y": "true", "on": "true", "no": "false", "n": "false", "off": "false"}
+SIXTIES = re.compile(r"[-+]?([0-9]+)((?::[0-5]?[0-9])+)(\.[0-9]*)?")
+GROUPED = re.compile(r"([-+]?[0-9][0-9_]*_[0-9_]*(?:\.[0-9_]*)?)( ?[^\W\d_].*)?")
+COMMA = re.compile(r"([-+]?[0-9]+),([0-9]+)( ?[^\W\d_].*)?")
+DATE = re.compile(r"[0-9]{4}-[0-9]{1,2}-[0-9]{1,2}([Tt ].*)?")
+BINARY = re.compile(r"0b[01_]+")
+NO_VALUE = re.compile(r"\s*[,}]")
+NO_SPACE = re.compile(r"([A-Za-z_]\w*):([^\s/].*)", re.DOTALL)
+
+
+def traps(root: Node, text: str) -> list[YamlFault]:
+    """What looks like something else than it is, in a whole file."""
+    if not WORTH_A_LOOK.search(text):
+        return []
+    found = []
+    for node, parent, key in _scalars(root):
+        raw = text[node.start : node.end]
+        fault = _zeros(node, raw) or _wrapped(node, raw)
+        if fault is None and isinstance(node.value, str) and "{{" in node.value:
+            fault, repaired = _cut(node, text) or _braces(node) or (None, node.value)
+            # What is told here is not told again as a consequence: it is read as it was meant.
+            node.value = parent.value[key] = repaired
+        if fault is not None:
+            found.append(fault)
+    return found
+
+
+def _scalars(root: Node) -> Iterator[tuple[Node, Node, Any]]:
+    """Every scalar in a list or mapping, with its key there."""
+    todo, seen = [root], set()
+    while todo:
+        parent = todo.pop()
+        if id(parent) in seen:
+            continue  # repeated by an alias
+        seen.add(id(parent))
+        inner = parent.members.items() if parent.members else enumerate(parent.items or [])
+        for key, node in inner:
+            if node.members is None and node.items is None:
+                yield node, parent, key
+            else:
+                todo.append(node)
+
+
+def _zeros(node: Node, raw: str) -> YamlFault | None:
+    if not node.plain or not isinstance(node.value, int) or not ZEROS.fullmatch(raw):
+        return None
+    octal = raw.lstrip("+-0")
+    other = f"; YAML 1.1 reads {int(octal, 8)}" if octal and set(octal) <= set("01234567") else ""
+    return _warning(
+        "W102", f"{raw} is read as the number {node.value}{other}", node,
+        f"write {node.value}, or '{raw}' between quotes where the zeros belong to a text",
+    )  # fmt: skip
+
+
+def _wrapped(node: Node, raw: str) -> YamlFault | None:
+    if not node.plain or not WRAPPED.fullmatch(raw):
+        return None
+    return _warning(
+        "W103", f"the quotes {raw[0]} and {raw[-1]} of a word processor are part of this text", node,
+        f'write "{shown(raw[1:-1])}"; where they are meant, put straight quotes around them',
+    )  # fmt: skip
+
+
+def _cut(node: Node, text: str) -> tuple[YamlFault, str] | None:
+    """An expression that ends before its `}}`, because a comment begins."""
+    value = node.value
+    if not node.plain or value.rfind("${{") <= value.rfind("}}"):
+        return None
+    comment = re.compile(r"[ \t]+#[^\r\n]*").match(text, node.end)
+    if comment is None:
+        return None
+    fault = YamlFault(
+        "E109", "a `#` after a space begins a comment, so this expression is cut off", node.start,
+        "put the whole value between quotes, or the comment behind the `}}`", node.end - node.start,
+    )  # fmt: skip
+    return fault, value + " }}"
+
+
+def _braces(node: Node) -> tuple[YamlFault, str] | None:
+    """`{{ x }}` in a text, as other programs write what is written `${{ x }}` here."""
+    value = node.value
+    match = BRACES.search(EXPRESSION.sub(lambda found: " " * len(found[0]), value))
+    if match is None:
+        return None
+    written = shown(match[0])
+    message = f"`{written}` without a `$` is plain text, and nothing is put in its place"
+    hint = f"write ${written} for the value of an expression"
+    if SURELY.match(match[1]):
+        fault = YamlFault("E109", message, node.start, hint, node.end - node.start)
+        return fault, value[: match.start()] + "$" + value[match.start() :]
+    return _warning("W101", message, node, hint), value
+
+
+def _warning(code: str, message: str, node: Node, hint: str) -> YamlFault:
+    return YamlFault(code, message, node.start, hint, node.end - node.start)
+
+
+# --- hints beside a problem that is told anyway
+
+
+def value_hint(node: Node, raw: str, message: str) -> str:
+    """What there is to say of how a value is written that is of the wrong kind."""
+    if node.members and "a text" in message and len(node.members) == 1:
+        return "`: ` makes a key of what stands before it; put a text that has it between quotes"
+    if node.members and "a list" in message and all(key[0] == "-" for key in node.members if key):
+        return odd_characters(next(iter(node.members))) or "a space is missing after the `-`"
+    if node.members is not None or node.items is not None:
+        return ""
+    if isinstance(node.value, str):
+        return _read_as_text(node, node.value.strip())
+    if not node.plain or not raw:
+        return ""
+    if "a text" in message:
+        return f"`{shown(raw)}` without quotes is no text; write '{shown(raw)}'"
+    if isinstance(node.value, float) and node.value.is_integer() and "." not in raw:
+        return f"`{raw}` is read as a number with a fraction; write {node.value:.0f}"
+    return ""
+
+
+def _read_as_text(node: Node, text: str) -> str:
+    if match := COMMA.fullmatch(text):
+        return f"numbers have a decimal point: {match[1]}.{match[2]}{match[3] or ''}"
+    if node.plain and (hint := _plain_text(text)):
+        return hint
+    if match := NO_SPACE.fullmatch(text):
+        return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
+    if "${{" in text or any(mark in text for mark in "：“”„«\u00a0\u200b"):
+        return odd_characters(text)
+    return ""
+
+
+def _plain_text(text: str) -> str:
+    if truth := TRUTHS.get(text.lower()):
+        return f"YAML 1.2 reads `{text}` as text; write {truth}"
+    if match := SIXTIES.fullmatch(text):
+        total = int(match[1])
+        for part in match[2][1:].split(":"):
+            total = total * 60 + int(part)
+        other = f" or {total} min" if match[2].count(":") == 1 else ""
+        return f"YAML 1.2 reads `{text}` as text, not as a time; write {total} s{other}"
+    if match := GROUPED.fullmatch(text):
+        return f"YAML 1.2 reads `{text}` as text; write {text.replace('_', '')}"
+    if DATE.fullmatch(text):
+        return f"a date such as {shown(text)} is text"
+    if BINARY.fullmatch(text):
+        return f"YAML 1.2 reads `{text}` as text; write {int(text.replace('_', ''), 2)}"
+    return ""
+
+
+def key_hint(key: str, text: str, start: int, end: int) -> str:
+    """What there is to say of how a key is written that nobody knows."""
+    before = text[max(0, start - 2) : start]
+    if key[:1].isdigit() and before[-1:] == "," and before[:1].isdigit():
+        return f"a comma separates entries; a number has a decimal point: {before[:1]}.{key}"
+    if match := NO_SPACE.fullmatch(key):
+        return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
+    if NO_VALUE.match(text, end) and text[:start].rstrip()[-1:] == ",":
+        return "a comma separates entries; put a text that has one between quotes"
+    return odd_characters(key)

@@ -1,0 +1,1 @@
+"""Pages of the manual for problems that are found while a file is read; checks have their own."""

@@ -1,0 +1,1 @@
+"""A protocol as people want to see it before a run: explained, counted, in words, drawn."""

@@ -1,0 +1,1 @@
+"""The tree of a protocol as a picture's text: Mermaid or DOT."""

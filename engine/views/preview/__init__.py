@@ -1,0 +1,1 @@
+"""The points of a protocol over the work area, before anything moves."""

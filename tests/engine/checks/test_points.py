@@ -1,0 +1,90 @@
+"""All points of long loops at once: what is found is what trying every point finds."""
+
+import pytest
+
+from labrun.engine.check import check_text
+from labrun.engine.checks.points import first_outside, is_long
+from labrun.engine.language.expression import expression
+from labrun.engine.language.fold import Folding
+from labrun.engine.language.grid import grid, span
+from labrun.engine.language.value import Computed
+from labrun.schemas.quantity import magnitude_in, parse_quantity
+
+MM = parse_quantity("1 mm")
+BARE = grid(x=span(0, 9, 0.1), y=span(0, 9, 0.25), order="snake")
+LENGTHS = grid(
+    x=span(0 * MM, 9 * MM, 0.1 * MM), y=span(0 * MM, 1 * MM * 9, 0.25 * MM), order="columns"
+)
+
+
+def slow(value, loops, folding, unit, low, high):
+    """The first item outside, one after the other."""
+    (name,) = loops
+    for index, item in enumerate(folding.loops[name]):
+        found = value.evaluate({**folding.names, "params": folding.params, name: item})
+        number = magnitude_in(found, unit) if unit else found
+        if (low is not None and number < low) or (high is not None and number > high):
+            return index
+    return None
+
+
+@pytest.mark.parametrize("points", [BARE, LENGTHS], ids=["bare", "lengths"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "p.x * (p.x - params.w) / params.one", "-p.x * p.y / params.one + params.w",
+        "max(p.x, p.y) + params.w", "min(p.x, params.w) * 2", "p.x ** 2 / params.one",
+        "params.w / (p.ix + 1) * p.iy", "p.index ** 2 * params.one / 1000000",
+        "2 * p.y - p.x * p.ix / 50",
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize(("low", "high"), [(None, 8.0), (-3.0, None), (0.0, 1e6), (-1e6, 1e6)])
+def test_the_first_point_outside_is_the_one_that_trying_each_finds(points, text, low, high):
+    one = MM if points is LENGTHS else 1.0
+    folding = Folding({"w": 4 * one, "one": one}, {}, {"p": points})
+    value = Computed(expression(text))
+    unit = "mm" if points is LENGTHS else None
+    wanted = slow(value, ["p"], folding, unit, low, high)
+    found = first_outside(value, ["p"], folding, unit, low, high)
+
+    assert is_long(value, ["p"], folding)
+    assert (found.names["p"]["index"] if found else None) == wanted
+
+
+def test_sums_over_even_spans_are_decided_by_their_ends():
+    folding = Folding({}, {}, {"p": BARE})
+
+    assert not is_long(Computed(expression("p.x + p.y")), ["p"], folding)
+
+
+def test_two_loops_around_one_value_are_taken_together():
+    folding = Folding({}, {}, {"a": span(0, 99, 1), "b": span(0, 99, 1)})
+    found = first_outside(Computed(expression("a * b")), ["a", "b"], folding, None, None, 99 * 98)
+
+    assert found is not None
+    assert (found.names["a"], found.names["b"]) == (99, 99)
+
+
+def test_what_cannot_be_computed_so_is_left_alone():
+    folding = Folding({}, {"name": "Li"}, {"p": BARE})
+
+    for text in ("name", "format(p.x, '.2f')", "p.z", "p.x if p.ix else p.y", "unknown + p.x"):
+        assert first_outside(Computed(expression(text)), ["p"], folding, None, 0, 1) is None
+
+
+def test_a_hole_in_the_middle_of_a_large_grid_is_found():
+    text = """\
+labrun: 1
+name: dome
+devices: {gantry: gantry@1}
+steps:
+  - foreach: {p: "${{ grid(x=span(0 mm, 40 mm, 0.1 mm), y=span(0 mm, 40 mm, 0.1 mm)) }}"}
+    key: ${{ p.index }}
+    steps:
+      - do: gantry.move_to
+        with: {z: "${{ 1 mm + p.x * (p.x - 39 mm) / 380 mm }}"}
+"""
+    (problem,) = check_text(text, "dome.yaml").problems
+
+    assert problem.code == "E207"
+    assert problem.message.startswith("gantry.move_to.z: grid point 191 (19.1, 0.0) is outside z")

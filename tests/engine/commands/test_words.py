@@ -1,0 +1,40 @@
+"""`labrun words` as a person starts it."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "libs_grid_scan.yaml"
+
+
+def labrun(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    return subprocess.run(
+        [sys.executable, "-m", "labrun.engine", *map(str, arguments)], cwd=folder,
+        capture_output=True, text=True, timeout=60, env=environment, check=False,
+    )  # fmt: skip
+
+
+def test_parameters_of_the_command_line_are_in_the_sentences(tmp_path):
+    done = labrun(tmp_path, "words", EXAMPLE, "-p", "pitch=1 mm", "-p", "sample=SPD-07")
+
+    assert done.returncode == 0
+    assert "At each of 55 points of a 5 x 11 grid" in done.stdout and "SPD-07" in done.stdout
+
+
+def test_markdown_is_asked_for_by_format_and_another_is_refused(tmp_path):
+    done = labrun(tmp_path, "words", EXAMPLE, "--format", "markdown")
+    other = labrun(tmp_path, "words", EXAMPLE, "--format", "latex")
+
+    assert done.returncode == 0 and done.stdout.startswith("# libs-grid-scan\n")
+    assert other.returncode == 2 and "choose text or markdown" in other.stderr
+
+
+def test_json_protocols_are_said_as_well(tmp_path):
+    protocol = {"labrun": 1, "name": "short", "steps": [{"wait": "2 s"}]}
+    (tmp_path / "short.json").write_text(json.dumps(protocol))
+    done = labrun(tmp_path, "words", "short.json")
+
+    assert done.returncode == 0 and "1. The protocol waits 2 s." in done.stdout

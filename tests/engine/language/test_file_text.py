@@ -1,0 +1,86 @@
+"""A file that is no text is told in one sentence that says what it is."""
+
+import os
+import sys
+
+import pytest
+
+from labrun.engine.language.file_text import LARGEST, Unread, file_text
+
+
+def why(path) -> Unread:
+    found = file_text(path)
+    assert isinstance(found, Unread)
+    return found
+
+
+def test_a_folder_names_a_protocol_in_it(tmp_path):
+    (tmp_path / "scan.yaml").write_text("a: 1")
+
+    assert why(tmp_path).message == "this is a folder, not a file"
+    assert "scan.yaml" in why(tmp_path).hint
+
+
+@pytest.mark.parametrize(
+    ("asked", "there"),
+    [("their.yaml", "there.yaml"), ("there.yml", "there.yaml"), ("There.YAML", "there.yaml")],
+)
+def test_a_file_that_is_not_there_is_guessed(asked, there, tmp_path):
+    (tmp_path / "there.yaml").write_text("a: 1")
+    if (tmp_path / asked).exists():
+        pytest.skip("this disk does not tell capitals apart")
+
+    assert why(tmp_path / asked).hint == f"did you mean {tmp_path / there}?"
+
+
+def test_a_folder_that_is_not_there_is_told(tmp_path):
+    assert why(tmp_path / "none" / "scan.yaml").hint.startswith("there is no folder")
+    assert why(tmp_path / "null\0.yaml").code == "E100"
+
+
+def test_a_large_file_is_told_without_reading_it(tmp_path):
+    large = tmp_path / "large.yaml"
+    with large.open("wb") as file:
+        file.truncate(50_000_000 if LARGEST < 50_000_000 else LARGEST + 1)
+
+    assert why(large).code == "E108"
+    assert "50 MB; 10 MB is the most" in why(large).message
+
+
+@pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="rights do not bind here")
+def test_a_file_without_the_right_to_read_is_told(tmp_path):
+    closed = tmp_path / "closed.yaml"
+    closed.write_text("a: 1")
+    closed.chmod(0)
+
+    assert why(closed).message == "the file cannot be read: permission denied"
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        ("labrun: 1".encode("utf-16"), "UTF-16"),
+        ("labrun: 1".encode("utf-16-le"), "UTF-16"),
+        ("labrun: 1".encode("utf-16-be"), "UTF-16"),
+        ("labrun: 1".encode("utf-32"), "UTF-32"),
+        (b"PK\x03\x04\x14\x00", "a ZIP file, such as Word"),
+        (b"%PDF-1.7", "a PDF"),
+        (b"a: \xff\x00\x01", "not a text file"),
+        (b"a: \x81", "byte 0x81"),
+    ],
+)
+def test_what_is_no_utf8_is_named(data, said, tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_bytes(data)
+
+    assert said in why(path).message
+    assert "UTF-8" in why(path).hint
+
+
+def test_latin_1_is_told_at_its_first_letter_with_an_accent(tmp_path):
+    path = tmp_path / "latin.yaml"
+    path.write_bytes(b"a: 1\r\nname: caf\xe9\r\n")
+    found = why(path)
+
+    assert (found.line, found.column) == (2, 10)
+    assert "Latin-1" in found.message and "0xE9 is é" in found.message
