@@ -1,15 +1,14 @@
 """Work out the type of an expression before the run, and find what cannot work in it."""
 
 import ast
-import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
-from typing import Any, Protocol
+from typing import Protocol
 
 from ...schemas.quantity import same_dimension, unit_of
 from .expression import CONSTANTS, Expression
-from .functions import FUNCTIONS, LITERAL
+from .functions import LITERAL
+from .infer_call import type_of_call
 from .suggest import closest, listed
 from .types import (
     ANY,
@@ -19,7 +18,6 @@ from .types import (
     TEXT,
     Type,
     either,
-    fields,
     in_words,
     number,
     type_of_value,
@@ -247,89 +245,8 @@ class Inference:
             return number(str(unit_of(left.unit) ** node.right.value))
         return ANY
 
-    # --- functions
-
     def _call(self, node: ast.Call) -> Type:
-        assert isinstance(node.func, ast.Name)
-        name = node.func.id
-        if name == LITERAL:
-            return number(node.args[1].value)  # type: ignore[attr-defined]
-        if name == "csv":
-            return self._table(node)
-        positional = [self.of(argument) for argument in node.args]
-        named = {keyword.arg or "": self.of(keyword.value) for keyword in node.keywords}
-        try:
-            bound = _signature(name).bind(*positional, **named)
-        except TypeError as fault:
-            return self.fault("E307", f"{name}: {fault}", f"write {_example(name)}")
-        return self._result(name, bound.arguments, node)
-
-    def _result(self, name: str, given: dict[str, Any], node: ast.Call) -> Type:
-        if name == "span":
-            return self._span(given, node)
-        if name == "grid":
-            return self._grid(given)
-        if name in ("min", "max"):
-            values = given["values"]
-            if len(values) == 1:
-                return values[0].item or ANY if values[0].kind == "list" else ANY
-            return next((v for v in values if v.unit is not None), either(list(values)))
-        if name == "round":
-            value = given["value"]
-            bare = value.kind == "number" and value.unit is None and "digits" not in given
-            return INTEGER if bare else value
-        if name == "range":
-            return Type("list", item=INTEGER)
-        return INTEGER if name == "len" else TEXT
-
-    def _table(self, node: ast.Call) -> Type:
-        given = [*node.args, *(keyword.value for keyword in node.keywords)]
-        if len(node.args) != 1 or not all(_is_text(one) for one in given):
-            message = "csv: the file and the kinds of its columns are texts, known before the run"
-            return self.fault("E307", message, f"write {_example('csv')}")
-        kinds = {k.arg or "": k.value.value for k in node.keywords}  # type: ignore[attr-defined]
-        return self.told(self.names.table(node.args[0].value, kinds))  # type: ignore[attr-defined]
-
-    def _span(self, given: dict[str, Any], node: ast.Call) -> Type:
-        parts = [given[name] for name in ("start", "stop", "step")]
-        united = next((part for part in parts if part.unit is not None), None)
-        for name, part in zip(("start", "stop", "step"), parts, strict=True):
-            if part.kind not in ("number", "any", "null"):
-                return self.fault("E308", f"span: {name} is {in_words(part)}, not a number")
-            if united is None or part.kind != "number" or part.zero:
-                continue
-            if part.unit is None or not same_dimension(part.unit, united.unit or ""):
-                message = f"span: {name} is {in_words(part)}, the others are {in_words(united)}"
-                return self.fault("E308", message)
-        return Type("list", item=number(united.unit) if united else NUMBER)
-
-    def _grid(self, given: dict[str, Any]) -> Type:
-        for name in ("x", "y"):
-            axis = given.get(name)
-            if axis is None:
-                return self.fault("E307", f"grid: {name} is missing", f"write {_example('grid')}")
-            if axis.kind not in ("list", "any"):
-                return self.fault("E308", f"grid: {name} is {in_words(axis)}, not a span or a list")
-        x, y = given["x"].item or ANY, given["y"].item or ANY
-        return Type("list", item=fields(x=x, y=y, ix=INTEGER, iy=INTEGER, index=INTEGER))
-
-
-def _is_text(node: ast.AST) -> bool:
-    return isinstance(node, ast.Constant) and isinstance(node.value, str)
-
-
-@cache
-def _signature(name: str) -> inspect.Signature:
-    return inspect.signature(FUNCTIONS[name])
-
-
-def _example(name: str) -> str:
-    return {
-        "grid": "grid(x=span(0, 4, 0.2), y=span(0, 10, 0.2), order='snake')",
-        "span": "span(0, 4, 0.2)", "range": "range(5)", "len": "len(params.samples)",
-        "min": "min(a, b)", "max": "max(a, b)", "round": "round(x, 2)", "format": "format(x, '.2f')",
-        "csv": "csv('samples.csv', x='mm', count='integer')",
-    }[name]  # fmt: skip
+        return type_of_call(self, node)
 
 
 def _text(node: ast.AST) -> str:

@@ -1,0 +1,103 @@
+"""Work out what a function of the language gives: which type, and which arguments cannot work."""
+
+import ast
+import inspect
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from ...schemas.quantity import same_dimension
+from .functions import FUNCTIONS, LITERAL
+from .types import ANY, INTEGER, NUMBER, TEXT, Type, either, fields, in_words, number
+
+if TYPE_CHECKING:
+    from .infer import Inference
+
+
+def type_of_call(inference: "Inference", node: ast.Call) -> Type:
+    """The type of what a function gives for these arguments; what cannot work is noted."""
+    assert isinstance(node.func, ast.Name)
+    name = node.func.id
+    if name == LITERAL:
+        return number(node.args[1].value)  # type: ignore[attr-defined]
+    if name == "csv":
+        return _table(inference, node)
+    positional = [inference.of(argument) for argument in node.args]
+    named = {keyword.arg or "": inference.of(keyword.value) for keyword in node.keywords}
+    try:
+        bound = _signature(name).bind(*positional, **named)
+    except TypeError as fault:
+        return inference.fault("E307", f"{name}: {fault}", f"write {_example(name)}")
+    return _result(inference, name, bound.arguments)
+
+
+def _result(inference: "Inference", name: str, given: dict[str, Any]) -> Type:
+    if name == "span":
+        return _span(inference, given)
+    if name == "grid":
+        return _grid(inference, given)
+    if name in ("min", "max"):
+        values = given["values"]
+        if len(values) == 1:
+            return values[0].item or ANY if values[0].kind == "list" else ANY
+        return next((v for v in values if v.unit is not None), either(list(values)))
+    if name == "round":
+        value = given["value"]
+        bare = value.kind == "number" and value.unit is None and "digits" not in given
+        return INTEGER if bare else value
+    if name == "range":
+        return Type("list", item=INTEGER)
+    return INTEGER if name == "len" else TEXT
+
+
+def _table(inference: "Inference", node: ast.Call) -> Type:
+    given = [*node.args, *(keyword.value for keyword in node.keywords)]
+    if len(node.args) != 1 or not all(_is_text(one) for one in given):
+        message = "csv: the file and the kinds of its columns are texts, known before the run"
+        return inference.fault("E307", message, f"write {_example('csv')}")
+    kinds = {k.arg or "": k.value.value for k in node.keywords}  # type: ignore[attr-defined]
+    return inference.told(inference.names.table(node.args[0].value, kinds))  # type: ignore[attr-defined]
+
+
+def _span(inference: "Inference", given: dict[str, Any]) -> Type:
+    parts = [given[name] for name in ("start", "stop", "step")]
+    united = next((part for part in parts if part.unit is not None), None)
+    for name, part in zip(("start", "stop", "step"), parts, strict=True):
+        if part.kind not in ("number", "any", "null"):
+            return inference.fault("E308", f"span: {name} is {in_words(part)}, not a number")
+        if united is None or part.kind != "number" or part.zero:
+            continue
+        if part.unit is None or not same_dimension(part.unit, united.unit or ""):
+            message = f"span: {name} is {in_words(part)}, the others are {in_words(united)}"
+            return inference.fault("E308", message)
+    return Type("list", item=number(united.unit) if united else NUMBER)
+
+
+def _grid(inference: "Inference", given: dict[str, Any]) -> Type:
+    for name in ("x", "y"):
+        axis = given.get(name)
+        if axis is None:
+            return inference.fault("E307", f"grid: {name} is missing", f"write {_example('grid')}")
+        if axis.kind not in ("list", "any"):
+            return inference.fault(
+                "E308", f"grid: {name} is {in_words(axis)}, not a span or a list"
+            )
+    x, y = given["x"].item or ANY, given["y"].item or ANY
+    return Type("list", item=fields(x=x, y=y, ix=INTEGER, iy=INTEGER, index=INTEGER))
+
+
+def _is_text(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+
+
+@cache
+def _signature(name: str) -> inspect.Signature:
+    return inspect.signature(FUNCTIONS[name])
+
+
+def _example(name: str) -> str:
+    return {
+        "grid": "grid(x=span(0, 4, 0.2), y=span(0, 10, 0.2), order='snake')",
+        "span": "span(0, 4, 0.2)", "range": "range(5)", "len": "len(params.samples)",
+        "min": "min(a, b)", "max": "max(a, b)", "round": "round(x, 2)", "format": "format(x, '.2f')",
+        "csv": "csv('samples.csv', x='mm', count='integer')",
+    }[name]  # fmt: skip
