@@ -1,4 +1,4 @@
-"""Text as nodes: as JSON, as the YAML that people write most, or as all of YAML."""
+"""Text as nodes: as JSON, as YAML by libyaml, or as YAML by ruamel.yaml, which has the last word."""
 
 import gc
 from collections.abc import Iterator
@@ -6,10 +6,10 @@ from contextlib import contextmanager
 from typing import Any
 
 from .json_tree import JsonReader
-from .yaml_fast import read_fast
+from .yaml_libyaml import Unlike, read_by_libyaml
 from .yaml_lines import Lines
 from .yaml_node import Node, YamlFault
-from .yaml_pieces import Unusual
+from .yaml_tree import Composer
 from .yaml_words import in_words
 
 Reading = tuple[Node | None, list[YamlFault], bool]
@@ -43,19 +43,15 @@ def _read(text: str, lines: Lines, json: bool) -> Reading:
             if json or fault.code == "E108":
                 return None, [*reader.faults, fault], False
     try:
-        return read_fast(text), [], True
-    except Unusual:
-        return read_all_yaml(text, lines)
-    except YamlFault as fault:
-        return None, [fault], False
+        return read_by_libyaml(text)
+    except Unlike:
+        return read_by_ruamel(text, lines)
 
 
-def read_all_yaml(text: str, lines: Lines) -> Reading:
+def read_by_ruamel(text: str, lines: Lines) -> Reading:
     """YAML with all that it may hold, and a place for each fault."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import YAMLError
-
-    from .yaml_tree import Composer
 
     composer = Composer(text)
     try:

@@ -1,7 +1,7 @@
 """YAML text as plain data, with the place of every key and value kept beside it.
 
-The composer works on the events of ruamel.yaml's parser and keeps a stack of its own, so that
-neither a deep nest nor an alias bomb can take it down.
+The composer works on the events of ruamel.yaml's parser, or of libyaml's, and keeps a stack of its
+own, so that neither a deep nest nor an alias bomb can take it down.
 """
 
 from dataclasses import dataclass, field
@@ -29,10 +29,14 @@ class Open:
     """A list or mapping whose end has not come yet, with the key that waits for its value."""
 
     node: Node
-    anchor: str | None
     key: tuple[Node, int, int] | None = None
     merges: list[tuple[Node, int]] = field(default_factory=list)
     braces: bool = False
+
+    @property
+    def awaits_key(self) -> bool:
+        """True of a mapping whose next value is a key."""
+        return self.node.items is None and self.key is None
 
 
 class Composer:
@@ -51,7 +55,10 @@ class Composer:
         kind = type(event).__name__
         start, end = event.start_mark.index, event.end_mark.index
         if kind == "ScalarEvent":
-            self._finish(self._scalar(event, start, end), event.anchor)
+            node = self._scalar(event, start, end)
+            if event.anchor:
+                self.anchors[event.anchor] = node
+            self._place(node, start, end)
         elif kind in ("MappingStartEvent", "SequenceStartEvent"):
             self._open(event, kind, start, end)
         elif kind in ("MappingEndEvent", "SequenceEndEvent"):
@@ -87,7 +94,7 @@ class Composer:
             node.items = []
         if event.anchor:
             self.anchors[event.anchor] = node
-        self.stack.append(Open(node, event.anchor))
+        self.stack.append(Open(node))
 
     def _close(self, end: int) -> None:
         closed = self.stack.pop()
@@ -96,12 +103,12 @@ class Composer:
             self.faults += merge(closed.node, closed.merges)
         if closed.braces:
             self._braces(closed.node)
-        self._finish(closed.node, None)
+        self._place(closed.node, closed.node.start, end)
 
     def _scalar(self, event: Any, start: int, end: int) -> Node:
-        plain = event.implicit[0] and event.style is None
-        node = Node(start, end, event.value, plain=plain)
-        tag = _core_tag(event)
+        plain = event.implicit[0] and not event.style
+        node = Node(start, end, event.value, None, None, None, 1, plain)
+        tag = _core_tag(event) if event.tag is not None else None
         try:
             if plain and tag is None:
                 node.value = plain_value(event.value)
@@ -109,7 +116,7 @@ class Composer:
                 node.value = tagged_value(tag, event.value)
             elif tag is not None:
                 self._bad_tag(event, start, end)
-            if isinstance(node.value, str):
+            if isinstance(node.value, str) and not node.value.isascii():
                 node.value = whole_text(node.value)
         except ScalarFault as fault:
             self.faults.append(YamlFault("E106", str(fault), start, length=end - start))
@@ -137,11 +144,6 @@ class Composer:
                 "E104", f"*{anchor} repeats what it stands in", start, length=end - start
             )
         self._place(node, start, end)
-
-    def _finish(self, node: Node, anchor: str | None) -> None:
-        if anchor:
-            self.anchors[anchor] = node
-        self._place(node, node.start, node.end)
 
     def _place(self, node: Node, start: int, end: int) -> None:
         """Put a whole node where it belongs: as the root, an item, a key or the value of a key."""
