@@ -152,7 +152,6 @@ class IterationEnded(Record):
     sets: dict[str, Any] = Field(default_factory=dict)
     message: str = ""
 
-
     @property
     def row_key(self) -> str:
         """What its row is called: `A/0,0` for the point 0,0 of the sample A."""

@@ -19,6 +19,8 @@ Fails:
 
 E407. A name that a loop or a `set` gives is not one that expressions know already (`params`,
 `steps`, `run`, `error`, functions, `true`), and a loop within a loop does not use its name again.
+The id of a step in a group with a `fallback` or `retry` is not `f1`, `a2` or `r2`: so the journal
+calls the group's first fallback and its second turns.
 
 Passes:
 
@@ -41,10 +43,11 @@ Fails:
               - {do: gantry.move_to, with: {x: "${{ x }}", y: "${{ x }}"}}
 """
 
+import re
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
-from ...schemas.protocol import Foreach, Set
+from ...schemas.protocol import AnyOf, Foreach, Group, Parallel, Set
 from ..context import Context
 from ..language.scope import RESERVED
 
@@ -61,6 +64,7 @@ def check(context: Context) -> Iterator[Problem]:
         line = source.place((*first, "id"))[0]
         message = f"the id {name!r} is that of the step in line {line} already"
         yield source.problem((*place, "id"), "E401", message, "give each step an id of its own")
+    yield from _marks(context)
     for step, at in context.steps(Foreach):
         name = next(iter(step.foreach))
         around = [loop.name for loop in at.env.loops]
@@ -70,6 +74,20 @@ def check(context: Context) -> Iterator[Problem]:
             yield from _taken(
                 context, (*at.place, "set", name), name, [loop.name for loop in at.env.loops]
             )
+
+
+def _marks(context: Context) -> Iterator[Problem]:
+    """Ids that the journal gives to the fallbacks and turns of the group around them."""
+    held = {at.place: at.step for at in context.survey.steps}
+    for at in context.survey.steps:
+        around = held.get(at.place[:-2])
+        if at.step.id is None or not isinstance(around, Group | Parallel | AnyOf):
+            continue
+        marks = ("fa" if around.fallback else "") + ("r" if around.retry else "")
+        if marks and re.fullmatch(f"[{marks}][0-9]+", at.step.id):
+            message = f"{at.step.id} is what the journal calls a fallback or a turn of the group"
+            place = (*at.place, "id")
+            yield context.source.problem(place, "E407", message, "choose another id")
 
 
 def _taken(

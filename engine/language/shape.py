@@ -87,9 +87,9 @@ def _holds(node: Any, part: Any) -> bool:
 
 
 def _misspelt(path: Place, unknown: set[Place]) -> bool:
-    """True where a missing key is there under a name that is nearly it: that is said already."""
+    """True where a missing key is there under another name: that is said already."""
     beside = [str(other[-1]) for other in unknown if other[:-1] == path[:-1]]
-    return closest(str(path[-1]), beside) is not None
+    return any(closest(name, [str(path[-1])]) for name in beside)
 
 
 def _real_path(location: tuple[Any, ...], data: Any, *, missing: bool) -> Place:

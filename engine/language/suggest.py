@@ -3,13 +3,33 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+MEANT = {
+    "action": "do", "call": "do",
+    "args": "with", "arguments": "with", "parameters": "with", "params": "with",
+    "body": "steps", "tasks": "steps",
+    "catch": "fallback", "except": "fallback", "rescue": "fallback",
+    "always": "finally", "ensure": "finally",
+    "condition": "when", "unless": "when",
+    "count": "attempts", "times": "attempts", "tries": "attempts",
+    "delay": "wait", "sleep": "wait", "backoff": "factor",
+    "elif": "else", "elseif": "else", "otherwise": "else",
+    "for": "foreach", "loop": "foreach", "until": "while",
+    "inputs": "params", "returns": "outputs", "vars": "set", "variables": "set",
+    "race": "any", "together": "parallel",
+    "version": "labrun", "protocol": "name",
+}  # fmt: skip
+"""Words of other languages for what has another name here."""
+
 
 def closest(name: str, options: Iterable[str]) -> str | None:
-    """The option that looks most like the name, or None when none does."""
+    """The option that looks most like the name or means the same, or None when none does."""
     known = [option for option in options if isinstance(option, str)][:2000]
     folded = {option.casefold(): option for option in known}
     if len(name) > 80:
         return None
+    meant = MEANT.get(name.casefold())
+    if meant in folded:
+        return folded[meant]
     found = get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
     return folded[found[0]] if found else None
 
