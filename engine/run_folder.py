@@ -31,11 +31,14 @@ class FolderFault(Exception):
 
 
 def new_run_folder(runs: Path, protocol_name: str) -> Path:
-    """`runs/2026-11-21_pegmatite-map_7f3a/`, new and empty."""
+    """`runs/2026-11-21_pegmatite-map_7f3a91c2/`, new and empty.
+
+    The name begins the ids of all its goals, also on servers that know other folders of runs.
+    """
     slug = re.sub(r"[^a-z0-9]+", "-", protocol_name.lower()).strip("-")[:40] or "run"
     day = datetime.now().astimezone().strftime("%Y-%m-%d")
     for _ in range(100):
-        folder = runs / f"{day}_{slug}_{secrets.token_hex(2)}"
+        folder = runs / f"{day}_{slug}_{secrets.token_hex(4)}"
         try:
             folder.mkdir(parents=True)
             return folder

@@ -9,8 +9,8 @@ import numpy as np
 from .maps import ElementMap, element_map
 from .symbols import SYMBOLS
 
-ROWS = "data.csv"
-FIGURE = "element_maps.png"
+ROWS = "data*.csv"  # `data.csv`, and one for each further loop that collects
+FIGURE = "element_maps{}.png"
 LEAST_LINES = 2  # distinct x, and distinct y, below which there is nothing to map
 
 Columns = dict[str, np.ndarray]
@@ -19,19 +19,24 @@ Columns = dict[str, np.ndarray]
 def make(folder: Path) -> list[Path]:
     """Draw the element maps of the run in `folder`; the files written, none if nothing is to map.
 
-    Reads `data.csv`: coordinates are the columns `x` and `y`, or `x_mm` and `y_mm` with their
-    unit; elements are the columns that bear a chemical symbol. Empty cells are holes. Raises
-    OSError when the figure cannot be written.
+    Reads `data.csv` into `element_maps.png`, `data-NAME.csv` into `element_maps-NAME.png`:
+    coordinates are the columns `x` and `y`, or `x_mm` and `y_mm` with their unit; elements are the
+    columns that bear a chemical symbol. Empty cells are holes. Raises OSError when the figure
+    cannot be written.
     """
-    rows = folder / ROWS
-    if not rows.is_file():
-        return []
+    made = (_draw(folder, rows) for rows in sorted(folder.glob(ROWS)) if rows.is_file())
+    return [path for path in made if path is not None]
+
+
+def _draw(folder: Path, rows: Path) -> Path | None:
     maps, unit = maps_of(_columns(rows))
     if not maps:
-        return []
+        return None
     from .figure import draw_element_maps
 
-    return [draw_element_maps(maps, folder / FIGURE, title=folder.resolve().name, unit=unit)]
+    name = rows.stem.removeprefix("data")
+    title = f"{folder.resolve().name} {name.lstrip('-')}".rstrip()
+    return draw_element_maps(maps, folder / FIGURE.format(name), title=title, unit=unit)
 
 
 def maps_of(columns: Columns) -> tuple[dict[str, ElementMap], str]:

@@ -55,7 +55,7 @@ def numbers(rows, column):
 
 def test_multi_sample_maps_every_core_of_its_table(tmp_path):
     ran = Ran(tmp_path, "multi_sample.yaml")
-    cores, points = ran.rows("data-cores.csv"), ran.rows()
+    cores, points = ran.rows(), ran.rows("data-cores-scan-scan.csv")
 
     assert ran.outputs == {"cores": 3, "failed": 0}
     assert [(row["sample"], row["points"]) for row in cores] == [
@@ -69,7 +69,7 @@ def test_multi_sample_maps_every_core_of_its_table(tmp_path):
     assert len(list((ran.folder / "spectra").glob("*.csv"))) == 16
     places = {(shot["x"], shot["y"]) for shot in ran.truth("libs", "shot")}
     assert len(places) == 16
-    assert (ran.folder / "element_maps.png").stat().st_size > 10_000
+    assert (ran.folder / "element_maps-cores-scan-scan.png").stat().st_size > 10_000
 
 
 def test_adaptive_map_is_fine_where_there_is_lithium_and_only_there(tmp_path):

@@ -19,6 +19,13 @@ def test_a_run_gets_its_element_maps(tmp_path):
     assert written[0].stat().st_size > 10_000
 
 
+def test_each_table_of_points_gets_its_maps(tmp_path):
+    (tmp_path / "data.csv").write_text("key,sample,fate\nA,A,succeeded\n")
+    (tmp_path / "data-scan.csv").write_text(HEADER + ROWS)
+
+    assert [path.name for path in make(tmp_path)] == ["element_maps-scan.png"]
+
+
 @pytest.mark.parametrize(
     "rows",
     [
