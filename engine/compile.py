@@ -1,7 +1,7 @@
 """Compile a protocol into its tree: one small subtree a body, never one a point."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,8 @@ from .nodes.wait import Wait
 from .rows import Rows
 from .run import Run
 
+FIRST_TABLE = "data.csv"
+
 
 @dataclass(frozen=True, slots=True)
 class Place:
@@ -48,7 +50,8 @@ class Place:
 class TreeCompiler:
     """Turns steps into nodes; `tables` are the CSV files that its loops write.
 
-    `used` are the protocols that steps name, `within` the path of the `use` that this one is for.
+    `used` are the protocols that steps name. `within` is the path of the loops and uses that are
+    being compiled; `used_in` says of a used protocol where it stands itself.
     """
 
     run: Run
@@ -57,6 +60,9 @@ class TreeCompiler:
     folder: Path
     tables: dict[str, Rows] = field(default_factory=dict)
     within: str = ""
+    used_in: Place | None = None
+    takes_first: bool = True
+    """Whether `data.csv` is for this protocol: a used one leaves it to its user's own rows."""
     used: dict[int, Used] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -67,6 +73,10 @@ class TreeCompiler:
     def defaults(self) -> p.Defaults:
         """What holds where a step says nothing else."""
         return self.survey.protocol.defaults
+
+    def _in_loop(self, place: Place) -> bool:
+        """Whether there is an iteration around a step, be it one of whoever uses this protocol."""
+        return place.in_loop or (self.used_in is not None and self.used_in.in_loop)
 
     def sequence(
         self, steps: list[p.Step], scope: Scope, prefix: str = "", *, in_loop: bool = False
@@ -96,7 +106,7 @@ class TreeCompiler:
             when=None if step.when is None else value_of(step.when),
             timeout_s=None if total is None else value_of(total),
             on_error=step.on_error or "stop",
-            in_loop=place.in_loop,
+            in_loop=self._in_loop(place),
         )
 
     def _aside(self, step: p.Do, place: Place) -> Behaviour:
@@ -218,24 +228,31 @@ class TreeCompiler:
 
     def _loop(self, step: p.LoopBase, place: Place, turns: Turns) -> Behaviour:
         inner = Scope()
+        rows = self._rows(step, place)
+        outside, self.within = self.within, f"{self.within}{place.path}/"
         body = self.sequence(step.steps, inner, in_loop=True)
+        self.within = outside
         plan = LoopPlan(
             segment=place.path,
             max_failed=None if step.keep_going is None else value_of(step.keep_going.max_failed),
             background=self.defaults.background,
-            nested=place.in_loop,
+            nested=self._in_loop(place),
         )
-        rows = self._rows(step, place)
         return Loop(self.run, place.scope, inner, plan, turns, body, rows)
 
     def _rows(self, step: p.LoopBase, place: Place) -> Rows | None:
         if step.collect is None:
             return None
         path = f"{self.within}{place.path}".replace("/", "-")
-        name = "data.csv" if not self.tables else f"data-{path}.csv"
+        is_first = self.takes_first and FIRST_TABLE not in self.tables
+        name = FIRST_TABLE if is_first else f"data-{path}.csv"
         columns: dict[str, Value | None] = {n: value_of(raw) for n, raw in step.collect.items()}
         self.tables[name] = Rows(self.folder / name, columns)
         return self.tables[name]
+
+    def _collects(self) -> bool:
+        steps = (at.step for at in self.survey.steps)
+        return any(isinstance(step, p.LoopBase) and step.collect for step in steps)
 
     def _group(self, step: p.Group, place: Place) -> Behaviour:
         return self.sequence(step.steps, place.scope, f"{place.path}/", in_loop=place.in_loop)
@@ -252,9 +269,11 @@ class TreeCompiler:
     def _use(self, step: p.Use, place: Place) -> Behaviour:
         used = self.used[id(step)]
         within = f"{self.within}{place.path}/"
+        here = replace(place, in_loop=self._in_loop(place))
         other = TreeCompiler(
-            self.run, self.dispatcher, used.survey, self.folder, self.tables, within
-        )
+            self.run, self.dispatcher, used.survey, self.folder, self.tables, within, here,
+            takes_first=self.takes_first and not self._collects(),
+        )  # fmt: skip
         protocol, inner = used.protocol, Scope()
         last = partial(other.sequence, protocol.finally_) if protocol.finally_ else None
         plan = UsePlan(

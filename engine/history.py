@@ -32,6 +32,13 @@ class PastGoal:
         error = self.ended.error if self.ended is not None else None
         return error is not None and error.happened == "unknown"
 
+    def was_under_way(self, n: int) -> bool:
+        """True where it had been sent before record `n`, and its outcome came after it."""
+        known_n = (
+            self.ended.n if self.ended is not None else 0
+        )  # none: it was asked after on resume
+        return self.sent.n < n and not 0 < known_n < n
+
 
 @dataclass(slots=True)
 class LoopCounts:
@@ -81,9 +88,11 @@ class History:
     turns: dict[str, j.Turned] = field(default_factory=dict)
     answers: dict[str, j.Answered] = field(default_factory=dict)
     begun_anew: bool = False
+    spent_n: int = 0
     changed: j.Changed | None = None
     comparing: bool = False
     visited: set[str] = field(default_factory=set)
+    gone_through: list[str] = field(default_factory=list)
     order: dict[str, deque[str]] = field(default_factory=dict)
     epochs: dict[str, set[int]] = field(default_factory=dict)
     touched: dict[str, int] = field(default_factory=dict)
@@ -104,7 +113,8 @@ class History:
 
     def _visited(self) -> set[str]:
         if not self.visited:
-            self.visited = {p for path in (*self.goals, *self.steps) for p in _above(path)}
+            known = (*self.goals, *self.steps, *self.gone_through)
+            self.visited = {p for path in known for p in _above(path)}
         return self.visited
 
     def remember_order(self, device: str, goal_id: str, effect: Effect) -> None:
@@ -133,6 +143,14 @@ class History:
         """A device was moved or set outside the protocol's own order, at record `n`."""
         self.touched[device] = n
 
+    def is_over(self, turned: j.Turned) -> bool:
+        """True where the run has come to an end since, and tries anew what had failed then."""
+        return turned.n <= self.spent_n
+
+    def is_before_change(self, turned: j.Turned) -> bool:
+        """True where another protocol holds now than the one under which a way was chosen."""
+        return self.comparing or (self.changed is not None and turned.n < self.changed.n)
+
     def is_stale(self, past: PastGoal) -> bool:
         """True when the device was touched since this goal ended, so its state may be gone."""
         return self.touched.get(past.sent.device, 0) > past.ended_n
@@ -153,19 +171,38 @@ class History:
         for table in (self.turns, self.answers):
             _drop(table, prefix)
 
+    def forget_under_way(self, above: str, n: int) -> None:
+        """Drop goals at a path that were under way at record `n`: nobody waited for them after it."""
+        for path in [path for path in self.goals if f"{path}/".startswith(f"{above}/")]:
+            tries = self.goals.pop(path)
+            kept = {a: past for a, past in tries.items() if not past.was_under_way(n)}
+            self.goals |= {path: kept} if kept else {}
+
     def spend(self) -> None:
         """Its failures are over, and what failed has all its tries again.
 
         Which way a retried group or a fallback had gone is kept: what was done there is done. So
         is what a person has said, unless it was to stop.
         """
-        self.begun_anew = True
+        self.begun_anew, self.spent_n = True, self.last_n
+        for device in self._tidied():
+            self.touch(device, self.last_n + 1)
         self.answers = {p: a for p, a in self.answers.items() if a.choice not in REFUSALS}
         for tries in self.goals.values():
             for past in tries.values():
                 past.spent = past.ended is not None and past.ended.state != "SUCCEEDED"
         for path in [path for path, step in self.steps.items() if step.fate != "succeeded"]:
             del self.steps[path]
+
+    def _tidied(self) -> set[str]:
+        """Devices on which the `finally` of a used protocol that had failed did something."""
+        used = [path[:-1] + "finally:" for path in self.turns if path.endswith("/e")]
+        return {
+            past.sent.device
+            for path, tries in self.goals.items()
+            if path.startswith(tuple(used))
+            for past in tries.values()
+        }
 
     def unknown_fates(self) -> list[PastGoal]:
         """`once` goals that are over, of which nobody knows whether they happened."""
@@ -204,6 +241,8 @@ def read_history(records: Sequence[j.JournalRecord], *, comparing: bool = False)
     again = reopened(records)
     for record in records:
         is_end = isinstance(record, j.IterationEnded)
+        if is_end and comparing:
+            history.gone_through.append(f"{record.loop}/{record.key}")
         if is_end and (comparing or record.n < again.get(f"{record.loop}/{record.key}", 0)):
             continue
         _read(history, record)

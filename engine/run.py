@@ -19,13 +19,17 @@ from .journal import Journal
 from .questions import Question, Questions
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class CutOff:
-    """The `finally` of a used protocol, for the end of the run where its own never came."""
+    """The `finally` of a used protocol, for the end of the run where its own never came.
+
+    `finals`: how often it was begun before; each time has a path, and so ids, of its own.
+    """
 
     build: Callable[[Scope], Behaviour]
     names: dict[str, Any]
     frame: Frame
+    finals: int = 0
 
 
 Listener = Callable[[Event], None]

@@ -1,12 +1,25 @@
 """An action set: its members start together, and it ends when all of them have ended."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from ..failure import Failure
 from ..run import Run
+from .closing import Closing
 from .node import Parent, failure_of, result_of
+from .retry import Retry
+from .step import StepNode
+
+
+def gravest(failures: Iterable[Failure]) -> Failure:
+    """Of failures side by side the one that goes up: `stop` by a person is lost behind no other.
+
+    `skip` is the least of them, since a loop goes on after it whatever it tolerates.
+    """
+    return max(failures, key=lambda f: (f.anew, f.stop, f.bygone, not f.skip))
 
 
 class ActionSet(Parent):
@@ -16,9 +29,20 @@ class ActionSet(Parent):
         super().__init__(name, run, members)
         self.cancel = cancel
         self.ended: set[int] = set()
+        self.lost: set[int] = set()
+        self.kept: set[int] = set()
+        self.closing: Closing | None = None
 
     def initialise(self) -> None:
-        self.ended = set()
+        self.ended, self.lost, self.kept, self.closing = self.kept, set(), set(), None
+
+    def keep_done(self) -> None:
+        """Next time only what failed is begun again."""
+        self.kept = self.ended - self.lost
+
+    def with_in_place(self, other: Any) -> list[Any]:
+        """Its results, with another one in the place of each member that has none of its own."""
+        return [other if i in self.lost else result_of(m) for i, m in enumerate(self.children)]
 
     def advance(self) -> Iterator[Behaviour]:
         for index, member in enumerate(self.children):
@@ -28,16 +52,29 @@ class ActionSet(Parent):
             if member.status == Status.RUNNING:
                 continue
             self.ended.add(index)
-            if member.status == Status.FAILURE and self.failure is None:
-                self.failure = failure_of(member)
+            if member.status == Status.FAILURE:
+                self.lost.add(index)
+                failure = failure_of(member)
+                self.failure = gravest([self.failure, failure]) if self.failure else failure
         if self.failure is not None and self.cancel:
             self._cancel_the_rest()
-        if len(self.ended) == len(self.children):
+        if self.closing is not None:
+            yield from self.closing.tick()
+        if len(self.ended) == len(self.children) and not (self.closing and self.closing.due):
             self.result = [result_of(member) for member in self.children]
             self.status = Status.SUCCESS if self.failure is None else Status.FAILURE
 
+    def terminate(self, new_status: Status) -> None:
+        if self.closing is not None:
+            self.closing.stop()
+
     def _cancel_the_rest(self) -> None:
-        for index, member in enumerate(self.children):
-            if index not in self.ended:
-                member.stop(Status.INVALID)
-                self.ended.add(index)
+        stopped = [i for i in range(len(self.children)) if i not in self.ended]
+        for index in stopped:
+            self.children[index].stop(Status.INVALID)
+        self.ended.update(stopped)
+        self.lost.update(stopped)
+        members = [self.children[i] for i in stopped]
+        if members:
+            paths = [m.path for m in members if isinstance(m, StepNode | Retry)]
+            self.closing = Closing(self.run, paths)

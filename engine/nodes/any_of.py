@@ -1,27 +1,38 @@
 """An action set that ends with the first member that succeeds; the others are cancelled."""
 
+from collections import deque
 from collections.abc import Iterator
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from ...schemas.journal import Turned
+from ..failure import Failure
 from ..frame import Scope
 from ..run import Run
+from .bygone import tick_bygone
+from .closing import Closing
 from .node import Parent, failure_of, result_of
+from .retry import Retry
+from .step import StepNode
 
 
 class AnyOf(Parent):
-    """Its result is the winner's. It fails when every member has, with the last one's reason.
+    """Its result is the winner's. It fails when nobody is left, with the last failure's reason.
 
-    Who has won is in the journal: a run that goes on does not begin the others again.
+    A member that was skipped (`when`) has not succeeded; where all were, the set is skipped, too.
+    Who has won is in the journal: a run that goes on does not begin the others again. What they had
+    set until then is set again.
     """
 
     def __init__(self, name: str, run: Run, scope: Scope, members: list[Behaviour]) -> None:
         super().__init__(name, run, members)
         self.scope = scope
-        self.failed: set[int] = set()
+        self.out: set[int] = set()
+        self.last: Failure | None = None
         self.winner: int | None = None
+        self.gone: deque[Behaviour] = deque()
+        self.closing: Closing | None = None
 
     @property
     def path(self) -> str:
@@ -29,35 +40,80 @@ class AnyOf(Parent):
         return f"{self.scope.frame.path}/{self.name}"
 
     def initialise(self) -> None:
-        self.failed = set()
-        past = self.run.history.turns.get(f"{self.path}/w")
-        self.winner = past.turn - 1 if past is not None else None
+        self.out, self.last, self.closing, self.winner = set(), None, None, None
+        self.gone.clear()
+        history = self.run.history
+        past = history.turns.get(f"{self.path}/w")
+        if past is not None and past.turn <= len(self.children):
+            self.winner = past.turn - 1
+            self.gone.extend(m for i, m in enumerate(self.children) if i != self.winner)
+            for member in self.gone:
+                history.forget_under_way(f"{self.scope.frame.path}/{member.name}", past.n)
 
     def advance(self) -> Iterator[Behaviour]:
+        yield from self._losers()
+        if self.closing is None and not self.gone:
+            yield from self._race()
+        if self.closing is not None:
+            yield from self.closing.tick()
+            if not self.closing.due:
+                self.status = Status.SUCCESS if self.failure is None else Status.FAILURE
+
+    def terminate(self, new_status: Status) -> None:
+        if self.closing is not None:
+            self.closing.stop()
+
+    def _losers(self) -> Iterator[Behaviour]:
+        """Those that had lost in an earlier life, as far as they had come then."""
+        while self.gone:
+            yield from tick_bygone(self.run, self.gone[0])
+            if self.gone[0].status == Status.RUNNING:
+                return
+            self.gone.popleft()
+
+    def _race(self) -> Iterator[Behaviour]:
         for index, member in enumerate(self.children):
-            if index in self.failed or self.winner not in (None, index):
+            if index in self.out or self.winner not in (None, index):
                 continue  # ticking a member that has ended would start it again
             yield from member.tick()
-            if member.status == Status.SUCCESS:
-                self._won(index, member)
-                return
+            if member.status == Status.RUNNING:
+                continue
             if member.status == Status.FAILURE:
-                self._lost(index, member)
-                if self.status != Status.RUNNING:
-                    return
+                self._lost(index, failure_of(member))
+            elif was_skipped(member):
+                self.out.add(index)
+            else:
+                self._won(index, member)
+            if self.closing is not None:
+                return
+        if len(self.out) == len(self.children):
+            self._over(self.last)
 
     def _won(self, index: int, member: Behaviour) -> None:
         if self.winner is None:
             self.run.record(Turned(path=f"{self.path}/w", turn=index + 1))
         self.winner = index
         self.result = result_of(member)
-        self.status = Status.SUCCESS  # whoever is still RUNNING is stopped with that
+        self._over(None)
 
-    def _lost(self, index: int, member: Behaviour) -> None:
-        self.failed.add(index)
-        failure = failure_of(member)
+    def _lost(self, index: int, failure: Failure) -> None:
+        self.out.add(index)
+        self.last = failure
         ends = failure.skip or failure.stop or failure.bygone or failure.anew
-        if ends or len(self.failed) == len(self.children) or self.winner is not None:
-            self.status = self.fail(failure)
-        else:
+        if ends or self.winner is not None:
+            self._over(failure)
+        elif len(self.out) < len(self.children):
             self.run.log(f"{failure.sentence()} (the others go on)", self.path)
+
+    def _over(self, failure: Failure | None) -> None:
+        self.failure = failure
+        for member in self.children:
+            if member.status == Status.RUNNING:
+                member.stop(Status.INVALID)
+        self.closing = Closing(self.run, [self.path])
+
+
+def was_skipped(member: Behaviour) -> bool:
+    """True for a member whose `when` was false; one that is retried is looked into."""
+    step = member.child if isinstance(member, Retry) else member
+    return isinstance(step, StepNode) and step.skipped

@@ -1,5 +1,6 @@
 """Actions that run aside: begun here, joined by the loop or the group around them."""
 
+from collections import deque
 from collections.abc import Callable, Iterator
 
 from py_trees.behaviour import Behaviour
@@ -7,6 +8,7 @@ from py_trees.common import Status
 
 from ..frame import Frame, Scope
 from ..run import Run
+from .action_set import gravest
 from .node import Node, Parent, failure_of, result_of
 
 Build = Callable[[Scope], Behaviour]
@@ -27,6 +29,8 @@ class Background(Node):
         frame = self.scope.frame
         aside = self.build(Scope(frame))
         frame.joiner.pending.append(aside)
+        # At once: its arguments are what they are here, and it is asked for before what follows.
+        deque(aside.tick(), maxlen=0)
         self.run.again()
         return Status.SUCCESS
 
@@ -72,9 +76,10 @@ class Join(Parent):
         yield from tick_pending(frame)
         if not self.steps_over or not all_ended(frame):
             return
-        failed = [aside for aside in (self.child, *frame.pending) if aside.status == Status.FAILURE]
+        ended = (self.child, *frame.pending)
+        failures = [failure_of(one) for one in ended if one.status == Status.FAILURE]
         self.result = result_of(self.child)
-        self.status = self.fail(failure_of(failed[0])) if failed else Status.SUCCESS
+        self.status = self.fail(gravest(failures)) if failures else Status.SUCCESS
 
     def stop(self, new_status: Status) -> None:
         if new_status == Status.INVALID and self.status == Status.RUNNING:

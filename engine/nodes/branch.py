@@ -21,7 +21,8 @@ class Branch(Parent):
     """Ticks `then` or `else`; with neither to tick it succeeds, its result null.
 
     What a condition is computed from may have been measured anew when a run goes on, and come out
-    otherwise; the branch whose actions were begun is the one that is gone on with.
+    otherwise; the branch whose actions were begun is the one that is gone on with. Only another
+    protocol chooses anew.
     """
 
     def __init__(
@@ -39,12 +40,14 @@ class Branch(Parent):
         return f"{self.scope.frame.path}/{self.name}"
 
     def initialise(self) -> None:
-        past = self.run.history.turns.get(f"{self.path}/i")
+        history = self.run.history
+        past = history.turns.get(f"{self.path}/i")
         if past is None and self.run.bygone:
             self.status = self.fail(came_to_here(self.path))
             return
         try:
-            way = past.turn if past is not None else self._decide()
+            stands = past is not None and not history.is_before_change(past)
+            way = past.turn if past is not None and stands else self._decide()
         except ExpressionError as fault:
             self.status = self.fail(Failure("Expression", str(fault), step=self.path))
             return

@@ -10,6 +10,7 @@ from ...schemas.journal import Turned
 from ..failure import Failure
 from ..frame import Scope
 from ..run import Run
+from .action_set import ActionSet
 from .bygone import failed_anew, tick_bygone
 from .node import Parent, failure_of, result_of
 
@@ -29,7 +30,8 @@ class Fallback(Parent):
     """The step's result is that of the alternative that succeeded.
 
     `error` in an alternative is the failure before it. A person's `repeat` starts anew with the
-    step itself, one level deeper in the path, so that no goal id comes twice.
+    step itself, one level deeper in the path, so that no goal id comes twice. In a set what had
+    succeeded is not repeated, and an alternative gives its result for what had not.
     """
 
     def __init__(
@@ -42,6 +44,7 @@ class Fallback(Parent):
         self.outer = outer
         self.current = 0
         self.round = 1
+        self.rounds_gone = 0
         self.gone = 0
         self.gone_with: Failure | None = None
         self.entered_at = ""
@@ -53,17 +56,42 @@ class Fallback(Parent):
 
     def initialise(self) -> None:
         turns = self.run.history.turns
+        self.rounds_gone = 0
         if self.path == self.entered_at:  # once more in one place, after a pause: ids of its own
             self._next_round()
         else:
             repeated = turns.get(f"{self.path}/a")
-            self._enter_round(repeated.turn if repeated is not None else 1)
+            newest = repeated.turn if repeated is not None else 1
+            self.rounds_gone = newest - 1 if isinstance(self.children[0], ActionSet) else 0
+            self._enter_round(1 if self.rounds_gone else newest)
         self.entered_at = self.path
-        past = turns.get(f"{self._base()}/f")
+        self._remember_ways()
+
+    def _remember_ways(self) -> None:
+        past = self.run.history.turns.get(f"{self._base()}/f")
         if past is not None and past.error is not None:
             self.gone, self.gone_with = past.turn, Failure.from_error(past.error)
 
+    def _earlier_rounds(self, primary: ActionSet) -> Iterator[Behaviour]:
+        """What succeeded in a set before a person said `repeat` and the engine died is done."""
+        while self.round <= self.rounds_gone:
+            yield from tick_bygone(self.run, primary)
+            if primary.status == Status.RUNNING:
+                return
+            anew = failed_anew(primary)
+            if anew is not None:
+                self.status = self.fail(anew)
+                return
+            primary.keep_done()
+            self._enter_round(self.round + 1)
+            self._remember_ways()
+
     def advance(self) -> Iterator[Behaviour]:
+        primary = self.children[0]
+        if isinstance(primary, ActionSet) and self.round <= self.rounds_gone:
+            yield from self._earlier_rounds(primary)
+            if self.round <= self.rounds_gone:
+                return
         while self.status == Status.RUNNING:
             child = self.children[self.current]
             is_gone = self.current < self.gone
@@ -92,12 +120,17 @@ class Fallback(Parent):
         self.result = result_of(child)
         if self.current and self.alternatives[self.current - 1].asks:
             self._answered(self.result["choice"])
-        else:
-            self.status = Status.SUCCESS
+            return
+        primary = self.children[0]
+        if self.current and isinstance(primary, ActionSet):
+            self.result = primary.with_in_place(self.result)
+        self.status = Status.SUCCESS
 
     def _answered(self, choice: str) -> None:
         assert self.failure is not None
         if choice == "repeat":
+            if isinstance(self.children[0], ActionSet):
+                self.children[0].keep_done()
             self._next_round()
         elif choice in ASKED:
             skip = choice == "skip"

@@ -17,6 +17,7 @@ from ..language.expression import ExpressionError
 from ..language.value import Value
 from ..rows import Rows
 from ..run import Run
+from .action_set import gravest
 from .background import all_ended, stop_pending, tick_pending
 from .node import Parent, failure_of
 from .turns import NotOver, Turns
@@ -77,6 +78,7 @@ class Loop(Parent):
         self.open: deque[Iteration] = deque()
         self.current: Iteration | None = None
         self.done_before: dict[str, StepFate] = {}
+        self.last_done = -1
 
     # --- beginning
 
@@ -94,6 +96,9 @@ class Loop(Parent):
             return
         history = self.run.history
         self.done_before = history.iterations.pop(self.path, {})
+        if self.turns.total is None:
+            done = (int(key) for key in self.done_before if key.isdecimal())
+            self.last_done = max(done, default=-1)
         for name, value in history.sets.pop(self.path, {}).items():
             self.outer.frame.assign(name, decode(value))
         self._tell("begun")
@@ -140,7 +145,7 @@ class Loop(Parent):
         return False
 
     def _has_more(self) -> bool:
-        if self.done_before and self.turns.total is None:
+        if self.turns.total is None and self._was_entered(self.position):
             return True  # its condition held then, before what the turns since have set
         try:
             return self.turns.more(self.position, self.outer.frame.names)
@@ -149,6 +154,13 @@ class Loop(Parent):
         except (ExpressionError, ValueError) as fault:
             self.failure = Failure("Expression", str(fault), step=self.path)
         return False
+
+    def _was_entered(self, index: int) -> bool:
+        """Whether an earlier life of the engine has finished this turn, or one after it."""
+        history = self.run.history
+        if history.comparing:
+            return not history.knows_nothing_of(f"{self.path}/{index}")
+        return index <= self.last_done
 
     def _iteration(self, index: int) -> Iteration:
         own = self.turns.own(index)
@@ -169,8 +181,9 @@ class Loop(Parent):
         while self.open and all_ended(self.open[0].frame):
             iteration = self.open.popleft()
             if iteration.failure is None:
-                failed = [a for a in iteration.frame.pending if a.status == Status.FAILURE]
-                iteration.failure = failure_of(failed[0]) if failed else None
+                pending = iteration.frame.pending
+                failed = [failure_of(a) for a in pending if a.status == Status.FAILURE]
+                iteration.failure = gravest(failed) if failed else None
             self._finish(iteration)
         if self.failure is not None and not self.open and self.current is None:
             self._end()

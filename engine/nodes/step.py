@@ -6,11 +6,14 @@ from dataclasses import dataclass
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from ...schemas.journal import Turned
 from ..failure import Failure
 from ..frame import Scope
 from ..language.expression import ExpressionError
 from ..language.value import Value
 from ..run import Run
+from .bygone import failed_anew, tick_bygone
+from .closing import Closing
 from .node import Parent, failure_of, result_of
 
 
@@ -28,7 +31,10 @@ class StepRules:
 
 
 class StepNode(Parent):
-    """Guards one step, keeps its result, and decides whether its failure goes up."""
+    """Guards one step, keeps its result, and decides whether its failure goes up.
+
+    That its time was over is in the journal: a run that goes on behind it does not begin it again.
+    """
 
     def __init__(self, run: Run, scope: Scope, rules: StepRules, child: Behaviour) -> None:
         super().__init__(rules.segment, run, [child])
@@ -37,6 +43,9 @@ class StepNode(Parent):
         self.rules = rules
         self.until: float | None = None
         self.held = False
+        self.too_long = False
+        self.skipped = False
+        self.closing: Closing | None = None
 
     @property
     def path(self) -> str:
@@ -45,9 +54,13 @@ class StepNode(Parent):
 
     def initialise(self) -> None:
         rules, names = self.rules, self.scope.frame.names
-        self.until, self.held = None, False
+        self.until, self.held, self.skipped, self.closing = None, False, False, None
+        history = self.run.history
+        past = history.turns.get(f"{self.path}/t")
+        self.too_long = past is not None and (self.run.bygone or not history.is_over(past))
         try:
             if rules.when is not None and not rules.when.evaluate(names):
+                self.skipped = True
                 self._store(None)
                 self.run.tell("step", self.path, "skipped")
                 self.status = Status.SUCCESS
@@ -65,6 +78,12 @@ class StepNode(Parent):
         if self.held:
             self._go_on_after_pause()
             return
+        if self.closing is not None:
+            yield from self._close(self.closing)
+            return
+        if self.too_long:
+            yield from self._before_it_was_stopped()
+            return
         yield from self.child.tick()
         if self.child.status == Status.SUCCESS:
             self.result = result_of(self.child)
@@ -75,13 +94,34 @@ class StepNode(Parent):
             self._failed(failure_of(self.child).at(self.path))
         elif self.until is not None:
             self._check_time(self.until)
+            if self.closing is not None:
+                yield from self._close(self.closing)
+
+    def terminate(self, new_status: Status) -> None:
+        if self.closing is not None:
+            self.closing.stop()
+
+    def _close(self, closing: Closing) -> Iterator[Behaviour]:
+        yield from closing.tick()
+        if not closing.due:
+            self.run.record(Turned(path=f"{self.path}/t", turn=1))
+            self._failed(self._timeout())
+
+    def _before_it_was_stopped(self) -> Iterator[Behaviour]:
+        """What it did and set in an earlier life, before its time was over then."""
+        yield from tick_bygone(self.run, self.child)
+        if self.child.status != Status.RUNNING:
+            self._failed(failed_anew(self.child) or self._timeout())
+
+    def _timeout(self) -> Failure:
+        return Failure("Timeout", "the step took longer than its timeout", step=self.path)
 
     def _check_time(self, until: float) -> None:
         if self.run.clock.now() < until:
             self.run.wake_at(until)
             return
         self.child.stop(Status.INVALID)
-        self._failed(Failure("Timeout", "the step took longer than its timeout", step=self.path))
+        self.closing = Closing(self.run, [self.path])
 
     def _failed(self, failure: Failure) -> None:
         if failure.bygone or failure.anew:

@@ -9,11 +9,12 @@ from py_trees.common import Status
 
 from ...schemas.protocol import Param
 from ..failure import Failure
-from ..frame import Frame, Scope
+from ..frame import Scope
 from ..language.expression import ExpressionError
 from ..language.value import Value
 from ..params import ParamFault, given_value, take
 from ..run import CutOff, Run
+from .closing import begin_finally, end_finally, finals_before
 from .node import Parent, failure_of
 
 
@@ -35,7 +36,7 @@ class Use(Parent):
     """Ticks the other protocol's steps, then its `finally` whatever became of them.
 
     Its result is the other protocol's outputs. What is stopped from outside leaves its `finally`
-    to the end of the run: see `Run.cut_off`.
+    to whoever stopped it (see closing.py), and an abort leaves it to the end of the run.
     """
 
     def __init__(
@@ -64,14 +65,18 @@ class Use(Parent):
         }  # fmt: skip
         self.inner.frame = self.outer.frame.another(self.path, names)
         if self.plan.last is not None:
-            self.last_scope.frame = Frame.phase(f"{self.path}/finally", names, self.inner.frame)
-            self.run.cut_off[self.path] = CutOff(self.plan.last, names, self.inner.frame)
+            self.run.cut_off[self.path] = CutOff(
+                self.plan.last, names, self.inner.frame, finals_before(self.run, self.path)
+            )
 
     def _params(self) -> Iterator[tuple[str, Any]]:
         for name, param in self.plan.params.items():
             value = self.plan.arguments.get(name)
             given = param.default if value is None else value.evaluate(self.outer.frame.names)
-            yield name, take(name, param, given_value(given), written=True)
+            try:
+                yield name, take(name, param, given_value(given), written=True)
+            except ParamFault as fault:
+                raise ParamFault(fault.code, f"{name}: {fault}") from fault
 
     def advance(self) -> Iterator[Behaviour]:
         if not self.over:
@@ -93,8 +98,13 @@ class Use(Parent):
             self.failure = failure_of(self.body)
             if self.failure.anew:
                 self.status = Status.FAILURE
-            return
-        self.result = {name: self._output(value) for name, value in self.plan.outputs.items()}
+                return
+        else:
+            self.result = {name: self._output(value) for name, value in self.plan.outputs.items()}
+        if self.last is not None:
+            self.last_scope.frame = begin_finally(
+                self.run, self.path, failure=self.failure, stopped=False
+            )
 
     def _output(self, value: Value) -> Any:
         try:
@@ -104,10 +114,10 @@ class Use(Parent):
             return None
 
     def _last_over(self, last: Behaviour) -> None:
-        self.run.cut_off.pop(self.path, None)
-        if last.status != Status.FAILURE:
+        failure = failure_of(last) if last.status == Status.FAILURE else None
+        end_finally(self.run, self.path, failure)
+        if failure is None:
             return
-        failure = failure_of(last)
         if self.failure is None or failure.anew:
             self.failure = failure
         else:

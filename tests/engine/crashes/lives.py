@@ -50,6 +50,31 @@ def fate(folder):
     return last.fate if last.kind == "finished" else ""
 
 
+def write(folder, name, protocol):
+    """A protocol as a file; those that it uses, which stand in it as data, lie beside it."""
+    used = []
+
+    def with_names(part):
+        if isinstance(part, list):
+            return [with_names(one) for one in part]
+        if not isinstance(part, dict):
+            return part
+        part = {key: with_names(value) for key, value in part.items()}
+        if isinstance(part.get("use"), dict):
+            if part["use"] not in used:
+                used.append(part["use"])
+            part["use"] = f"./{name}-{used.index(part['use'])}.json"
+        return part
+
+    whole = with_names(protocol)
+    for index, other in enumerate(used):
+        file = folder / f"{name}-{index}.json"
+        file.write_text(json.dumps({"labrun": 1, "name": "used", **other}))
+    file = folder / f"{name}.json"
+    file.write_text(json.dumps({"labrun": 1, "name": name, "devices": DEVICES, **whole}))
+    return file
+
+
 @dataclass
 class Laboratory:
     """One device server and one process that forks engines, for all tests."""
@@ -111,8 +136,8 @@ class Laboratory:
         """
         self.count += 1
         name, runs = f"n{self.count}", self.folder / "runs"
-        file, log = self.folder / f"{name}.json", self.folder / f"{name}.log"
-        file.write_text(json.dumps({"labrun": 1, "name": name, "devices": DEVICES, **protocol}))
+        log = self.folder / f"{name}.log"
+        file = write(self.folder, name, protocol)
         given = ["--yes", *(f"--answer={i}={choice}" for i, choice in (answers or {}).items())]
         argv = ["run", str(file), "--lab", str(self.folder / "lab.yaml"), "--runs", str(runs)]
         exits = []

@@ -30,7 +30,7 @@ def survives(laboratory, strategies, oracle, promise):
         status = told.run(strategies.patient(protocol) if tries else protocol)
         story = laboratory.live(protocol, kills, answers, tries)
         note(story.tell())
-        promise.kept(story, told, status, protocol)
+        promise.kept(story, told, status, protocol, tries)
 
     return check
 

@@ -24,6 +24,8 @@ class Scripted(Driver):
         words = script.split(",")
         word = words[min(n, len(words)) - 1]
         self._note(goal, action, name, word)
+        if seconds or word == "hang":
+            goal.feedback(message="under way")
         if seconds:
             await self._last(goal, action, seconds)
         if word == "hang":
@@ -58,6 +60,9 @@ class Scripted(Driver):
 
     async def shoot(self, goal, *, name="", script="ok", seconds=0.0, x=0.0):
         return await self._do("shoot", goal, name, script, seconds, x)
+
+    async def pulse(self, goal, *, name="", script="ok", seconds=0.0, x=0.0):
+        return await self._do("pulse", goal, name, script, seconds, x)
 
     async def last(self, goal):
         return dict(self.newest)

@@ -1,0 +1,190 @@
+"""Single steps and sets of them, as the strategies draw them; what is drawn has no names yet."""
+
+import copy
+
+from crashes_naming import STURDY
+from hypothesis import strategies as st
+
+FINE = ("ok", 0, 0)
+NEVER = ("Broken", 99, 0)
+FAULTS = [("Broken", 1, 0), ("Broken", 2, 0), NEVER, ("Broken", 0, 1)]
+FAILS_AT_FIRST = [("Broken", 1, 0), ("Broken", 2, 0)]
+UNKNOWN = [("happened!", 1, 0), ("dark", 1, 0)]
+SHOT_FAULTS = [*FAULTS, ("Half", 1, 0), ("Half", 99, 0), *UNKNOWN]
+DEATHS = [("die+", 1, 0), ("die-", 1, 0)]
+
+retries = st.sampled_from([None, None, 2, 3, {"attempts": 2, "on": ["Half", "Broken"]}])
+devices = st.sampled_from("ab")
+policies = st.sampled_from([None, None, None, "ask", "skip", "repeat"])
+holds = st.sampled_from(["${{ v > 0 }}", "${{ v < 2 }}", "${{ v > 1 }}"])
+
+
+def without_none(**said):
+    return {key: value for key, value in said.items() if value is not None}
+
+
+def do(device, action, script, retry=None, policy=None, on_error=None, ms=0):
+    word, tries, turns = script
+    asked = {"word": word, "tries": tries, "turns": turns, "ms": ms} if word != "ok" else {"ms": ms}
+    asked |= {"to": 1} if action == "set" else {}
+    shot = {"on_unknown": policy if action == "shoot" else None}
+    return without_none(
+        do=f"{device}.{action}", **{"with": asked}, retry=retry, on_error=on_error, **shot
+    )
+
+
+def often(usual, rare):
+    return st.one_of(st.just(usual), st.just(usual), rare)
+
+
+def on(device, step):
+    """The same action, asked of this device."""
+    return {**step, "do": device + step["do"][1:]}
+
+
+def surely(step):
+    """The same action, whose failure goes up: behind what cannot fail nothing is an alternative."""
+    return {key: value for key, value in step.items() if key != "on_error"}
+
+
+quick = st.sampled_from([0, 0, 3, 8, 20])
+goes_on = often(None, st.just("continue"))
+sets = st.builds(
+    do, devices, st.just("set"), often(FINE, st.sampled_from(FAULTS)), retries,
+    on_error=goes_on, ms=quick,
+)  # fmt: skip
+looks = st.builds(
+    do, devices, st.just("look"), often(FINE, st.sampled_from(FAULTS)), retries,
+    on_error=goes_on, ms=quick,
+)  # fmt: skip
+shots = st.builds(
+    do, devices, st.just("shoot"), often(FINE, st.sampled_from(SHOT_FAULTS)), retries, policies,
+    on_error=goes_on, ms=quick,
+)  # fmt: skip
+deadly = st.builds(do, devices, st.just("shoot"), st.sampled_from(DEATHS), st.just(STURDY))
+actions = sets | shots | shots | looks
+counted = st.just({"set": {"v": "${{ v + 1 }}"}})
+instants = st.sampled_from(
+    [
+        {"log": "on"},
+        {"wait": "3 ms"},
+        {"fail": "enough", "when": "${{ v > 1 }}"},
+        {"confirm": "go?"},
+    ]
+)
+aside = st.builds(
+    lambda step: {**step, "mode": "background", "on_error": "continue"},
+    st.builds(
+        do, devices, st.just("look"), often(FINE, st.sampled_from(FAULTS)), retries, ms=quick
+    )
+    | st.builds(
+        do, devices, st.just("shoot"), often(FINE, st.sampled_from(SHOT_FAULTS)), retries,
+        st.sampled_from([None, None, "repeat"]), ms=quick,
+    ),
+)  # fmt: skip
+
+# --- fallbacks
+
+asks = st.builds(
+    lambda choice: {"ask": "what now?", "choices": ["repeat", "skip", "stop"], "answer": choice},
+    st.sampled_from(["skip", "skip", "stop"]),
+)
+
+
+def with_fallback(step, alternatives):
+    return {**surely(step), "fallback": alternatives}
+
+
+def repeated(step):
+    """A step that fails in its first turn, so that a person's `repeat` helps."""
+    step = copy.deepcopy(step)
+    step["with"] |= {"word": "Broken", "tries": 0, "turns": 1}
+    ask = {"ask": "again?", "choices": ["repeat", "skip", "stop"], "answer": "repeat"}
+    return with_fallback(step, [ask])
+
+
+sure = actions.map(surely)
+others = st.lists(sure | st.lists(sure, min_size=1, max_size=2), min_size=1, max_size=2)
+fallen = (
+    st.builds(with_fallback, actions, others)
+    | st.builds(with_fallback, shots, st.builds(lambda ask: [ask], asks))
+    | st.builds(repeated, sets | shots)
+)
+
+# --- sets: one member for each device
+
+known = sets | looks | shots.filter(lambda s: s.get("on_unknown") is None)
+in_a_row = st.lists(known.map(surely), min_size=1, max_size=2)
+together = st.builds(
+    lambda one, two, retry: without_none(parallel=[on("a", one), on("b", two)], retry=retry),
+    known, known, st.sampled_from([None, None, 2]),
+) | st.builds(
+    lambda one, two: {"parallel": [{"steps": [on("a", s) for s in one]}, on("b", two)]},
+    in_a_row, known,
+)  # fmt: skip
+cancelling = st.builds(
+    lambda bad, good: {"parallel": [on("a", bad), on("b", good)], "on_failure": "cancel"},
+    st.builds(do, devices, st.sampled_from(["set", "look"]), st.sampled_from(FAULTS), ms=quick),
+    st.builds(
+        do, devices, st.sampled_from(["set", "look", "shoot", "shoot"]), st.just(FINE), ms=quick
+    ),
+)  # fmt: skip
+calming = st.builds(do, devices, st.sampled_from(["set", "look"]), st.just(FINE))
+tidying = st.builds(
+    do, devices, st.just("shoot"), often(FINE, st.sampled_from(UNKNOWN)), st.just(3), ms=quick
+)  # fmt: skip
+finals = st.lists(calming | tidying, max_size=2)
+
+
+def used(steps, last, twice, renamed, **said):
+    return without_none(
+        use={"steps": steps, "finally": last}, twice=twice, renamed=renamed, **said
+    )  # fmt: skip
+
+
+def racing(*scripts):
+    return st.builds(
+        do, devices, st.sampled_from(["set", "look", "shoot", "shoot"]), st.sampled_from(scripts),
+        ms=quick,
+    )  # fmt: skip
+
+
+def racer(device, steps, last):
+    """A member of a race: one action, some in a row, or a used protocol with its `finally`."""
+    steps = [on(device, step) for step in steps]
+    if last is not None:
+        last = [on(device, step) for step in last]
+        return {"steps": [used(steps, last, False, False)]}
+    return steps[0] if len(steps) == 1 else {"steps": steps}
+
+
+lasts = st.none() | st.none() | st.lists(calming | tidying, min_size=1, max_size=1)
+
+
+def races(*scripts):
+    return st.builds(
+        lambda one, two, last_a, last_b, retry: without_none(
+            any=[racer("a", one, last_a), racer("b", two, last_b)], retry=retry
+        ),
+        st.lists(racing(*scripts), min_size=1, max_size=2),
+        st.lists(racing(*scripts), min_size=1, max_size=2),
+        lasts, lasts, st.sampled_from([None, None, 2]),
+    )  # fmt: skip
+
+
+race = races(FINE, FINE, NEVER, ("Broken", 0, 1))
+
+
+def endless(steps, last, other):
+    """Steps that never end by themselves, and so are stopped when their time is over."""
+    steps = [*steps, {"wait": "30 s"}]
+    step = {"steps": steps} if last is None else used(steps, last, False, False)
+    step["timeout"] = "0.3 s"
+    if other is None:
+        return {**step, "on_error": "continue"}
+    return {"steps": [step], "fallback": [other]}
+
+
+too_long = st.builds(
+    endless, st.lists(racing(FINE), min_size=1, max_size=2), lasts, st.none() | sure
+)  # fmt: skip

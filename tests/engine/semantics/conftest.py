@@ -1,0 +1,235 @@
+"""Protocols on the real engine and three scripted devices: to the end, aborted, killed and resumed."""
+
+import asyncio
+import contextlib
+import json
+import re
+import signal
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+import typer
+from ruamel.yaml import YAML
+
+from labrun.engine import runner
+from labrun.engine.check import check_file
+from labrun.engine.commands import resume as resume_command
+from labrun.engine.commands import run as run_command
+from labrun.engine.journal import read_records
+
+HERE = Path(__file__).parent
+LAB = HERE.parent / "lab"
+PAUSE_S = 0.6
+DEVICES = ("a", "b", "c")
+HEADER = "labrun: 1\nname: {}\ndevices: {{a: scripted@1, b: scripted@1, c: scripted@1}}\n"
+
+
+@dataclass
+class Ran:
+    """What a run, all its lives taken together, has left behind."""
+
+    status: int
+    folder: Path
+    calls: list[dict]
+    said: list[str] = field(default_factory=list)
+
+    @property
+    def records(self):
+        return list(read_records(self.folder / "journal.jsonl"))
+
+    @property
+    def finished(self):
+        return self.records[-1]
+
+    @property
+    def outputs(self):
+        return self.finished.outputs
+
+    @property
+    def sent(self):
+        """Names of what the devices began to do, in order."""
+        return [c["name"] for c in self.calls if c["word"] != "done"]
+
+    @property
+    def done(self):
+        """Names of what the devices did to the end, in order."""
+        return [c["name"] for c in self.calls if c["word"] == "done"]
+
+    @property
+    def words(self):
+        """Begun as `name`, done as `name.`, in order."""
+        return [c["name"] + "." * (c["word"] == "done") for c in self.calls]
+
+    @property
+    def logged(self):
+        """The lines of `log` steps."""
+        return [r.message for r in self.records if r.kind == "step" and r.message]
+
+    def rows(self, name="data.csv"):
+        header, *lines = (self.folder / name).read_text().splitlines()
+        names = header.split(",")
+        return [dict(zip(names, line.split(","), strict=True)) for line in lines]
+
+
+@dataclass
+class Laboratory:
+    """The devices as they are served, and a process that forks engines which are to die."""
+
+    lab: Path
+    log: Path
+    forks: subprocess.Popen
+    count: int = 0
+
+    def calls(self, run):
+        lines = [json.loads(line) for line in self.log.read_text().splitlines()]
+        return [line for line in lines if line.get("run") == run]
+
+    def live_until(self, moment, argv, words):
+        order = {"until": moment, "argv": [str(word) for word in argv], "log": str(words)}
+        print(json.dumps(order), file=self.forks.stdin, flush=True)
+        return json.loads(self.forks.stdout.readline())
+
+
+@pytest.fixture(scope="session")
+def laboratory(tmp_path_factory):
+    """One server for all runs: their calls are told apart by the run's name."""
+    folder = tmp_path_factory.mktemp("semantics")
+    contract = YAML(typ="safe").load((LAB / "scripted.yaml").read_text())
+    device = {"contract": contract, "driver": f"{LAB / 'scripted.py'}:Scripted", "config": {}}
+    config = {
+        "devices": dict.fromkeys(DEVICES, device), "folder": str(folder / "server"),
+        "world": str(folder / "world"), "host": "127.0.0.1", "port": 0,
+    }  # fmt: skip
+    (folder / "config.json").write_text(json.dumps(config))
+    pipes = {"stdout": subprocess.PIPE, "text": True, "start_new_session": True}
+    server = subprocess.Popen(
+        [sys.executable, "-m", "labrun.drivers.serve", str(folder / "config.json")], **pipes
+    )
+    forks = subprocess.Popen(
+        [sys.executable, "-W", "error", str(HERE / "mortal.py")], stdin=subprocess.PIPE, **pipes
+    )
+    url = json.loads(server.stdout.readline())["url"]
+    lines = [f"  {name}: {{contract: scripted@1, url: '{url}'}}" for name in DEVICES]
+    lab = folder / "lab.yaml"
+    lab.write_text(
+        f"name: scripted\ncontracts: [{LAB / 'scripted.yaml'}]\ndevices:\n" + "\n".join(lines)
+    )
+    yield Laboratory(lab, folder / "world" / "calls.jsonl", forks)
+    forks.communicate(timeout=40)
+    server.send_signal(signal.SIGTERM)
+    server.communicate(timeout=20)
+
+
+@dataclass
+class Bench:
+    """One test's protocol and its runs."""
+
+    laboratory: Laboratory
+    folder: Path
+
+    def write(self, body, beside=None):
+        """The protocol, and other files beside it; each protocol gets a header.
+
+        Its name is new each time: two runs of one name may have the same id, in folders of their own.
+        """
+        self.laboratory.count += 1
+        for name, text in {**(beside or {}), "test.yaml": body}.items():
+            header = HEADER.format(f"t{self.laboratory.count}") if name.endswith(".yaml") else ""
+            (self.folder / name).write_text(header + text, encoding="utf-8")
+        return self.folder / "test.yaml"
+
+    def run(self, body, *, beside=None, params=None, yes=False, answers=None, **steers):
+        """One run to its end; `abort`, `pause`, `go_on` say at which moment it is told so."""
+        path = self.write(body, beside)
+        checked = check_file(path, lab=self.laboratory.lab, params=params or {})
+        assert checked.ok, checked.problems
+        with self._steered(steers) as said:
+            status = run_command.start(
+                checked, self.folder / "runs", given=params, yes=yes, answers=answers
+            )
+        return self._ran(status, said)
+
+    def kill(self, body, moment, *, beside=None, params=None, answers=None):
+        """A run whose engine is killed at a moment: `KIND PATH`, as in mortal.py."""
+        path = self.write(body, beside)
+        given = [f"-p{name}={value}" for name, value in (params or {}).items()]
+        asked = [f"--answer={name}={value}" for name, value in (answers or {}).items()]
+        told = self.laboratory.live_until(
+            moment,
+            [
+                "run",
+                path,
+                "--lab",
+                self.laboratory.lab,
+                "--runs",
+                self.folder / "runs",
+                *given,
+                *asked,
+            ],
+            self.folder / "words.txt",
+        )
+        assert told["exit"] == -signal.SIGKILL, told
+        return self._ran(-signal.SIGKILL, [])
+
+    def resume(self, *, yes=False, answers=None, **steers):
+        """The same run goes on."""
+        given = [f"{name}={choice}" for name, choice in (answers or {}).items()]
+        with self._steered(steers) as said:
+            try:
+                resume_command.resume("last", runs=self.folder / "runs", answer=given, yes=yes)
+            except typer.Exit as end:
+                status = end.exit_code
+        return self._ran(status, said)
+
+    def _ran(self, status, said):
+        (folder,) = (self.folder / "runs").iterdir()
+        return Ran(status, folder, self.laboratory.calls(folder.name), said)
+
+    @contextlib.contextmanager
+    def _steered(self, steers):
+        """Tell the run `abort` or `pause` when something like KIND STATE PATH is told."""
+        said = []
+
+        def watch(run, control):
+            def told(event):
+                text = f"{event.event} {event.state} {event.path}"
+                if event.event == "log":
+                    said.append(event.text)
+                for verb, pattern in list(steers.items()):
+                    if re.search(pattern, text):
+                        del steers[verb]
+                        _tell(control, verb)
+
+            return told
+
+        kept = run_command.watcher, resume_command.watcher
+        run_command.watcher = resume_command.watcher = lambda json: watch
+        try:
+            yield said
+        finally:
+            run_command.watcher, resume_command.watcher = kept
+        assert not steers, f"never came: {steers}"
+
+
+def _tell(control, verb):
+    """`pause` is over after a while; `go_on` ends a pause that the protocol has asked for."""
+    if verb in ("pause", "go_on"):
+        loop = asyncio.get_running_loop()
+        loop.call_later(PAUSE_S, control.ask, "continue", "the test")
+    if verb != "go_on":
+        control.ask(verb.partition("_")[0], "the test")
+
+
+@pytest.fixture
+def bench(laboratory, tmp_path, monkeypatch):
+    # Reports are made after a run's last record: nothing here is about them.
+    monkeypatch.setattr(runner, "make_reports", lambda folder: ([], []))
+    return Bench(laboratory, tmp_path)
+
+
+@pytest.fixture
+def run(bench):
+    return bench.run

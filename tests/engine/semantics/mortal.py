@@ -1,0 +1,99 @@
+"""Engines that die where a test wants them to: forked from a process that has imported everything.
+
+One JSON line in, one JSON line out. A moment is written as `KIND PATH`: a record of the journal
+that has just become durable (`ended main/scan/2/shoot/1`), or `feedback PATH` for an action under way.
+"""
+
+import json
+import os
+import re
+import signal
+import sys
+from pathlib import Path
+
+import aiohttp  # noqa: F401
+import socketio  # noqa: F401
+
+import labrun.engine.commands.run as run_command
+import labrun.engine.watch.plain  # noqa: F401
+from labrun.engine import cli, connect, history, run_folder, runner  # noqa: F401
+from labrun.engine.journal import Journal
+from labrun.schemas.quantity import quantity
+
+LIFE_S = 30
+
+
+def moment(line):
+    """A line of the journal as `KIND PATH`, the run's name left out."""
+    record = json.loads(line)
+    kind = record["kind"]
+    if kind in ("goal", "ended"):
+        return f"{kind} {record['id'].partition('/')[2]}"
+    if kind == "iteration":
+        return f"{kind} {record['loop']}/{record['key']}"
+    return f"{kind} {record.get('path') or record.get('loop') or record.get('phase') or ''}"
+
+
+def die():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def doom(pattern):
+    """Let this process die when a moment like this has come."""
+    flush = Journal.flush
+
+    def deadly(journal):
+        lines = list(journal._lines)
+        flush(journal)
+        if any(re.search(pattern, moment(line)) for line in lines):
+            die()
+
+    def watch(run, control):
+        def told(event):
+            if event.event == "feedback" and re.search(pattern, f"feedback {event.path}"):
+                die()
+
+        return told
+
+    Journal.flush = deadly
+    run_command.watcher = lambda json: watch
+
+
+def life(order):
+    """One life of an engine, as the command line would live it."""
+    doom(order["until"])
+    signal.alarm(LIFE_S)
+    runner.make_reports = lambda folder: ([], [])
+    sys.argv = ["labrun", *order["argv"]]
+    return cli.main()
+
+
+def fork(order):
+    """Live in a child; how it ended."""
+    child = os.fork()
+    if not child:
+        code = 70
+        try:
+            words = os.open(order["log"], os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+            os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+            os.dup2(words, 1)
+            os.dup2(words, 2)
+            code = life(order) or 0
+        except SystemExit as end:
+            code = end.code or 0
+        finally:
+            sys.stdout.flush()
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def main():
+    quantity(1, "mm")  # the registry of units, built once for all lives
+    for line in sys.stdin:
+        order = json.loads(line)
+        answer = {"exit": fork(order), "words": Path(order["log"]).read_text()}
+        print(json.dumps(answer), flush=True)
+
+
+if __name__ == "__main__":
+    main()

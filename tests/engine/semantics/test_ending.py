@@ -1,0 +1,166 @@
+"""`finally`, the safe state and `on_resume`
+
+`finally` runs at the end of every run, however it ended. After it every device that was used goes
+into the safe state of its contract. `on_resume` runs when a run is taken up again, before its steps
+go on.
+
+    finally:
+      - {do: gantry.move_to, with: {z: 50 mm}}
+    on_resume:
+      - do: gantry.home
+"""
+
+TIDY = "finally: [{do: b.act, with: {name: tidy}}]\n"
+
+
+def test_finally_after_a_success(run):
+    """The run succeeds -> `finally` runs after the last step."""
+    ran = run("steps: [{do: a.act, with: {name: x}}]\n" + TIDY)
+
+    assert (ran.status, ran.sent) == (0, ["x", "tidy"])
+
+
+def test_finally_after_a_failure(run):
+    """A step fails -> `finally` runs; the run has failed."""
+    ran = run("steps: [{do: a.act, with: {name: x, script: Broken}}]\n" + TIDY)
+
+    assert (ran.status, ran.finished.fate, ran.sent) == (1, "failed", ["x", "tidy"])
+
+
+def test_finally_after_an_abort(run):
+    """Abort -> What runs is cancelled and has ended; then `finally` runs, and is not cut short by
+    that abort."""
+    ran = run(
+        "steps: [{id: x, do: a.act, with: {name: x, script: hang}}]\n" + TIDY,
+        abort="feedback .* main/x",
+    )
+
+    assert (ran.finished.fate, ran.words) == ("aborted", ["x", "tidy", "tidy."])
+
+
+def test_finally_that_fails(run):
+    """A step of `finally` fails -> Its later steps are not sent; the run has failed, though all its
+    steps succeeded."""
+    ran = run("""
+steps: [{do: a.act, with: {name: x}}]
+finally: [{do: b.act, with: {name: tidy, script: Broken}}, {do: c.act, with: {name: never}}]
+""")
+
+    assert (ran.status, ran.finished.fate, ran.sent) == (1, "failed", ["x", "tidy"])
+    assert ran.finished.reason.startswith("finally: ")
+
+
+def test_finally_knows_the_results(run):
+    """`finally` uses results of the steps -> It sees them; null where a step did not run."""
+    ran = run("""
+steps:
+  - {id: one, do: a.act, with: {name: one}}
+  - {id: two, do: a.act, with: {name: two, script: Broken}}
+finally:
+  - {do: b.act, with: {name: "${{ steps.one.name }} ${{ 'two' if steps.two else 'null' }}"}}
+""")
+
+    assert ran.sent == ["one", "two", "one null"]
+
+
+def test_the_safe_state_comes_last(run):
+    """After `finally`, also after one that failed -> Every device that was used goes into its safe
+    state."""
+    ran = run("""
+steps: [{do: a.act, with: {name: x}}]
+finally: [{do: b.act, with: {name: tidy, script: Broken}}]
+""")
+
+    safe = [(r.device, r.confirmed) for r in ran.records if r.kind == "safe"]
+    assert safe == [("a", True), ("b", True)]
+    assert [r.kind for r in ran.records].index("safe") > max(
+        r.n - 1 for r in ran.records if r.kind == "ended"
+    )
+
+
+def test_a_second_abort(run):
+    """A second abort, while `finally` runs -> It is ended at once; devices still go into their safe
+    state."""
+    ran = run(
+        "steps: [{id: x, do: a.act, with: {name: x, script: hang}}]\n"
+        "finally: [{id: long, do: b.act, with: {name: long, script: hang}}]\n",
+        abort="feedback .* main/x",
+        abort_now="feedback .* finally:1/long",
+    )
+
+    assert ran.finished.fate == "aborted"
+    assert {r.device for r in ran.records if r.kind == "safe"} == {"a", "b"}
+
+
+def test_after_a_kill_the_tidying_comes_first(bench):
+    """A run whose engine was killed is resumed -> First `finally` and the safe state, which nobody
+    had come to; then `on_resume`; then the steps go on; `finally` once more at the end."""
+    bench.kill(
+        """
+steps:
+  - {do: a.shoot, with: {name: shot}}
+  - {id: x, do: a.shoot, with: {name: x, seconds: 0.2}}
+on_resume: [{do: c.act, with: {name: home}}]
+"""
+        + TIDY,
+        "ended main/0/1",
+    )
+
+    ran = bench.resume()
+
+    assert ran.status == 0
+    assert ran.sent == ["shot", "tidy", "home", "x", "tidy"]
+
+
+def test_after_an_ending_only_on_resume(bench):
+    """A run that had failed or was aborted is resumed -> `on_resume`, then the steps go on;
+    `finally` had run already, and runs again at the end."""
+    bench.run(
+        "steps: [{do: a.shoot, with: {name: shot}}, {do: a.shoot, with: {name: x, script: 'Broken,ok'}}]\n"
+        "on_resume: [{do: c.act, with: {name: home}}]\n" + TIDY
+    )
+
+    ran = bench.resume()
+
+    assert ran.status == 0
+    assert ran.sent == ["shot", "x", "tidy", "home", "x", "tidy"]
+
+
+def test_on_resume_that_fails(bench):
+    """A step of `on_resume` fails -> No other step is sent; `finally` runs; the run has failed."""
+    bench.run(
+        "steps: [{do: a.shoot, with: {name: x, script: 'Broken,ok'}}]\n"
+        "on_resume: [{do: c.act, with: {name: home, script: Broken}}]\n" + TIDY
+    )
+
+    ran = bench.resume()
+
+    assert ran.status == 1
+    assert ran.sent == ["x", "tidy", "home", "tidy"]
+    assert "resume:1" in ran.finished.reason
+
+
+def test_a_first_run_has_no_on_resume(run):
+    """A run that nothing has interrupted -> `on_resume` does not run."""
+    ran = run(
+        "steps: [{do: a.act, with: {name: x}}]\non_resume: [{do: c.act, with: {name: never}}]\n"
+    )
+
+    assert ran.sent == ["x"]
+
+
+def test_a_pause_lets_what_runs_end(run):
+    """The run is paused -> What runs is finished; nothing is sent until it is told to continue."""
+    ran = run(
+        """
+steps:
+  - {id: x, do: a.act, with: {name: x, seconds: 0.2}}
+  - {do: b.act, with: {name: y}}
+""",
+        pause="feedback .* main/x",
+    )
+
+    kinds = [r.verb if r.kind == "control" else r.kind for r in ran.records]
+    assert ran.status == 0
+    assert kinds.index("ended") < kinds.index("continue")
+    assert kinds.index("continue") < len(kinds) - 1 - kinds[::-1].index("goal")

@@ -1,0 +1,219 @@
+"""`fallback`: another way
+
+When a step has failed for good, the alternatives are tried in the order written, until one succeeds.
+
+    - id: shoot
+      do: libs.measure
+      fallback:
+        - [{do: libs.reconnect}, {do: libs.measure}]
+        - {ask: No shot, choices: [repeat, skip, stop]}
+"""
+
+ASK = """
+steps:
+  - id: all
+    foreach: {i: [1, 2]}
+    steps:
+      - id: it
+        do: a.act
+        with: {name: "x${{ i }}", script: "${{ 'Broken,ok' if i == 1 else 'ok' }}"}
+        fallback: [{id: how, ask: "${{ error.name }}?", choices: [repeat, skip, stop]}]
+      - {do: b.act, with: {name: "y${{ i }}"}}
+    collect: {n: "${{ steps.it.n }}"}
+"""
+
+
+def test_alternatives_are_tried_in_order(run):
+    """The step fails -> Its alternatives are tried in order; the first that succeeds ends it."""
+    ran = run("""
+steps:
+  - do: a.act
+    with: {name: x, script: Broken}
+    fallback:
+      - {do: b.act, with: {name: one, script: Broken}}
+      - {do: b.act, with: {name: two}}
+      - {do: b.act, with: {name: never}}
+""")
+
+    assert (ran.status, ran.sent) == (0, ["x", "one", "two"])
+
+
+def test_a_step_that_succeeds_needs_none(run):
+    """The step succeeds -> No alternative is tried."""
+    ran = run(
+        "steps: [{do: a.act, with: {name: x}, fallback: [{do: b.act, with: {name: never}}]}]\n"
+    )
+
+    assert ran.sent == ["x"]
+
+
+def test_the_result_is_that_of_the_alternative(run):
+    """An alternative succeeds -> The step's result is that alternative's; of a list of steps, that
+    of the last."""
+    ran = run("""
+steps:
+  - id: it
+    do: a.act
+    with: {name: x, script: Broken}
+    fallback: [[{do: b.act, with: {name: one}}, {do: b.act, with: {name: two, x: 2}}]]
+outputs: {by: "${{ steps.it.name }}"}
+""")
+
+    assert ran.sent == ["x", "one", "two"]
+    assert ran.outputs == {"by": "two"}
+
+
+def test_when_all_fail_the_step_fails(run):
+    """Every alternative fails -> The step fails, with the reason of the last."""
+    ran = run("""
+steps:
+  - {do: a.act, with: {name: x, script: Broken}, fallback: [{do: b.act, with: {name: y, script: Half}}]}
+""")
+
+    assert ran.status == 1
+    assert "b.act: Half" in ran.finished.reason
+
+
+def test_error_tells_why(run):
+    """Inside a fallback -> `error` has the name, message, step, device and action of the failure
+    before it."""
+    ran = run("""
+steps:
+  - id: it
+    do: a.act
+    with: {name: x, script: Broken}
+    fallback:
+      - {do: b.act, with: {name: "${{ error.name }} on ${{ error.device }}", script: Half}}
+      - {do: c.act, with: {name: "${{ error.name }} of ${{ error.action }}"}}
+""")
+
+    assert ran.sent == ["x", "Broken on a", "Half of b.act"]
+
+
+def test_retry_comes_first(run):
+    """The step has a `retry`, too -> All attempts are made first; alternatives are not retried with
+    it."""
+    ran = run("""
+steps:
+  - do: a.act
+    with: {name: x, script: Broken}
+    retry: 2
+    fallback: [{do: b.act, with: {name: y, script: Broken}}, {do: b.act, with: {name: z}}]
+""")
+
+    assert ran.sent == ["x", "x", "y", "z"]
+
+
+def test_an_alternative_has_a_ladder_of_its_own(run):
+    """An alternative has a `retry` or a `fallback` -> It goes up its own ladder before the next is
+    tried."""
+    ran = run("""
+steps:
+  - do: a.act
+    with: {name: x, script: Broken}
+    fallback: [{do: b.act, with: {name: y, script: "Broken,ok"}, retry: 2}]
+""")
+
+    assert (ran.status, ran.sent) == (0, ["x", "y", "y"])
+
+
+def test_names_set_in_a_fallback_stay(run):
+    """An alternative gives a new value to a name -> The name keeps it after the step."""
+    ran = run("""
+steps:
+  - set: {way: first}
+  - do: a.act
+    with: {name: x, script: Broken}
+    fallback: [[{set: {way: second}}, {do: b.act, with: {name: y}}]]
+  - {do: c.act, with: {name: "${{ way }}"}}
+""")
+
+    assert ran.sent == ["x", "y", "second"]
+
+
+def test_a_person_may_repeat(run):
+    """A person answers `repeat` -> The step is begun anew, with all its attempts."""
+    ran = run(ASK, answers={"how": "repeat"})
+
+    assert ran.sent == ["x1", "x1", "y1", "x2", "y2"]
+
+
+def test_a_person_may_skip(run):
+    """A person answers `skip` in a loop -> The iteration ends there as a hole, whatever
+    `keep_going` says; the next one begins."""
+    ran = run(ASK, answers={"how": "skip"})
+
+    assert ran.status == 0
+    assert ran.sent == ["x1", "x2", "y2"]
+    assert [(row["n"], row["fate"]) for row in ran.rows()] == [("", "failed"), ("1", "succeeded")]
+    assert ran.finished.holes == 1
+
+
+def test_outside_loops_skip_leaves_the_step_out(run):
+    """A person answers `skip` outside loops -> The step is left out, its result is null, and the
+    next one begins."""
+    ran = run(
+        """
+steps:
+  - id: it
+    do: a.act
+    with: {name: x, script: Broken}
+    fallback: [{id: how, ask: "?", choices: [skip, stop]}]
+  - {do: b.act, with: {name: "${{ 'null' if steps.it == null else 'there' }}"}}
+""",
+        answers={"how": "skip"},
+    )
+
+    assert (ran.status, ran.sent) == (0, ["x", "null"])
+
+
+def test_a_person_may_stop(run):
+    """A person answers `stop` -> The run ends as aborted; no `keep_going`, `on_error` or `fallback`
+    above goes on."""
+    ran = run(
+        ASK.replace(
+            "    collect", "    keep_going: {max_failed: 9}\n    on_error: continue\n    collect"
+        ),
+        answers={"how": "stop"},
+    )
+
+    assert ran.finished.fate == "aborted"
+    assert ran.sent == ["x1"]
+
+
+def test_abort_in_a_fallback(run):
+    """Abort while an alternative runs -> It is cancelled; the next is not tried."""
+    ran = run(
+        """
+steps:
+  - id: it
+    do: a.act
+    with: {name: x, script: Broken}
+    fallback: [{id: y, do: b.act, with: {name: y, script: hang}}, {do: c.act, with: {name: never}}]
+""",
+        abort="feedback .* main/it/f1/y",
+    )
+
+    assert ran.finished.fate == "aborted"
+    assert ran.sent == ["x", "y"]
+
+
+def test_a_fallback_goes_on_after_a_kill(bench):
+    """The engine is killed in the second alternative -> Resume goes on there; what had failed is
+    not tried again."""
+    bench.kill(
+        """
+steps:
+  - id: it
+    do: a.shoot
+    with: {name: x, script: Broken}
+    fallback:
+      - {do: b.shoot, with: {name: y, script: Broken}}
+      - [{do: c.shoot, with: {name: z1}}, {id: z2, do: c.shoot, with: {name: z2, seconds: 0.2}}]
+""",
+        "feedback main/it/f2/z2",
+    )
+
+    ran = bench.resume()
+
+    assert (ran.status, ran.sent) == (0, ["x", "y", "z1", "z2"])

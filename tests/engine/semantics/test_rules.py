@@ -1,0 +1,227 @@
+"""`when`, `on_error` and `keep_going`
+
+`when: EXPR` decides whether a step runs at all. `on_error` decides what happens when its retries
+and fallbacks have not helped. `keep_going` lets a loop go on after iterations that failed, so many
+at most.
+
+    - foreach: {i: "${{ range(100) }}"}
+      keep_going: {max_failed: 5}
+      steps: [{do: libs.locate, when: "${{ i % 10 == 0 }}", on_error: continue}]
+"""
+
+LOOP = """
+steps:
+  - id: all
+    foreach: {{i: "${{{{ range(4) }}}}"}}
+    keep_going: {{max_failed: {most}}}
+    steps:
+      - id: x
+        do: a.act
+        with: {{name: "x${{{{ i }}}}", script: "${{{{ 'ok' if i == 3 else 'Broken' }}}}"}}
+      - {{do: b.act, with: {{name: "y${{{{ i }}}}"}}}}
+    collect: {{i: "${{{{ i }}}}", n: "${{{{ steps.x.n }}}}"}}
+"""
+
+
+def test_when_is_true(run):
+    """`when` is true -> The step runs."""
+    ran = run("steps: [{set: {n: 1}}, {when: '${{ n == 1 }}', do: a.act, with: {name: x}}]\n")
+
+    assert ran.sent == ["x"]
+
+
+def test_when_is_false(run):
+    """`when` is false, or null -> The step is skipped: nothing is sent, it counts as succeeded, its
+    result is null."""
+    ran = run("""
+steps:
+  - {id: it, when: "${{ 1 > 2 }}", do: a.act, with: {name: never}}
+  - {when: "${{ steps.it.n > 0 }}", do: a.act, with: {name: never}}
+  - {do: a.act, with: {name: after}}
+outputs: {n: "${{ steps.it.n }}"}
+""")
+
+    assert (ran.status, ran.sent) == (0, ["after"])
+    assert ran.outputs == {"n": None}
+
+
+def test_when_is_computed_once(run):
+    """`when` on a step with a `retry` -> It is computed once, before the first attempt."""
+    ran = run("""
+steps:
+  - set: {n: 1}
+  - when: ${{ n == 1 }}
+    retry: 2
+    steps:
+      - set: {n: 2}
+      - {do: a.act, with: {name: x, script: "Broken,ok"}}
+""")
+
+    assert (ran.status, ran.sent) == (0, ["x", "x"])
+
+
+def test_when_of_a_loop(run):
+    """`when` on a loop or a group -> It is computed once, for the whole of it."""
+    ran = run("""
+steps:
+  - set: {n: 1}
+  - when: ${{ n == 1 }}
+    repeat: 2
+    steps:
+      - set: {n: 2}
+      - {do: a.act, with: {name: x}}
+""")
+
+    assert ran.sent == ["x", "x"]
+
+
+def test_on_error_stop(run):
+    """A step fails and says nothing else -> Its failure goes up: to the group, the set or the loop
+    around it, and in the end to the run."""
+    ran = run("""
+steps:
+  - steps: [{do: a.act, with: {name: x, script: Broken}, on_error: stop}]
+    fallback: [{do: b.act, with: {name: y}}]
+""")
+
+    assert (ran.status, ran.sent) == (0, ["x", "y"])
+
+
+def test_on_error_continue(run):
+    """A step fails, `on_error: continue` -> The next step begins; the result of the failed one is
+    null."""
+    ran = run("""
+steps:
+  - {id: it, do: a.act, with: {name: x, script: Broken}, on_error: continue}
+  - {do: a.act, with: {name: after}}
+outputs: {n: "${{ steps.it.n }}"}
+""")
+
+    assert (ran.status, ran.sent) == (0, ["x", "after"])
+    assert ran.outputs == {"n": None}
+
+
+def test_on_error_comes_after_retry_and_fallback(run):
+    """As before, with a `retry` and a `fallback` -> They come first."""
+    ran = run("""
+steps:
+  - do: a.act
+    with: {name: x, script: Broken}
+    retry: 2
+    fallback: [{do: b.act, with: {name: y, script: Broken}}]
+    on_error: continue
+  - {do: c.act, with: {name: after}}
+""")
+
+    assert (ran.status, ran.sent) == (0, ["x", "x", "y", "after"])
+
+
+def test_on_error_pause(run):
+    """A step fails, `on_error: pause` -> The run is paused; `labrun continue` tries the step again,
+    with all its attempts. What had succeeded before is not done again."""
+    ran = run(
+        """
+steps:
+  - {do: a.shoot, with: {name: shot}}
+  - {id: it, do: a.act, with: {name: x, script: "Broken,ok"}, on_error: pause}
+  - {do: b.act, with: {name: after}}
+""",
+        go_on="control pause",
+    )
+
+    assert (ran.status, ran.sent) == (0, ["shot", "x", "x", "after"])
+
+
+def test_keep_going_leaves_holes(run):
+    """Iterations fail, no more than `max_failed` -> Each is a hole: its later steps are not sent,
+    the next iteration begins, and the loop succeeds. The run says how many holes it has."""
+    ran = run(LOOP.format(most=3))
+
+    assert ran.status == 0
+    assert ran.sent == ["x0", "x1", "x2", "x3", "y3"]
+    assert ran.finished.holes == 3
+
+
+def test_one_failure_too_many_ends_the_loop(run):
+    """One more fails -> The loop fails there; that iteration is no hole, and stays unfinished."""
+    ran = run(LOOP.format(most=1))
+
+    assert ran.status == 1
+    assert ran.sent == ["x0", "x1"]
+    assert ran.finished.holes == 1
+
+
+def test_a_hole_has_a_row(run):
+    """A hole, with `collect` -> It has a row, with null where nothing is known, and the fate
+    `failed`."""
+    ran = run(LOOP.format(most=3))
+
+    assert [(row["i"], row["n"], row["fate"]) for row in ran.rows()] == [
+        ("0", "", "failed"), ("1", "", "failed"), ("2", "", "failed"), ("3", "1", "succeeded"),
+    ]  # fmt: skip
+
+
+def test_in_nested_loops_each_counts_for_itself(run):
+    """`keep_going` in an inner loop -> Its holes are its own: for the outer loop that iteration has
+    succeeded."""
+    ran = run("""
+steps:
+  - id: outer
+    foreach: {i: [1, 2]}
+    steps:
+      - repeat: 1
+        keep_going: {max_failed: 1}
+        steps: [{do: a.act, with: {name: x, script: Broken}}]
+outputs: {failed: "${{ steps.outer.failed }}"}
+""")
+
+    assert ran.status == 0
+    assert ran.outputs == {"failed": 0}
+    assert ran.finished.holes == 2
+
+
+def test_holes_stay_holes_after_a_kill(bench):
+    """The engine is killed after a hole -> The hole stays a hole, and counts for `max_failed`."""
+    bench.kill(LOOP.format(most=1), "iteration main/all/0")
+
+    ran = bench.resume()
+
+    assert ran.status == 1
+    assert ran.sent == ["x0", "x1"]
+    assert [row["fate"] for row in ran.rows()] == ["failed"]
+
+
+def test_a_loop_that_ended_goes_on_when_the_run_is_resumed(bench):
+    """A run that ended by one failure too many is resumed -> The loop goes on with that iteration;
+    holes stay holes."""
+    bench.run("""
+steps:
+  - foreach: {i: [1, 2, 3]}
+    keep_going: {max_failed: 1}
+    steps:
+      - set: {script: "${{ 'Broken' if i == 1 else 'Broken,ok' if i == 2 else 'ok' }}"}
+      - {do: a.act, with: {name: "x${{ i }}", script: "${{ script }}"}}
+""")
+
+    ran = bench.resume()
+
+    assert ran.status == 0
+    assert ran.sent == ["x1", "x2", "x2", "x3"]
+
+
+def test_on_error_continue_and_a_kill(bench):
+    """A step failed, `on_error: continue`, and the engine is killed later -> The failed step is not
+    sent again."""
+    bench.kill(
+        """
+steps:
+  - {do: a.act, with: {name: x, script: "Half,ok"}, on_error: continue}
+  - {id: later, do: b.act, with: {name: later, seconds: 0.1}}
+""",
+        "feedback main/later",
+    )
+
+    ran = bench.resume()
+
+    assert ran.status == 0
+    assert ran.sent.count("x") == 1
