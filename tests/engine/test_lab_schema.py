@@ -42,6 +42,8 @@ STRUCTURAL = {
 }  # fmt: skip
 UNSEEN = {
     "yaml_key_is_a_list": "JSON has no such key: an editor refuses the YAML before it asks the schema",
+    "argument_number_of_a_loop_over_texts": "what an expression is, only the checker computes",
+    "use_a_broken_protocol": "the fault is in another file",
 }
 """Faulty protocols of these codes that no schema can see -> why."""
 
