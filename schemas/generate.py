@@ -1,6 +1,7 @@
-"""Write the JSON Schemas of everything that crosses a boundary; a test compares them.
+"""Write the JSON Schemas of everything that crosses a boundary, and the contracts as JSON.
 
-`python -m labrun.schemas.generate` writes them into `schemas/json/`.
+`python -m labrun.schemas.generate` writes them into `schemas/json/` and `schemas/devices/`; a test
+compares them.
 """
 
 import json
@@ -10,6 +11,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from .contract import Contract
+from .contracts import READ, contracts_as_json
 from .event import Event
 from .journal import RECORD
 from .lab import Lab
@@ -19,6 +21,7 @@ from .protocol import Protocol
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 FOLDER = Path(__file__).parent / "json"
+CONTRACTS = Path(__file__).parent / "devices" / READ
 
 MODELS: dict[str, TypeAdapter[Any]] = {
     "protocol": TypeAdapter(Protocol),
@@ -45,6 +48,7 @@ def main() -> None:
     """Write them all."""
     for name in MODELS:
         (FOLDER / f"{name}.schema.json").write_text(schema_text(name), encoding="utf-8")
+    CONTRACTS.write_text(contracts_as_json(), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,9 @@ unit. pint is imported on first use, since its registry takes a third of a secon
 """
 
 import re
+import sys
 from functools import cache, lru_cache
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 if TYPE_CHECKING:
@@ -38,12 +40,24 @@ class UnitError(ValueError):
 @cache
 def registry() -> "UnitRegistry":
     """The one unit registry of the process."""
-    from pint import UnitRegistry
+    UnitRegistry = _pint().UnitRegistry  # noqa: N806
 
     try:
         return UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
     except Exception:  # no folder to keep it in, or one that another process left half written
         return UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
+
+
+def _pint() -> Any:
+    """pint without dask, which it imports wherever it is there: a third of its time, for nothing."""
+    with_dask = "dask" in sys.modules
+    try:
+        if not with_dask:
+            sys.modules["dask"] = None  # type: ignore[assignment]
+        return import_module("pint")
+    finally:
+        if not with_dask:
+            del sys.modules["dask"]
 
 
 def is_quantity(value: object) -> "TypeGuard[Quantity[Any]]":

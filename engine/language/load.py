@@ -6,7 +6,6 @@ from typing import Any, ClassVar
 
 from pydantic import ValidationError
 
-from ...schemas import protocol as protocol_models
 from ...schemas.problem import Problem
 from ...schemas.protocol import STEP_KINDS, STEP_LISTS, LoopBase, Protocol, StepBase, step_kind
 from .shape import Place, keys_of, kind_words, shape_problems
@@ -23,9 +22,6 @@ class Broken(StepBase):
     """Stands where a step could not be read, so that the others keep their places."""
 
     KIND: ClassVar[str] = "broken"
-
-
-Broken.model_rebuild(_types_namespace=vars(protocol_models))
 
 
 @dataclass(slots=True)
@@ -123,7 +119,7 @@ def _lone_step(
 def _step(data: Any, source: Source, place: Place, problems: list[Problem]) -> StepBase:
     if not isinstance(data, dict) or not data:
         problems.append(_no_mapping(data, source, place))
-        return Broken()
+        return Broken.model_construct()
     kind, refusal = _kind(data, source, place)
     if refusal is not None:
         problems.append(refusal)

@@ -3,7 +3,8 @@
 import jsonschema
 import pytest
 
-from labrun.schemas.generate import FOLDER, MODELS, schema_text
+from labrun.schemas.contracts import contracts_as_json
+from labrun.schemas.generate import CONTRACTS, FOLDER, MODELS, schema_text
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -24,3 +25,9 @@ def test_no_schema_is_left_behind_by_a_model_that_is_gone():
     committed = {path.name.removesuffix(".schema.json") for path in FOLDER.glob("*.json")}
 
     assert committed == set(MODELS)
+
+
+def test_the_contracts_as_json_are_those_in_yaml():
+    committed = CONTRACTS.read_text(encoding="utf-8")
+
+    assert committed == contracts_as_json(), "run `python -m labrun.schemas.generate`"
