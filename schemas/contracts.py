@@ -11,7 +11,6 @@ from pydantic import ValidationError
 
 from .contract import Contract
 
-
 FOLDER = "labrun.schemas.devices"
 READ = "contracts.json"
 """The same contracts as JSON, each with the hash of its YAML: read a hundred times as fast."""
