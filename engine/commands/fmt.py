@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..exit_status import FAILED, PROBLEMS
-from ..format_file import STDIN, Formatted, formatted, write_whole
+from ..layout.file import STDIN, Formatted, formatted, write_whole
 from ..print_problems import print_problems
 from .options import say
 

@@ -1,7 +1,7 @@
 """A protocol in JSON in even form: numbers and texts as they were written, short things in a line."""
 
-from .language.source import Source
-from .language.yaml_node import Node
+from ..language.source import Source
+from ..language.yaml_node import Node
 
 WIDEST = 88
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from difflib import unified_diff
 from pathlib import Path
 
-from ..schemas.problem import Problem
-from .format_yaml import MeaningChanged, format_text
-from .language.file_text import Unread, decoded, file_text
+from ...schemas.problem import Problem
+from ..language.file_text import Unread, decoded, file_text
+from .yaml import MeaningChanged, format_text
 
 STDIN = Path("-")
 

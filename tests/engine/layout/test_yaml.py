@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from labrun.engine.format_yaml import format_text, same
+from labrun.engine.layout.yaml import format_text, same
 
 UNEVEN = """\
 # head

@@ -8,10 +8,10 @@ import re
 from pathlib import Path
 from typing import Any
 
-from ..schemas.problem import Problem
-from .format_json import format_json
-from .format_lines import even_lines
-from .language.source import Source, parse_source
+from ...schemas.problem import Problem
+from ..language.source import Source, parse_source
+from .json import format_json
+from .lines import even_lines
 
 
 class MeaningChanged(Exception):

@@ -1,0 +1,1 @@
+"""The even form of protocol files, as `labrun fmt` writes it."""
