@@ -47,14 +47,15 @@ def told_before(history: History, goal_id: str) -> dict[str, Any] | None:
 
 
 def keep_answer(history: History, probe: Request) -> None:
-    """Let the history know what a probe has told, as if it were read from the journal."""
+    """Let the history know what a probe has told, as if it were the newest thing in the journal."""
     if probe.outcome is None or probe.outcome.state != "SUCCEEDED":
         return
+    newest = history.last_n
     sent = j.GoalSent(
-        id=probe.goal_id, device=probe.device, action=probe.action_name,
+        n=newest, id=probe.goal_id, device=probe.device, action=probe.action_name,
         effect=probe.action.effect, boot="", ledger="", epoch=probe.epoch, means=probe.means(),
     )  # fmt: skip
-    ended = j.GoalEnded(id=probe.goal_id, state="SUCCEEDED", result=probe.outcome.result)
+    ended = j.GoalEnded(n=newest, id=probe.goal_id, state="SUCCEEDED", result=probe.outcome.result)
     path, attempt = split_goal_id(probe.goal_id)
     history.goals.setdefault(path, {})[attempt] = PastGoal(sent, ended)
 

@@ -40,8 +40,11 @@ class Story:
 
     def tables(self):
         """The rows of every table by its header."""
-        files = [path.read_text().splitlines() for path in sorted(self.folder.glob("data*.csv"))]
-        return {lines[0]: lines[1:] for lines in files}
+        told = {}
+        for path in sorted(self.folder.glob("data*.csv")):
+            header, *rows = path.read_text().splitlines()
+            told.setdefault(header, []).extend(rows)
+        return told
 
 
 def fate(folder):

@@ -53,7 +53,7 @@ class Oracle(Blocks):
         except Failed as failure:
             frame.results[step.get("id")] = None
             swallowed = step.get("on_error") == "continue" and not (failure.skip or failure.stop)
-            if swallowed or (failure.skip and not frame.loops):
+            if swallowed or (failure.skip and not frame.inside):
                 return None
             raise
         frame.results[step.get("id")] = result

@@ -25,7 +25,8 @@ class Frame:
     """Where a step stands: names and results, turns of the groups around it, loops entered.
 
     `names` are those of loops and parameters, `values` those that `set` gives, `roles` those of a
-    used protocol; `loops` is False outside the loops of its own protocol. `beside`: devices that
+    used protocol; `loops` is False outside the loops of its own protocol, `inside` names also those
+    of whoever uses it. `beside`: devices that
     are set meanwhile; `cut`: devices whose actions may have been cancelled.
     """
 

@@ -149,5 +149,7 @@ class Blocks(Acts):
         self.tidy |= set(self.happened - before)
         if frame.cut:
             self.maybe += self.happened - before
+            if frame.turns > 1:  # cut off before this turn, it never came to that
+                self.happened = before
             for device in frame.devices(sets(steps)):
                 self.states.pop(device, None)

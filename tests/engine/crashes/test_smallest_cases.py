@@ -118,3 +118,19 @@ def test_a_shot_lost_under_a_living_engine_is_probed_before_on_resume_fires(labo
     story = laboratory.live({"steps": steps, "on_resume": [shot("tidy")]}, answers={"x": "repeat"})
 
     assert len(fired(story, "x")) == 1
+
+
+@pytest.mark.parametrize("record", range(4, 9))
+def test_a_probe_of_the_finally_of_who_lost_a_race_is_announced_once(laboratory, record):
+    other = {
+        "steps": [do("b.look", "long", ms=30)],
+        "finally": [shot("tidy", device="b", word="dark", tries=1)],
+        "devices": {"b": "bare@1"},
+    }
+    race = [{"steps": [{"use": other, "id": "loser"}]}, do("a.look", "quick", ms=10)]
+    kills = [(record, "after", ""), (2, "after", "")]
+    story = laboratory.live({"steps": [shot("first", device="b"), {"any": race}]}, kills)
+    goals = [line.id for line in story.records if line.kind == "goal"]
+
+    assert len(goals) == len(set(goals))
+    assert len(fired(story, "tidy")) == 1
