@@ -61,10 +61,11 @@ def _go_on(
     answers: dict[str, str],
     json: bool,
 ) -> int:
+    from ..begin import Wishes, old_run
     from ..history import read_history
     from ..journal import read_records, reopen
     from ..run_folder import check_hashes
-    from ..runner import Wishes, old_run, run_life
+    from ..runner import run_life
     from .changed import hold_against, keep_change, newest_copies
 
     records = list(read_records(folder / "journal.jsonl"))

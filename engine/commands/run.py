@@ -50,9 +50,10 @@ def start(
     json: bool = False,
 ) -> int:
     """Make the run's folder and live the run; returns the exit status."""
+    from ..begin import Wishes, new_run
     from ..journal import JournalFault
     from ..run_folder import FolderFault, FolderLock, new_run_folder
-    from ..runner import Wishes, new_run, run_life
+    from ..runner import run_life
 
     assert checked.protocol is not None
     folder = None

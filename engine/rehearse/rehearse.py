@@ -16,10 +16,11 @@ from ...drivers.twins.faults import Faults
 from ...drivers.twins.twin import Twin
 from ...drivers.twins.world import World
 from ...schemas import journal as j
+from ..begin import Wishes, new_run
 from ..check import Checked
 from ..clock import RunClock
 from ..journal import Journal
-from ..runner import Life, Wishes, new_run
+from ..life import Life
 from ..virtual_time import VirtualLoop
 from .cast import player
 from .client import RehearsedDevice
