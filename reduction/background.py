@@ -6,6 +6,7 @@ Morhac et al., Nucl. Instrum. Methods A 401, 113 (1997).
 
 import numpy as np
 
+from .bad import bridged, lone
 from .noise import local_noise
 from .snip import clip_peaks
 from .spectrum import FloatArray, Spectrum
@@ -14,28 +15,12 @@ from .spectrum import FloatArray, Spectrum
 # narrower than the bends of the continuum.
 HALF_WINDOW_NM = 3.0
 SMOOTHED = 9  # channels averaged first, since SNIP follows the lowest noise
-SPIKE_SIGMA = 8.0
-SPIKE_SHOULDER = 0.1  # a line is wider than a channel: its neighbours rise by more than this part
 QUIET_SIGMA = 3.0
 
 
 def despike(intensity: FloatArray, noise: FloatArray) -> FloatArray:
-    """The same counts with lone channels that stand out (cosmic rays) bridged; shapes (n,).
-
-    A lone channel exceeds both neighbours by SPIKE_SIGMA times the noise, and they exceed theirs
-    by less than a tenth of that.
-    """
-    if len(intensity) < 5:
-        return intensity
-    left, middle, right = intensity[1:-3], intensity[2:-2], intensity[3:-1]
-    rise = middle - np.maximum(left, right)
-    shoulder = np.maximum(left - intensity[:-4], right - intensity[4:])
-    lone = (rise > SPIKE_SIGMA * noise[2:-2]) & (shoulder < SPIKE_SHOULDER * rise)
-    if not lone.any():
-        return intensity
-    calm = intensity.copy()
-    calm[2:-2][lone] = 0.5 * (left + right)[lone]
-    return calm
+    """The same counts with lone channels that stand out (cosmic rays) bridged; shapes (n,)."""
+    return bridged(intensity, lone(intensity, noise))
 
 
 def background(

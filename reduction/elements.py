@@ -9,6 +9,7 @@ import numpy as np
 
 from .air import in_medium, to_air
 from .lines import lines_of
+from .offsets import Offsets
 from .plasma import relative_strengths
 from .spectrum import FloatArray, IntArray, Medium
 from .voigt import VoigtPeaks
@@ -104,17 +105,20 @@ def find_elements(
     peaks: VoigtPeaks,
     elements: Iterable[str],
     range_nm: tuple[float, float],
-    medium: Medium = "air",
+    offsets: Offsets | None = None,
 ) -> dict[str, ElementPeak]:
     """The fitted peak nearest to each element's predominant line, in the order asked for.
 
-    range_nm: first and last wavelength of the spectrum, nm. Raises ValueError for an element that
+    range_nm: first and last wavelength of the spectrum, nm. offsets: of the instrument, none in air
+    if None. Raises ValueError for an element that
     the line table does not have.
     """
     asked = tuple(elements)
     found = {}
-    for element, line_nm in zip(asked, expected_nm(asked, medium), strict=True):
+    offsets = offsets or Offsets.none("air")
+    for element in asked:
         line = predominant_line(element)
+        line_nm = float(offsets.shown(np.array([line.wavelength_nm]))[0])
         if not range_nm[0] <= line_nm <= range_nm[1]:
             found[element] = ElementPeak(line, "outside the spectrum")
             continue

@@ -49,8 +49,8 @@ def evaluate(p, x, model, jacobian):
 
 
 @float_kernel
-def normal_equations(p, residual, jacobian, weight, pull, hessian, gradient):
-    """Fill hessian = J W J^T + pull and gradient = J W r - pull p."""
+def normal_equations(p, residual, jacobian, weight, toward, pull, hessian, gradient):
+    """Fill hessian = J W J^T + pull and gradient = J W r - pull (p - toward)."""
     n, m = jacobian.shape
     weighted = np.empty(m)
     for a in range(n):
@@ -66,7 +66,7 @@ def normal_equations(p, residual, jacobian, weight, pull, hessian, gradient):
             hessian[a, b] = total
             hessian[b, a] = total
         hessian[a, a] += pull[a]
-        gradient[a] -= pull[a] * p[a]
+        gradient[a] -= pull[a] * (p[a] - toward[a])
 
 
 @float_kernel
@@ -118,12 +118,12 @@ def rest_at_bounds(p, lowest, highest, hessian, gradient):
 
 
 @float_kernel
-def fit(p, x, y, weight, pull, lowest, highest):
+def fit(p, x, y, weight, toward, pull, lowest, highest):
     """Improve p in place; give back chi2, the hessian at the end, and whether it settled.
 
     x: nm from the middle of the window; y: counts; weight: 1 / noise^2; all of shape (m,).
-    p, pull, lowest, highest: shape (4 peaks + 2,). pull: 1 / s^2 for a parameter that is known
-    beforehand to be 0 to within s, else 0; chi2 counts what it costs.
+    p, toward, pull, lowest, highest: shape (4 peaks + 2,). pull: 1 / s^2 for a parameter that is
+    known beforehand to be `toward` to within s, else 0; chi2 counts what it costs.
     """
     n, m = len(p), len(x)
     model, jacobian = np.empty(m), np.empty((n, m))
@@ -131,8 +131,8 @@ def fit(p, x, y, weight, pull, lowest, highest):
     damped, lower, step = np.empty((n, n)), np.zeros((n, n)), np.empty(n)
     evaluate(p, x, model, jacobian)
     residual = y - model
-    chi2 = np.sum(residual * residual * weight) + np.sum(pull * p * p)
-    normal_equations(p, residual, jacobian, weight, pull, hessian, gradient)
+    chi2 = np.sum(residual * residual * weight) + np.sum(pull * (p - toward) ** 2)
+    normal_equations(p, residual, jacobian, weight, toward, pull, hessian, gradient)
     rest_at_bounds(p, lowest, highest, hessian, gradient)
     damping = FIRST_DAMPING
     for _ in range(MAX_STEPS):
@@ -144,12 +144,12 @@ def fit(p, x, y, weight, pull, lowest, highest):
             trial = np.minimum(np.maximum(p + step, lowest), highest)
             evaluate(trial, x, model, jacobian)
             residual = y - model
-            trial_chi2 = np.sum(residual * residual * weight) + np.sum(pull * trial * trial)
+            trial_chi2 = np.sum(residual * residual * weight) + np.sum(pull * (trial - toward) ** 2)
             if trial_chi2 <= chi2:
                 gain = chi2 - trial_chi2
                 p[:] = trial
                 chi2 = trial_chi2
-                normal_equations(p, residual, jacobian, weight, pull, hessian, gradient)
+                normal_equations(p, residual, jacobian, weight, toward, pull, hessian, gradient)
                 rest_at_bounds(p, lowest, highest, hessian, gradient)
                 if gain <= ENOUGH + ENOUGH_RELATIVE * chi2:
                     return chi2, hessian, True

@@ -1,37 +1,45 @@
-"""Reduce one spectrum: noise, spikes, background, peaks, profiles, elements."""
+"""Reduce one spectrum: channels, background, peaks, elements, plasma; each step has its own file."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from .background import background, despike
-from .elements import (
-    DEFAULT_ELEMENTS,
-    PRESENT,
-    ElementPeak,
-    expected_nm,
-    find_elements,
-    near_lines,
-)
-from .noise import local_noise
-from .peaks import find_peaks
-from .spectrum import Medium, Spectrum
-from .voigt import VoigtPeaks, fit_peaks
+from .bad import BadChannels, mark_bad
+from .elements import DEFAULT_ELEMENTS, ElementPeak, find_elements, predominant_line
+from .evidence import Evidence, evidence
+from .identify import Identified, identify
+from .offsets import Offsets
+from .profiles import Profiles, fit_profiles
+from .spectrum import FloatArray, Medium, Spectrum
+from .state import PlasmaState, plasma_state
+from .voigt import VoigtPeaks
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reduction:
     """What one spectrum says.
 
-    peaks: all that were fitted. elements: what was found of each element asked for, in that order.
-    temperature_k: of the plasma, None where the spectrum does not tell.
+    peaks: all that were fitted, ascending. elements: the predominant peak of each element asked
+    for, in that order. evidence: what speaks for every element, by symbol. plasma: temperature and
+    density, None where nothing tells. medium: what the wavelengths are counted in. The last three
+    fields are the steps' own results, for figures.
     """
 
     peaks: VoigtPeaks
     elements: dict[str, ElementPeak]
-    temperature_k: float | None = None
+    evidence: dict[str, Evidence]
+    plasma: PlasmaState | None
+    medium: Medium
+    profiles: Profiles
+    bad: BadChannels
+    identified: Identified | None = field(default=None)
+
+    @property
+    def temperature_k(self) -> float | None:
+        """Of the plasma, None where the spectrum does not tell."""
+        return None if self.plasma is None else self.plasma.temperature_k
 
     @property
     def areas(self) -> dict[str, float]:
@@ -42,6 +50,12 @@ class Reduction:
     def offsets_nm(self) -> dict[str, float | None]:
         """How far each element's predominant peak is from its place, None where there is none."""
         return {element: found.offset_nm for element, found in self.elements.items()}
+
+    @property
+    def detected(self) -> list[str]:
+        """Symbols of the elements that are surely there, surest first."""
+        sure = [found for found in self.evidence.values() if found.status == "detected"]
+        return [found.element for found in sorted(sure, key=lambda found: -found.score)]
 
     @property
     def n_peaks(self) -> int:
@@ -58,27 +72,43 @@ class Reduction:
 
 
 def reduce_spectrum(
-    spectrum: Spectrum, elements: Iterable[str] | None = None, medium: Medium = "air"
+    spectrum: Spectrum, elements: Iterable[str] | None = None, medium: Medium | None = None
 ) -> Reduction:
-    """Find and fit the peaks of a spectrum, and say which of them stands for which element.
+    """Find, fit and name the peaks of a spectrum, and say what the plasma was.
 
-    elements: symbols, DEFAULT_ELEMENTS if None. medium: what the instrument's wavelengths are
-    counted in. Peaks stand out five times of the noise; at the predominant lines of the elements
-    asked for, three times is enough. The temperature is not estimated yet. Raises ValueError for
-    an element without lines in the table and for a spectrum without a good channel.
+    elements: symbols whose predominant peak is wanted, DEFAULT_ELEMENTS if None. medium: what the
+    instrument's wavelengths are counted in; decided by the lines if None. Peaks stand out five
+    times of the noise; at the predominant lines of the elements asked for, three times is enough.
+    Raises ValueError for an element without lines in the table and for a spectrum without a good
+    channel.
     """
     asked = DEFAULT_ELEMENTS if elements is None else tuple(elements)
-    lines_nm = expected_nm(asked, medium)
-    whole = spectrum.without_bad()
-    wavelength_nm = whole.wavelength_nm
-    noise = local_noise(whole.intensity)
-    calm = Spectrum(wavelength_nm, despike(whole.intensity, noise))
-    net = calm.intensity - background(calm, noise)
+    x = spectrum.wavelength_nm
+    bad = mark_bad(spectrum.intensity)
+    profiles = fit_profiles(spectrum, bad.any, wanted_nm(asked, medium))
+    identified = identify(x, bad.any, profiles, medium)
+    offsets = Offsets.none(medium or "air") if identified is None else _trusted(identified, medium)
+    range_nm = (float(x[0]), float(x[-1]))
+    found = find_elements(profiles.peaks, asked, range_nm, offsets)
+    said = {} if identified is None else evidence(identified, profiles.peaks)
+    plasma = plasma_state(profiles.peaks, identified)
+    return Reduction(
+        profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified
+    )
 
-    weak = find_peaks(net, noise, significant=PRESENT)
-    wanted = weak[near_lines(wavelength_nm[weak], lines_nm)]
-    channels = np.union1d(find_peaks(net, noise), wanted)
 
-    peaks = fit_peaks(wavelength_nm, net, noise, channels)
-    range_nm = (float(wavelength_nm[0]), float(wavelength_nm[-1]))
-    return Reduction(peaks, find_elements(peaks, asked, range_nm, medium))
+def wanted_nm(asked: Iterable[str], medium: Medium | None) -> FloatArray:
+    """Where the predominant lines of the elements may be seen, nm, shape (k,)."""
+    from .air import to_air
+
+    vacuum = np.array([predominant_line(element).wavelength_nm for element in asked])
+    if medium == "vacuum":
+        return vacuum
+    return to_air(vacuum) if medium == "air" else np.concatenate([to_air(vacuum), vacuum])
+
+
+def _trusted(identified: Identified, medium: Medium | None) -> Offsets:
+    """The offsets, if an element was found by them; else those of a perfect instrument."""
+    if identified.indexed.accepted:
+        return identified.offsets
+    return Offsets.none(medium or "air")

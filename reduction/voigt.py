@@ -22,6 +22,7 @@ NARROWEST = 0.2  # sigma, in channels: less cannot be told from a single channel
 # What subtraction may leave under a group, in noise; what is more is the feet of the peaks.
 LINE_NOISE = 1.0
 WIDEST = 4.0  # sigma and gamma, in widths seen at half height
+GAMMA_SURE = 0.4  # how far gamma may be from what is usual, in sigmas of the slit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +44,10 @@ class VoigtPeaks:
 
     def __len__(self) -> int:
         return len(self.area)
+
+    def where(self, chosen: np.ndarray) -> "VoigtPeaks":
+        """The peaks that a mask or indices choose."""
+        return VoigtPeaks(*(getattr(self, name)[chosen] for name in VoigtPeaks.__slots__))
 
     @property
     def area_error(self) -> FloatArray:
@@ -67,51 +72,97 @@ def voigt(
     return model
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Slit:
+    """What a line is known to look like before it is fitted.
+
+    sigma_nm: Gaussian width of the instrument at each channel, shape (m,). gamma_nm: Lorentzian
+    half width that lines of this plasma usually have. sure: standard deviation of sigma, as a
+    part of it; gamma_sure: of gamma, in sigmas of the slit.
+    """
+
+    sigma_nm: FloatArray
+    gamma_nm: float
+    sure: float = 0.06
+    gamma_sure: float = GAMMA_SURE
+
+
 def fit_peaks(
-    wavelength_nm: FloatArray, intensity: FloatArray, noise: FloatArray, peaks: IntArray
+    wavelength_nm: FloatArray,
+    intensity: FloatArray,
+    noise: FloatArray,
+    peaks: IntArray,
+    slit: Slit | None = None,
 ) -> VoigtPeaks:
     """Fit the peaks at the channels `peaks` (ascending), neighbours that overlap together.
 
     wavelength_nm: shape (m,), ascending. intensity: counts above the background, shape (m,), no
-    NaN. noise: standard deviation of each channel, counts, above 0. Raises ValueError on NaN.
+    NaN. noise: standard deviation of each channel, counts, above 0. slit: pulls the widths towards
+    what is known of them, which steadies weak and crowded peaks; without it the widths are free.
+    Raises ValueError on NaN.
     """
     if not np.isfinite(intensity).all():
         raise ValueError("intensities must be numbers; bridge bad channels first")
+    x = np.ascontiguousarray(wavelength_nm, dtype=np.float64)
     y = np.ascontiguousarray(intensity, dtype=np.float64)
     channels = np.ascontiguousarray(peaks, dtype=np.int64)
+    slit = slit or Slit(np.zeros(len(x)), 0.0)
+    sigma_nm, gamma_nm = slit.sigma_nm, slit.gamma_nm
+    weight = 1.0 / np.asarray(noise, dtype=np.float64) ** 2
+    full = seen_widths(x, y, channels, sigma_nm, gamma_nm)
     fitted, covariance, chi2, settled = _fit_all(
-        np.ascontiguousarray(wavelength_nm, dtype=np.float64),
-        y,
-        1.0 / np.asarray(noise, dtype=np.float64) ** 2,
-        channels,
-        widths(y, channels),
+        x, y, weight, channels, full, sigma_nm, float(gamma_nm), slit.sure, slit.gamma_sure
     )
     area, centre_nm, sigma_nm, gamma_nm = fitted.T.copy()
     return VoigtPeaks(area, centre_nm, sigma_nm, gamma_nm, covariance, chi2, settled)
 
 
+def seen_widths(
+    x: FloatArray, y: FloatArray, channels: IntArray, sigma_nm: FloatArray, gamma_nm: float
+) -> FloatArray:
+    """Full widths of the peaks in channels, no less than the slit allows; shape (n,)."""
+    full = widths(y, channels)
+    if not len(channels) or not sigma_nm.any():
+        return full
+    pitch_nm = np.gradient(x)[channels]
+    least = (sigma_nm[channels] / SIGMA_PER_FWHM + 1.5 * gamma_nm) / pitch_nm
+    return np.maximum(full, least)
+
+
 @float_kernel
-def _guess(x, y, peaks, full, pitch):
-    """Parameters and their bounds for one group; x in nm from the middle of the window."""
+def _guess(x, y, peaks, full, pitch, slit_nm, gamma_nm, sure, gamma_sure):
+    """Parameters, what they are pulled towards and how, and bounds; x in nm from the middle."""
     n = PER_PEAK * len(peaks) + PER_LINE
     p, lowest, highest = np.zeros(n), np.full(n, -np.inf), np.full(n, np.inf)
+    pull = np.zeros(n)
     for k in range(len(peaks)):
         at = PER_PEAK * k
         seen = full[k] * pitch
         height = max(y[peaks[k]], 0.0)
         p[at] = VOIGT_AREA_PER_BOX * height * seen
         p[at + 1] = x[peaks[k]]
-        p[at + 2] = GAUSSIAN_PART * SIGMA_PER_FWHM * seen
-        p[at + 3] = LORENTZIAN_PART * 0.5 * seen
+        if slit_nm > 0.0:
+            narrow = slit_nm / SIGMA_PER_FWHM
+            p[at + 2] = slit_nm
+            p[at + 3] = max(gamma_nm, 0.5 * (seen - narrow * narrow / seen))
+            pull[at + 2] = 1.0 / (sure * slit_nm) ** 2
+            pull[at + 3] = 1.0 / (gamma_nm + gamma_sure * slit_nm) ** 2
+        else:
+            p[at + 2] = GAUSSIAN_PART * SIGMA_PER_FWHM * seen
+            p[at + 3] = LORENTZIAN_PART * 0.5 * seen
         lowest[at] = 0.0
-        lowest[at + 1], highest[at + 1] = p[at + 1] - seen, p[at + 1] + seen
+        lowest[at + 1], highest[at + 1] = p[at + 1] - 0.6 * seen, p[at + 1] + 0.6 * seen
         lowest[at + 2], highest[at + 2] = NARROWEST * pitch, WIDEST * seen
         lowest[at + 3], highest[at + 3] = 0.0, WIDEST * seen
-    return p, lowest, highest
+    toward = p.copy()
+    if slit_nm > 0.0:
+        toward[3 : n - PER_LINE : PER_PEAK] = gamma_nm
+    toward[n - PER_LINE :] = 0.0
+    return p, toward, pull, lowest, highest
 
 
 @float_kernel
-def _fit_all(wavelength_nm, y, weight, peaks, full):
+def _fit_all(wavelength_nm, y, weight, peaks, full, slit_nm, gamma_nm, sure, gamma_sure):
     n = len(peaks)
     fitted, covariance = np.zeros((n, PER_PEAK)), np.zeros((n, PER_PEAK, PER_PEAK))
     chi2, settled = np.zeros(n), np.zeros(n, np.bool_)
@@ -119,14 +170,18 @@ def _fit_all(wavelength_nm, y, weight, peaks, full):
         middle = wavelength_nm[(first + end) // 2]
         x = wavelength_nm[first:end] - middle
         pitch = (x[-1] - x[0]) / max(len(x) - 1, 1)
-        p, lowest, highest = _guess(
-            x, y[first:end], peaks[first_peak:end_peak] - first, full[first_peak:end_peak], pitch
-        )
-        pull = np.zeros(len(p))
+        p, toward, pull, lowest, highest = _guess(
+            x, y[first:end], peaks[first_peak:end_peak] - first, full[first_peak:end_peak], pitch,
+            slit_nm[peaks[first_peak]], gamma_nm, sure, gamma_sure,
+        )  # fmt: skip
         pull[-2] = np.mean(weight[first:end]) / LINE_NOISE**2
         pull[-1] = pull[-2] * (0.5 * (x[-1] - x[0])) ** 2
-        total, hessian, done = fit(p, x, y[first:end], weight[first:end], pull, lowest, highest)
-        free = max(len(x) - len(p), 1)
+        total, hessian, done = fit(
+            p, x, y[first:end], weight[first:end], toward, pull, lowest, highest
+        )
+        # A width that is pulled towards what is known takes up less than a free one.
+        bound = 2 * (end_peak - first_peak) if slit_nm[peaks[first_peak]] > 0 else 0
+        free = max(len(x) - len(p) + bound, 1)
         reduced = total / free
         lower = np.zeros_like(hessian)
         known = factorise(hessian, lower)

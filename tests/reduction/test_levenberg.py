@@ -27,7 +27,7 @@ def test_two_overlapping_peaks_without_noise_are_recovered_exactly():
     p = TWO_ON_A_SLOPE * 1.2
     free = np.full(len(p), np.inf)
     lowest = np.where(np.arange(len(p)) % 4 == 2, 0.01, -np.inf)
-    _, _, settled = fit(p, X, y, np.full(len(X), 1e6), np.zeros(len(p)), lowest, free)
+    _, _, settled = fit(p, X, y, np.full(len(X), 1e6), np.zeros(len(p)), np.zeros(len(p)), lowest, free)
 
     assert settled
     assert p == pytest.approx(TWO_ON_A_SLOPE, rel=1e-3)
@@ -38,7 +38,7 @@ def test_a_parameter_at_its_bound_stays_inside():
     y = model_at(truth)[0] + np.random.default_rng(2).normal(0, 1, len(X))
     lowest = np.array([0.0, -0.5, 0.01, 0.0, -np.inf, -np.inf])
     p = truth + np.array([5.0, 0.02, 0.02, 0.05, 0.0, 0.0])
-    fit(p, X, y, np.ones(len(X)), np.zeros(6), lowest, np.full(6, np.inf))
+    fit(p, X, y, np.ones(len(X)), np.zeros(6), np.zeros(6), lowest, np.full(6, np.inf))
 
     assert np.all(p >= lowest)
     assert p[:3] == pytest.approx(truth[:3], abs=2.0)
@@ -56,6 +56,7 @@ def test_a_parameter_that_is_pulled_gives_way_to_the_peak():
             X,
             y + 5,
             np.ones(len(X)),
+            np.zeros(6),
             np.array([0, 0, 0, 0, pull, 0]),
             lowest,
             np.full(6, np.inf),

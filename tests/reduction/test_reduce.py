@@ -44,7 +44,7 @@ def test_an_element_that_is_not_there_has_area_zero_and_says_so(make_truth):
 
 
 def test_a_weak_peak_counts_where_it_was_asked_for_and_nowhere_else(make_truth):
-    faint = make_truth([(2.3, 670.781, 0.06, 0.02), (2.3, 500.0, 0.06, 0.02)])
+    faint = make_truth([(2.0, 670.781, 0.06, 0.02), (2.0, 500.0, 0.06, 0.02)])
     spectrum = Spectrum(faint.wavelength_nm, faint.intensity)
     asked, not_asked = reduce_spectrum(spectrum, ["Li"]), reduce_spectrum(spectrum, ["Rb"])
 

@@ -1,0 +1,30 @@
+"""How likely an element is, before the spectrum has spoken, in natural logarithms of the odds.
+
+Rocks, soils, metals, glass and the gases around a plasma: what is in them to a per cent and more
+needs the least evidence, what is a trace needs more, what has no stable isotope needs a great deal.
+Any laboratory that shoots at rare earths all day gives its own.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from .strengths import atoms
+
+EVERYWHERE = "H Li C N O Na Mg Al Si K Ca Ti Cr Mn Fe Ni Cu Zn Ar Ba Sr Rb".split()
+OFTEN = "Be B F P S Cl V Co Cs Pb Sn He Mo Ag Cd Sb W As Y La Ce Nd Ga Ge Br".split()
+NEVER = "Tc Fr Ra Ac".split()
+LOG_ODDS = {"everywhere": 0.0, "often": -2.0, "rarely": -5.0, "never": -15.0}
+
+
+@cache
+def log_odds() -> np.ndarray:
+    """The prior of each element in the order of `strengths.atoms().elements`, shape (e,)."""
+    def of(symbol: str) -> float:
+        if symbol in EVERYWHERE:
+            return LOG_ODDS["everywhere"]
+        if symbol in NEVER:
+            return LOG_ODDS["never"]
+        return LOG_ODDS["often" if symbol in OFTEN else "rarely"]
+
+    return np.array([of(symbol) for symbol in atoms().elements.tolist()])

@@ -1,0 +1,97 @@
+"""What speaks for each element, in words and numbers that a person can check on the spectrum."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from .identify import Identified
+from .index import DETECTED, UNCERTAIN
+from .spectrum import FloatArray
+from .strengths import atoms
+from .voigt import VoigtPeaks
+
+Status = Literal["detected", "uncertain", "absent"]
+CONFOUNDS = 0.2  # part of a peak that another element may have, from which it is named
+SHOWN_MISSING = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """status by score (ln of the odds, prior included). Lines are those that should stand out.
+
+    lines_matched of lines_expected have a peak; missing_nm: the strongest that have none. line_nm,
+    area, area_error: the strongest matched line, as the instrument shows it (area 0, nan where no
+    line is matched). confounders: elements that might have made the same peaks. detection_limit:
+    area (counts nm) at which the element's best line would show at three times the noise.
+    """
+
+    element: str
+    status: Status
+    score: float
+    lines_matched: int
+    lines_expected: int
+    missing_nm: tuple[float, ...]
+    line_nm: float
+    area: float
+    area_error: float
+    confounders: tuple[str, ...]
+    detection_limit: float
+
+
+def evidence(identified: Identified, peaks: VoigtPeaks) -> dict[str, Evidence]:
+    """Evidence of every element that has a line within the spectrum, by symbol."""
+    claimed = _claims(identified, peaks)
+    names = atoms().elements.tolist()
+    first = identified.catalogue.first
+    return {
+        name: _of(identified, peaks, e, name, claimed)
+        for e, name in enumerate(names)
+        if first[e + 1] > first[e]
+    }
+
+
+def _claims(identified: Identified, peaks: VoigtPeaks) -> list[tuple[str, FloatArray]]:
+    """Of each likely element, the area that it should have of each peak, (k,)."""
+    found = []
+    for e in np.flatnonzero(identified.indexed.weight > UNCERTAIN):
+        entries = _entries(identified, int(e))
+        entries = entries[identified.matched.peak[entries] >= 0]
+        area = np.exp(identified.effective[entries] + identified.indexed.log_scale[e])
+        share = np.bincount(identified.matched.peak[entries], area, len(peaks))
+        found.append((str(atoms().elements[e]), share))
+    return found
+
+
+def _entries(identified: Identified, e: int):
+    return np.arange(identified.catalogue.first[e], identified.catalogue.first[e + 1])
+
+
+def _of(identified: Identified, peaks: VoigtPeaks, e: int, name: str, claimed) -> Evidence:
+    matched, entries = identified.matched, _entries(identified, e)
+    strength = identified.effective[entries]
+    score = float(identified.indexed.weight[e])
+    best = entries[np.argmax(np.where(matched.peak[entries] > -3, strength, -np.inf))]
+    limit = float(matched.limit[best])
+    if score < UNCERTAIN:
+        return Evidence(name, "absent", score, 0, 0, (), float(matched.shown_nm[best]), 0.0,
+                        float("nan"), (), limit)  # fmt: skip
+    expected = np.exp(strength + identified.indexed.log_scale[e])
+    due = entries[(expected > matched.limit[entries]) & (matched.peak[entries] > -3)]
+    there = due[matched.peak[due] >= 0]
+    gone = due[matched.peak[due] < 0]
+    status: Status = "detected" if score >= DETECTED else "uncertain"
+    line_nm, area, error = float(matched.shown_nm[best]), 0.0, float("nan")
+    if len(there):
+        top = there[np.argmax(peaks.area[matched.peak[there]])]
+        k = matched.peak[top]
+        line_nm, area = float(matched.shown_nm[top]), float(peaks.area[k])
+        error = float(peaks.area_error[k])
+    own = np.unique(matched.peak[there])
+    rivals = tuple(
+        other for other, share in claimed
+        if other != name and np.any(share[own] > CONFOUNDS * peaks.area[own])
+    )  # fmt: skip
+    missing = tuple(float(nm) for nm in matched.shown_nm[gone[:SHOWN_MISSING]])
+    return Evidence(name, status, score, len(there), len(due), missing, line_nm, area, error,
+                    rivals, limit)  # fmt: skip

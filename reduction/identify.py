@@ -1,0 +1,176 @@
+"""Index the peaks by rounds: offsets, elements, plasma, and again with what was learned.
+
+The first round knows nothing and tries three temperatures; the second looks where the found
+elements' lines really are, with the strengths that the plasma's temperature gives them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .boltzmann import Known, Plot, fit_plot
+from .catalogue import Catalogue, Expected, catalogue
+from .commonness import log_odds
+from .growth import log_depth_of_unit, log_kept
+from .hydrogen import HAlpha, h_alpha
+from .index import Indexed, Matched, index_peaks, match_lines
+from .offsets import Offsets, estimate_offsets, seams
+from .plot_lines import plot_lines
+from .profiles import Profiles
+from .spectrum import BoolArray, FloatArray, Medium
+from .strengths import atoms
+
+FIRST_K = (8_500.0, 10_500.0, 13_000.0)
+FIRST_DENSITY = 1e17
+FIRST_ERROR_NM, SECOND_ERROR_NM = 0.02, 0.008
+FIRST_SPREAD, SECOND_SPREAD = 0.35, 0.3
+VOTING = 15  # lines of an element that vote for the offset at first
+VOTES_COUNT = 2.0  # weight of the votes beside the weight of the elements, where they disagree
+RARE = -4.0  # log odds below which an element has no vote at first
+BLUR_NM = 0.015
+FINE_STRETCH_NM, FINE_BLUR_NM = 18.0, 0.010
+CHANNELS_OFF = 0.25  # part of a channel by which places differ however well all is known
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Identified:
+    """What the peaks are, and what the plasma was.
+
+    expected: at the plasma's temperature. effective: ln of the area for one atom, self-absorption
+    counted. plot: None where the lines do not tell.
+    """
+
+    catalogue: Catalogue
+    expected: Expected
+    effective: FloatArray
+    offsets: Offsets
+    matched: Matched
+    indexed: Indexed
+    plot: Plot | None
+    hydrogen: HAlpha | None
+
+
+def identify(
+    x: FloatArray,
+    bad: BoolArray,
+    profiles: Profiles,
+    medium: Medium | None = None,
+) -> Identified | None:
+    """Name the peaks of a spectrum; None when there is no peak.
+
+    x: nm; bad: channels that do not count; both (m,). medium None: it is decided.
+    """
+    if not len(profiles.peaks):
+        return None
+    known = catalogue(*_range(x), _apart(profiles))
+    first = known.strengths(FIRST_K[1], FIRST_DENSITY)
+    pitch_nm = float(np.median(np.diff(x)))
+    error = max(FIRST_ERROR_NM, CHANNELS_OFF * pitch_nm)
+    tries = [known.strengths(t, FIRST_DENSITY) for t in FIRST_K]
+    rounds = []
+    seams_nm = seams(x)
+    for offsets in _first_offsets(profiles, known, first, medium, seams_nm):
+        matched = match_lines(profiles, x, bad, offsets, first, error)
+        rough = [
+            index_peaks(profiles, known, e.log_area, matched, FIRST_SPREAD, rough=True).total
+            for e in tries
+        ]
+        best = int(np.argmax(rough))
+        indexed = index_peaks(profiles, known, tries[best].log_area, matched, FIRST_SPREAD)
+        rounds.append((indexed.total + VOTES_COUNT * offsets.votes, best, offsets, matched, indexed))
+    _, best, offsets, matched, indexed = max(rounds, key=lambda found: found[0])
+    expected, start_k = tries[best], FIRST_K[best]
+    if not indexed.accepted:
+        return Identified(known, expected, expected.log_area, offsets, matched, indexed, None, None)
+    hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
+    density = _density(hydrogen)
+    lines = plot_lines(profiles.peaks, known, expected.log_area, matched, indexed)
+    plot = fit_plot(lines, density, start_k)
+
+    offsets = _second_offsets(profiles, known, expected, indexed, offsets, seams_nm)
+    expected = _expected(known, plot, expected)
+    effective = _effective(known, expected, plot)
+    error = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm)
+    matched = match_lines(profiles, x, bad, offsets, expected, error)
+    indexed = index_peaks(profiles, known, effective, matched, SECOND_SPREAD)
+    if indexed.accepted:
+        lines = plot_lines(profiles.peaks, known, effective, matched, indexed)
+        hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
+        plot = fit_plot(lines, _density(hydrogen), plot.temperature_k if plot else start_k)
+    return Identified(known, expected, effective, offsets, matched, indexed, plot, hydrogen)
+
+
+def _range(x: FloatArray) -> tuple[float, float]:
+    return round(float(x[0]), 1), round(float(x[-1]), 1)
+
+
+def _apart(profiles: Profiles) -> float:
+    """Lines nearer than this are one to the instrument, nm; in steps, so that tables are reused."""
+    sigma = float(np.median(profiles.slit.sigma_nm))
+    return float(np.round(np.exp(np.round(np.log(sigma) * 4) / 4), 4))
+
+
+def _density(hydrogen: HAlpha | None) -> Known | None:
+    if hydrogen is None:
+        return None
+    return Known(hydrogen.log10_ne * np.log(10), hydrogen.log10_ne_error * np.log(10))
+
+
+def _first_offsets(
+    profiles, known: Catalogue, expected: Expected, medium, seams_nm
+) -> list[Offsets]:
+    odds = log_odds()
+    spans = list(zip(known.first[:-1], known.first[1:], strict=True))
+    voting = [(e, a, min(b, a + VOTING)) for e, (a, b) in enumerate(spans) if odds[e] > RARE and b > a]
+    entries = np.concatenate([np.arange(a, b) for _, a, b in voting])
+    weight = np.concatenate([
+        np.exp(0.3 * (expected.log_area[a:b] - expected.log_area[a:b].max()) + 0.35 * odds[e])
+        for e, a, b in voting
+    ])  # fmt: skip
+    peaks = profiles.peaks
+    return estimate_offsets(
+        peaks.centre_nm, _say(profiles), expected.vacuum_nm[entries], weight, medium, BLUR_NM,
+        seams_nm=seams_nm,
+    )  # fmt: skip
+
+
+def _say(profiles: Profiles) -> FloatArray:
+    peaks = profiles.peaks
+    return np.log1p(np.maximum(peaks.area, 0.0) / np.maximum(peaks.area_error, 1e-12)) / 3.0
+
+
+def _second_offsets(profiles, known, expected, indexed: Indexed, before: Offsets, seams_nm) -> Offsets:
+    """Only lines of the elements that were found vote, by how bright they should be."""
+    a = atoms()
+    entries = np.concatenate([
+        np.arange(known.first[e], known.first[e + 1]) for e in indexed.accepted
+    ])  # fmt: skip
+    bright = expected.log_area[entries] + indexed.log_scale[a.element[known.leader[entries]]]
+    faintest = np.log(max(float(np.min(profiles.peaks.area)), 1e-9))
+    weight = np.clip((bright - faintest) / 3.0, 0.0, 2.0)
+    voting = weight > 0
+    peaks = profiles.peaks
+    return estimate_offsets(
+        peaks.centre_nm, _say(profiles), expected.vacuum_nm[entries[voting]], weight[voting],
+        before.medium, FINE_BLUR_NM, FINE_STRETCH_NM, seams_nm,
+    )[0]  # fmt: skip
+
+
+def _expected(known: Catalogue, plot: Plot | None, before: Expected) -> Expected:
+    if plot is None:
+        return before
+    return known.strengths(plot.temperature_k, 10**plot.log10_ne)
+
+
+def _effective(known: Catalogue, expected: Expected, plot: Plot | None) -> FloatArray:
+    """ln area for one atom, each line weakened by what it absorbs where the amount is known."""
+    if plot is None:
+        return expected.log_area
+    a = atoms()
+    element = a.element[known.leader]
+    scale = plot.log_scale[element]
+    width = a.width_nm[known.leader] * 10 ** (plot.log10_ne - 17)
+    depth = log_depth_of_unit(expected.vacuum_nm, width, plot.temperature_k)
+    log_tau = plot.log_opacity + expected.log_area + np.where(np.isnan(scale), -50.0, scale) + depth
+    return expected.log_area + log_kept(log_tau)[0]
+

@@ -1,0 +1,168 @@
+"""How far the instrument's wavelengths are off, along the axis, and whether they are air's.
+
+Every pair of a peak and a line that might be its own votes for the distance between them. The
+votes of a stretch of the axis are a histogram; the offset may jump between stretches (a new
+detector) but costs something to change, and the cheapest way through all of them (Viterbi, IEEE
+Trans. Inf. Theory 13, 260 (1967)) is the estimate. It is found for air and for vacuum; the axis is
+said to be the one with more votes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .air import in_medium
+from .kernel import kernel
+from .spectrum import FloatArray, Medium
+
+FURTHEST_NM = 0.26
+STEP_NM = 0.01
+STRETCH_NM = 30.0
+CHANGE = 0.4  # what a change by one step costs, in votes
+JUMP = 3.0  # what any change costs at most
+SEEN_JUMP = 0.5  # and where the axis itself has a seam
+SEAM = 0.02  # change of the channels' pitch, as a part of it, that is a seam
+USUAL_NM = 0.12  # offsets beyond are rare
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Offsets:
+    """shown = true + offset. edges_nm: between stretches, (k - 1,); offset_nm: in them, (k,).
+
+    votes: how well lines and peaks agree; more is better.
+    """
+
+    medium: Medium
+    edges_nm: FloatArray
+    offset_nm: FloatArray
+    votes: float
+
+    @classmethod
+    def none(cls, medium: Medium) -> "Offsets":
+        """Those of an instrument without errors."""
+        return cls(medium, np.empty(0), np.zeros(1), 0.0)
+
+    def at(self, shown_nm: FloatArray) -> FloatArray:
+        """Offset in nm at places on the axis, those of their stretches; any shape."""
+        return self.offset_nm[np.searchsorted(self.edges_nm, shown_nm, side="right")]
+
+    def shown(self, vacuum_nm: FloatArray) -> FloatArray:
+        """Where on the axis lines should be seen, nm; any shape."""
+        true = in_medium(vacuum_nm, self.medium)
+        return true + self.at(true)
+
+
+def estimate_offsets(
+    peak_nm: FloatArray,
+    peak_weight: FloatArray,
+    line_vacuum_nm: FloatArray,
+    line_weight: FloatArray,
+    medium: Medium | None,
+    blur_nm: float,
+    stretch_nm: float = STRETCH_NM,
+    seams_nm: FloatArray | None = None,
+) -> list[Offsets]:
+    """Offsets along the axis. peak_nm: ascending; weights: votes; medium None: to be decided.
+
+    blur_nm: how well a peak's centre is known. seams_nm: where one detector ends and the next
+    begins. The best comes first; two of them where the medium is to be decided.
+    """
+    media: tuple[Medium, ...] = ("air", "vacuum") if medium is None else (medium,)
+    found = [
+        _for_medium(
+            peak_nm, peak_weight, line_vacuum_nm, line_weight, m, blur_nm,
+            _edges(peak_nm, stretch_nm, seams_nm), seams_nm,
+        )
+        for m in media
+    ]  # fmt: skip
+    return sorted(found, key=lambda offsets: -offsets.votes)
+
+
+def seams(x: FloatArray) -> FloatArray:
+    """Where the pitch of the channels changes at once, as between detectors; nm, ascending."""
+    pitch = np.diff(x)
+    if len(pitch) < 8:
+        return np.empty(0)
+    # Over two channels, so that a wavelength rounded to few digits is no seam.
+    before, after = x[4:-4] - x[:-8], x[8:] - x[4:-4]
+    turn = np.abs(np.log(after / before))
+    places = np.flatnonzero((turn > SEAM) & (turn == _largest_near(turn)))
+    return x[4 + places] if len(places) < 12 else np.empty(0)
+
+
+def _largest_near(values: FloatArray) -> FloatArray:
+    padded = np.pad(values, 8, mode="edge")
+    return np.max(np.lib.stride_tricks.sliding_window_view(padded, 17), axis=1)
+
+
+def _edges(peak_nm: FloatArray, stretch_nm: float, seams_nm: FloatArray | None) -> FloatArray:
+    first, last = float(peak_nm[0]), float(peak_nm[-1]) + 1e-6
+    n = max(round((last - first) / stretch_nm), 1)
+    edges = np.linspace(first, last, n + 1)
+    if seams_nm is None or not len(seams_nm):
+        return edges
+    inside = seams_nm[(seams_nm > first) & (seams_nm < last)]
+    return np.unique(np.concatenate([edges, inside]))
+
+
+def _for_medium(
+    peak_nm, peak_weight, line_nm, line_weight, medium, blur_nm, edges, seams_nm
+) -> Offsets:
+    n = len(edges) - 1
+    true = in_medium(line_nm, medium)
+    order = np.argsort(true)
+    half = round(FURTHEST_NM / STEP_NM)
+    votes = np.zeros((n, 2 * half + 1))
+    stretch = np.clip(np.searchsorted(edges, peak_nm, side="right") - 1, 0, n - 1)
+    _vote(peak_nm, peak_weight, true[order], line_weight[order], stretch, blur_nm, votes)
+    grid = (np.arange(2 * half + 1) - half) * STEP_NM
+    prior = -0.5 * (grid / USUAL_NM) ** 2
+    jump = np.full(n, JUMP)
+    if seams_nm is not None and len(seams_nm):
+        jump[np.isin(edges[:-1], seams_nm)] = SEEN_JUMP
+    path, total = _cheapest(votes + prior / n, CHANGE, jump)
+    return Offsets(medium, edges[1:-1], grid[path], float(total))
+
+
+@kernel
+def _vote(peak, weight, line, line_weight, stretch, blur, votes):
+    m = votes.shape[1]
+    half = m // 2
+    begin = 0
+    for k in range(len(peak)):
+        while begin < len(line) and line[begin] < peak[k] - FURTHEST_NM - 3 * blur:
+            begin += 1
+        best = np.zeros(m)
+        i = begin
+        while i < len(line) and line[i] < peak[k] + FURTHEST_NM + 3 * blur:
+            away = peak[k] - line[i]
+            for s in range(m):
+                z = (away - (s - half) * STEP_NM) / blur
+                if abs(z) < 3.0:
+                    best[s] = max(best[s], line_weight[i] * np.exp(-0.5 * z * z))
+            i += 1
+        for s in range(m):
+            votes[stretch[k], s] += weight[k] * best[s]
+
+
+@kernel
+def _cheapest(votes, change, jump):
+    n, m = votes.shape
+    total = votes[0].copy()
+    came = np.zeros((n, m), np.int64)
+    for b in range(1, n):
+        following = np.empty(m)
+        for s in range(m):
+            best, at = -1e300, s
+            for before in range(m):
+                cost = min(change * abs(s - before), jump[b])
+                if total[before] - cost > best:
+                    best, at = total[before] - cost, before
+            following[s] = best + votes[b, s]
+            came[b, s] = at
+        total = following
+    path = np.zeros(n, np.int64)
+    path[n - 1] = np.argmax(total)
+    for b in range(n - 1, 0, -1):
+        path[b - 1] = came[b, path[b]]
+    return path, total[path[n - 1]]

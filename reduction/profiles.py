@@ -1,0 +1,109 @@
+"""Find and fit the lines of a spectrum: strong ones teach, all are fitted, the rest is searched."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .background import background
+from .bad import bridged, mark_bad
+from .noise import local_noise, steadied
+from .peaks import KERNEL, find_peaks
+from .render import render
+from .slit import Slit, learn
+from .spectrum import BoolArray, FloatArray, IntArray, Spectrum
+from .voigt import SIGMA_PER_FWHM, VoigtPeaks, fit_peaks
+
+RESIDUAL = 5.0  # a peak in what the first fit left over, in noise
+FOREIGN = 0.04  # and as a part of the light around it: no line is a Voigt profile to the last percent
+LEAST_AREA = 2.0  # in its own error: what the fit makes smaller was no peak
+DEAF = 1e3  # what the noise of a bad channel is multiplied by in a fit
+WANTED, WANTED_NM = 3.0, 0.3
+APART = 0.55  # of a slit's width from the next peak
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profiles:
+    """Fitted peaks and what they were fitted to; arrays of shape (m,) in counts.
+
+    counts: with bad channels bridged. net: above the background `under`. noise: of each channel, with that of the lines' own light.
+    """
+
+    peaks: VoigtPeaks
+    counts: FloatArray
+    net: FloatArray
+    under: FloatArray
+    noise: FloatArray
+    slit: Slit
+    gain: float
+
+
+def fit_profiles(
+    spectrum: Spectrum, bad: BoolArray | None = None, wanted_nm: FloatArray | None = None
+) -> Profiles:
+    """All peaks of a spectrum, ascending in their centres.
+
+    bad: channels that do not count, shape (m,); found by `mark_bad` if None. wanted_nm: places on
+    the axis at which a peak of three times the noise is enough.
+    """
+    x = spectrum.wavelength_nm
+    bad = mark_bad(spectrum.intensity).any if bad is None else bad
+    calm = Spectrum(x, bridged(spectrum.intensity, bad))
+    floor = local_noise(calm.intensity)
+    under = background(calm, floor)
+    net = calm.intensity - under
+    steady = steadied(floor, under)
+    floor = steady.sigma
+    seeds = find_peaks(net, floor)
+    deaf = np.where(bad, DEAF, 1.0)
+    taught = learn(x, net, floor * deaf, seeds)
+    gain = min((g for g in (taught.gain, steady.gain) if g is not None), default=0.0)
+    noise = np.sqrt(floor**2 + gain * np.maximum(_smooth(net), 0.0))
+    seeds = np.union1d(find_peaks(net, noise), _wanted(x, net, noise, wanted_nm))
+    peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit)
+    more = search_residual(x, net, noise * deaf, peaks, seeds, taught.slit)
+    if len(more):
+        seeds = np.union1d(seeds, more)
+        peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit)
+    real = np.flatnonzero(peaks.area > LEAST_AREA * peaks.area_error)
+    order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
+    return Profiles(peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain)
+
+
+def _wanted(x, net, noise, wanted_nm) -> IntArray:
+    if wanted_nm is None or not len(wanted_nm):
+        return np.empty(0, dtype=np.int64)
+    weak = find_peaks(net, noise, significant=WANTED)
+    return weak[np.min(np.abs(x[weak][:, None] - wanted_nm), axis=1, initial=9.0) < WANTED_NM]
+
+
+def search_residual(
+    x: FloatArray,
+    net: FloatArray,
+    noise: FloatArray,
+    peaks: VoigtPeaks,
+    seeds: IntArray,
+    slit: Slit,
+) -> IntArray:
+    """Channels of peaks in what the fitted peaks leave over, ascending."""
+    if not len(seeds):
+        return seeds
+    model = render(x, peaks, 0.05 * noise)
+    tolerated = np.sqrt(noise**2 + (FOREIGN * _widest(model) / RESIDUAL * 2) ** 2)
+    found = find_peaks(net - model, tolerated, RESIDUAL)
+    if not len(found):
+        return found
+    pitch = np.gradient(x)
+    near = np.abs(peaks.centre_nm[:, None] - x[found]).min(axis=0)
+    return found[near > np.maximum(APART * slit.sigma_nm[found] / SIGMA_PER_FWHM, pitch[found])]
+
+
+def _smooth(values):
+    return np.convolve(np.pad(values, 1, mode="edge"), KERNEL, mode="valid")
+
+
+def _widest(model):
+    """The largest of each channel and its neighbours."""
+    wide = model.copy()
+    wide[1:] = np.maximum(wide[1:], model[:-1])
+    wide[:-1] = np.maximum(wide[:-1], model[1:])
+    return wide

@@ -1,0 +1,117 @@
+"""Weigh the evidence for one element: lines that are there, missing, too weak, or someone else's.
+
+The weight is a logarithm of odds: how much likelier the peaks are if the element shines with a
+certain brightness than if its lines fall on peaks, or beside them, by chance.
+"""
+
+import numpy as np
+
+from .kernel import float_kernel
+
+CANDIDATES = 8  # of the strongest lines that are there: each proposes a brightness
+LOG_AREA_RANGE = 5.0  # chance peaks are spread over so many e-folds of area
+WORST = -4.0  # one line cannot say more than this against an element
+RESONANT_WORST = -1.5  # nor this, where it absorbs its own light
+RESONANT_EV = 1.5  # lower level below which a strong line may do so
+LOG_LEFT = -0.9  # ln of the part of a peak that others must leave, for it to be evidence
+ALMOST = -0.35  # lines this far (in ln) below the limit may still show
+MISSING_SPREAD = 0.5
+NOT_SEEN, IN_A_CROWD, BAD = -1, -2, -3
+TWO_PI = 2.0 * float(np.pi)  # of two normal laws: of ln(area), and of the place in errors
+
+
+@float_kernel
+def match(shown, channel_error, peak_nm, peak_error, tolerance, fwhm, bad, area, limit):
+    """The peak of each expected line, or why there is none; and how far it is, in errors.
+
+    shown: places of lines; peak_nm: ascending. The nearest peak within `tolerance` errors counts.
+    """
+    n = len(shown)
+    which, away = np.full(n, NOT_SEEN, np.int64), np.zeros(n)
+    for j in range(n):
+        if bad[j]:
+            which[j] = BAD
+            continue
+        k = np.searchsorted(peak_nm, shown[j])
+        best = 1e9
+        crowd = False
+        for i in range(max(k - 2, 0), min(k + 2, len(peak_nm))):
+            error = np.sqrt(channel_error**2 + min(peak_error[i], 0.3 * fwhm[j]) ** 2)
+            z = abs(peak_nm[i] - shown[j]) / error
+            if z < best:
+                best = z
+                if z < tolerance:
+                    which[j], away[j] = i, z
+            crowd = crowd or (abs(peak_nm[i] - shown[j]) < 1.5 * fwhm[j] and area[i] > 2 * limit[j])
+        if which[j] == NOT_SEEN and crowd:
+            which[j] = IN_A_CROWD
+    return which, away
+
+
+@float_kernel
+def weigh(begin, end, log_area, low_ev, spread, which, away, log_limit, density, log_peak, log_free, relative):
+    """The best weight of an element whose lines are begin..end, and ln of its brightness.
+
+    spread: of ln(area) that the line's own data allow. log_free: ln of what others leave of each peak.
+    density: chance peaks for one error of the place.
+    """
+    best, best_scale = -1e9, -1e9
+    tried = 0
+    for j in range(begin, end):
+        i = which[j]
+        if i < 0:
+            continue
+        if log_free[i] < log_peak[i] + LOG_LEFT:
+            continue
+        tried += 1
+        if tried > CANDIDATES:
+            break
+        scale = log_free[i] - log_area[j]
+        # Twice: the lines that agree move the proposal to their mean.
+        for _ in range(2):
+            weight, better = _at(
+                scale, begin, end, log_area, low_ev, spread, which, away, log_limit, density,
+                log_peak, log_free, relative,
+            )  # fmt: skip
+            if weight > best:
+                best, best_scale = weight, scale
+            scale = better
+    return best, best_scale
+
+
+@float_kernel
+def _at(scale, begin, end, log_area, low_ev, spread, which, away, log_limit, density, log_peak, log_free, relative):
+    total, mean, sure = 0.0, 0.0, 1e-9
+    for j in range(begin, end):
+        log_expected = log_area[j] + scale
+        above = log_expected - log_limit[j]
+        if above < ALMOST:
+            continue
+        i = which[j]
+        if i == BAD:
+            continue
+        worst = RESONANT_WORST if low_ev[j] < RESONANT_EV else WORST
+        if i < 0:
+            if above > 0.0:
+                z = above / MISSING_SPREAD
+                total += max(worst, -0.5 * z * z) * (0.3 if i == IN_A_CROWD else 1.0)
+            continue
+        if log_free[i] < log_peak[i] + LOG_LEFT:
+            z = (log_expected - log_peak[i]) / (2 * spread[j])
+            if z > 0.5:
+                total += max(worst, -0.5 * z * z)
+            continue
+        s = np.sqrt(spread[j] ** 2 + relative[i] ** 2)
+        r = log_free[i] - log_expected
+        wide = s
+        if r < 0.0 and low_ev[j] < RESONANT_EV:
+            wide = np.sqrt(s * s + 0.6**2)
+        chance = density[i] / LOG_AREA_RANGE
+        likely = np.exp(-0.5 * (r / wide) ** 2 - 0.5 * away[j] ** 2) / (wide * TWO_PI * chance)
+        other = 0.25 if r > 0.0 else 0.02  # a stronger peak may hide the line; a weaker one may not
+        total += max(np.log(0.75 * likely + other), worst)
+        if abs(r) < 1.5 * wide:
+            mean += (scale + r) / (wide * wide)
+            sure += 1.0 / (wide * wide)
+    return total, (mean / sure if mean != 0.0 else scale)
+
