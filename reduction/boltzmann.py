@@ -11,15 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .growth import log_depth_of_unit, log_kept
+from .growth import log_depth_of_unit, log_kept, radiance_slope
 from .spectrum import FloatArray, IntArray
-from .strengths import atoms, log_strengths
+from .strengths import atoms, log_slopes, log_strengths
 
 USUAL_K, USUAL_SPREAD = 10_500.0, 0.35  # of ln T, where the lines do not tell
 USUAL_LOG_NE, USUAL_NE_SPREAD = float(np.log(8e16)), 1.2
 CALIBRATION = 0.08  # of ln(area): efficiency, background, the model itself
 STEPS = 10
-TURN_K = 0.01  # of ln T: the difference from which slopes are taken
 OUTLIER = 2.5
 COOLEST_K, HOTTEST_K = 4_500.0, 19_000.0
 THINNEST, THICKEST = -9.0, 7.0  # of ln tau of the strongest line
@@ -84,7 +83,12 @@ class Known:
     spread: float
 
 
-def fit_plot(lines: PlotLines, density: Known | None = None, start_k: float = USUAL_K) -> Plot | None:
+def fit_plot(
+    lines: PlotLines,
+    density: Known | None = None,
+    start_k: float = USUAL_K,
+    most_steps: int = STEPS,
+) -> Plot | None:
     """Fit the plot; None where the lines cannot tell a temperature.
 
     density: ln n_e (per cm3) from elsewhere, such as the width of H-alpha.
@@ -97,7 +101,7 @@ def fit_plot(lines: PlotLines, density: Known | None = None, start_k: float = US
     scale = np.array([np.median((lines.log_area - thin)[which == k]) for k in range(len(names))])
     p = np.concatenate([[np.log(start_k), density.mean, 0.0], scale])
     p[2] = np.log(0.5) - np.max(_log_tau(p, lines, which, thin))
-    p, normal, weight, residual = _gauss_newton(p, lines, which, density)
+    p, normal, weight, residual = _gauss_newton(p, lines, which, density, most_steps)
     return _as_plot(p, normal, weight, residual, lines, names, which)
 
 
@@ -108,40 +112,39 @@ def _log_tau(p, lines, which, thin):
 
 
 def _model(p, lines, which):
-    """ln(area), and d ln f / d ln tau, of each line."""
+    """ln(area), and d ln f / d ln tau, of each line; the opacity in p is kept within bounds."""
     thin = lines.thin(float(np.exp(p[0])), float(np.exp(p[1])))
-    part, slope = log_kept(_log_tau(p, lines, which, thin))
+    log_tau = _log_tau(p, lines, which, thin)
+    thickest = np.max(log_tau)
+    beyond = np.clip(thickest, THINNEST, THICKEST) - thickest
+    p[2] += beyond
+    part, slope = log_kept(log_tau + beyond)
     return thin + p[3 + which] + part, slope
 
 
-def _thickest(p, lines, which) -> float:
-    thin = lines.thin(float(np.exp(p[0])), float(np.exp(p[1])))
-    return float(np.max(_log_tau(p, lines, which, thin)))
-
-
-def _jacobian(p, lines, which, model, slope):
-    n = len(lines)
+def _jacobian(p, lines, which, slope):
+    n, kelvin = len(lines), float(np.exp(p[0]))
+    heat, density = log_slopes(lines.element, lines.ion, lines.e_k_ev, kelvin, float(np.exp(p[1])))
     jacobian = np.zeros((n, len(p)))
-    for k in (0, 1):
-        turned = p.copy()
-        turned[k] += TURN_K
-        jacobian[:, k] = (_model(turned, lines, which)[0] - model) / TURN_K
+    # The depth grows with the thin area, and shrinks with Planck's radiance and the Stark width.
+    jacobian[:, 0] = heat + slope * (heat - radiance_slope(lines.vacuum_nm, kelvin))
+    jacobian[:, 1] = density + slope * (density - 1.0)
     jacobian[:, 2] = slope
     jacobian[np.arange(n), 3 + which] = 1.0 + slope
     return jacobian
 
 
-def _gauss_newton(p, lines, which, density):
+def _gauss_newton(p, lines, which, density, most_steps):
     prior = np.zeros(len(p))
     prior[:3] = 1 / USUAL_SPREAD**2, 1 / density.spread**2, 0.05
     toward = p.copy()
     toward[:2] = np.log(USUAL_K), density.mean
     sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
     model, slope = _model(p, lines, which)
-    for _ in range(STEPS):
+    for _ in range(most_steps):
         residual = lines.log_area - model
         weight = _trust(residual / sigma) / sigma**2
-        jacobian = _jacobian(p, lines, which, model, slope)
+        jacobian = _jacobian(p, lines, which, slope)
         normal = (jacobian * weight[:, None]).T @ jacobian + np.diag(prior + 1e-9)
         gradient = jacobian.T @ (weight * residual) - prior * (p - toward)
         step = np.linalg.solve(normal, gradient)
@@ -149,8 +152,6 @@ def _gauss_newton(p, lines, which, density):
         p = p + step
         p[0] = np.clip(p[0], np.log(COOLEST_K), np.log(HOTTEST_K))
         p[1] = np.clip(p[1], np.log(1e15), np.log(3e18))
-        highest = _thickest(p, lines, which)
-        p[2] += np.clip(highest, THINNEST, THICKEST) - highest
         model, slope = _model(p, lines, which)
         if np.max(np.abs(step[:2])) < 1e-3:
             break

@@ -5,10 +5,12 @@ own light. Only ratios that theory fixes to a few per cent are used.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from .identify import Identified
+from .lines import BOLTZMANN_EV_PER_K
 from .strengths import atoms
 from .voigt import VoigtPeaks
 
@@ -74,7 +76,13 @@ def _peak(vacuum_nm: float, peaks: VoigtPeaks, identified: Identified) -> int | 
 
 
 def _strength(doublet: Doublet, vacuum_nm: float, kelvin: float) -> float:
+    log_ga, upper_ev = _lines(doublet.element, vacuum_nm)
+    return float(np.sum(np.exp(log_ga - upper_ev / (BOLTZMANN_EV_PER_K * kelvin))))
+
+
+@cache
+def _lines(element: str, vacuum_nm: float):
     a = atoms()
     near = np.abs(a.wavelength_nm - vacuum_nm) < SAME_LINE_NM
-    near &= a.elements[a.element] == doublet.element
-    return float(np.sum(np.exp(a.log_ga[near] - a.e_k_ev[near] / (8.617333e-5 * kelvin))))
+    near &= a.elements[a.element] == element
+    return a.log_ga[near], a.e_k_ev[near]

@@ -10,6 +10,7 @@ from .index import DETECTED, UNCERTAIN
 from .spectrum import FloatArray
 from .strengths import atoms
 from .voigt import VoigtPeaks
+from .weigh import best_entries
 
 Status = Literal["detected", "uncertain", "absent"]
 CONFOUNDS = 0.2  # part of a peak that another element may have, from which it is named
@@ -43,9 +44,10 @@ def evidence(identified: Identified, peaks: VoigtPeaks) -> dict[str, Evidence]:
     """Evidence of every element that has a line within the spectrum, by symbol."""
     claimed = _claims(identified, peaks)
     names = atoms().elements.tolist()
-    first = identified.catalogue.first
+    first, matched = identified.catalogue.first, identified.matched
+    best = best_entries(first, identified.effective, matched.peak)
     return {
-        name: _of(identified, peaks, e, name, claimed)
+        name: _of(identified, peaks, e, name, claimed, int(best[e]))
         for e, name in enumerate(names)
         if first[e + 1] > first[e]
     }
@@ -67,16 +69,17 @@ def _entries(identified: Identified, e: int):
     return np.arange(identified.catalogue.first[e], identified.catalogue.first[e + 1])
 
 
-def _of(identified: Identified, peaks: VoigtPeaks, e: int, name: str, claimed) -> Evidence:
-    matched, entries = identified.matched, _entries(identified, e)
-    strength = identified.effective[entries]
+def _of(
+    identified: Identified, peaks: VoigtPeaks, e: int, name: str, claimed, best: int
+) -> Evidence:
+    matched = identified.matched
     score = float(identified.indexed.weight[e])
-    best = entries[np.argmax(np.where(matched.peak[entries] > -3, strength, -np.inf))]
     limit = float(matched.limit[best])
     if score < UNCERTAIN:
         return Evidence(name, "absent", score, 0, 0, (), float(matched.shown_nm[best]), 0.0,
                         float("nan"), (), limit)  # fmt: skip
-    expected = np.exp(strength + identified.indexed.log_scale[e])
+    entries = _entries(identified, e)
+    expected = np.exp(identified.effective[entries] + identified.indexed.log_scale[e])
     due = entries[(expected > matched.limit[entries]) & (matched.peak[entries] > -3)]
     there = due[matched.peak[due] >= 0]
     gone = due[matched.peak[due] < 0]

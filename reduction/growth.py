@@ -45,3 +45,9 @@ def log_depth_of_unit(
     """ln tau that a line of thin area 1 would have if the constant of the spectrum were 1."""
     peak = np.log(PEAK_OF_LORENTZIAN / np.maximum(width_nm, 1e-4))
     return peak - log_radiance(wavelength_nm, temperature_k)
+
+
+def radiance_slope(wavelength_nm: FloatArray, temperature_k: float) -> FloatArray:
+    """d ln B / d ln T of Planck's radiance."""
+    x = HC_BY_K_NM_K / (wavelength_nm * temperature_k)
+    return -x / np.expm1(-x)

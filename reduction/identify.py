@@ -5,6 +5,7 @@ elements' lines really are, with the strengths that the plasma's temperature giv
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,6 +26,7 @@ FIRST_DENSITY = 1e17
 FIRST_ERROR_NM, SECOND_ERROR_NM = 0.02, 0.008
 FIRST_SPREAD, SECOND_SPREAD = 0.35, 0.3
 VOTING = 15  # lines of an element that vote for the offset at first
+ROUGH_STEPS = 5  # of the first plot: the second goes on from there
 VOTES_COUNT = 2.0  # weight of the votes beside the weight of the elements, where they disagree
 RARE = -4.0  # log odds below which an element has no vote at first
 BLUR_NM = 0.015
@@ -63,19 +65,16 @@ def identify(
     if not len(profiles.peaks):
         return None
     known = catalogue(*_range(x), _apart(profiles))
-    first = known.strengths(FIRST_K[1], FIRST_DENSITY)
+    tries = _tries(known)
+    first = tries[1]
     pitch_nm = float(np.median(np.diff(x)))
     error = max(FIRST_ERROR_NM, CHANNELS_OFF * pitch_nm)
-    tries = [known.strengths(t, FIRST_DENSITY) for t in FIRST_K]
     rounds = []
     seams_nm = seams(x)
+    best = None
     for offsets in _first_offsets(profiles, known, first, medium, seams_nm):
         matched = match_lines(profiles, x, bad, offsets, first, error)
-        rough = [
-            index_peaks(profiles, known, e.log_area, matched, FIRST_SPREAD, rough=True).total
-            for e in tries
-        ]
-        best = int(np.argmax(rough))
+        best = _likeliest(profiles, known, tries, matched) if best is None else best
         indexed = index_peaks(profiles, known, tries[best].log_area, matched, FIRST_SPREAD)
         rounds.append((indexed.total + VOTES_COUNT * offsets.votes, best, offsets, matched, indexed))
     _, best, offsets, matched, indexed = max(rounds, key=lambda found: found[0])
@@ -85,7 +84,7 @@ def identify(
     hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
     density = _density(hydrogen)
     lines = plot_lines(profiles.peaks, known, expected.log_area, matched, indexed)
-    plot = fit_plot(lines, density, start_k)
+    plot = fit_plot(lines, density, start_k, ROUGH_STEPS)
 
     offsets = _second_offsets(profiles, known, expected, indexed, offsets, seams_nm)
     expected = _expected(known, plot, expected)
@@ -98,6 +97,21 @@ def identify(
         hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
         plot = fit_plot(lines, _density(hydrogen), plot.temperature_k if plot else start_k)
     return Identified(known, expected, effective, offsets, matched, indexed, plot, hydrogen)
+
+
+def _likeliest(profiles, known: Catalogue, tries: list[Expected], matched: Matched) -> int:
+    """Which of the first temperatures explains most."""
+    totals = [
+        index_peaks(profiles, known, e.log_area, matched, FIRST_SPREAD, rough=True).total
+        for e in tries
+    ]
+    return int(np.argmax(totals))
+
+
+@lru_cache(maxsize=16)
+def _tries(known: Catalogue) -> list[Expected]:
+    """What every line should show at each of the first temperatures."""
+    return [known.strengths(t, FIRST_DENSITY) for t in FIRST_K]
 
 
 def _range(x: FloatArray) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from .profiles import Profiles
 from .spectrum import BoolArray, FloatArray, IntArray
 from .strengths import atoms
 from .voigt import SIGMA_PER_FWHM
-from .weigh import match, weigh
+from .weigh import match, weigh, weigh_all
 
 LIMIT_SIGMA = 3.0  # height in noise that a line must have to be expected
 TOLERANCE = 3.2  # errors of the place
@@ -19,6 +19,7 @@ WIDER_THAN_SLIT = 1.15  # a line's area by its height and the slit's width
 DETECTED, UNCERTAIN = 9.0, 4.0  # weights, prior included
 MODEL_SPREAD = 0.35  # of ln(area): temperature, self-absorption, calibration
 CHANCE_WINDOW_NM = 6.0
+COARSE = 16  # channels between the places that are looked up
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +63,7 @@ def match_lines(
     """Put every expected line beside its peak. Peaks must ascend in their centres."""
     peaks = profiles.peaks
     shown = offsets.shown(expected.vacuum_nm)
-    channel = np.clip(np.searchsorted(x, shown), 1, len(x) - 1)
+    channel = _channels(x, shown)
     fwhm = profiles.slit.sigma_nm[channel] / SIGMA_PER_FWHM
     fwhm = np.maximum(fwhm, 1.5 * (x[channel] - x[channel - 1])) * WIDER_THAN_SLIT
     limit = LIMIT_SIGMA * profiles.noise[channel] * 1.0645 * fwhm
@@ -74,6 +75,13 @@ def match_lines(
         peaks.area, limit,
     )  # fmt: skip
     return Matched(shown, which, away, limit, place_error_nm)
+
+
+def _channels(x: FloatArray, shown_nm: FloatArray) -> IntArray:
+    """The channel of each place to one or two: enough for widths and limits, and quick."""
+    coarse = np.append(np.arange(0, len(x) - 1, COARSE), len(x) - 1)
+    place = np.interp(shown_nm, x[coarse], coarse)
+    return np.clip(np.rint(place).astype(np.int64), 1, len(x) - 1)
 
 
 def index_peaks(
@@ -101,7 +109,6 @@ def index_peaks(
     log_free = log_peak.copy()
     prior = log_odds()
     n = len(a.elements)
-    weight, scale = np.full(n, -1e9), np.full(n, -1e9)
 
     def look(e: int) -> None:
         weight[e], scale[e] = weigh(
@@ -110,8 +117,11 @@ def index_peaks(
         )  # fmt: skip
         weight[e] += prior[e]
 
-    for e in range(n):
-        look(e)
+    weight, scale = weigh_all(
+        catalogue.first, log_area, low_ev, spread, matched.peak, matched.away, log_limit, chance,
+        log_peak, log_free, relative,
+    )  # fmt: skip
+    weight += prior
     if rough:
         likely = np.flatnonzero(weight > least)
         return Indexed(weight, scale, likely.tolist(), taken, float(weight[likely].sum()))

@@ -6,12 +6,13 @@ first and makes the plasma seem hotter; the Saha-Boltzmann plot, where there is 
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from .lines import BOLTZMANN_EV_PER_K
 from .spectrum import FloatArray
-from .strengths import atoms, ion_share
+from .strengths import GRID_K, atoms, ion_share
 
 ORANGE_NM, RED_NM = 610.53, 670.96  # vacuum, means of their multiplets
 SAME_NM = 0.1
@@ -68,17 +69,12 @@ def shine(temperature_k: float, density_per_cm3: float) -> float:
     a = atoms()
     place = int(np.flatnonzero(a.elements == "Li")[0])
     weight, energy = _multiplet(RED_NM)
-    u = np.exp(np.interp(temperature_k, *_log_u(place)))
+    u = np.exp(np.interp(temperature_k, GRID_K, a.log_u[place, 0]))
     neutral = 1.0 - float(ion_share(temperature_k, density_per_cm3)[place])
     return float(weight * neutral / u * np.exp(-energy / (BOLTZMANN_EV_PER_K * temperature_k)))
 
 
-def _log_u(place: int):
-    from .strengths import GRID_K
-
-    return GRID_K, atoms().log_u[place, 0]
-
-
+@cache
 def _multiplet(vacuum_nm: float) -> tuple[float, float]:
     """Sum of g A / lambda of the lines at a place, and their upper level in eV."""
     a = atoms()

@@ -21,6 +21,7 @@ STRETCH_NM = 30.0
 CHANGE = 0.4  # what a change by one step costs, in votes
 JUMP = 3.0  # what any change costs at most
 SEEN_JUMP = 0.5  # and where the axis itself has a seam
+MOST_SEAMS = 12
 SEAM = 0.02  # change of the channels' pitch, as a part of it, that is a seam
 USUAL_NM = 0.12  # offsets beyond are rare
 
@@ -86,13 +87,11 @@ def seams(x: FloatArray) -> FloatArray:
     # Over two channels, so that a wavelength rounded to few digits is no seam.
     before, after = x[4:-4] - x[:-8], x[8:] - x[4:-4]
     turn = np.abs(np.log(after / before))
-    places = np.flatnonzero((turn > SEAM) & (turn == _largest_near(turn)))
-    return x[4 + places] if len(places) < 12 else np.empty(0)
-
-
-def _largest_near(values: FloatArray) -> FloatArray:
-    padded = np.pad(values, 8, mode="edge")
-    return np.max(np.lib.stride_tricks.sliding_window_view(padded, 17), axis=1)
+    over = np.flatnonzero(turn > SEAM)
+    if not len(over) or len(over) > MOST_SEAMS * 8:
+        return np.empty(0)
+    runs = np.split(over, np.flatnonzero(np.diff(over) > 8) + 1)
+    return x[4 + np.array([run[np.argmax(turn[run])] for run in runs])]
 
 
 def _edges(peak_nm: FloatArray, stretch_nm: float, seams_nm: FloatArray | None) -> FloatArray:

@@ -62,8 +62,8 @@ def fit_profiles(
     peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit)
     more = search_residual(x, net, noise * deaf, peaks, seeds, taught.slit)
     if len(more):
-        seeds = np.union1d(seeds, more)
-        peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit)
+        both = np.union1d(seeds, more)
+        peaks = fit_peaks(x, net, noise * deaf, both, taught.slit, (seeds, peaks))
     real = np.flatnonzero(peaks.area > LEAST_AREA * peaks.area_error)
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
     return Profiles(peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain)

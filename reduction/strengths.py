@@ -25,13 +25,14 @@ class Atoms:
     """The line table with what the strengths need beside it.
 
     elements: symbols, shape (e,). element: which of them each line is of, shape (n,); ion: True
-    for stage II. log_ga: ln(g_k A_ki / lambda). log_u: ln U, shape (e, 2, GRID_K). limit_ev:
+    for stage II; species: element, plus e for an ion. log_ga: ln(g_k A_ki / lambda). log_u: ln U, shape (e, 2, GRID_K). limit_ev:
     ionisation energy of the atom, shape (e,). width_nm: full Stark width at 1e17 per cm3.
     uncertainty: of ln A, from NIST's accuracy class.
     """
 
     elements: TextArray
     element: IntArray
+    species: IntArray
     ion: np.ndarray
     wavelength_nm: FloatArray
     log_ga: FloatArray
@@ -67,6 +68,7 @@ def atoms() -> Atoms:
     return Atoms(
         elements,
         element,
+        element + len(elements) * (table.stage == 2),
         table.stage == 2,
         table.wavelength_nm,
         np.log(table.g_k * table.a_ki_per_s / table.wavelength_nm),
@@ -94,16 +96,19 @@ def _guessed_width(elements: TextArray, element: IntArray) -> FloatArray:
 
 def ion_share(temperature_k: float, density_per_cm3: float) -> FloatArray:
     """Part of each element that is ionised once (0 to 1), shape (e,), after Saha."""
-    a = atoms()
-    log_u = _log_u(temperature_k)
-    log_ratio = (
+    log_ratio = _log_saha(_log_u(temperature_k), temperature_k, density_per_cm3)
+    return 1.0 / (1.0 + np.exp(-log_ratio))
+
+
+def _log_saha(log_u: FloatArray, temperature_k: float, density_per_cm3: float) -> FloatArray:
+    """ln of ions per atom, shape (e,)."""
+    return (
         np.log(SAHA_PER_CM3 / density_per_cm3)
         + 1.5 * np.log(temperature_k)
         + log_u[:, 1]
         - log_u[:, 0]
-        - (a.limit_ev - LOWERING_EV) / (BOLTZMANN_EV_PER_K * temperature_k)
+        - (atoms().limit_ev - LOWERING_EV) / (BOLTZMANN_EV_PER_K * temperature_k)
     )
-    return 1.0 / (1.0 + np.exp(-log_ratio))
 
 
 def log_strengths(
@@ -111,11 +116,31 @@ def log_strengths(
 ) -> FloatArray:
     """ln of the thin area for one atom of its element, arbitrary unit, of the table's rows."""
     a = atoms()
-    share = ion_share(temperature_k, density_per_cm3)
-    stage = np.log(np.maximum(np.stack([1.0 - share, share], axis=1), 1e-30))
-    per_species = stage - _log_u(temperature_k)
-    held = per_species[a.element[rows], a.ion[rows].astype(np.int64)]
-    return a.log_ga[rows] + held - a.e_k_ev[rows] / (BOLTZMANN_EV_PER_K * temperature_k)
+    log_u = _log_u(temperature_k)
+    log_ratio = _log_saha(log_u, temperature_k, density_per_cm3)
+    neutral = -np.logaddexp(0.0, log_ratio)
+    held = np.concatenate([neutral - log_u[:, 0], neutral + log_ratio - log_u[:, 1]])
+    inverse = -1.0 / (BOLTZMANN_EV_PER_K * temperature_k)
+    return a.log_ga[rows] + held[a.species[rows]] + inverse * a.e_k_ev[rows]
+
+
+def log_slopes(
+    element: IntArray, ion: np.ndarray, e_k_ev: FloatArray, temperature_k: float,
+    density_per_cm3: float,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """How the ln of lines' strengths grow with ln T and with ln n_e; shapes (n,)."""
+    a = atoms()
+    step = 0.01
+    log_u = _log_u(temperature_k)
+    growth = (_log_u(temperature_k * (1 + step)) - log_u) / np.log1p(step)
+    log_ratio = _log_saha(log_u, temperature_k, density_per_cm3)
+    ions = 1.0 / (1.0 + np.exp(-log_ratio))
+    kt = BOLTZMANN_EV_PER_K * temperature_k
+    saha = 1.5 + growth[:, 1] - growth[:, 0] + (a.limit_ev - LOWERING_EV) / kt
+    # What an ion gains by heat, an atom loses, each by the other's share.
+    stage = np.where(ion, 1.0 - ions[element], -ions[element])
+    by_heat = e_k_ev / kt - growth[element, ion.astype(np.int64)] + stage * saha[element]
+    return by_heat, -stage
 
 
 def _log_u(temperature_k: float) -> FloatArray:

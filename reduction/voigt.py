@@ -93,12 +93,14 @@ def fit_peaks(
     noise: FloatArray,
     peaks: IntArray,
     slit: Slit | None = None,
+    before: tuple[IntArray, VoigtPeaks] | None = None,
 ) -> VoigtPeaks:
     """Fit the peaks at the channels `peaks` (ascending), neighbours that overlap together.
 
     wavelength_nm: shape (m,), ascending. intensity: counts above the background, shape (m,), no
     NaN. noise: standard deviation of each channel, counts, above 0. slit: pulls the widths towards
     what is known of them, which steadies weak and crowded peaks; without it the widths are free.
+    before: channels that were fitted already, and their peaks: groups without a new member stay.
     Raises ValueError on NaN.
     """
     if not np.isfinite(intensity).all():
@@ -110,11 +112,27 @@ def fit_peaks(
     sigma_nm, gamma_nm = slit.sigma_nm, slit.gamma_nm
     weight = 1.0 / np.asarray(noise, dtype=np.float64) ** 2
     full = seen_widths(x, y, channels, sigma_nm, gamma_nm)
-    fitted, covariance, chi2, settled = _fit_all(
-        x, y, weight, channels, full, sigma_nm, float(gamma_nm), slit.sure, slit.gamma_sure
-    )
+    fitted, covariance, chi2, settled = _taken_over(channels, before)
+    known = np.isfinite(fitted[:, 0])
+    _fit_all(
+        x, y, weight, channels, full, sigma_nm, float(gamma_nm), slit.sure, slit.gamma_sure,
+        known, fitted, covariance, chi2, settled,
+    )  # fmt: skip
     area, centre_nm, sigma_nm, gamma_nm = fitted.T.copy()
     return VoigtPeaks(area, centre_nm, sigma_nm, gamma_nm, covariance, chi2, settled)
+
+
+def _taken_over(channels: IntArray, before: tuple[IntArray, VoigtPeaks] | None):
+    """Room for the results, NaN where nothing was fitted yet."""
+    n = len(channels)
+    fitted, covariance = np.full((n, PER_PEAK), np.nan), np.zeros((n, PER_PEAK, PER_PEAK))
+    chi2, settled = np.zeros(n), np.zeros(n, dtype=bool)
+    if before is not None:
+        old, peaks = before
+        at = np.searchsorted(channels, old)
+        fitted[at] = np.column_stack([peaks.area, peaks.centre_nm, peaks.sigma_nm, peaks.gamma_nm])
+        covariance[at], chi2[at], settled[at] = peaks.covariance, peaks.chi2, peaks.settled
+    return fitted, covariance, chi2, settled
 
 
 def seen_widths(
@@ -162,11 +180,13 @@ def _guess(x, y, peaks, full, pitch, slit_nm, gamma_nm, sure, gamma_sure):
 
 
 @float_kernel
-def _fit_all(wavelength_nm, y, weight, peaks, full, slit_nm, gamma_nm, sure, gamma_sure):
-    n = len(peaks)
-    fitted, covariance = np.zeros((n, PER_PEAK)), np.zeros((n, PER_PEAK, PER_PEAK))
-    chi2, settled = np.zeros(n), np.zeros(n, np.bool_)
+def _fit_all(
+    wavelength_nm, y, weight, peaks, full, slit_nm, gamma_nm, sure, gamma_sure,
+    known_before, fitted, covariance, chi2, settled,
+):  # fmt: skip
     for first_peak, end_peak, first, end in groups(y, peaks, full):
+        if known_before[first_peak:end_peak].all():
+            continue
         middle = wavelength_nm[(first + end) // 2]
         x = wavelength_nm[first:end] - middle
         pitch = (x[-1] - x[0]) / max(len(x) - 1, 1)
@@ -199,4 +219,3 @@ def _fit_all(wavelength_nm, y, weight, peaks, full, slit_nm, gamma_nm, sure, gam
                     covariance[peak, a] = column[at : at + PER_PEAK] * max(reduced, 1.0)
                 else:
                     covariance[peak, a] = np.nan
-    return fitted, covariance, chi2, settled

@@ -115,3 +115,27 @@ def _at(scale, begin, end, log_area, low_ev, spread, which, away, log_limit, den
             sure += 1.0 / (wide * wide)
     return total, (mean / sure if mean != 0.0 else scale)
 
+
+@float_kernel
+def weigh_all(first, log_area, low_ev, spread, which, away, log_limit, density, log_peak, log_free, relative):
+    """The weight and ln of the brightness of every element; first: where its lines begin."""
+    n = len(first) - 1
+    weight, scale = np.empty(n), np.empty(n)
+    for e in range(n):
+        weight[e], scale[e] = weigh(
+            first[e], first[e + 1], log_area, low_ev, spread, which, away, log_limit, density,
+            log_peak, log_free, relative,
+        )  # fmt: skip
+    return weight, scale
+
+
+@float_kernel
+def best_entries(first, log_area, which):
+    """Of each element the strongest line that is not in a bad channel, or its first."""
+    best = first[:-1].copy()
+    for e in range(len(best)):
+        highest = -np.inf
+        for j in range(first[e], first[e + 1]):
+            if which[j] != BAD and log_area[j] > highest:
+                highest, best[e] = log_area[j], j
+    return best
