@@ -23,13 +23,16 @@ from .strengths import atoms
 
 FIRST_K = (8_500.0, 10_500.0, 13_000.0)
 FIRST_DENSITY = 1e17
+FIRST_STARK = 6e16  # of the widths that are expected before the density is known
 FIRST_ERROR_NM, SECOND_ERROR_NM = 0.02, 0.008
 FIRST_SPREAD, SECOND_SPREAD = 0.35, 0.3
 VOTING = 15  # lines of an element that vote for the offset at first
 ROUGH_STEPS = 5  # of the first plot: the second goes on from there
+H_ALPHA_SAYS = 5.0  # no other line of its neighbourhood is half as broad
 VOTES_COUNT = 2.0  # weight of the votes beside the weight of the elements, where they disagree
 RARE = -4.0  # log odds below which an element has no vote at first
 BLUR_NM = 0.015
+FEW, LOW_VOTE = 4, 0.4
 FINE_STRETCH_NM, FINE_BLUR_NM = 18.0, 0.010
 CHANNELS_OFF = 0.25  # part of a channel by which places differ however well all is known
 
@@ -73,7 +76,7 @@ def identify(
     seams_nm = seams(x)
     best = None
     for offsets in _first_offsets(profiles, known, first, medium, seams_nm):
-        matched = match_lines(profiles, x, bad, offsets, first, error)
+        matched = match_lines(profiles, x, bad, offsets, first, error, stark(known, FIRST_STARK))
         best = _likeliest(profiles, known, tries, matched) if best is None else best
         indexed = index_peaks(profiles, known, tries[best].log_area, matched, FIRST_SPREAD)
         rounds.append((indexed.total + VOTES_COUNT * offsets.votes, best, offsets, matched, indexed))
@@ -90,8 +93,11 @@ def identify(
     expected = _expected(known, plot, expected)
     effective = _effective(known, expected, plot)
     error = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm)
-    matched = match_lines(profiles, x, bad, offsets, expected, error)
-    indexed = index_peaks(profiles, known, effective, matched, SECOND_SPREAD)
+    log10_ne = np.log10(FIRST_STARK) if plot is None else plot.log10_ne
+    widths = stark(known, 10**log10_ne)
+    matched = match_lines(profiles, x, bad, offsets, expected, error, widths)
+    bonus = _from_h_alpha(hydrogen)
+    indexed = index_peaks(profiles, known, effective, matched, SECOND_SPREAD, bonus=bonus)
     if indexed.accepted:
         lines = plot_lines(profiles.peaks, known, effective, matched, indexed)
         hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
@@ -114,6 +120,11 @@ def _tries(known: Catalogue) -> list[Expected]:
     return [known.strengths(t, FIRST_DENSITY) for t in FIRST_K]
 
 
+def stark(known: Catalogue, density_per_cm3: float) -> FloatArray:
+    """Full Stark width of each entry's leader, nm."""
+    return atoms().width_nm[known.leader] * (density_per_cm3 / 1e17)
+
+
 def _range(x: FloatArray) -> tuple[float, float]:
     return round(float(x[0]), 1), round(float(x[-1]), 1)
 
@@ -122,6 +133,14 @@ def _apart(profiles: Profiles) -> float:
     """Lines nearer than this are one to the instrument, nm; in steps, so that tables are reused."""
     sigma = float(np.median(profiles.slit.sigma_nm))
     return float(np.round(np.exp(np.round(np.log(sigma) * 4) / 4), 4))
+
+
+def _from_h_alpha(hydrogen: HAlpha | None) -> FloatArray:
+    """What a broad line at the right place adds to the weight of hydrogen, shape (e,)."""
+    bonus = np.zeros(len(atoms().elements))
+    if hydrogen is not None:
+        bonus[atoms().elements == "H"] = H_ALPHA_SAYS
+    return bonus
 
 
 def _density(hydrogen: HAlpha | None) -> Known | None:
@@ -162,12 +181,25 @@ def _second_offsets(profiles, known, expected, indexed: Indexed, before: Offsets
     bright = expected.log_area[entries] + indexed.log_scale[a.element[known.leader[entries]]]
     faintest = np.log(max(float(np.min(profiles.peaks.area)), 1e-9))
     weight = np.clip((bright - faintest) / 3.0, 0.0, 2.0)
+    others, low = _everyday(known, expected, indexed)
+    entries, weight = np.concatenate([entries, others]), np.concatenate([weight, low])
     voting = weight > 0
     peaks = profiles.peaks
     return estimate_offsets(
         peaks.centre_nm, _say(profiles), expected.vacuum_nm[entries[voting]], weight[voting],
         before.medium, FINE_BLUR_NM, FINE_STRETCH_NM, seams_nm,
     )[0]  # fmt: skip
+
+
+def _everyday(known: Catalogue, expected: Expected, indexed: Indexed):
+    """The strongest lines of common elements that were not found: a segment may hide them."""
+    spans = [
+        (known.first[e], min(known.first[e] + FEW, known.first[e + 1]))
+        for e in np.flatnonzero(log_odds() == 0.0)
+        if e not in indexed.accepted
+    ]
+    entries = np.concatenate([np.arange(a, b) for a, b in spans] or [np.empty(0, np.int64)])
+    return entries, np.full(len(entries), LOW_VOTE)
 
 
 def _expected(known: Catalogue, plot: Plot | None, before: Expected) -> Expected:

@@ -16,9 +16,10 @@ from .weigh import match, weigh, weigh_all
 LIMIT_SIGMA = 3.0  # height in noise that a line must have to be expected
 TOLERANCE = 3.2  # errors of the place
 WIDER_THAN_SLIT = 1.15  # a line's area by its height and the slit's width
-DETECTED, UNCERTAIN = 9.0, 4.0  # weights, prior included
+DETECTED, UNCERTAIN = 6.0, 3.0  # weights, prior included
 MODEL_SPREAD = 0.35  # of ln(area): temperature, self-absorption, calibration
 CHANCE_WINDOW_NM = 6.0
+WIDEST_NM = 0.8  # broader lines go into the background in part
 COARSE = 16  # channels between the places that are looked up
 
 
@@ -59,14 +60,21 @@ def match_lines(
     offsets: Offsets,
     expected: Expected,
     place_error_nm: float,
+    stark_nm: FloatArray,
 ) -> Matched:
-    """Put every expected line beside its peak. Peaks must ascend in their centres."""
+    """Put every expected line beside its peak. Peaks must ascend in their centres.
+
+    stark_nm: full Stark width of each line: a broad one must be brighter to stand out.
+    """
     peaks = profiles.peaks
     shown = offsets.shown(expected.vacuum_nm)
     channel = _channels(x, shown)
     fwhm = profiles.slit.sigma_nm[channel] / SIGMA_PER_FWHM
     fwhm = np.maximum(fwhm, 1.5 * (x[channel] - x[channel - 1])) * WIDER_THAN_SLIT
-    limit = LIMIT_SIGMA * profiles.noise[channel] * 1.0645 * fwhm
+    # The width of a Voigt profile (Olivero and Longbothum, JQSRT 17, 233 (1977)).
+    wide = 0.5346 * stark_nm + np.sqrt(0.2166 * stark_nm**2 + fwhm**2)
+    limit = LIMIT_SIGMA * profiles.noise[channel] * 1.0645 * wide
+    limit = np.where(wide > WIDEST_NM, limit * (wide / WIDEST_NM) ** 2, limit)
     outside = (shown < x[0] + fwhm) | (shown > x[-1] - fwhm)
     spoiled = outside | bad[channel] | bad[channel - 1]
     error = np.sqrt(np.maximum(peaks.covariance[:, 1, 1], 0.0))
@@ -92,9 +100,11 @@ def index_peaks(
     model_spread: float = MODEL_SPREAD,
     least: float = UNCERTAIN,
     rough: bool = False,
+    bonus: FloatArray | float = 0.0,
 ) -> Indexed:
     """Weigh all elements and accept, one after the other, those above `least`.
 
+    bonus: added to the weights, for evidence from elsewhere, shape (e,).
     rough: weigh each by itself only, as if no other element claimed its peaks; quicker.
     """
     a = atoms()
@@ -107,7 +117,7 @@ def index_peaks(
     taken = np.zeros(len(area))
     log_peak, log_limit = np.log(area), np.log(matched.limit)
     log_free = log_peak.copy()
-    prior = log_odds()
+    prior = log_odds() + bonus
     n = len(a.elements)
 
     def look(e: int) -> None:
