@@ -15,6 +15,7 @@ from .weigh import best_entries
 Status = Literal["detected", "uncertain", "absent"]
 CONFOUNDS = 0.2  # part of a peak that another element may have, from which it is named
 SHOWN_MISSING = 6
+SINGLE = 8.0  # errors of its area that the only line of an element must have
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +84,6 @@ def _of(
     due = entries[(expected > matched.limit[entries]) & (matched.peak[entries] > -3)]
     there = due[matched.peak[due] >= 0]
     gone = due[matched.peak[due] < 0]
-    status: Status = "detected" if score >= DETECTED else "uncertain"
     line_nm, area, error = float(matched.shown_nm[best]), 0.0, float("nan")
     if len(there):
         top = there[np.argmax(peaks.area[matched.peak[there]])]
@@ -91,6 +91,8 @@ def _of(
         line_nm, area = float(matched.shown_nm[top]), float(peaks.area[k])
         error = float(peaks.area_error[k])
     own = np.unique(matched.peak[there])
+    sure = score >= DETECTED and (len(own) > 1 or _stands_alone(identified, name, area, error))
+    status: Status = "detected" if sure else "uncertain"
     rivals = tuple(
         other for other, share in claimed
         if other != name and np.any(share[own] > CONFOUNDS * peaks.area[own])
@@ -98,3 +100,8 @@ def _of(
     missing = tuple(float(nm) for nm in matched.shown_nm[gone[:SHOWN_MISSING]])
     return Evidence(name, status, score, len(there), len(due), missing, line_nm, area, error,
                     rivals, limit)  # fmt: skip
+
+
+def _stands_alone(identified: Identified, name: str, area: float, error: float) -> bool:
+    """Whether one line is enough: a strong one, or H-alpha with its width."""
+    return area > SINGLE * error or (name == "H" and identified.hydrogen is not None)

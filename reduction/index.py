@@ -16,7 +16,7 @@ from .weigh import match, weigh, weigh_all
 LIMIT_SIGMA = 3.0  # height in noise that a line must have to be expected
 TOLERANCE = 3.2  # errors of the place
 WIDER_THAN_SLIT = 1.15  # a line's area by its height and the slit's width
-DETECTED, UNCERTAIN = 6.0, 3.0  # weights, prior included
+DETECTED, UNCERTAIN = 5.5, 3.0  # weights, prior included
 MODEL_SPREAD = 0.35  # of ln(area): temperature, self-absorption, calibration
 CHANCE_WINDOW_NM = 6.0
 WIDEST_NM = 0.8  # broader lines go into the background in part
@@ -79,8 +79,8 @@ def match_lines(
     spoiled = outside | bad[channel] | bad[channel - 1]
     error = np.sqrt(np.maximum(peaks.covariance[:, 1, 1], 0.0))
     which, away = match(
-        shown, place_error_nm, peaks.centre_nm, np.nan_to_num(error), TOLERANCE, fwhm, spoiled,
-        peaks.area, limit,
+        shown, place_error_nm, peaks.centre_nm, np.nan_to_num(error), peaks.fwhm_nm, TOLERANCE,
+        fwhm, wide, spoiled, peaks.area, limit,
     )  # fmt: skip
     return Matched(shown, which, away, limit, place_error_nm)
 

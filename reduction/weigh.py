@@ -15,16 +15,20 @@ RESONANT_WORST = -1.5  # nor this, where it absorbs its own light
 RESONANT_EV = 1.5  # lower level below which a strong line may do so
 LOG_LEFT = -0.9  # ln of the part of a peak that others must leave, for it to be evidence
 ALMOST = -0.35  # lines this far (in ln) below the limit may still show
+TOO_BROAD = 3.0  # times the width that the line should have
 MISSING_SPREAD = 0.5
 NOT_SEEN, IN_A_CROWD, BAD = -1, -2, -3
 TWO_PI = 2.0 * float(np.pi)  # of two normal laws: of ln(area), and of the place in errors
 
 
 @float_kernel
-def match(shown, channel_error, peak_nm, peak_error, tolerance, fwhm, bad, area, limit):
+def match(
+    shown, channel_error, peak_nm, peak_error, peak_width, tolerance, fwhm, wide, bad, area, limit
+):
     """The peak of each expected line, or why there is none; and how far it is, in errors.
 
-    shown: places of lines; peak_nm: ascending. The nearest peak within `tolerance` errors counts.
+    shown: places of lines; wide: how wide they should be seen; peak_nm: ascending. The nearest
+    peak within `tolerance` errors counts, unless it is too broad to be that line.
     """
     n = len(shown)
     which, away = np.full(n, NOT_SEEN, np.int64), np.zeros(n)
@@ -37,6 +41,8 @@ def match(shown, channel_error, peak_nm, peak_error, tolerance, fwhm, bad, area,
         crowd = False
         for i in range(max(k - 2, 0), min(k + 2, len(peak_nm))):
             error = np.sqrt(channel_error**2 + min(peak_error[i], 0.3 * fwhm[j]) ** 2)
+            if peak_width[i] > TOO_BROAD * wide[j]:
+                continue
             z = abs(peak_nm[i] - shown[j]) / error
             if z < best:
                 best = z
