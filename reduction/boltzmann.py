@@ -167,7 +167,8 @@ def _trust(z):
 
 def _as_plot(p, normal, weight, residual, lines, names, which) -> Plot:
     covariance = np.linalg.inv(normal)
-    free = max(float(np.sum(weight > 0.3 * weight.max())) - len(p), 1.0)
+    trust = _trust(residual / np.sqrt(lines.error**2 + CALIBRATION**2))
+    free = max(float(trust.sum()) - len(p) + 1.0, 1.0)  # the priors know one of the parameters
     chi2 = float(np.sum(weight * residual**2) / free)
     error = np.sqrt(np.maximum(np.diag(covariance), 0.0) * max(chi2, 1.0))
     scale = np.full(len(atoms().elements), np.nan)

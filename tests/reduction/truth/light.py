@@ -80,7 +80,7 @@ class Light:
         """What these lines would shine together without the others, radiance nm."""
         near = self.lines.where(rows)
         middle = float(np.mean(near.nm))
-        far = 60 * float(max(widths(near, self.zones[0])[1]))
+        far = 200 * float(max(widths(near, self.zones[0])[1]))
         reach = float(np.clip(far, 1.0, 40.0) + np.ptp(near.nm))
         x = np.arange(middle - reach, middle + reach, STEP_NM)
         return float(np.sum(_transfer(x, near, [d[rows] for d in self.per_zone],
@@ -92,7 +92,7 @@ def _depths(x, lines, depth, zone, reach):
     tau = np.zeros(len(x))
     sigma, gamma = widths(lines, zone)
     for k in range(len(lines.nm)):
-        far = min(max(0.4, 60 * gamma[k]), reach)
+        far = min(max(0.4, 200 * gamma[k]), reach)
         first = max(int((lines.nm[k] - far - x[0]) / STEP_NM), 0)
         last = min(int((lines.nm[k] + far - x[0]) / STEP_NM) + 1, len(x))
         if last > first:
