@@ -98,7 +98,7 @@ def fit_plot(
     names, which = np.unique(lines.element, return_inverse=True)
     density = density or Known(USUAL_LOG_NE, USUAL_NE_SPREAD)
     thin = lines.thin(start_k, float(np.exp(density.mean)))
-    scale = np.array([np.median((lines.log_area - thin)[which == k]) for k in range(len(names))])
+    scale = np.bincount(which, lines.log_area - thin) / np.bincount(which)
     p = np.concatenate([[np.log(start_k), density.mean, 0.0], scale])
     p[2] = np.log(0.5) - np.max(_log_tau(p, lines, which, thin))
     p, normal, weight, residual = _gauss_newton(p, lines, which, density, most_steps)

@@ -8,11 +8,14 @@ from functools import lru_cache
 
 import numpy as np
 
+from .commonness import LOG_ODDS, log_odds
 from .spectrum import FloatArray, IntArray
 from .strengths import atoms, log_strengths
 
 CONDITIONS = ((7_500.0, 1e17), (10_500.0, 1e17), (14_000.0, 3e16))
-MOST = 90  # entries of an element
+# Entries of an element, by how common it is: the many lines of iron explain peaks that a rare earth
+# would otherwise claim; of a rare element a few dozen are evidence enough.
+MOST, MOST_OFTEN, MOST_RARE = 90, 60, 36
 MARGIN_NM = 0.4
 
 
@@ -57,10 +60,10 @@ def catalogue(first_nm: float, last_nm: float, apart_nm: float) -> Catalogue:
     )
     strongest = np.max([log_strengths(inside, t, n) for t, n in CONDITIONS], axis=0)
     rows, entry, leader, first = [], [], [], [0]
+    odds = log_odds()
     for e in range(len(a.elements)):
         own = np.flatnonzero(a.element[inside] == e)
-        groups = _together(inside[own], strongest[own], apart_nm)
-        for group in groups[:MOST]:
+        for group in _together(inside[own], strongest[own], apart_nm, _most(odds[e])):
             rows.append(group)
             entry.append(np.full(len(group), len(leader)))
             leader.append(group[0])
@@ -70,11 +73,17 @@ def catalogue(first_nm: float, last_nm: float, apart_nm: float) -> Catalogue:
     return Catalogue(flat, which, np.array(first), np.array(leader, dtype=np.int64))
 
 
-def _together(rows: IntArray, strength: FloatArray, apart_nm: float) -> list[IntArray]:
+def _most(odds: float) -> int:
+    return MOST if odds == 0.0 else MOST_OFTEN if odds > LOG_ODDS["rarely"] else MOST_RARE
+
+
+def _together(
+    rows: IntArray, strength: FloatArray, apart_nm: float, most: int
+) -> list[IntArray]:
     """Groups of rows, strongest group first, its strongest row first."""
     nm, ion = atoms().wavelength_nm[rows], atoms().ion[rows]
     order = np.argsort(-strength)
-    order = order[: 6 * MOST]
+    order = order[: 6 * most]
     free = np.zeros(len(rows), dtype=bool)
     free[order] = True
     groups = []
@@ -85,6 +94,6 @@ def _together(rows: IntArray, strength: FloatArray, apart_nm: float) -> list[Int
         near = near[np.argsort(-strength[near])]
         free[near] = False
         groups.append(rows[near])
-        if len(groups) == MOST:
+        if len(groups) == most:
             break
     return groups

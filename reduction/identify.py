@@ -29,6 +29,7 @@ FIRST_SPREAD, SECOND_SPREAD = 0.35, 0.3
 VOTING = 15  # lines of an element that vote for the offset at first
 ROUGH_STEPS = 5  # of the first plot: the second goes on from there
 H_ALPHA_SAYS = 5.0  # no other line of its neighbourhood is half as broad
+HOPELESS = 0.75  # of the votes for the other medium: not worth a round
 VOTES_COUNT = 2.0  # weight of the votes beside the weight of the elements, where they disagree
 RARE = -4.0  # log odds below which an element has no vote at first
 BLUR_NM = 0.015
@@ -76,6 +77,8 @@ def identify(
     seams_nm = seams(x)
     best = None
     for offsets in _first_offsets(profiles, known, first, medium, seams_nm):
+        if rounds and offsets.votes < HOPELESS * rounds[0][2].votes:
+            break
         matched = match_lines(profiles, x, bad, offsets, first, error, stark(known, FIRST_STARK))
         best = _likeliest(profiles, known, tries, matched) if best is None else best
         indexed = index_peaks(profiles, known, tries[best].log_area, matched, FIRST_SPREAD)

@@ -88,7 +88,9 @@ def match_lines(
 def _channels(x: FloatArray, shown_nm: FloatArray) -> IntArray:
     """The channel of each place to one or two: enough for widths and limits, and quick."""
     coarse = np.append(np.arange(0, len(x) - 1, COARSE), len(x) - 1)
-    place = np.interp(shown_nm, x[coarse], coarse)
+    order = np.argsort(shown_nm)  # in order, a look-up finds its neighbour's place still at hand
+    place = np.empty(len(shown_nm))
+    place[order] = np.interp(shown_nm[order], x[coarse], coarse)
     return np.clip(np.rint(place).astype(np.int64), 1, len(x) - 1)
 
 

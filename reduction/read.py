@@ -10,6 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
+from .axis import Unit, in_nm
+from .fault import Unreadable
+from .shots import NPY_MAGIC, read_shots
+from .source import bytes_of
 from .spectrum import Spectrum
 
 BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
@@ -18,26 +22,31 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 SHOWN = 40  # characters of a faulty line that an error repeats
 
 
-class Unreadable(ValueError):
-    """What was given as a spectrum is not one; the message says where and why."""
-
-
-def read_spectrum(source: Path | str | bytes) -> Spectrum:
+def read_spectrum(source: Path | str | bytes, unit: Unit = "nm") -> Spectrum:
     """The spectrum in a file, or in the bytes of one.
 
     Wavelengths in nm, ascending (rows are sorted, equal wavelengths averaged); intensities in
-    counts, NaN where the text says nan, inf or nothing. Raises Unreadable for text that is empty,
-    has one column, or has something else than numbers in it, with the line's number; OSError when
-    the file cannot be opened.
+    counts, NaN where the text says nan, inf or nothing. unit: of the wavelengths in the file. Of
+    several shots in .npy it is the average. Raises Unreadable for text that is empty, has one
+    column, something else than numbers in it (with the line's number), an axis that is no
+    wavelength in that unit, or nothing but zeros; OSError when the file cannot be opened.
     """
-    raw = source if isinstance(source, bytes) else Path(source).read_bytes()
+    raw = bytes_of(source)
+    if raw.startswith(NPY_MAGIC):
+        return _with_light(read_shots(raw, unit).mean())
     text = raw.removeprefix(BYTE_ORDER_MARK)
     wavelength_nm, intensity = _columns(text, _after_header(text))
     if not len(wavelength_nm):
         raise Unreadable("the spectrum is empty: there is no row of wavelength and intensity in it")
     if not np.isfinite(intensity).any():
         raise Unreadable("the spectrum has no intensity in it that is a number")
-    return Spectrum(*_ascending(wavelength_nm, intensity))
+    return _with_light(Spectrum(*_ascending(in_nm(wavelength_nm, unit), intensity)))
+
+
+def _with_light(spectrum: Spectrum) -> Spectrum:
+    if not np.nanmax(np.abs(spectrum.intensity)) > 0:
+        raise Unreadable("every intensity is 0: the detector was not read out")
+    return spectrum
 
 
 def _after_header(text: bytes) -> int:
