@@ -1,10 +1,14 @@
 """Spectra with a known truth, made without any code of the package under test."""
 
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.special import voigt_profile
+
+sys.path.insert(0, str(Path(__file__).parent))  # for `truth`, which the benchmark reads as well
 
 CHANNELS = 22_800
 FIRST_NM, LAST_NM = 190.0, 961.0
@@ -44,3 +48,20 @@ def isolated(make_truth):
     area = 10 ** rng.uniform(2.0, 3.5, n)
     sigma, gamma = rng.uniform(0.04, 0.08, n), rng.uniform(0.01, 0.06, n)
     return make_truth(np.column_stack([area, centre, sigma, gamma]))
+
+
+@pytest.fixture(scope="session")
+def reduced():
+    """A pair of truth and reduction by family and number, each made once."""
+    from functools import cache
+
+    from truth import make_spectrum
+
+    from labrun.reduction import Spectrum, reduce_spectrum
+
+    @cache
+    def of(family, number):
+        truth = make_spectrum(family, number)
+        return truth, reduce_spectrum(Spectrum(truth.wavelength_nm, truth.intensity))
+
+    return of
