@@ -9,14 +9,17 @@ from .bad import bridged, mark_bad
 from .noise import local_noise, steadied
 from .peaks import KERNEL, find_peaks
 from .render import render
-from .slit import Slit, learn
+from .slit import QUIET_LINES, TAKEN_UP, Slit, learn
 from .spectrum import BoolArray, FloatArray, IntArray, Spectrum
 from .voigt import SIGMA_PER_FWHM, VoigtPeaks, fit_peaks
 
-RESIDUAL = 5.0  # a peak in what the first fit left over, in noise
+RESIDUAL = 4.5  # a peak in what the first fit left over, in noise
 FOREIGN = 0.04  # and as a part of the light around it: no line is a Voigt profile to the last percent
 LEAST_AREA = 2.0  # in its own error: what the fit makes smaller was no peak
 DEAF = 1e3  # what the noise of a bad channel is multiplied by in a fit
+FOLLOWED, CLEARLY = 1.15, 0.7
+CROWDED = 0.2  # part of the peaks with clearly less noise, from which all is fitted anew
+LEAST_TOPS, QUIET_STEP, QUIET_PART = 30, 50, 0.1
 WANTED, WANTED_NM = 3.0, 0.3
 APART = 0.55  # of a slit's width from the next peak
 
@@ -60,10 +63,16 @@ def fit_profiles(
     noise = np.sqrt(floor**2 + gain * np.maximum(_smooth(net), 0.0))
     seeds = np.union1d(find_peaks(net, noise), _wanted(x, net, noise, wanted_nm))
     peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit)
-    more = search_residual(x, net, noise * deaf, peaks, seeds, taught.slit)
+    model = render(x, peaks, 0.05 * noise)
+    quieter = quieter_noise(noise, floor, under + _smooth(net), net - model, seeds)
+    crowded = bool(np.mean(quieter[seeds] < noise[seeds]) > CROWDED) if len(seeds) else False
+    noise = quieter if crowded else noise
+    more = search_residual(x, net, model, noise * deaf, peaks, taught.slit)
+    more = np.union1d(more, find_peaks(net, noise)) if crowded else more
     if len(more):
         both = np.union1d(seeds, more)
-        peaks = fit_peaks(x, net, noise * deaf, both, taught.slit, (seeds, peaks))
+        before = None if crowded else (seeds, peaks)
+        peaks = fit_peaks(x, net, noise * deaf, both, taught.slit, before)
     real = np.flatnonzero(peaks.area > LEAST_AREA * peaks.area_error)
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
     return Profiles(peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain)
@@ -76,18 +85,36 @@ def _wanted(x, net, noise, wanted_nm) -> IntArray:
     return weak[np.min(np.abs(x[weak][:, None] - wanted_nm), axis=1, initial=9.0) < WANTED_NM]
 
 
+def quieter_noise(
+    noise: FloatArray, floor: FloatArray, light: FloatArray, left: FloatArray, seeds: IntArray
+) -> FloatArray:
+    """The noise where crowded lines had been taken for some of it, counts, shape (m,).
+
+    light: continuum and lines; left: what the fit left over; seeds: channels of peaks. The better
+    fitted tops and the quietest stretch of the axis show variance = read^2 + gain * light. A fit
+    follows part of the noise, hence TAKEN_UP; a blend leaves more, hence a low quantile.
+    """
+    if len(seeds) < LEAST_TOPS:
+        return noise
+    read = float(np.quantile(floor[::QUIET_STEP], QUIET_PART)) ** 2
+    tops = np.clip(seeds[:, None] + np.arange(-2, 3), 0, len(left) - 1)
+    each = TAKEN_UP * np.mean(left[tops] ** 2, axis=1) - read
+    gain = max(float(np.quantile(each / np.maximum(light[seeds], 1e-30), QUIET_LINES)), 0.0)
+    again = FOLLOWED * np.sqrt(read + gain * np.maximum(light, 0.0))
+    return np.where(again < CLEARLY * noise, again, noise)
+
+
 def search_residual(
     x: FloatArray,
     net: FloatArray,
+    model: FloatArray,
     noise: FloatArray,
     peaks: VoigtPeaks,
-    seeds: IntArray,
     slit: Slit,
 ) -> IntArray:
-    """Channels of peaks in what the fitted peaks leave over, ascending."""
-    if not len(seeds):
-        return seeds
-    model = render(x, peaks, 0.05 * noise)
+    """Channels of peaks in what the fitted peaks (drawn: model) leave over, ascending."""
+    if not len(peaks):
+        return np.empty(0, dtype=np.int64)
     tolerated = np.sqrt(noise**2 + (FOREIGN * _widest(model) / RESIDUAL * 2) ** 2)
     found = find_peaks(net - model, tolerated, RESIDUAL)
     if not len(found):
