@@ -18,7 +18,7 @@ def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
         raise Unreadable(f"{unit!r} is no unit of wavelength; it is one of {', '.join(NM_PER)}")
     nm = np.asarray(values, dtype=np.float64) * NM_PER[unit]
     first, last = float(np.min(nm)), float(np.max(nm))
-    if SHORTEST_NM <= first and last <= LONGEST_NM:
+    if first >= SHORTEST_NM and last <= LONGEST_NM:
         return nm
     if _counts_channels(np.asarray(values)):
         raise Unreadable(
@@ -27,11 +27,13 @@ def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
         )
     likely = [u for u, f in NM_PER.items() if _plausible(first, last, f / NM_PER[unit])]
     hint = f"; if they are in {likely[0]}, say unit={likely[0]!r}" if likely else ""
-    raise Unreadable(f"the wavelengths run from {first:g} to {last:g} nm, which no spectrum does{hint}")
+    raise Unreadable(
+        f"the wavelengths run from {first:g} to {last:g} nm, which no spectrum does{hint}"
+    )
 
 
 def _plausible(first: float, last: float, factor: float) -> bool:
-    return SHORTEST_NM <= first * factor and last * factor <= LONGEST_NM
+    return first * factor >= SHORTEST_NM and last * factor <= LONGEST_NM
 
 
 def _counts_channels(values: FloatArray) -> bool:

@@ -141,6 +141,7 @@ def _gauss_newton(p, lines, which, density, most_steps):
     toward[:2] = np.log(USUAL_K), density.mean
     sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
     model, slope = _model(p, lines, which)
+    normal = np.eye(len(p))
     for _ in range(most_steps):
         residual = lines.log_area - model
         weight = _trust(residual / sigma) / sigma**2

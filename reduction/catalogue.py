@@ -77,9 +77,7 @@ def _most(odds: float) -> int:
     return MOST if odds == 0.0 else MOST_OFTEN if odds > LOG_ODDS["rarely"] else MOST_RARE
 
 
-def _together(
-    rows: IntArray, strength: FloatArray, apart_nm: float, most: int
-) -> list[IntArray]:
+def _together(rows: IntArray, strength: FloatArray, apart_nm: float, most: int) -> list[IntArray]:
     """Groups of rows, strongest group first, its strongest row first."""
     nm, ion = atoms().wavelength_nm[rows], atoms().ion[rows]
     order = np.argsort(-strength)

@@ -11,15 +11,22 @@ import numpy as np
 
 from .strengths import atoms
 
-EVERYWHERE = "H Li C N O Na Mg Al Si K Ca Ti Cr Mn Fe Ni Cu Zn Ar Ba Sr Rb".split()
-OFTEN = "Be B F P S Cl V Co Cs Pb Sn He Mo Ag Cd Sb W As Y La Ce Nd Ga Ge Br".split()
-NEVER = "Tc Fr Ra Ac".split()
+EVERYWHERE = frozenset((
+    "H", "Li", "C", "N", "O", "Na", "Mg", "Al", "Si", "K", "Ca", "Ti", "Cr", "Mn", "Fe", "Ni",
+    "Cu", "Zn", "Ar", "Ba", "Sr", "Rb",
+))  # fmt: skip
+OFTEN = frozenset((
+    "Be", "B", "F", "P", "S", "Cl", "V", "Co", "Cs", "Pb", "Sn", "He", "Mo", "Ag", "Cd", "Sb",
+    "W", "As", "Y", "La", "Ce", "Nd", "Ga", "Ge", "Br",
+))  # fmt: skip
+NEVER = frozenset(("Tc", "Fr", "Ra", "Ac"))
 LOG_ODDS = {"everywhere": 0.0, "often": -2.0, "rarely": -5.0, "never": -15.0}
 
 
 @cache
 def log_odds() -> np.ndarray:
     """The prior of each element in the order of `strengths.atoms().elements`, shape (e,)."""
+
     def of(symbol: str) -> float:
         if symbol in EVERYWHERE:
             return LOG_ODDS["everywhere"]

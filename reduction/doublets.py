@@ -57,11 +57,16 @@ def light_lost(
     doublet: Doublet, peaks: VoigtPeaks, identified: Identified
 ) -> tuple[float, float] | None:
     """Part of its light that the stronger line lost, against the weaker, and its error."""
-    strong, weak = _peak(doublet.strong_nm, peaks, identified), _peak(doublet.weak_nm, peaks, identified)
+    strong, weak = (
+        _peak(doublet.strong_nm, peaks, identified),
+        _peak(doublet.weak_nm, peaks, identified),
+    )
     if strong is None or weak is None or strong == weak:
         return None
     kelvin = 10_000.0 if identified.plot is None else identified.plot.temperature_k
-    thin = _strength(doublet, doublet.strong_nm, kelvin) / _strength(doublet, doublet.weak_nm, kelvin)
+    thin = _strength(doublet, doublet.strong_nm, kelvin) / _strength(
+        doublet, doublet.weak_nm, kelvin
+    )
     ratio = float(peaks.area[strong] / peaks.area[weak])
     error = float(np.hypot(*(peaks.area_error[[strong, weak]] / peaks.area[[strong, weak]])))
     return 1.0 - ratio / thin, ratio / thin * error

@@ -45,7 +45,9 @@ class HAlpha:
         return float(np.hypot(relative, FORMULA) / np.log(10))
 
 
-def h_alpha(x: FloatArray, counts: FloatArray, profiles: Profiles, offsets: Offsets) -> HAlpha | None:
+def h_alpha(
+    x: FloatArray, counts: FloatArray, profiles: Profiles, offsets: Offsets
+) -> HAlpha | None:
     """Fit H-alpha in a window of its own; None where it is not seen or too narrow to tell.
 
     x: nm, counts: bridged and despiked, both (m,). The background of the whole spectrum would cut

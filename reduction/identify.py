@@ -82,7 +82,9 @@ def identify(
         matched = match_lines(profiles, x, bad, offsets, first, error, stark(known, FIRST_STARK))
         best = _likeliest(profiles, known, tries, matched) if best is None else best
         indexed = index_peaks(profiles, known, tries[best].log_area, matched, FIRST_SPREAD)
-        rounds.append((indexed.total + VOTES_COUNT * offsets.votes, best, offsets, matched, indexed))
+        rounds.append(
+            (indexed.total + VOTES_COUNT * offsets.votes, best, offsets, matched, indexed)
+        )
     _, best, offsets, matched, indexed = max(rounds, key=lambda found: found[0])
     expected, start_k = tries[best], FIRST_K[best]
     if not indexed.accepted:
@@ -157,7 +159,9 @@ def _first_offsets(
 ) -> list[Offsets]:
     odds = log_odds()
     spans = list(zip(known.first[:-1], known.first[1:], strict=True))
-    voting = [(e, a, min(b, a + VOTING)) for e, (a, b) in enumerate(spans) if odds[e] > RARE and b > a]
+    voting = [
+        (e, a, min(b, a + VOTING)) for e, (a, b) in enumerate(spans) if odds[e] > RARE and b > a
+    ]
     entries = np.concatenate([np.arange(a, b) for _, a, b in voting])
     weight = np.concatenate([
         np.exp(0.3 * (expected.log_area[a:b] - expected.log_area[a:b].max()) + 0.35 * odds[e])
@@ -175,7 +179,9 @@ def _say(profiles: Profiles) -> FloatArray:
     return np.log1p(np.maximum(peaks.area, 0.0) / np.maximum(peaks.area_error, 1e-12)) / 3.0
 
 
-def _second_offsets(profiles, known, expected, indexed: Indexed, before: Offsets, seams_nm) -> Offsets:
+def _second_offsets(
+    profiles, known, expected, indexed: Indexed, before: Offsets, seams_nm
+) -> Offsets:
     """Only lines of the elements that were found vote, by how bright they should be."""
     a = atoms()
     entries = np.concatenate([
@@ -222,4 +228,3 @@ def _effective(known: Catalogue, expected: Expected, plot: Plot | None) -> Float
     depth = log_depth_of_unit(expected.vacuum_nm, width, plot.temperature_k)
     log_tau = plot.log_opacity + expected.log_area + np.where(np.isnan(scale), -50.0, scale) + depth
     return expected.log_area + log_kept(log_tau)[0]
-

@@ -175,5 +175,7 @@ def _take(catalogue, e, scale, log_area, spread, matched, area, taken) -> None:
 def _density(centre_nm: FloatArray) -> FloatArray:
     """Peaks per nm around each peak, shape (k,)."""
     half = 0.5 * CHANCE_WINDOW_NM
-    near = np.searchsorted(centre_nm, centre_nm + half) - np.searchsorted(centre_nm, centre_nm - half)
+    near = np.searchsorted(centre_nm, centre_nm + half) - np.searchsorted(
+        centre_nm, centre_nm - half
+    )
     return np.maximum(near, 1.0) / CHANCE_WINDOW_NM

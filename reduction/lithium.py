@@ -35,9 +35,9 @@ def ratio_curve(temperature_k: FloatArray) -> FloatArray:
     return weight_610 / weight_670 * np.exp(-(high - low) / kt)
 
 
-def ratio_temperature(area_610: float, error_610: float, area_670: float, error_670: float) -> (
-    LithiumRatio | None
-):
+def ratio_temperature(
+    area_610: float, error_610: float, area_670: float, error_670: float
+) -> LithiumRatio | None:
     """The temperature of a pair of areas (counts nm); None where no temperature gives it."""
     if not (area_610 > 0 and area_670 > 0):
         return None

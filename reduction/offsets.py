@@ -23,7 +23,7 @@ JUMP = 2.0  # what any change costs at most
 SEEN_JUMP = 0.5  # and where the axis itself has a seam
 MOST_SEAMS = 12
 SEAM = 0.02  # change of the channels' pitch, as a part of it, that is a seam
-USUAL_NM = 0.12  # offsets beyond are rare
+USUAL_NM = 0.08  # offsets beyond are rare
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,7 +114,7 @@ def _for_medium(
     votes = np.zeros((n, 2 * half + 1))
     stretch = np.clip(np.searchsorted(edges, peak_nm, side="right") - 1, 0, n - 1)
     _vote(peak_nm, peak_weight, true[order], line_weight[order], stretch, blur_nm, votes)
-    grid = (np.arange(2 * half + 1) - half) * STEP_NM
+    grid = np.linspace(-half * STEP_NM, half * STEP_NM, 2 * half + 1)
     prior = -0.5 * (grid / USUAL_NM) ** 2
     jump = np.full(n, JUMP)
     if seams_nm is not None and len(seams_nm):

@@ -14,7 +14,9 @@ from .spectrum import BoolArray, FloatArray, IntArray, Spectrum
 from .voigt import SIGMA_PER_FWHM, VoigtPeaks, fit_peaks
 
 RESIDUAL = 4.5  # a peak in what the first fit left over, in noise
-FOREIGN = 0.04  # and as a part of the light around it: no line is a Voigt profile to the last percent
+FOREIGN = (
+    0.04  # and as a part of the light around it: no line is a Voigt profile to the last percent
+)
 LEAST_AREA = 2.0  # in its own error: what the fit makes smaller was no peak
 DEAF = 1e3  # what the noise of a bad channel is multiplied by in a fit
 FOLLOWED, CLEARLY = 1.15, 0.7
@@ -28,7 +30,8 @@ APART = 0.55  # of a slit's width from the next peak
 class Profiles:
     """Fitted peaks and what they were fitted to; arrays of shape (m,) in counts.
 
-    counts: with bad channels bridged. net: above the background `under`. noise: of each channel, with that of the lines' own light.
+    counts: with bad channels bridged. net: above the background `under`. noise: of each channel,
+    with that of the lines' own light. gain: variance a count of light.
     """
 
     peaks: VoigtPeaks

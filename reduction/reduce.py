@@ -92,9 +92,7 @@ def reduce_spectrum(
     found = find_elements(profiles.peaks, asked, range_nm, offsets)
     said = {} if identified is None else evidence(identified, profiles.peaks)
     plasma = plasma_state(profiles.peaks, identified)
-    return Reduction(
-        profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified
-    )
+    return Reduction(profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified)
 
 
 def wanted_nm(asked: Iterable[str], medium: Medium | None) -> FloatArray:

@@ -17,9 +17,7 @@ def render(wavelength_nm: FloatArray, peaks: VoigtPeaks, faint: FloatArray) -> F
     faint: counts below which the foot of a peak is cut off, shape (m,).
     """
     model = np.zeros(len(wavelength_nm))
-    _draw(
-        wavelength_nm, peaks.area, peaks.centre_nm, peaks.sigma_nm, peaks.gamma_nm, faint, model
-    )
+    _draw(wavelength_nm, peaks.area, peaks.centre_nm, peaks.sigma_nm, peaks.gamma_nm, faint, model)
     return model
 
 

@@ -84,7 +84,9 @@ def _text(raw: bytes) -> np.ndarray:
         raise Unreadable("the file is empty: there is no row of numbers in it")
     lengths = {len(row) for row in rows}
     if len(lengths) > 1:
-        raise Unreadable(f"the rows have {min(lengths)} to {max(lengths)} columns; all need the same")
+        raise Unreadable(
+            f"the rows have {min(lengths)} to {max(lengths)} columns; all need the same"
+        )
     return np.array(rows)
 
 

@@ -31,9 +31,7 @@ class Taught:
     gain: float | None  # None: too few lines to tell
 
 
-def learn(
-    wavelength_nm: FloatArray, net: FloatArray, noise: FloatArray, peaks: IntArray
-) -> Taught:
+def learn(wavelength_nm: FloatArray, net: FloatArray, noise: FloatArray, peaks: IntArray) -> Taught:
     """The slit and the gain, from the strongest peaks (channels, ascending); shapes (m,)."""
     chosen = _strongest(net, noise, peaks)
     pitch = np.gradient(wavelength_nm) if len(wavelength_nm) > 1 else np.ones(1)
@@ -76,7 +74,9 @@ def _slit(wavelength_nm, fitted: VoigtPeaks, good) -> Slit:
     narrow = np.quantile(windows, NARROW_QUANTILE, axis=1)
     spread = np.median(np.abs(windows - np.median(windows, axis=1)[:, None]), axis=1) / narrow
     sure = float(np.clip(np.median(spread), *SURE))
-    return Slit(np.interp(wavelength_nm, centre, narrow), float(np.median(fitted.gamma_nm[good])), sure)
+    return Slit(
+        np.interp(wavelength_nm, centre, narrow), float(np.median(fitted.gamma_nm[good])), sure
+    )
 
 
 def _gain(wavelength_nm, net, noise, peaks, fitted: VoigtPeaks) -> float | None:

@@ -75,4 +75,3 @@ def lithium_ratio(peaks: VoigtPeaks, identified: Identified) -> LithiumRatio | N
             return None
         found += [float(peaks.area[nearest]), float(peaks.area_error[nearest])]
     return ratio_temperature(*found)
-

@@ -27,8 +27,8 @@ class Atoms:
     """The line table with what the strengths need beside it.
 
     elements: symbols, shape (e,). element: which of them each line is of, shape (n,); ion: True
-    for stage II; species: element, plus e for an ion. log_ga: ln(g_k A_ki / lambda). log_u: ln U, shape (e, 2, GRID_K). limit_ev:
-    ionisation energy of the atom, shape (e,). width_nm: full Stark width at 1e17 per cm3.
+    for stage II; species: element, plus e for an ion. log_ga: ln(g_k A_ki / lambda). log_u: ln U,
+    shape (e, 2, GRID_K). limit_ev: ionisation energy of the atom, shape (e,). width_nm: full Stark width at 1e17 per cm3.
     uncertainty: of ln A, from NIST's accuracy class.
     """
 
@@ -114,9 +114,7 @@ def _log_saha(log_u: FloatArray, temperature_k: float, density_per_cm3: float) -
     )
 
 
-def log_strengths(
-    rows: IntArray, temperature_k: float, density_per_cm3: float
-) -> FloatArray:
+def log_strengths(rows: IntArray, temperature_k: float, density_per_cm3: float) -> FloatArray:
     """ln of the thin area for one atom of its element, arbitrary unit, of the table's rows."""
     a = atoms()
     log_u = _log_u(temperature_k)

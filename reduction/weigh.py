@@ -55,7 +55,20 @@ def match(
 
 
 @float_kernel
-def weigh(begin, end, log_area, low_ev, spread, which, away, log_limit, density, log_peak, log_free, relative):
+def weigh(
+    begin,
+    end,
+    log_area,
+    low_ev,
+    spread,
+    which,
+    away,
+    log_limit,
+    density,
+    log_peak,
+    log_free,
+    relative,
+):
     """The best weight of an element whose lines are begin..end, and ln of its brightness.
 
     spread: of ln(area) that the line's own data allow. log_free: ln of what others leave of each peak.
@@ -86,7 +99,21 @@ def weigh(begin, end, log_area, low_ev, spread, which, away, log_limit, density,
 
 
 @float_kernel
-def _at(scale, begin, end, log_area, low_ev, spread, which, away, log_limit, density, log_peak, log_free, relative):
+def _at(
+    scale,
+    begin,
+    end,
+    log_area,
+    low_ev,
+    spread,
+    which,
+    away,
+    log_limit,
+    density,
+    log_peak,
+    log_free,
+    relative,
+):
     total, mean, sure = 0.0, 0.0, 1e-9
     for j in range(begin, end):
         log_expected = log_area[j] + scale
@@ -123,7 +150,9 @@ def _at(scale, begin, end, log_area, low_ev, spread, which, away, log_limit, den
 
 
 @float_kernel
-def weigh_all(first, log_area, low_ev, spread, which, away, log_limit, density, log_peak, log_free, relative):
+def weigh_all(
+    first, log_area, low_ev, spread, which, away, log_limit, density, log_peak, log_free, relative
+):
     """The weight and ln of the brightness of every element; first: where its lines begin."""
     n = len(first) - 1
     weight, scale = np.empty(n), np.empty(n)

@@ -59,8 +59,6 @@ def test_a_few_wrong_lines_are_weighed_down():
 
 def test_three_lines_tell_no_temperature():
     lines = lines_at(11_000.0, 17.0, elements=("Si",))
-    few = PlotLines(
-        *(getattr(lines, name)[:3] for name in PlotLines.__slots__)
-    )
+    few = PlotLines(*(getattr(lines, name)[:3] for name in PlotLines.__slots__))
 
     assert fit_plot(few) is None

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from labrun.reduction.doublets import DOUBLETS, _lines
-from labrun.reduction.doublets import light_lost, self_absorbed
+from labrun.reduction.doublets import DOUBLETS, _lines, light_lost, self_absorbed
 from labrun.reduction.strengths import atoms
 
 
@@ -15,11 +14,9 @@ def test_both_lines_of_each_doublet_are_in_the_table(doublet):
 
 
 def test_light_that_was_lost_is_told(reduced):
-    truth, found = reduced("train", 2)
+    _, found = reduced("train", 2)
     names = {str(atoms().elements[e]) for e in found.identified.indexed.accepted}
-    lost = [
-        light_lost(d, found.peaks, found.identified) for d in DOUBLETS if d.element in names
-    ]
+    lost = [light_lost(d, found.peaks, found.identified) for d in DOUBLETS if d.element in names]
 
     assert any(lost)
     assert all("absorbs itself" in text for text in self_absorbed(found.peaks, found.identified))

@@ -27,7 +27,9 @@ def test_two_overlapping_peaks_without_noise_are_recovered_exactly():
     p = TWO_ON_A_SLOPE * 1.2
     free = np.full(len(p), np.inf)
     lowest = np.where(np.arange(len(p)) % 4 == 2, 0.01, -np.inf)
-    _, _, settled = fit(p, X, y, np.full(len(X), 1e6), np.zeros(len(p)), np.zeros(len(p)), lowest, free)
+    _, _, settled = fit(
+        p, X, y, np.full(len(X), 1e6), np.zeros(len(p)), np.zeros(len(p)), lowest, free
+    )
 
     assert settled
     assert p == pytest.approx(TWO_ON_A_SLOPE, rel=1e-3)

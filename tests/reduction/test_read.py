@@ -46,7 +46,9 @@ def test_separators_comments_and_further_columns_are_understood(text):
     assert spectrum.intensity.tolist() == [1.0, -2.0]
 
 
-@given(st.lists(st.tuples(WAVELENGTH, PLAIN), min_size=1, max_size=20, unique_by=lambda row: row[0]))
+@given(
+    st.lists(st.tuples(WAVELENGTH, PLAIN), min_size=1, max_size=20, unique_by=lambda row: row[0])
+)
 def test_numbers_are_those_that_python_reads(rows):
     rows = sorted(rows)
     spectrum = read_spectrum("\n".join(f"{x!r},{y!r}" for x, y in rows).encode())

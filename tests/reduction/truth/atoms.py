@@ -66,10 +66,12 @@ def hydrogenic_width(t: dict[str, np.ndarray], rows: np.ndarray) -> np.ndarray:
 
     The scatter belongs to the line (its wavelength seeds it), so that no smooth rule has it.
     """
-    limit = np.array([
-        ionisation_ev(str(e), int(s))
-        for e, s in zip(t["element"][rows], t["stage"][rows], strict=True)
-    ])
+    limit = np.array(
+        [
+            ionisation_ev(str(e), int(s))
+            for e, s in zip(t["element"][rows], t["stage"][rows], strict=True)
+        ]
+    )
     orbit = 13.606 * t["stage"][rows] ** 2 / np.maximum(limit - t["e_k_ev"][rows], 0.2)
     nm = t["wavelength_nm"][rows]
     scatter = np.exp(0.35 * np.sin(nm * 12_345.678))

@@ -91,7 +91,9 @@ def _axis(rng, first, last, n, edges):
     bounds = np.concatenate([[first], edges, [last]])
     parts = []
     for k in range(len(bounds) - 1):
-        share = max(int(n * (bounds[k + 1] - bounds[k]) / (last - first) * rng.uniform(0.8, 1.2)), 20)
+        share = max(
+            int(n * (bounds[k + 1] - bounds[k]) / (last - first) * rng.uniform(0.8, 1.2)), 20
+        )
         t = (np.arange(share) + 0.5) / share
         bent = t + rng.uniform(-0.08, 0.08) * t * (1 - t)
         parts.append(bounds[k] + bent * (bounds[k + 1] - bounds[k]))

@@ -30,6 +30,7 @@ class Zone:
 
 def planck(nm: np.ndarray, kelvin: float) -> np.ndarray:
     """Radiance of a black body per nm, in units of one at 500 nm and 10,000 K."""
+
     def shape(at, t):
         return at**-5.0 / np.expm1(si.h * si.c / (at * 1e-9 * si.k * t))
 
@@ -139,5 +140,3 @@ def shine(
     x = np.arange(range_nm[0] - 2, range_nm[1] + 2, STEP_NM)
     radiance = _transfer(x, lines, per_zone, zones, 30.0)
     return Light(x, radiance, lines, area[kept], depth[kept], zones, column, tuple(per_zone))
-
-

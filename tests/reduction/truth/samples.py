@@ -70,6 +70,11 @@ HELD_OUT = (
     "apatite", "barite", "galena", "beryl", "bronze", "titanium alloy", "granite", "lepidolite",
     "albite", "spodumene",
 )  # fmt: skip
+# Looked at once, after the last choice was made with the held-out ones in view.
+FRESH = (
+    "granite", "muscovite", "bronze", "limestone", "beryl", "steel", "K-feldspar", "barite",
+    "basalt glass", "lepidolite", "titanium alloy", "brine residue",
+)  # fmt: skip
 
 
 def atom_shares(sample: str, rng: np.random.Generator, gas: str) -> dict[str, float]:

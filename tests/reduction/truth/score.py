@@ -110,10 +110,14 @@ def _areas(s, truth, centre_nm, centre_error, area, area_error) -> None:
     g = truth.groups
     if not len(g.shown_nm):
         return
-    near_bad = np.array([
-        bool(np.any(truth.bad[slice(*np.searchsorted(truth.wavelength_nm, [x - 0.5, x + 0.5]))]))
-        for x in g.shown_nm
-    ])
+    near_bad = np.array(
+        [
+            bool(
+                np.any(truth.bad[slice(*np.searchsorted(truth.wavelength_nm, [x - 0.5, x + 0.5]))])
+            )
+            for x in g.shown_nm
+        ]
+    )
     chosen = np.flatnonzero(g.alone & (g.height > 10 * g.noise) & ~near_bad)
     for i, j in pairs(centre_nm, g.shown_nm[chosen], 0.1):
         k = chosen[j]
@@ -131,6 +135,7 @@ def spread(values: list[float]) -> float:
 
 def summary(s: Score) -> dict[str, float]:
     """The figures of the accuracy table."""
+
     def part(a: float, b: float) -> float:
         return a / b if b else float("nan")
 

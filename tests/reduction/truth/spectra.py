@@ -8,9 +8,9 @@ from scipy.special import voigt_profile
 
 from .instrument import Instrument, draw_instrument, record, see, spoil
 from .light import Light, Zone, shine, widths
-from .samples import HELD_OUT, TRAIN, atom_shares
+from .samples import FRESH, HELD_OUT, TRAIN, atom_shares
 
-FAMILIES = {"train": (1_000, TRAIN), "held out": (900_000, HELD_OUT)}
+FAMILIES = {"train": (1_000, TRAIN), "held out": (900_000, HELD_OUT), "fresh": (1_700_000, FRESH)}
 SEEN_APART = 0.5  # lines nearer than this part of a seen width count as one
 
 
@@ -55,11 +55,11 @@ class Truth:
 
 
 def make_spectrum(family: str, number: int) -> Truth:
-    """Spectrum `number` of a family ('train' or 'held out')."""
+    """Spectrum `number` of a family, of which FAMILIES has the names."""
     first_seed, samples = FAMILIES[family]
     rng = np.random.default_rng(first_seed + number)
     sample = samples[number % len(samples)]
-    held_out = family == "held out"
+    held_out = family != "train"
     instrument = draw_instrument(rng, held_out)
     shares = atom_shares(sample, rng, str(rng.choice(["argon", "air", "helium", "none"])))
     zones = _zones(rng, held_out)
@@ -210,7 +210,7 @@ def _elements(groups: Groups, gleams: set[str]) -> tuple[frozenset[str], frozens
 def line_free(number: int, family: str = "train") -> tuple[np.ndarray, np.ndarray]:
     """Axis and counts of a continuum with noise and bad channels, but no line."""
     rng = np.random.default_rng(50_000 + FAMILIES[family][0] + number)
-    instrument = draw_instrument(rng, family == "held out")
+    instrument = draw_instrument(rng, family != "train")
     light = continuum_shape(instrument.axis_nm, rng) * float(np.exp(rng.uniform(3, 9)))
     counts, _ = record(light, instrument, rng)
     spoil(counts, rng)
@@ -220,6 +220,6 @@ def line_free(number: int, family: str = "train") -> tuple[np.ndarray, np.ndarra
 def pure_noise(number: int, family: str = "train") -> tuple[np.ndarray, np.ndarray]:
     """Axis and counts of nothing but read noise around zero."""
     rng = np.random.default_rng(70_000 + FAMILIES[family][0] + number)
-    instrument = draw_instrument(rng, family == "held out")
+    instrument = draw_instrument(rng, family != "train")
     noise = rng.normal(0, instrument.read_noise, len(instrument.axis_nm))
     return instrument.axis_nm, noise
