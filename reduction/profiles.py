@@ -54,7 +54,7 @@ def fit_profiles(
     x = spectrum.wavelength_nm
     bad = mark_bad(spectrum.intensity).any if bad is None else bad
     calm = Spectrum(x, bridged(spectrum.intensity, bad))
-    floor = local_noise(calm.intensity)
+    floor = _noise_of_good(calm.intensity, bad)
     under = background(calm, floor)
     net = calm.intensity - under
     steady = steadied(floor, under)
@@ -79,6 +79,12 @@ def fit_profiles(
     real = np.flatnonzero(peaks.area > LEAST_AREA * peaks.area_error)
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
     return Profiles(peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain)
+
+
+def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:
+    """Noise as the good channels show it: a bridge has none."""
+    good = np.flatnonzero(~bad)
+    return np.interp(np.arange(len(y)), good, local_noise(y[good]))
 
 
 def _wanted(x, net, noise, wanted_nm) -> IntArray:

@@ -28,7 +28,8 @@ class Atoms:
 
     elements: symbols, shape (e,). element: which of them each line is of, shape (n,); ion: True
     for stage II; species: element, plus e for an ion. log_ga: ln(g_k A_ki / lambda). log_u: ln U,
-    shape (e, 2, GRID_K). limit_ev: ionisation energy of the atom, shape (e,). width_nm: full Stark width at 1e17 per cm3.
+    shape (e, 2, GRID_K). limit_ev: ionisation energy of the atom, shape (e,). width_nm: full Stark
+    width at 1e17 per cm3.
     uncertainty: of ln A, from NIST's accuracy class.
     """
 

@@ -97,3 +97,44 @@ def test_importing_the_package_imports_nothing_heavy():
     )
 
     assert answer.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    "counts",
+    [
+        lambda rng, n: rng.normal(-50, 3, n),
+        lambda rng, n: np.zeros(n),
+        lambda rng, n: np.linspace(0, 1e5, n),
+        lambda rng, n: np.where(np.arange(n) > n // 2, np.nan, rng.normal(1, 0.1, n)),
+        lambda rng, n: 1e30 * rng.normal(1, 0.1, n),
+        lambda rng, n: 1e-30 * rng.normal(1, 0.1, n),
+        lambda rng, n: np.where(rng.random(n) < 0.3, np.nan, rng.normal(9, 1, n)),
+    ],
+    ids=["negative", "zeros", "ramp", "half without numbers", "huge", "tiny", "a third missing"],
+)
+def test_odd_counts_claim_no_element(counts):
+    n = 10_000
+    spectrum = Spectrum(np.linspace(200, 900, n), counts(np.random.default_rng(1), n))
+    reduction = reduce_spectrum(spectrum)
+
+    assert reduction.detected == [] and reduction.n_peaks <= 3
+
+
+def test_a_saturated_line_has_its_channels_marked():
+    x = np.linspace(200, 900, 20_000)
+    rng = np.random.default_rng(1)
+    counts = rng.normal(100, 3, len(x)) + 1e6 * np.exp(-0.5 * ((x - 589) / 0.1) ** 2)
+    reduction = reduce_spectrum(Spectrum(x, np.minimum(counts, 65_535)))
+
+    assert reduction.bad.full.sum() > 2
+
+
+@pytest.mark.parametrize("n", [100, 1_000_000])
+def test_few_and_very_many_channels_are_spectra_too(n):
+    x = np.linspace(580, 600, n)
+    rng = np.random.default_rng(2)
+    counts = rng.normal(100, 3, n)
+    counts += sum(600 * np.exp(-0.5 * ((x - nm) / 0.15) ** 2) for nm in (588.995, 589.592))
+    reduction = reduce_spectrum(Spectrum(x, counts), ["Na"])
+
+    assert reduction.areas["Na"] == pytest.approx(600 * 0.15 * 2.507, rel=0.3)
