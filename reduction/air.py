@@ -10,12 +10,14 @@ import numpy as np
 from .spectrum import FloatArray, Medium
 
 AIR_BEGINS_NM = 200.0
+INDEX_TERMS = 0.05792105, 238.0185, 0.00167917, 57.362  # Ciddor's, per um2
 
 
 def refractive_index(vacuum_nm: FloatArray) -> FloatArray:
     """Refractive index of standard air at vacuum wavelengths in nm, any shape (Ciddor 1996)."""
     squared = (1000.0 / vacuum_nm) ** 2  # wavenumber in 1/um, squared
-    return 1.0 + 0.05792105 / (238.0185 - squared) + 0.00167917 / (57.362 - squared)
+    a, b, c, d = INDEX_TERMS
+    return 1.0 + a / (b - squared) + c / (d - squared)
 
 
 def to_air(vacuum_nm: FloatArray) -> FloatArray:

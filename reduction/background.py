@@ -7,6 +7,7 @@ Morhac et al., Nucl. Instrum. Methods A 401, 113 (1997).
 import numpy as np
 
 from .bad import bridged, lone
+from .curve import even_means, joined, middle_within, usual_pitch_nm
 from .noise import local_noise
 from .snip import clip_peaks
 from .spectrum import FloatArray, Spectrum
@@ -37,19 +38,10 @@ def background(
         return np.full(n, float(np.min(spectrum.intensity)))
     if noise is None:
         noise = local_noise(spectrum.intensity)
-    pitch_nm = float(np.median(np.diff(spectrum.wavelength_nm)))
+    pitch_nm = usual_pitch_nm(spectrum.wavelength_nm)
     # After smoothing one channel in three holds all there is, and SNIP's cost goes with the square.
-    thinned = slice(THINNED // 2, None, THINNED)
-    even = smoothed(spectrum.intensity, SMOOTHED)[thinned]
+    even = even_means(spectrum.intensity, SMOOTHED, THINNED // 2, THINNED)
     half_window = max(round(half_window_nm / pitch_nm / THINNED), 2)
     clipped = clip_peaks(even, max(min(half_window, len(even) // 2), 1))
-    clipped = np.interp(np.arange(n), np.arange(n)[thinned], clipped)
-    above = (spectrum.intensity - clipped) / noise
-    quiet = above[np.abs(above) < QUIET_SIGMA]
-    return clipped + (float(np.median(quiet)) if len(quiet) else 0.0) * noise
-
-
-def smoothed(values: FloatArray, width: int) -> FloatArray:
-    """Running mean over `width` (odd) channels, ends repeated; shape (n,)."""
-    padded = np.pad(values, width // 2, mode="edge")
-    return np.convolve(padded, np.full(width, 1.0 / width), mode="valid")
+    clipped = joined(clipped, float(THINNED // 2), float(THINNED), n)
+    return clipped + middle_within((spectrum.intensity - clipped) / noise, QUIET_SIGMA) * noise

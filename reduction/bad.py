@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .curve import bridge, joined, median
+from .kernel import float_kernel
 from .noise import local_noise
 from .spectrum import BoolArray, FloatArray
 
@@ -54,20 +56,23 @@ def bridged(intensity: FloatArray, bad: BoolArray) -> FloatArray:
         return intensity
     if bad.all():
         raise ValueError("every channel of the spectrum is bad (NaN)")
-    channel = np.arange(len(intensity))
-    return np.interp(channel, channel[~bad], intensity[~bad])
+    return bridge(np.asarray(intensity, dtype=np.float64), bad)
 
 
 def lone(y: FloatArray, noise: FloatArray) -> BoolArray:
     """Channels that stand out alone, as a cosmic ray does; shape (n,)."""
     found = np.zeros(len(y), dtype=bool)
-    if len(y) < 5:
-        return found
-    left, middle, right = y[1:-3], y[2:-2], y[3:-1]
-    rise = middle - np.maximum(left, right)
-    shoulder = np.maximum(left - y[:-4], right - y[4:])
-    found[2:-2] = (rise > HOT_SIGMA * noise[2:-2]) & (shoulder < HOT_SHOULDER * rise)
+    _lone(y, noise, found)
     return found
+
+
+@float_kernel
+def _lone(y, noise, found):
+    for i in range(2, len(y) - 2):
+        rise = y[i] - max(y[i - 1], y[i + 1])
+        if rise > HOT_SIGMA * noise[i]:
+            shoulder = max(y[i - 1] - y[i - 2], y[i + 1] - y[i + 2])
+            found[i] = shoulder < HOT_SHOULDER * rise
 
 
 def _dead(y, noise):
@@ -77,15 +82,19 @@ def _dead(y, noise):
     blocks = y[: n * FLOOR_BLOCK].reshape(n, FLOOR_BLOCK)
     place = int(FLOOR_QUANTILE * FLOOR_BLOCK)
     low = np.partition(blocks, place, axis=1)[:, place]
-    floor = np.interp(np.arange(len(y)), (np.arange(n) + 0.5) * FLOOR_BLOCK, low)
+    floor = joined(low, 0.5 * FLOOR_BLOCK, float(FLOOR_BLOCK), len(y))
     return y < floor - DEAD_SIGMA * noise
 
 
 def _full(y, noise):
-    top = y == y.max()
-    if top.sum() < FULL_CHANNELS or y.max() - np.median(y) < FULL_SIGMA * float(np.median(noise)):
-        return np.zeros(len(y), dtype=bool)
-    beside = np.zeros(len(y), dtype=bool)
-    beside[1:] |= top[:-1]
-    beside[:-1] |= top[1:]
-    return top & beside if (top & beside).any() else np.zeros(len(y), dtype=bool)
+    full = np.zeros(len(y), dtype=bool)
+    top = float(y.max())
+    at = np.flatnonzero(y == top)
+    if len(at) < FULL_CHANNELS:
+        return full
+    if top - float(median(y)) < FULL_SIGMA * float(median(noise)):
+        return full
+    beside = np.diff(at) == 1
+    full[at[:-1][beside]] = True
+    full[at[1:][beside]] = True
+    return full

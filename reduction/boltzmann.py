@@ -11,17 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .growth import log_depth_of_unit, log_kept, radiance_slope
+from .growth import growth_table, log_depth_of_unit
+from .plot_fit import gauss_newton, trust
 from .spectrum import FloatArray, IntArray
-from .strengths import atoms, log_slopes, log_strengths
+from .strengths import GRID_K, atoms, log_strengths
 
 USUAL_K, USUAL_SPREAD = 10_500.0, 0.35  # of ln T, where the lines do not tell
 USUAL_LOG_NE, USUAL_NE_SPREAD = float(np.log(8e16)), 1.2
 CALIBRATION = 0.08  # of ln(area): efficiency, background, the model itself
 STEPS = 10
-OUTLIER = 2.5
-COOLEST_K, HOTTEST_K = 4_500.0, 19_000.0
-THINNEST, THICKEST = -9.0, 7.0  # of ln tau of the strongest line
 LEAST_LINES = 4
 LEAST_SPREAD_EV = 0.8
 
@@ -97,85 +95,53 @@ def fit_plot(
         return None
     names, which = np.unique(lines.element, return_inverse=True)
     density = density or Known(USUAL_LOG_NE, USUAL_NE_SPREAD)
-    thin = lines.thin(start_k, float(np.exp(density.mean)))
-    scale = np.bincount(which, lines.log_area - thin) / np.bincount(which)
-    p = np.concatenate([[np.log(start_k), density.mean, 0.0], scale])
-    p[2] = np.log(0.5) - np.max(_log_tau(p, lines, which, thin))
-    p, normal, weight, residual = _gauss_newton(p, lines, which, density, most_steps)
-    return _as_plot(p, normal, weight, residual, lines, names, which)
-
-
-def _log_tau(p, lines, which, thin):
-    width = lines.width_nm * np.exp(p[1]) / 1e17
-    depth = log_depth_of_unit(lines.vacuum_nm, width, float(np.exp(p[0])))
-    return p[2] + thin + p[3 + which] + depth
-
-
-def _model(p, lines, which):
-    """ln(area), and d ln f / d ln tau, of each line; the opacity in p is kept within bounds."""
-    thin = lines.thin(float(np.exp(p[0])), float(np.exp(p[1])))
-    log_tau = _log_tau(p, lines, which, thin)
-    thickest = np.max(log_tau)
-    beyond = np.clip(thickest, THINNEST, THICKEST) - thickest
-    p[2] += beyond
-    part, slope = log_kept(log_tau + beyond)
-    return thin + p[3 + which] + part, slope
-
-
-def _jacobian(p, lines, which, slope):
-    n, kelvin = len(lines), float(np.exp(p[0]))
-    heat, density = log_slopes(lines.element, lines.ion, lines.e_k_ev, kelvin, float(np.exp(p[1])))
-    jacobian = np.zeros((n, len(p)))
-    # The depth grows with the thin area, and shrinks with Planck's radiance and the Stark width.
-    jacobian[:, 0] = heat + slope * (heat - radiance_slope(lines.vacuum_nm, kelvin))
-    jacobian[:, 1] = density + slope * (density - 1.0)
-    jacobian[:, 2] = slope
-    jacobian[np.arange(n), 3 + which] = 1.0 + slope
-    return jacobian
-
-
-def _gauss_newton(p, lines, which, density, most_steps):
-    prior = np.zeros(len(p))
-    prior[:3] = 1 / USUAL_SPREAD**2, 1 / density.spread**2, 0.05
-    toward = p.copy()
-    toward[:2] = np.log(USUAL_K), density.mean
+    p, toward, prior = _start(lines, which, len(names), density, start_k)
+    n = len(lines)
+    thin, kept, residual, weight = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
-    model, slope = _model(p, lines, which)
-    normal = np.eye(len(p))
-    for _ in range(most_steps):
-        residual = lines.log_area - model
-        weight = _trust(residual / sigma) / sigma**2
-        jacobian = _jacobian(p, lines, which, slope)
-        normal = (jacobian * weight[:, None]).T @ jacobian + np.diag(prior + 1e-9)
-        gradient = jacobian.T @ (weight * residual) - prior * (p - toward)
-        step = np.linalg.solve(normal, gradient)
-        step[:3] = np.clip(step[:3], (-0.25, -1.0, -1.5), (0.25, 1.0, 1.5))
-        p = p + step
-        p[0] = np.clip(p[0], np.log(COOLEST_K), np.log(HOTTEST_K))
-        p[1] = np.clip(p[1], np.log(1e15), np.log(3e18))
-        model, slope = _model(p, lines, which)
-        if np.max(np.abs(step[:2])) < 1e-3:
-            break
-    residual = lines.log_area - model
-    weight = _trust(residual / sigma) / sigma**2
-    return p, normal, weight, residual
+    a = atoms()
+    variance = gauss_newton(
+        p,
+        (lines.log_area, sigma, which, lines.ion.astype(np.int64), lines.e_k_ev, lines.vacuum_nm,
+         lines.width_nm),
+        _rows(lines, which),
+        names,
+        (a.log_u, GRID_K, a.limit_ev, growth_table()),
+        toward, prior, most_steps, thin, kept, residual, weight, np.zeros((len(p), len(p))),
+    )  # fmt: skip
+    return _as_plot(p, variance, kept, residual, sigma, lines, names, which)
 
 
-def _trust(z):
-    """Weights of Geman and McClure: an outlier loses its say."""
-    return 1.0 / (1.0 + (z / OUTLIER) ** 2) ** 2
+def _rows(lines: PlotLines, which: IntArray):
+    a = atoms()
+    return (
+        lines.entry, which[lines.entry], a.ion[lines.rows].astype(np.int64), a.log_ga[lines.rows],
+        a.e_k_ev[lines.rows],
+    )  # fmt: skip
 
 
-def _as_plot(p, normal, weight, residual, lines, names, which) -> Plot:
-    covariance = np.linalg.inv(normal)
-    trust = _trust(residual / np.sqrt(lines.error**2 + CALIBRATION**2))
-    free = max(float(trust.sum()) - len(p) + 1.0, 1.0)  # the priors know one of the parameters
-    chi2 = float(np.sum(weight * residual**2) / free)
-    error = np.sqrt(np.maximum(np.diag(covariance), 0.0) * max(chi2, 1.0))
+def _start(lines: PlotLines, which: IntArray, n_elements: int, density: Known, start_k: float):
+    """First parameters, what they are drawn to, and how much (1 / variance)."""
+    ne = float(np.exp(density.mean))
+    thin = lines.thin(start_k, ne)
+    scale = np.bincount(which, lines.log_area - thin) / np.bincount(which)
+    depth = log_depth_of_unit(lines.vacuum_nm, lines.width_nm * ne / 1e17, start_k)
+    opacity = np.log(0.5) - np.max(thin + scale[which] + depth)
+    p = np.concatenate([[np.log(start_k), density.mean, opacity], scale])
+    toward, prior = p.copy(), np.zeros(len(p))
+    toward[:2] = np.log(USUAL_K), density.mean
+    prior[:3] = 1 / USUAL_SPREAD**2, 1 / density.spread**2, 0.05
+    return p, toward, prior
+
+
+def _as_plot(p, variance, kept, residual, sigma, lines, names, which) -> Plot:
+    say = trust(residual / sigma)
+    free = max(float(say.sum()) - len(p) + 1.0, 1.0)  # the priors know one of the parameters
+    chi2 = float(np.sum(say * (residual / sigma) ** 2) / free)
+    error = np.sqrt(np.maximum(variance, 0.0) * max(chi2, 1.0))
     scale = np.full(len(atoms().elements), np.nan)
     scale[names] = p[3:]
-    thin = lines.thin(float(np.exp(p[0])), float(np.exp(p[1])))
-    part = np.exp(log_kept(_log_tau(p, lines, which, thin))[0])
+    part = np.exp(kept)
     kelvin = float(np.exp(p[0]))
     flags = []
     if _leverage_ev(lines, which) < LEAST_SPREAD_EV:

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from .commonness import LOG_ODDS, log_odds
+from .kernel import float_kernel
 from .spectrum import FloatArray, IntArray
 from .strengths import atoms, log_strengths
 
@@ -23,24 +24,24 @@ MARGIN_NM = 0.4
 class Catalogue:
     """rows: of the line table, element after element, shape (n,). entry: which entry a row belongs
     to, shape (n,); first: where the entries of each element begin, shape (e + 1,). leader: the row
-    (of the line table) that is strongest in each entry, shape (entries,).
+    (of the line table) that is strongest in each entry, shape (entries,). Of the leaders, shape
+    (entries,): element, low_ev (lower level), uncertainty (of ln A), width_nm (full Stark width at
+    1e17 electrons per cm3).
     """
 
     rows: IntArray
     entry: IntArray
     first: IntArray
     leader: IntArray
+    element: IntArray
+    low_ev: FloatArray
+    uncertainty: FloatArray
+    width_nm: FloatArray
 
     def strengths(self, temperature_k: float, density_per_cm3: float) -> "Expected":
         """What each entry should show at a temperature and density."""
         log = log_strengths(self.rows, temperature_k, density_per_cm3)
-        top = float(np.max(log, initial=0.0))
-        weight = np.exp(log - top)
-        n = len(self.leader)
-        total = np.bincount(self.entry, weight, n)
-        mean = np.bincount(self.entry, weight * atoms().wavelength_nm[self.rows], n)
-        safe = np.maximum(total, 1e-300)
-        return Expected(np.log(safe) + top, mean / safe)
+        return Expected(*_summed(log, atoms().wavelength_nm[self.rows], self.entry, len(self.leader)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +71,30 @@ def catalogue(first_nm: float, last_nm: float, apart_nm: float) -> Catalogue:
         first.append(len(leader))
     flat = np.concatenate(rows) if rows else np.empty(0, np.int64)
     which = np.concatenate(entry) if entry else np.empty(0, np.int64)
-    return Catalogue(flat, which, np.array(first), np.array(leader, dtype=np.int64))
+    leaders = np.array(leader, dtype=np.int64)
+    return Catalogue(
+        flat, which, np.array(first), leaders, a.element[leaders], a.e_i_ev[leaders],
+        a.uncertainty[leaders], a.width_nm[leaders],
+    )  # fmt: skip
+
+
+@float_kernel
+def _summed(log, wavelength_nm, entry, n):
+    """ln of the sum of each entry's strengths, and their mean wavelength; rows in order of entry."""
+    log_sum, mean_nm = np.empty(n), np.empty(n)
+    i = 0
+    for k in range(n):
+        begin, top = i, log[i]
+        while i < len(entry) and entry[i] == k:
+            top = max(top, log[i])
+            i += 1
+        total, moment = 0.0, 0.0
+        for j in range(begin, i):
+            weight = np.exp(log[j] - top)
+            total += weight
+            moment += weight * wavelength_nm[j]
+        log_sum[k], mean_nm[k] = np.log(total) + top, moment / total
+    return log_sum, mean_nm
 
 
 def _most(odds: float) -> int:

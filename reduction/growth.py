@@ -17,7 +17,7 @@ PEAK_OF_LORENTZIAN = 2.0 / np.pi  # times 1 / full width
 
 
 @cache
-def _table() -> tuple[FloatArray, FloatArray, FloatArray]:
+def growth_table() -> tuple[FloatArray, FloatArray, FloatArray]:
     """ln tau, ln f and d ln f / d ln tau, close enough for straight lines between them."""
     from scipy.special import ive  # not before a fit needs it: scipy is slow to import
 
@@ -29,7 +29,7 @@ def _table() -> tuple[FloatArray, FloatArray, FloatArray]:
 
 def log_kept(log_tau: FloatArray) -> tuple[FloatArray, FloatArray]:
     """ln f, from 0 downwards, and d ln f / d ln tau (0 to -1/2), of ln tau; any shape."""
-    grid, log_f, slope = _table()
+    grid, log_f, slope = growth_table()
     return np.interp(log_tau, grid, log_f), np.interp(log_tau, grid, slope)
 
 

@@ -12,9 +12,11 @@ import numpy as np
 from .boltzmann import Known, Plot, fit_plot
 from .catalogue import Catalogue, Expected, catalogue
 from .commonness import log_odds
+from .curve import median, usual_pitch_nm
 from .growth import log_depth_of_unit, log_kept
 from .hydrogen import HAlpha, h_alpha
-from .index import Indexed, Matched, index_peaks, match_lines
+from .index import Indexed, index_peaks, likelihood
+from .match import Matched, match_lines
 from .offsets import Offsets, estimate_offsets, seams
 from .plot_lines import plot_lines
 from .profiles import Profiles
@@ -68,10 +70,11 @@ def identify(
     """
     if not len(profiles.peaks):
         return None
+    peaks = profiles.peaks
     known = catalogue(*_range(x), _apart(profiles))
     tries = _tries(known)
     first = tries[1]
-    pitch_nm = float(np.median(np.diff(x)))
+    pitch_nm = usual_pitch_nm(x)
     error = max(FIRST_ERROR_NM, CHANNELS_OFF * pitch_nm)
     rounds = []
     seams_nm = seams(x)
@@ -79,9 +82,9 @@ def identify(
     for offsets in _first_offsets(profiles, known, first, medium, seams_nm):
         if rounds and offsets.votes < HOPELESS * rounds[0][2].votes:
             break
-        matched = match_lines(profiles, x, bad, offsets, first, error, stark(known, FIRST_STARK))
+        matched = match_lines(profiles, x, bad, offsets, first.vacuum_nm, error, stark(known, FIRST_STARK))
         best = _likeliest(profiles, known, tries, matched) if best is None else best
-        indexed = index_peaks(profiles, known, tries[best].log_area, matched, FIRST_SPREAD)
+        indexed = index_peaks(peaks, known, tries[best].log_area, matched, FIRST_SPREAD)
         rounds.append(
             (indexed.total + VOTES_COUNT * offsets.votes, best, offsets, matched, indexed)
         )
@@ -91,7 +94,7 @@ def identify(
         return Identified(known, expected, expected.log_area, offsets, matched, indexed, None, None)
     hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
     density = _density(hydrogen)
-    lines = plot_lines(profiles.peaks, known, expected.log_area, matched, indexed)
+    lines = plot_lines(peaks, known, expected.log_area, matched, indexed)
     plot = fit_plot(lines, density, start_k, ROUGH_STEPS)
 
     offsets = _second_offsets(profiles, known, expected, indexed, offsets, seams_nm)
@@ -100,11 +103,11 @@ def identify(
     error = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm)
     log10_ne = np.log10(FIRST_STARK) if plot is None else plot.log10_ne
     widths = stark(known, 10**log10_ne)
-    matched = match_lines(profiles, x, bad, offsets, expected, error, widths)
+    matched = match_lines(profiles, x, bad, offsets, expected.vacuum_nm, error, widths)
     bonus = _from_h_alpha(hydrogen)
-    indexed = index_peaks(profiles, known, effective, matched, SECOND_SPREAD, bonus=bonus)
+    indexed = index_peaks(peaks, known, effective, matched, SECOND_SPREAD, bonus=bonus)
     if indexed.accepted:
-        lines = plot_lines(profiles.peaks, known, effective, matched, indexed)
+        lines = plot_lines(peaks, known, effective, matched, indexed)
         hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
         plot = fit_plot(lines, _density(hydrogen), plot.temperature_k if plot else start_k)
     return Identified(known, expected, effective, offsets, matched, indexed, plot, hydrogen)
@@ -113,8 +116,7 @@ def identify(
 def _likeliest(profiles, known: Catalogue, tries: list[Expected], matched: Matched) -> int:
     """Which of the first temperatures explains most."""
     totals = [
-        index_peaks(profiles, known, e.log_area, matched, FIRST_SPREAD, rough=True).total
-        for e in tries
+        likelihood(profiles.peaks, known, e.log_area, matched, FIRST_SPREAD) for e in tries
     ]
     return int(np.argmax(totals))
 
@@ -127,7 +129,7 @@ def _tries(known: Catalogue) -> list[Expected]:
 
 def stark(known: Catalogue, density_per_cm3: float) -> FloatArray:
     """Full Stark width of each entry's leader, nm."""
-    return atoms().width_nm[known.leader] * (density_per_cm3 / 1e17)
+    return known.width_nm * (density_per_cm3 / 1e17)
 
 
 def _range(x: FloatArray) -> tuple[float, float]:
@@ -136,7 +138,7 @@ def _range(x: FloatArray) -> tuple[float, float]:
 
 def _apart(profiles: Profiles) -> float:
     """Lines nearer than this are one to the instrument, nm; in steps, so that tables are reused."""
-    sigma = float(np.median(profiles.slit.sigma_nm))
+    sigma = float(median(profiles.slit.sigma_nm))
     return float(np.round(np.exp(np.round(np.log(sigma) * 4) / 4), 4))
 
 
@@ -157,6 +159,16 @@ def _density(hydrogen: HAlpha | None) -> Known | None:
 def _first_offsets(
     profiles, known: Catalogue, expected: Expected, medium, seams_nm
 ) -> list[Offsets]:
+    vacuum_nm, weight = _first_votes(known, expected)
+    return estimate_offsets(
+        profiles.peaks.centre_nm, _say(profiles), vacuum_nm, weight, medium, BLUR_NM,
+        seams_nm=seams_nm,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=16)
+def _first_votes(known: Catalogue, expected: Expected) -> tuple[FloatArray, FloatArray]:
+    """Where the lines are that vote before anything is known, and how much they say."""
     odds = log_odds()
     spans = list(zip(known.first[:-1], known.first[1:], strict=True))
     voting = [
@@ -167,11 +179,7 @@ def _first_offsets(
         np.exp(0.3 * (expected.log_area[a:b] - expected.log_area[a:b].max()) + 0.35 * odds[e])
         for e, a, b in voting
     ])  # fmt: skip
-    peaks = profiles.peaks
-    return estimate_offsets(
-        peaks.centre_nm, _say(profiles), expected.vacuum_nm[entries], weight, medium, BLUR_NM,
-        seams_nm=seams_nm,
-    )  # fmt: skip
+    return expected.vacuum_nm[entries], weight
 
 
 def _say(profiles: Profiles) -> FloatArray:
@@ -183,11 +191,10 @@ def _second_offsets(
     profiles, known, expected, indexed: Indexed, before: Offsets, seams_nm
 ) -> Offsets:
     """Only lines of the elements that were found vote, by how bright they should be."""
-    a = atoms()
     entries = np.concatenate([
         np.arange(known.first[e], known.first[e + 1]) for e in indexed.accepted
     ])  # fmt: skip
-    bright = expected.log_area[entries] + indexed.log_scale[a.element[known.leader[entries]]]
+    bright = expected.log_area[entries] + indexed.log_scale[known.element[entries]]
     faintest = np.log(max(float(np.min(profiles.peaks.area)), 1e-9))
     weight = np.clip((bright - faintest) / 3.0, 0.0, 2.0)
     others, low = _everyday(known, expected, indexed)
@@ -221,10 +228,8 @@ def _effective(known: Catalogue, expected: Expected, plot: Plot | None) -> Float
     """ln area for one atom, each line weakened by what it absorbs where the amount is known."""
     if plot is None:
         return expected.log_area
-    a = atoms()
-    element = a.element[known.leader]
-    scale = plot.log_scale[element]
-    width = a.width_nm[known.leader] * 10 ** (plot.log10_ne - 17)
+    scale = plot.log_scale[known.element]
+    width = known.width_nm * 10 ** (plot.log10_ne - 17)
     depth = log_depth_of_unit(expected.vacuum_nm, width, plot.temperature_k)
     log_tau = plot.log_opacity + expected.log_area + np.where(np.isnan(scale), -50.0, scale) + depth
     return expected.log_area + log_kept(log_tau)[0]

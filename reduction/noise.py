@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .curve import joined, quantile
 from .spectrum import FloatArray
 
 BLOCK = 400  # channels: some 13 nm of a 22,800-channel spectrum
@@ -40,8 +41,7 @@ def local_noise(intensity: FloatArray, block: int = BLOCK) -> FloatArray:
     place = int(QUANTILE * width)
     low = np.partition(blocks, place, axis=1)[:, place]
     sigma = low * SIGMA_PER_QUANTILE / SECOND_DIFFERENCE_GAIN
-    middle = (np.arange(n_blocks) + 0.5) * width
-    return np.maximum(np.interp(np.arange(n), middle, sigma), floor)
+    return joined(np.maximum(sigma, floor), 0.5 * width, float(width), n)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +75,7 @@ def _law(variance, light):
     """read^2 and gain of the quieter blocks, and whether the light varies enough to trust it."""
     order = np.argsort(light)
     bins = np.array_split(order, min(N_BINS, len(order) // 4))
-    v = np.array([np.quantile(variance[part], QUIET_BLOCKS) for part in bins])
+    v = np.array([quantile(variance[part], QUIET_BLOCKS) for part in bins])
     x = np.array([np.mean(light[part]) for part in bins])
     spread = x - x.mean()
     gain = max(float(spread @ v) / max(float(spread @ spread), 1e-30), 0.0)

@@ -128,17 +128,19 @@ def _vote(peak, weight, line, line_weight, stretch, blur, votes):
     m = votes.shape[1]
     half = m // 2
     begin = 0
+    best = np.zeros(m)
     for k in range(len(peak)):
         while begin < len(line) and line[begin] < peak[k] - FURTHEST_NM - 3 * blur:
             begin += 1
-        best = np.zeros(m)
+        best[:] = 0.0
         i = begin
         while i < len(line) and line[i] < peak[k] + FURTHEST_NM + 3 * blur:
             away = peak[k] - line[i]
-            for s in range(m):
+            first = int(np.ceil((away - 3 * blur) / STEP_NM)) + half
+            last = int(np.floor((away + 3 * blur) / STEP_NM)) + half
+            for s in range(max(first, 0), min(last, m - 1) + 1):
                 z = (away - (s - half) * STEP_NM) / blur
-                if abs(z) < 3.0:
-                    best[s] = max(best[s], line_weight[i] * np.exp(-0.5 * z * z))
+                best[s] = max(best[s], line_weight[i] * np.exp(-0.5 * z * z))
             i += 1
         for s in range(m):
             votes[stretch[k], s] += weight[k] * best[s]
@@ -146,20 +148,26 @@ def _vote(peak, weight, line, line_weight, stretch, blur, votes):
 
 @kernel
 def _cheapest(votes, change, jump):
+    """The path of most votes; a change by s steps costs change * s, and a jump at the most."""
     n, m = votes.shape
     total = votes[0].copy()
     came = np.zeros((n, m), np.int64)
+    following = np.empty(m)
     for b in range(1, n):
-        following = np.empty(m)
-        for s in range(m):
-            best, at = -1e300, s
-            for before in range(m):
-                cost = min(change * abs(s - before), jump[b])
-                if total[before] - cost > best:
-                    best, at = total[before] - cost, before
-            following[s] = best + votes[b, s]
-            came[b, s] = at
-        total = following
+        highest = np.argmax(total)
+        at = 0
+        for s in range(m):  # the best that comes from below, or from the same
+            at = s if total[s] >= total[at] - change * (s - at) else at
+            following[s], came[b, s] = total[at] - change * (s - at), at
+        at = m - 1
+        for s in range(m - 1, -1, -1):  # or from above
+            at = s if total[s] >= total[at] - change * (at - s) else at
+            if total[at] - change * (at - s) > following[s]:
+                following[s], came[b, s] = total[at] - change * (at - s), at
+        for s in range(m):  # or from anywhere
+            if total[highest] - jump[b] > following[s]:
+                following[s], came[b, s] = total[highest] - jump[b], highest
+        total[:] = following + votes[b]
     path = np.zeros(n, np.int64)
     path[n - 1] = np.argmax(total)
     for b in range(n - 1, 0, -1):

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .curve import softened
+from .kernel import float_kernel
 from .spectrum import FloatArray, IntArray
 
 SIGNIFICANT = 5.0  # height and prominence, in noise of the smoothed spectrum
@@ -9,8 +11,7 @@ SIGNIFICANT = 5.0  # height and prominence, in noise of the smoothed spectrum
 # local noise is measured on the background, where there are few photons.
 LEAST_RELATIVE_PROMINENCE = 0.05
 WIDEST_CHANNELS = 400  # how far to look for the foot of a peak
-KERNEL = np.array([0.25, 0.5, 0.25])
-KERNEL_NOISE = float(np.sqrt(np.sum(KERNEL**2)))  # what smoothing leaves of white noise
+SOFTENED_NOISE = float(np.sqrt(0.25**2 + 0.5**2 + 0.25**2))  # what smoothing leaves of white noise
 
 
 def find_peaks(
@@ -22,16 +23,46 @@ def find_peaks(
     in counts, shape (n,). A peak is a maximum of the intensity, smoothed over three channels,
     whose height and whose prominence exceed `significant` times the noise that smoothing leaves.
     """
-    from scipy import signal  # a third of a second, for those who never look for peaks
-
-    if len(intensity) < len(KERNEL):
+    if len(intensity) < 3:
         return np.empty(0, dtype=np.int64)
-    smooth = np.convolve(np.pad(intensity, 1, mode="edge"), KERNEL, mode="valid")
-    least = significant * KERNEL_NOISE * noise
-    channels, _ = signal.find_peaks(
-        smooth,
-        height=least,
-        prominence=np.maximum(least, LEAST_RELATIVE_PROMINENCE * smooth),
-        wlen=WIDEST_CHANNELS,
-    )
-    return channels
+    return _stand_out(softened(intensity), noise, significant * SOFTENED_NOISE)
+
+
+@float_kernel
+def _stand_out(y, noise, significant):
+    n = len(y)
+    found = np.empty(n // 2 + 1, np.int64)
+    k, i = 0, 1
+    while i < n - 1:
+        if not y[i - 1] < y[i]:
+            i += 1
+            continue
+        end = i  # of a plateau
+        while end < n - 1 and y[end + 1] == y[i]:
+            end += 1
+        if end < n - 1 and y[end + 1] < y[i]:
+            top = (i + end) // 2
+            least = significant * noise[top]
+            if y[top] >= least and _prominence(y, top) >= max(
+                least, LEAST_RELATIVE_PROMINENCE * y[top]
+            ):
+                found[k] = top
+                k += 1
+        i = end + 1
+    return found[:k].copy()
+
+
+@float_kernel
+def _prominence(y, top):
+    """How far one must go down from a peak, at least, to get to a higher place."""
+    reach = WIDEST_CHANNELS // 2
+    left = right = y[top]
+    i = top
+    while i >= max(top - reach, 0) and y[i] <= y[top]:
+        left = min(left, y[i])
+        i -= 1
+    i = top
+    while i <= min(top + reach, len(y) - 1) and y[i] <= y[top]:
+        right = min(right, y[i])
+        i += 1
+    return y[top] - max(left, right)

@@ -4,7 +4,8 @@ import numpy as np
 
 from .boltzmann import PlotLines
 from .catalogue import Catalogue
-from .index import Indexed, Matched
+from .index import Indexed
+from .match import Matched
 from .spectrum import FloatArray
 from .strengths import atoms
 from .voigt import VoigtPeaks

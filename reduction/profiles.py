@@ -6,8 +6,9 @@ import numpy as np
 
 from .background import background
 from .bad import bridged, mark_bad
+from .curve import bridge, pitch_of, quantile, softened
 from .noise import local_noise, steadied
-from .peaks import KERNEL, find_peaks
+from .peaks import find_peaks
 from .render import render
 from .slit import QUIET_LINES, TAKEN_UP, Slit, learn
 from .spectrum import BoolArray, FloatArray, IntArray, Spectrum
@@ -63,11 +64,11 @@ def fit_profiles(
     deaf = np.where(bad, DEAF, 1.0)
     taught = learn(x, net, floor * deaf, seeds)
     gain = min((g for g in (taught.gain, steady.gain) if g is not None), default=0.0)
-    noise = np.sqrt(floor**2 + gain * np.maximum(_smooth(net), 0.0))
+    noise = np.sqrt(floor**2 + gain * np.maximum(softened(net), 0.0))
     seeds = np.union1d(find_peaks(net, noise), _wanted(x, net, noise, wanted_nm))
     peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit)
     model = render(x, peaks, 0.05 * noise)
-    quieter = quieter_noise(noise, floor, under + _smooth(net), net - model, seeds)
+    quieter = quieter_noise(noise, floor, under + softened(net), net - model, seeds)
     crowded = bool(np.mean(quieter[seeds] < noise[seeds]) > CROWDED) if len(seeds) else False
     noise = quieter if crowded else noise
     more = search_residual(x, net, model, noise * deaf, peaks, taught.slit)
@@ -83,8 +84,11 @@ def fit_profiles(
 
 def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:
     """Noise as the good channels show it: a bridge has none."""
-    good = np.flatnonzero(~bad)
-    return np.interp(np.arange(len(y)), good, local_noise(y[good]))
+    if not bad.any():
+        return local_noise(y)
+    noise = np.zeros(len(y))
+    noise[~bad] = local_noise(y[~bad])
+    return bridge(noise, bad)
 
 
 def _wanted(x, net, noise, wanted_nm) -> IntArray:
@@ -105,10 +109,10 @@ def quieter_noise(
     """
     if len(seeds) < LEAST_TOPS:
         return noise
-    read = float(np.quantile(floor[::QUIET_STEP], QUIET_PART)) ** 2
+    read = float(quantile(floor[::QUIET_STEP], QUIET_PART)) ** 2
     tops = np.clip(seeds[:, None] + np.arange(-2, 3), 0, len(left) - 1)
     each = TAKEN_UP * np.mean(left[tops] ** 2, axis=1) - read
-    gain = max(float(np.quantile(each / np.maximum(light[seeds], 1e-30), QUIET_LINES)), 0.0)
+    gain = max(float(quantile(each / np.maximum(light[seeds], 1e-30), QUIET_LINES)), 0.0)
     again = FOLLOWED * np.sqrt(read + gain * np.maximum(light, 0.0))
     return np.where(again < CLEARLY * noise, again, noise)
 
@@ -128,13 +132,9 @@ def search_residual(
     found = find_peaks(net - model, tolerated, RESIDUAL)
     if not len(found):
         return found
-    pitch = np.gradient(x)
+    pitch = pitch_of(x)
     near = np.abs(peaks.centre_nm[:, None] - x[found]).min(axis=0)
     return found[near > np.maximum(APART * slit.sigma_nm[found] / SIGMA_PER_FWHM, pitch[found])]
-
-
-def _smooth(values):
-    return np.convolve(np.pad(values, 1, mode="edge"), KERNEL, mode="valid")
 
 
 def _widest(model):

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .curve import along, median, pitch_of, quantile
+from .kernel import float_kernel
 from .render import render
 from .spectrum import FloatArray, IntArray
 from .voigt import SIGMA_PER_FWHM, Slit, VoigtPeaks, fit_peaks
@@ -34,7 +36,7 @@ class Taught:
 def learn(wavelength_nm: FloatArray, net: FloatArray, noise: FloatArray, peaks: IntArray) -> Taught:
     """The slit and the gain, from the strongest peaks (channels, ascending); shapes (m,)."""
     chosen = _strongest(net, noise, peaks)
-    pitch = np.gradient(wavelength_nm) if len(wavelength_nm) > 1 else np.ones(1)
+    pitch = pitch_of(wavelength_nm)
     if not len(chosen):
         return Taught(Slit(USUAL_FWHM_CHANNELS * SIGMA_PER_FWHM * pitch, 0.0, 0.5), None)
     fitted = fit_peaks(wavelength_nm, net, noise, chosen)
@@ -71,11 +73,10 @@ def _slit(wavelength_nm, fitted: VoigtPeaks, good) -> Slit:
     n = min(NEAREST, len(centre))
     first = np.clip(np.arange(len(centre)) - n // 2, 0, len(centre) - n)
     windows = sigma[first[:, None] + np.arange(n)]
-    narrow = np.quantile(windows, NARROW_QUANTILE, axis=1)
-    spread = np.median(np.abs(windows - np.median(windows, axis=1)[:, None]), axis=1) / narrow
-    sure = float(np.clip(np.median(spread), *SURE))
+    narrow, spread = _narrow_and_spread(windows)
+    sure = min(max(float(median(spread / narrow)), SURE[0]), SURE[1])
     return Slit(
-        np.interp(wavelength_nm, centre, narrow), float(np.median(fitted.gamma_nm[good])), sure
+        along(wavelength_nm, centre, narrow), float(median(fitted.gamma_nm[good])), sure
     )
 
 
@@ -90,4 +91,14 @@ def _gain(wavelength_nm, net, noise, peaks, fitted: VoigtPeaks) -> float | None:
     near = np.clip(peaks[:, None] + np.arange(-2, 3), 0, len(net) - 1)
     left, light = np.mean((net - model)[near] ** 2, axis=1), np.mean(model[near], axis=1)
     each = (TAKEN_UP * left - noise[peaks] ** 2) / np.maximum(light, 1e-30)
-    return max(float(np.quantile(each, QUIET_LINES)), 0.0)
+    return max(float(quantile(each, QUIET_LINES)), 0.0)
+
+
+@float_kernel
+def _narrow_and_spread(windows):
+    """A low quantile of each row, and its median distance from its median; shapes (n,)."""
+    narrow, spread = np.empty(len(windows)), np.empty(len(windows))
+    for k in range(len(windows)):
+        narrow[k] = quantile(windows[k], NARROW_QUANTILE)
+        spread[k] = median(np.abs(windows[k] - median(windows[k])))
+    return narrow, spread

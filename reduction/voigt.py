@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .curve import pitch_of
 from .kernel import float_kernel
 from .levenberg import PER_LINE, PER_PEAK, evaluate, factorise, fit, solve
 from .spectrum import BoolArray, FloatArray, IntArray
@@ -142,7 +143,7 @@ def seen_widths(
     full = widths(y, channels)
     if not len(channels) or not sigma_nm.any():
         return full
-    pitch_nm = np.gradient(x)[channels]
+    pitch_nm = pitch_of(x)[channels]
     least = (sigma_nm[channels] / SIGMA_PER_FWHM + 1.5 * gamma_nm) / pitch_nm
     return np.maximum(full, least)
 

@@ -15,43 +15,10 @@ RESONANT_WORST = -1.5  # nor this, where it absorbs its own light
 RESONANT_EV = 1.5  # lower level below which a strong line may do so
 LOG_LEFT = -0.9  # ln of the part of a peak that others must leave, for it to be evidence
 ALMOST = -0.35  # lines this far (in ln) below the limit may still show
-TOO_BROAD = 3.0  # times the width that the line should have
 MISSING_SPREAD = 0.5
 NOT_SEEN, IN_A_CROWD, BAD = -1, -2, -3
+LEAST_SHARE = 0.05  # of a peak, below which a line does not explain it
 TWO_PI = 2.0 * float(np.pi)  # of two normal laws: of ln(area), and of the place in errors
-
-
-@float_kernel
-def match(
-    shown, channel_error, peak_nm, peak_error, peak_width, tolerance, fwhm, wide, bad, area, limit
-):
-    """The peak of each expected line, or why there is none; and how far it is, in errors.
-
-    shown: places of lines; wide: how wide they should be seen; peak_nm: ascending. The nearest
-    peak within `tolerance` errors counts, unless it is too broad to be that line.
-    """
-    n = len(shown)
-    which, away = np.full(n, NOT_SEEN, np.int64), np.zeros(n)
-    for j in range(n):
-        if bad[j]:
-            which[j] = BAD
-            continue
-        k = np.searchsorted(peak_nm, shown[j])
-        best = 1e9
-        crowd = False
-        for i in range(max(k - 2, 0), min(k + 2, len(peak_nm))):
-            error = np.sqrt(channel_error**2 + min(peak_error[i], 0.3 * fwhm[j]) ** 2)
-            if peak_width[i] > TOO_BROAD * wide[j]:
-                continue
-            z = abs(peak_nm[i] - shown[j]) / error
-            if z < best:
-                best = z
-                if z < tolerance:
-                    which[j], away[j] = i, z
-            crowd = crowd or (abs(peak_nm[i] - shown[j]) < 1.5 * fwhm[j] and area[i] > 2 * limit[j])
-        if which[j] == NOT_SEEN and crowd:
-            which[j] = IN_A_CROWD
-    return which, away
 
 
 @float_kernel
@@ -162,6 +129,76 @@ def weigh_all(
             log_peak, log_free, relative,
         )  # fmt: skip
     return weight, scale
+
+
+@float_kernel
+def accept(
+    first, log_area, low_ev, spread, which, away, log_limit, density, log_peak, relative, area,
+    prior, least,
+):  # fmt: skip
+    """Believe the surest element, take its share of its peaks away, weigh the others anew, go on.
+
+    Gives back weight and scale of each element, those accepted (surest first), and of each peak the
+    area that they explain. An element is only weighed again when it comes to the top.
+    """
+    log_free = log_peak.copy()
+    taken = np.zeros(len(area))
+    weight, scale = weigh_all(
+        first, log_area, low_ev, spread, which, away, log_limit, density, log_peak, log_free,
+        relative,
+    )  # fmt: skip
+    weight += prior
+    n = len(weight)
+    open_, fresh = np.ones(n, np.bool_), np.ones(n, np.bool_)
+    accepted = np.empty(n, np.int64)
+    found = 0
+    while True:
+        e = -1
+        for other in range(n):
+            if open_[other] and (e < 0 or weight[other] > weight[e]):
+                e = other
+        if e < 0 or weight[e] < least:
+            break
+        if fresh[e]:
+            accepted[found] = e
+            found += 1
+            open_[e] = False
+            take(first[e], first[e + 1], scale[e], log_area, spread, which, area, taken)
+            for i in range(len(area)):
+                log_free[i] = np.log(max(area[i] - taken[i], 1e-6 * area[i]))
+            fresh[:] = False
+            continue
+        weight[e], scale[e] = weigh(
+            first[e], first[e + 1], log_area, low_ev, spread, which, away, log_limit, density,
+            log_peak, log_free, relative,
+        )  # fmt: skip
+        weight[e] += prior[e]
+        fresh[e] = True
+    for e in range(n):
+        if open_[e] and not fresh[e] and weight[e] > 0.5 * least:
+            weight[e], scale[e] = weigh(
+                first[e], first[e + 1], log_area, low_ev, spread, which, away, log_limit, density,
+                log_peak, log_free, relative,
+            )  # fmt: skip
+            weight[e] += prior[e]
+    return weight, scale, accepted[:found].copy(), taken
+
+
+@float_kernel
+def take(begin, end, scale, log_area, spread, which, area, taken):
+    """Give an element what it explains of each peak: all of it where the areas agree."""
+    for j in range(begin, end):
+        i = which[j]
+        if i < 0:
+            continue
+        log_expected = log_area[j] + scale
+        expected = np.exp(log_expected)
+        if expected <= LEAST_SHARE * area[i]:
+            continue
+        agrees = np.log(area[i]) - log_expected < 2.0 * spread[j]
+        taken[i] += area[i] if agrees else expected
+    for i in range(len(area)):
+        taken[i] = min(taken[i], area[i])
 
 
 @float_kernel
