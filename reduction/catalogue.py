@@ -26,7 +26,7 @@ class Catalogue:
     to, shape (n,); first: where the entries of each element begin, shape (e + 1,). leader: the row
     (of the line table) that is strongest in each entry, shape (entries,). Of the leaders, shape
     (entries,): element, low_ev (lower level), uncertainty (of ln A), width_nm (full Stark width at
-    1e17 electrons per cm3).
+    1e17 electrons per cm3). order: the entries by wavelength.
     """
 
     rows: IntArray
@@ -37,11 +37,14 @@ class Catalogue:
     low_ev: FloatArray
     uncertainty: FloatArray
     width_nm: FloatArray
+    order: IntArray
 
     def strengths(self, temperature_k: float, density_per_cm3: float) -> "Expected":
         """What each entry should show at a temperature and density."""
         log = log_strengths(self.rows, temperature_k, density_per_cm3)
-        return Expected(*_summed(log, atoms().wavelength_nm[self.rows], self.entry, len(self.leader)))
+        return Expected(
+            *_summed(log, atoms().wavelength_nm[self.rows], self.entry, len(self.leader))
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +77,7 @@ def catalogue(first_nm: float, last_nm: float, apart_nm: float) -> Catalogue:
     leaders = np.array(leader, dtype=np.int64)
     return Catalogue(
         flat, which, np.array(first), leaders, a.element[leaders], a.e_i_ev[leaders],
-        a.uncertainty[leaders], a.width_nm[leaders],
+        a.uncertainty[leaders], a.width_nm[leaders], np.argsort(a.wavelength_nm[leaders]),
     )  # fmt: skip
 
 

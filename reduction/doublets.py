@@ -75,7 +75,7 @@ def light_lost(
 def _peak(vacuum_nm: float, peaks: VoigtPeaks, identified: Identified) -> int | None:
     if not len(peaks):
         return None
-    away = np.abs(peaks.centre_nm - identified.offsets.shown(np.array([vacuum_nm]))[0])
+    away = np.abs(peaks.centre_nm - identified.offsets.place(vacuum_nm))
     nearest = int(np.argmin(away))
     return nearest if away[nearest] < SAME_PEAK_NM else None
 

@@ -118,7 +118,7 @@ def find_elements(
     offsets = offsets or Offsets.none("air")
     for element in asked:
         line = predominant_line(element)
-        line_nm = float(offsets.shown(np.array([line.wavelength_nm]))[0])
+        line_nm = offsets.place(line.wavelength_nm)
         if not range_nm[0] <= line_nm <= range_nm[1]:
             found[element] = ElementPeak(line, "outside the spectrum")
             continue

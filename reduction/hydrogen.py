@@ -53,7 +53,7 @@ def h_alpha(
     x: nm, counts: bridged and despiked, both (m,). The background of the whole spectrum would cut
     off its feet, so a straight line under the window is fitted with it.
     """
-    at = float(offsets.shown(np.array([H_ALPHA_NM]))[0])
+    at = offsets.place(H_ALPHA_NM)
     window = slice(*np.searchsorted(x, [at - HALF_WINDOW_NM, at + HALF_WINDOW_NM]))
     if window.stop - window.start < 30 or not x[0] + 3 < at < x[-1] - 3:
         return None

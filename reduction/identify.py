@@ -14,7 +14,7 @@ from .catalogue import Catalogue, Expected, catalogue
 from .commonness import log_odds
 from .curve import median, usual_pitch_nm
 from .growth import log_depth_of_unit, log_kept
-from .hydrogen import HAlpha, h_alpha
+from .hydrogen import H_ALPHA_NM, HAlpha, h_alpha
 from .index import Indexed, index_peaks, likelihood
 from .match import Matched, match_lines
 from .offsets import Offsets, estimate_offsets, seams
@@ -28,9 +28,11 @@ FIRST_DENSITY = 1e17
 FIRST_STARK = 6e16  # of the widths that are expected before the density is known
 FIRST_ERROR_NM, SECOND_ERROR_NM = 0.02, 0.008
 FIRST_SPREAD, SECOND_SPREAD = 0.35, 0.3
+SIGMA_STEP = 50  # channels: the slit's width changes slowly
 VOTING = 15  # lines of an element that vote for the offset at first
 ROUGH_STEPS = 5  # of the first plot: the second goes on from there
 H_ALPHA_SAYS = 5.0  # no other line of its neighbourhood is half as broad
+MOVED_NM = 0.02  # of H-alpha, from which it is fitted again
 HOPELESS = 0.75  # of the votes for the other medium: not worth a round
 VOTES_COUNT = 2.0  # weight of the votes beside the weight of the elements, where they disagree
 RARE = -4.0  # log odds below which an element has no vote at first
@@ -82,9 +84,18 @@ def identify(
     for offsets in _first_offsets(profiles, known, first, medium, seams_nm):
         if rounds and offsets.votes < HOPELESS * rounds[0][2].votes:
             break
-        matched = match_lines(profiles, x, bad, offsets, first.vacuum_nm, error, stark(known, FIRST_STARK))
-        best = _likeliest(profiles, known, tries, matched) if best is None else best
-        indexed = index_peaks(peaks, known, tries[best].log_area, matched, FIRST_SPREAD)
+        matched = match_lines(
+            profiles,
+            x,
+            bad,
+            offsets,
+            first.vacuum_nm,
+            error,
+            stark(known, FIRST_STARK),
+            known.order,
+        )
+        best = _likeliest(known, tries, matched) if best is None else best
+        indexed = index_peaks(known, tries[best].log_area, matched, FIRST_SPREAD)
         rounds.append(
             (indexed.total + VOTES_COUNT * offsets.votes, best, offsets, matched, indexed)
         )
@@ -97,27 +108,27 @@ def identify(
     lines = plot_lines(peaks, known, expected.log_area, matched, indexed)
     plot = fit_plot(lines, density, start_k, ROUGH_STEPS)
 
-    offsets = _second_offsets(profiles, known, expected, indexed, offsets, seams_nm)
+    before = offsets
+    offsets = _second_offsets(profiles, known, expected, indexed, before, seams_nm)
     expected = _expected(known, plot, expected)
     effective = _effective(known, expected, plot)
     error = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm)
     log10_ne = np.log10(FIRST_STARK) if plot is None else plot.log10_ne
     widths = stark(known, 10**log10_ne)
-    matched = match_lines(profiles, x, bad, offsets, expected.vacuum_nm, error, widths)
+    matched = match_lines(profiles, x, bad, offsets, expected.vacuum_nm, error, widths, known.order)
     bonus = _from_h_alpha(hydrogen)
-    indexed = index_peaks(peaks, known, effective, matched, SECOND_SPREAD, bonus=bonus)
+    indexed = index_peaks(known, effective, matched, SECOND_SPREAD, bonus=bonus)
     if indexed.accepted:
         lines = plot_lines(peaks, known, effective, matched, indexed)
-        hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
+        if abs(offsets.place(H_ALPHA_NM) - before.place(H_ALPHA_NM)) > MOVED_NM:
+            hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
         plot = fit_plot(lines, _density(hydrogen), plot.temperature_k if plot else start_k)
     return Identified(known, expected, effective, offsets, matched, indexed, plot, hydrogen)
 
 
-def _likeliest(profiles, known: Catalogue, tries: list[Expected], matched: Matched) -> int:
+def _likeliest(known: Catalogue, tries: list[Expected], matched: Matched) -> int:
     """Which of the first temperatures explains most."""
-    totals = [
-        likelihood(profiles.peaks, known, e.log_area, matched, FIRST_SPREAD) for e in tries
-    ]
+    totals = [likelihood(known, e.log_area, matched, FIRST_SPREAD) for e in tries]
     return int(np.argmax(totals))
 
 
@@ -138,7 +149,7 @@ def _range(x: FloatArray) -> tuple[float, float]:
 
 def _apart(profiles: Profiles) -> float:
     """Lines nearer than this are one to the instrument, nm; in steps, so that tables are reused."""
-    sigma = float(median(profiles.slit.sigma_nm))
+    sigma = float(median(profiles.slit.sigma_nm[::SIGMA_STEP]))
     return float(np.round(np.exp(np.round(np.log(sigma) * 4) / 4), 4))
 
 
@@ -228,8 +239,10 @@ def _effective(known: Catalogue, expected: Expected, plot: Plot | None) -> Float
     """ln area for one atom, each line weakened by what it absorbs where the amount is known."""
     if plot is None:
         return expected.log_area
+    area = expected.log_area.copy()
     scale = plot.log_scale[known.element]
-    width = known.width_nm * 10 ** (plot.log10_ne - 17)
-    depth = log_depth_of_unit(expected.vacuum_nm, width, plot.temperature_k)
-    log_tau = plot.log_opacity + expected.log_area + np.where(np.isnan(scale), -50.0, scale) + depth
-    return expected.log_area + log_kept(log_tau)[0]
+    its = np.flatnonzero(~np.isnan(scale))
+    width = known.width_nm[its] * 10 ** (plot.log10_ne - 17)
+    depth = log_depth_of_unit(expected.vacuum_nm[its], width, plot.temperature_k)
+    area[its] += log_kept(plot.log_opacity + area[its] + scale[its] + depth)[0]
+    return area

@@ -8,7 +8,6 @@ from .catalogue import Catalogue
 from .commonness import log_odds
 from .match import Matched
 from .spectrum import FloatArray
-from .voigt import VoigtPeaks
 from .weigh import accept, weigh_all
 
 DETECTED, UNCERTAIN = 5.5, 3.0  # weights, prior included
@@ -31,7 +30,6 @@ class Indexed:
 
 
 def index_peaks(
-    peaks: VoigtPeaks,
     catalogue: Catalogue,
     log_area: FloatArray,
     matched: Matched,
@@ -44,11 +42,11 @@ def index_peaks(
     log_area: ln of the area that each entry should have for one atom, shape (entries,). bonus:
     added to the weights, for evidence from elsewhere, shape (e,).
     """
-    area, log_peak, relative = _seen(peaks)
     prior = log_odds() + bonus
     weight, scale, accepted, taken = accept(
         catalogue.first, log_area, catalogue.low_ev, _spread(catalogue, model_spread),
-        matched.peak, matched.away, matched.log_limit, matched.chance, log_peak, relative, area,
+        matched.peak, matched.away, matched.log_limit, matched.chance, matched.log_peak,
+        matched.relative, matched.area,
         prior, least,
     )  # fmt: skip
     total = float(weight[accepted].sum())
@@ -56,7 +54,6 @@ def index_peaks(
 
 
 def likelihood(
-    peaks: VoigtPeaks,
     catalogue: Catalogue,
     log_area: FloatArray,
     matched: Matched,
@@ -64,19 +61,13 @@ def likelihood(
     least: float = UNCERTAIN,
 ) -> float:
     """Sum of the weights above `least`, each by itself as if no other element claimed its peaks."""
-    _, log_peak, relative = _seen(peaks)
     weight, _ = weigh_all(
         catalogue.first, log_area, catalogue.low_ev, _spread(catalogue, model_spread),
-        matched.peak, matched.away, matched.log_limit, matched.chance, log_peak, log_peak, relative,
+        matched.peak, matched.away, matched.log_limit, matched.chance, matched.log_peak,
+        matched.log_peak, matched.relative,
     )  # fmt: skip
     weight += log_odds()
     return float(weight[weight > least].sum())
-
-
-def _seen(peaks: VoigtPeaks) -> tuple[FloatArray, FloatArray, FloatArray]:
-    area = np.maximum(peaks.area, 1e-12)
-    relative = np.clip(np.nan_to_num(peaks.area_error / area, nan=1.0), 0.0, 1.0)
-    return area, np.log(area), relative
 
 
 def _spread(catalogue: Catalogue, model_spread: float) -> FloatArray:

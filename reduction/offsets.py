@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .air import in_medium
+from .air_kernel import in_air
 from .kernel import kernel
 from .spectrum import FloatArray, Medium
 
@@ -51,6 +52,11 @@ class Offsets:
         """Where on the axis lines should be seen, nm; any shape."""
         true = in_medium(vacuum_nm, self.medium)
         return true + self.at(true)
+
+    def place(self, vacuum_nm: float) -> float:
+        """Where on the axis one line should be seen, nm."""
+        true = in_air(vacuum_nm) if self.medium == "air" else vacuum_nm
+        return float(true + self.offset_nm[int(np.searchsorted(self.edges_nm, true, "right"))])
 
 
 def estimate_offsets(

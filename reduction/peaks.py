@@ -23,18 +23,26 @@ def find_peaks(
     in counts, shape (n,). A peak is a maximum of the intensity, smoothed over three channels,
     whose height and whose prominence exceed `significant` times the noise that smoothing leaves.
     """
+    return standing_out(intensity, noise, significant)[0]
+
+
+def standing_out(
+    intensity: FloatArray, noise: FloatArray, significant: float
+) -> tuple[IntArray, FloatArray]:
+    """The same channels, and the height or prominence of each, the less of both, in noise."""
     if len(intensity) < 3:
-        return np.empty(0, dtype=np.int64)
-    return _stand_out(softened(intensity), noise, significant * SOFTENED_NOISE)
+        return np.empty(0, dtype=np.int64), np.empty(0)
+    channels, counts = _stand_out(softened(intensity), noise, significant * SOFTENED_NOISE)
+    return channels, counts / SOFTENED_NOISE
 
 
 @float_kernel
 def _stand_out(y, noise, significant):
     n = len(y)
-    found = np.empty(n // 2 + 1, np.int64)
+    found, clear = np.empty(n // 2 + 1, np.int64), np.empty(n // 2 + 1)
     k, i = 0, 1
     while i < n - 1:
-        if not y[i - 1] < y[i]:
+        if y[i] < significant * noise[i] or not y[i - 1] < y[i]:
             i += 1
             continue
         end = i  # of a plateau
@@ -42,14 +50,12 @@ def _stand_out(y, noise, significant):
             end += 1
         if end < n - 1 and y[end + 1] < y[i]:
             top = (i + end) // 2
-            least = significant * noise[top]
-            if y[top] >= least and _prominence(y, top) >= max(
-                least, LEAST_RELATIVE_PROMINENCE * y[top]
-            ):
-                found[k] = top
+            height = min(y[top], _prominence(y, top))
+            if height >= significant * noise[top] and height >= LEAST_RELATIVE_PROMINENCE * y[top]:
+                found[k], clear[k] = top, height / noise[top]
                 k += 1
         i = end + 1
-    return found[:k].copy()
+    return found[:k].copy(), clear[:k].copy()
 
 
 @float_kernel

@@ -8,7 +8,7 @@ from .background import background
 from .bad import bridged, mark_bad
 from .curve import bridge, pitch_of, quantile, softened
 from .noise import local_noise, steadied
-from .peaks import find_peaks
+from .peaks import SIGNIFICANT, find_peaks, standing_out
 from .render import render
 from .slit import QUIET_LINES, TAKEN_UP, Slit, learn
 from .spectrum import BoolArray, FloatArray, IntArray, Spectrum
@@ -49,8 +49,8 @@ def fit_profiles(
 ) -> Profiles:
     """All peaks of a spectrum, ascending in their centres.
 
-    bad: channels that do not count, shape (m,); found by `mark_bad` if None. wanted_nm: places on
-    the axis at which a peak of three times the noise is enough.
+    bad: channels that do not count, shape (m,); found by `mark_bad` if None. wanted_nm: places
+    on the axis, ascending, at which a peak of three times the noise is enough.
     """
     x = spectrum.wavelength_nm
     bad = mark_bad(spectrum.intensity).any if bad is None else bad
@@ -65,8 +65,8 @@ def fit_profiles(
     taught = learn(x, net, floor * deaf, seeds)
     gain = min((g for g in (taught.gain, steady.gain) if g is not None), default=0.0)
     noise = np.sqrt(floor**2 + gain * np.maximum(softened(net), 0.0))
-    seeds = np.union1d(find_peaks(net, noise), _wanted(x, net, noise, wanted_nm))
-    peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit)
+    seeds = _seeds(x, net, noise, wanted_nm)
+    peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit, start=taught.lines)
     model = render(x, peaks, 0.05 * noise)
     quieter = quieter_noise(noise, floor, under + softened(net), net - model, seeds)
     crowded = bool(np.mean(quieter[seeds] < noise[seeds]) > CROWDED) if len(seeds) else False
@@ -76,7 +76,7 @@ def fit_profiles(
     if len(more):
         both = np.union1d(seeds, more)
         before = None if crowded else (seeds, peaks)
-        peaks = fit_peaks(x, net, noise * deaf, both, taught.slit, before)
+        peaks = fit_peaks(x, net, noise * deaf, both, taught.slit, before, (seeds, peaks))
     real = np.flatnonzero(peaks.area > LEAST_AREA * peaks.area_error)
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
     return Profiles(peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain)
@@ -91,11 +91,16 @@ def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:
     return bridge(noise, bad)
 
 
-def _wanted(x, net, noise, wanted_nm) -> IntArray:
+def _seeds(x, net, noise, wanted_nm) -> IntArray:
+    """Channels of peaks, ascending; at places that were asked for the fainter ones as well."""
     if wanted_nm is None or not len(wanted_nm):
-        return np.empty(0, dtype=np.int64)
-    weak = find_peaks(net, noise, significant=WANTED)
-    return weak[np.min(np.abs(x[weak][:, None] - wanted_nm), axis=1, initial=9.0) < WANTED_NM]
+        return find_peaks(net, noise)
+    channels, clear = standing_out(net, noise, WANTED)
+    place = np.clip(np.searchsorted(wanted_nm, x[channels]), 1, len(wanted_nm) - 1)
+    away = np.minimum(
+        np.abs(x[channels] - wanted_nm[place]), np.abs(x[channels] - wanted_nm[place - 1])
+    )
+    return channels[(clear >= SIGNIFICANT) | (away < WANTED_NM)]
 
 
 def quieter_noise(

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -95,14 +96,15 @@ def reduce_spectrum(
     return Reduction(profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified)
 
 
-def wanted_nm(asked: Iterable[str], medium: Medium | None) -> FloatArray:
-    """Where the predominant lines of the elements may be seen, nm, shape (k,)."""
+@lru_cache(maxsize=64)
+def wanted_nm(asked: tuple[str, ...], medium: Medium | None) -> FloatArray:
+    """Where the predominant lines of the elements may be seen, nm, ascending, shape (k,)."""
     from .air import to_air
 
-    vacuum = np.array([predominant_line(element).wavelength_nm for element in asked])
+    vacuum = np.sort([predominant_line(element).wavelength_nm for element in asked])
     if medium == "vacuum":
         return vacuum
-    return to_air(vacuum) if medium == "air" else np.concatenate([to_air(vacuum), vacuum])
+    return to_air(vacuum) if medium == "air" else np.sort(np.concatenate([to_air(vacuum), vacuum]))
 
 
 def _trusted(identified: Identified, medium: Medium | None) -> Offsets:

@@ -27,10 +27,14 @@ LEAST_LINES = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Taught:
-    """slit: widths; gain: variance of a channel (counts^2) for each count of line light."""
+    """slit: widths; gain: variance of a channel (counts^2) for each count of line light.
+
+    lines: the channels of those that taught, and how they were fitted.
+    """
 
     slit: Slit
     gain: float | None  # None: too few lines to tell
+    lines: tuple[IntArray, VoigtPeaks] | None = None
 
 
 def learn(wavelength_nm: FloatArray, net: FloatArray, noise: FloatArray, peaks: IntArray) -> Taught:
@@ -44,8 +48,10 @@ def learn(wavelength_nm: FloatArray, net: FloatArray, noise: FloatArray, peaks: 
     good &= fitted.sigma_nm > 0.3 * pitch[chosen]
     gain = _gain(wavelength_nm, net, noise, chosen, fitted)
     if not good.any():
-        return Taught(Slit(USUAL_FWHM_CHANNELS * SIGMA_PER_FWHM * pitch, 0.0, 0.5), gain)
-    return Taught(_slit(wavelength_nm, fitted, np.flatnonzero(good)), gain)
+        return Taught(
+            Slit(USUAL_FWHM_CHANNELS * SIGMA_PER_FWHM * pitch, 0.0, 0.5), gain, (chosen, fitted)
+        )
+    return Taught(_slit(wavelength_nm, fitted, np.flatnonzero(good)), gain, (chosen, fitted))
 
 
 def _strongest(net, noise, peaks):
@@ -75,9 +81,7 @@ def _slit(wavelength_nm, fitted: VoigtPeaks, good) -> Slit:
     windows = sigma[first[:, None] + np.arange(n)]
     narrow, spread = _narrow_and_spread(windows)
     sure = min(max(float(median(spread / narrow)), SURE[0]), SURE[1])
-    return Slit(
-        along(wavelength_nm, centre, narrow), float(median(fitted.gamma_nm[good])), sure
-    )
+    return Slit(along(wavelength_nm, centre, narrow), float(median(fitted.gamma_nm[good])), sure)
 
 
 def _gain(wavelength_nm, net, noise, peaks, fitted: VoigtPeaks) -> float | None:

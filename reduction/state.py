@@ -68,7 +68,7 @@ def lithium_ratio(peaks: VoigtPeaks, identified: Identified) -> LithiumRatio | N
         return None
     found = []
     for vacuum in (ORANGE_NM, RED_NM):
-        at = float(identified.offsets.shown(np.array([vacuum]))[0])
+        at = identified.offsets.place(vacuum)
         away = np.abs(peaks.centre_nm - at)
         nearest = int(np.argmin(away)) if len(peaks) else -1
         if nearest < 0 or away[nearest] > SAME_PLACE_NM:

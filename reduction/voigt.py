@@ -95,6 +95,7 @@ def fit_peaks(
     peaks: IntArray,
     slit: Slit | None = None,
     before: tuple[IntArray, VoigtPeaks] | None = None,
+    start: tuple[IntArray, VoigtPeaks] | None = None,
 ) -> VoigtPeaks:
     """Fit the peaks at the channels `peaks` (ascending), neighbours that overlap together.
 
@@ -102,6 +103,7 @@ def fit_peaks(
     NaN. noise: standard deviation of each channel, counts, above 0. slit: pulls the widths towards
     what is known of them, which steadies weak and crowded peaks; without it the widths are free.
     before: channels that were fitted already, and their peaks: groups without a new member stay.
+    start: channels that were fitted to other noise or without the slit: where to begin from.
     Raises ValueError on NaN.
     """
     if not np.isfinite(intensity).all():
@@ -114,10 +116,15 @@ def fit_peaks(
     weight = 1.0 / np.asarray(noise, dtype=np.float64) ** 2
     full = seen_widths(x, y, channels, sigma_nm, gamma_nm)
     fitted, covariance, chi2, settled = _taken_over(channels, before)
+    first = fitted.copy()
+    if start is not None:
+        same = np.isin(start[0], channels)
+        at = np.searchsorted(channels, start[0][same])
+        first[at] = _parameters(start[1])[same]
     known = np.isfinite(fitted[:, 0])
     _fit_all(
         x, y, weight, channels, full, sigma_nm, float(gamma_nm), slit.sure, slit.gamma_sure,
-        known, fitted, covariance, chi2, settled,
+        known, first, fitted, covariance, chi2, settled,
     )  # fmt: skip
     area, centre_nm, sigma_nm, gamma_nm = fitted.T.copy()
     return VoigtPeaks(area, centre_nm, sigma_nm, gamma_nm, covariance, chi2, settled)
@@ -131,9 +138,13 @@ def _taken_over(channels: IntArray, before: tuple[IntArray, VoigtPeaks] | None):
     if before is not None:
         old, peaks = before
         at = np.searchsorted(channels, old)
-        fitted[at] = np.column_stack([peaks.area, peaks.centre_nm, peaks.sigma_nm, peaks.gamma_nm])
+        fitted[at] = _parameters(peaks)
         covariance[at], chi2[at], settled[at] = peaks.covariance, peaks.chi2, peaks.settled
     return fitted, covariance, chi2, settled
+
+
+def _parameters(peaks: VoigtPeaks) -> FloatArray:
+    return np.column_stack([peaks.area, peaks.centre_nm, peaks.sigma_nm, peaks.gamma_nm])
 
 
 def seen_widths(
@@ -183,7 +194,7 @@ def _guess(x, y, peaks, full, pitch, slit_nm, gamma_nm, sure, gamma_sure):
 @float_kernel
 def _fit_all(
     wavelength_nm, y, weight, peaks, full, slit_nm, gamma_nm, sure, gamma_sure,
-    known_before, fitted, covariance, chi2, settled,
+    known_before, start, fitted, covariance, chi2, settled,
 ):  # fmt: skip
     for first_peak, end_peak, first, end in groups(y, peaks, full):
         if known_before[first_peak:end_peak].all():
@@ -195,6 +206,14 @@ def _fit_all(
             x, y[first:end], peaks[first_peak:end_peak] - first, full[first_peak:end_peak], pitch,
             slit_nm[peaks[first_peak]], gamma_nm, sure, gamma_sure,
         )  # fmt: skip
+        for k in range(end_peak - first_peak):
+            at = PER_PEAK * k
+            begin = start[first_peak + k]
+            if np.isfinite(begin).all() and begin[0] > 0.0:
+                p[at : at + PER_PEAK] = begin
+                p[at + 1] -= middle
+                for a in range(at, at + PER_PEAK):
+                    p[a] = min(max(p[a], lowest[a]), highest[a])
         pull[-2] = np.mean(weight[first:end]) / LINE_NOISE**2
         pull[-1] = pull[-2] * (0.5 * (x[-1] - x[0])) ** 2
         total, hessian, done = fit(
