@@ -28,11 +28,14 @@ def _draw(x, area, centre, sigma, gamma, faint, model):
         if not area[k] > 0.0:
             continue
         middle = min(np.searchsorted(x, centre[k]), n - 1)
-        # A Lorentzian's foot falls below `faint` here; a Gaussian's is gone long before 6 sigma.
-        foot = np.sqrt(area[k] * gamma[k] / (np.pi * max(faint[middle], 1e-300)))
-        reach = max(foot, GONE * sigma[k])
-        first = np.searchsorted(x, centre[k] - reach)
-        end = np.searchsorted(x, centre[k] + reach)
+        # A Lorentzian's foot falls below `faint` there; a Gaussian's is gone long before 6 sigma.
+        cut = faint[middle]
+        for _ in range(2):  # the noise is less beside a line than on it
+            foot = np.sqrt(area[k] * gamma[k] / (np.pi * max(cut, 1e-300)))
+            reach = max(foot, GONE * sigma[k])
+            first = np.searchsorted(x, centre[k] - reach)
+            end = np.searchsorted(x, centre[k] + reach)
+            cut = min(faint[min(first, n - 1)], faint[max(end - 1, 0)])
         scale, norm = 1.0 / (sigma[k] * ROOT_2), area[k] / (sigma[k] * ROOT_2_PI)
         real, imag = np.empty(end - first), np.empty(end - first)
         faddeeva_row(x[first:end], centre[k], scale, gamma[k] * scale, real, imag)
