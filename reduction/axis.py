@@ -10,6 +10,7 @@ from .spectrum import FloatArray
 Unit = Literal["nm", "angstrom", "um"]
 NM_PER: dict[str, float] = {"nm": 1.0, "angstrom": 0.1, "um": 1000.0}
 SHORTEST_NM, LONGEST_NM = 100.0, 3_000.0  # no plasma is looked at beyond, through no window or air
+USUAL_NM = 1_200.0  # what silicon sees: beyond it, steps of exactly 1 are channels
 
 
 def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
@@ -18,13 +19,15 @@ def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
         raise Unreadable(f"{unit!r} is no unit of wavelength; it is one of {', '.join(NM_PER)}")
     nm = np.asarray(values, dtype=np.float64) * NM_PER[unit]
     first, last = float(np.min(nm)), float(np.max(nm))
-    if first >= SHORTEST_NM and last <= LONGEST_NM:
+    if first >= SHORTEST_NM and last <= USUAL_NM:
         return nm
     if _counts_channels(np.asarray(values)):
         raise Unreadable(
-            "the first column counts channels (0, 1, 2, ...) and is no wavelength; "
+            "the first column counts channels (..., 7, 8, 9, ...) and is no wavelength; "
             "export the spectrum with its wavelength axis"
         )
+    if first >= SHORTEST_NM and last <= LONGEST_NM:
+        return nm
     likely = [u for u, f in NM_PER.items() if _plausible(first, last, f / NM_PER[unit])]
     hint = f"; if they are in {likely[0]}, say unit={likely[0]!r}" if likely else ""
     raise Unreadable(
@@ -37,4 +40,4 @@ def _plausible(first: float, last: float, factor: float) -> bool:
 
 
 def _counts_channels(values: FloatArray) -> bool:
-    return len(values) > 1 and float(np.min(values)) <= 1 and bool(np.all(np.diff(values) == 1))
+    return len(values) > 1 and bool(np.all(np.diff(values) == 1))

@@ -32,7 +32,8 @@ class Profiles:
     """Fitted peaks and what they were fitted to; arrays of shape (m,) in counts.
 
     counts: with bad channels bridged. net: above the background `under`. noise: of each channel,
-    with that of the lines' own light. gain: variance a count of light.
+    with that of the lines' own light. gain: variance a count of light. wavelength_nm: of the
+    channels; bad: those that had no say.
     """
 
     peaks: VoigtPeaks
@@ -42,6 +43,8 @@ class Profiles:
     noise: FloatArray
     slit: Slit
     gain: float
+    wavelength_nm: FloatArray
+    bad: BoolArray
 
 
 def fit_profiles(
@@ -79,7 +82,7 @@ def fit_profiles(
         peaks = fit_peaks(x, net, noise * deaf, both, taught.slit, before, (seeds, peaks))
     real = np.flatnonzero(peaks.area > LEAST_AREA * peaks.area_error)
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
-    return Profiles(peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain)
+    return Profiles(peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain, x, bad)
 
 
 def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:

@@ -12,10 +12,14 @@ from .elements import DEFAULT_ELEMENTS, ElementPeak, find_elements, predominant_
 from .evidence import Evidence, evidence
 from .identify import Identified, identify
 from .offsets import Offsets
-from .profiles import Profiles, fit_profiles
+from .pitch import fit_at_pitch
+from .profiles import Profiles
 from .spectrum import FloatArray, Medium, Spectrum
 from .state import PlasmaState, plasma_state
 from .voigt import VoigtPeaks
+
+
+FIRST_LINE_NM, LAST_LINE_NM = 190.0, 961.0  # of the line table
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,8 +28,10 @@ class Reduction:
 
     peaks: all that were fitted, ascending. elements: the predominant peak of each element asked
     for, in that order. evidence: what speaks for every element, by symbol. plasma: temperature and
-    density, None where nothing tells. medium: what the wavelengths are counted in. The last three
-    fields are the steps' own results, for figures.
+    density, None where nothing tells. medium: what the wavelengths are counted in. profiles, bad
+    and identified are the steps' own results, for figures. averaged: how many channels of the
+    spectrum were taken as one, 1 for most; `profiles.wavelength_nm` is the axis that was used, `bad`
+    is of the spectrum's own channels. notes: sentences about what was done to this spectrum.
     """
 
     peaks: VoigtPeaks
@@ -36,6 +42,8 @@ class Reduction:
     profiles: Profiles
     bad: BadChannels
     identified: Identified | None = field(default=None)
+    averaged: int = 1
+    notes: tuple[str, ...] = ()
 
     @property
     def temperature_k(self) -> float | None:
@@ -86,14 +94,16 @@ def reduce_spectrum(
     asked = DEFAULT_ELEMENTS if elements is None else tuple(elements)
     x = spectrum.wavelength_nm
     bad = mark_bad(spectrum.intensity)
-    profiles = fit_profiles(spectrum, bad.any, wanted_nm(asked, medium))
-    identified = identify(x, bad.any, profiles, medium)
+    profiles, averaged = fit_at_pitch(spectrum, bad, wanted_nm(asked, medium))
+    identified = identify(profiles.wavelength_nm, profiles.bad, profiles, medium)
     offsets = Offsets.none(medium or "air") if identified is None else _trusted(identified, medium)
     range_nm = (float(x[0]), float(x[-1]))
     found = find_elements(profiles.peaks, asked, range_nm, offsets)
     said = {} if identified is None else evidence(identified, profiles.peaks)
     plasma = plasma_state(profiles.peaks, identified)
-    return Reduction(profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified)
+    return Reduction(profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified,
+        averaged, _notes(x, averaged),
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=64)
@@ -105,6 +115,18 @@ def wanted_nm(asked: tuple[str, ...], medium: Medium | None) -> FloatArray:
     if medium == "vacuum":
         return vacuum
     return to_air(vacuum) if medium == "air" else np.sort(np.concatenate([to_air(vacuum), vacuum]))
+
+
+def _notes(x: FloatArray, averaged: int) -> tuple[str, ...]:
+    notes = []
+    if averaged > 1:
+        notes.append(f"{averaged} channels were averaged into one, as lines are far wider than that")
+    if x[-1] < FIRST_LINE_NM or x[0] > LAST_LINE_NM:
+        notes.append(
+            f"from {x[0]:g} to {x[-1]:g} nm the line table has no lines "
+            f"({FIRST_LINE_NM:g} to {LAST_LINE_NM:g} nm); are the wavelengths in nm?"
+        )
+    return tuple(notes)
 
 
 def _trusted(identified: Identified, medium: Medium | None) -> Offsets:
