@@ -5,13 +5,16 @@ sums, Saha and Boltzmann, the air's index, line shapes, transfer of light, detec
 faults are written here once more, and in other ways.
 """
 
+from .everyday import KINDS, everyday
 from .score import Score, score, summary
 from .spectra import FAMILIES, Truth, line_free, make_spectrum, pure_noise
 
 __all__ = [
     "FAMILIES",
+    "KINDS",
     "Score",
     "Truth",
+    "everyday",
     "line_free",
     "make_spectrum",
     "pure_noise",

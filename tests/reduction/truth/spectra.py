@@ -62,15 +62,16 @@ def make_spectrum(family: str, number: int) -> Truth:
     held_out = family != "train"
     instrument = draw_instrument(rng, held_out)
     shares = atom_shares(sample, rng, str(rng.choice(["argon", "air", "helium", "none"])))
-    zones = _zones(rng, held_out)
+    zones = draw_zones(rng, held_out)
     off = rng if rng.random() < 0.5 else None
     thickest = float(np.exp(rng.uniform(np.log(0.2), np.log(30))))
     range_nm = float(instrument.axis_nm[0]), float(instrument.axis_nm[-1])
     light = shine(shares, zones, range_nm, thickest, 2e-5, off)
-    return _measured(sample, light, instrument, rng, zones)
+    return measured(sample, light, instrument, rng, zones)
 
 
-def _zones(rng, held_out):
+def draw_zones(rng, held_out):
+    """One zone, or a hot core and a cool shell."""
     kelvin, log_ne = rng.uniform(8_000, 14_000), rng.uniform(16.0, 17.5)
     core = Zone(kelvin, 10**log_ne, 1.0)
     if rng.random() < 0.5:
@@ -80,13 +81,15 @@ def _zones(rng, held_out):
     return Zone(kelvin, 10**log_ne, 1 - share), shell
 
 
-def _measured(sample, light, instrument, rng, zones) -> Truth:
+def measured(sample, light, instrument, rng, zones, continuum=None) -> Truth:
+    """What an instrument makes of light; continuum: counts of each channel, drawn if None."""
     net = see(light.nm, light.radiance, instrument)
     response = _response(instrument.axis_nm, rng)
     net = net * response
     scale = float(np.exp(rng.uniform(np.log(4e3), np.log(6.5e4)))) / float(net.max())
     net = net * scale
-    continuum = continuum_shape(instrument.axis_nm, rng) * float(np.exp(rng.uniform(3, 8)))
+    if continuum is None:
+        continuum = continuum_shape(instrument.axis_nm, rng) * float(np.exp(rng.uniform(3, 8)))
     counts, noise = record(net + continuum, instrument, rng)
     bad = spoil(counts, rng)
     factor = scale * np.interp(light.lines.nm, instrument.looked_at(), response)
