@@ -36,14 +36,20 @@ class BadChannels:
         return self.missing | self.dead | self.hot | self.full
 
 
-def mark_bad(intensity: FloatArray) -> BadChannels:
-    """Find the bad channels of counts (n,); NaN and infinite ones count as missing."""
+def mark_bad(intensity: FloatArray, alone: bool = True) -> BadChannels:
+    """Find the bad channels of counts (n,); NaN and infinite ones count as missing.
+
+    alone: look for single channels (dead, hot) too. In an export that was interpolated from fewer
+    channels, a bad one is spread over several, and every kink looks like one.
+    """
     missing = ~np.isfinite(intensity)
     none = np.zeros(len(intensity), dtype=bool)
     if missing.all() or len(intensity) < 8:
         return BadChannels(missing, none, none.copy(), none.copy())
     y = bridged(intensity, missing)
     noise = local_noise(y)
+    if not alone:
+        return BadChannels(missing, none, none.copy(), _full(y, noise) & ~missing)
     dead = _dead(y, noise)
     y = bridged(y, dead)
     hot = lone(y, noise)

@@ -9,14 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bad import BadChannels, bridged
+from .bad import BadChannels, bridged, mark_bad
 from .kernel import float_kernel
 from .profiles import Profiles, fit_profiles
 from .spectrum import BoolArray, FloatArray, Spectrum
 from .voigt import SIGMA_PER_FWHM
 
 FINEST = 150_000.0  # wavelength over pitch: an echelle of 75,000 with two channels a line
-WIDE_CHANNELS, ENOUGH_CHANNELS = 16.0, 7.0  # of a full width: too many, and what to come to
+# Full widths in channels: too many, and what to come to; less surely where few lines tell.
+WIDE, ENOUGH = 9.0, 4.5
+WIDE_OF_FEW, ENOUGH_OF_FEW, FEW = 16.0, 7.0, 5
 LEAST_LEFT = 64  # channels
 
 
@@ -38,17 +40,24 @@ def averaged(spectrum: Spectrum, bad: BadChannels, channels: int) -> Averaged:
         return Averaged(spectrum, bad.any, 1)
     out = bad.missing | bad.dead | bad.hot
     x, y, none = _means(spectrum.wavelength_nm, spectrum.intensity, out, bad.full, channels)
-    return Averaged(Spectrum(x, y if none.all() else bridged(y, np.isnan(y))), none, channels)
+    return Averaged(Spectrum(x, bridged(y, np.isnan(y))), none, channels)
 
 
 def fit_at_pitch(
-    spectrum: Spectrum, bad: BadChannels, wanted_nm: FloatArray | None = None
+    spectrum: Spectrum,
+    bad: BadChannels,
+    wanted_nm: FloatArray | None = None,
+    shared: int = 1,
 ) -> tuple[Profiles, int]:
     """The peaks, on channels no finer than their widths need, and how many were averaged into one.
 
-    wanted_nm: as in `fit_profiles`. The axis that was used is in the profiles.
+    wanted_nm: as in `fit_profiles`. shared: channels that share their noise, see `resampled`. The
+    axis that was used is in the profiles.
     """
-    seen = averaged(spectrum, bad, finer_than_any(spectrum.wavelength_nm))
+    seen = averaged(spectrum, bad, max(finer_than_any(spectrum.wavelength_nm), shared))
+    if shared > 1:
+        spoiled = seen.bad | mark_bad(seen.spectrum.intensity).any
+        seen = Averaged(seen.spectrum, spoiled, seen.channels)
     profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm)
     more = too_fine(profiles)
     if more > 1:
@@ -74,9 +83,10 @@ def too_fine(profiles: Profiles) -> int:
     pitch_nm = (x[-1] - x[0]) / max(len(x) - 1, 1)
     sigma_nm = float(np.median(slit.sigma_nm[:: max(len(x) // 200, 1)]))
     width = (sigma_nm / SIGMA_PER_FWHM + slit.gamma_nm) / pitch_nm
-    if width < WIDE_CHANNELS:
+    wide, enough = (WIDE, ENOUGH) if len(profiles.peaks) >= FEW else (WIDE_OF_FEW, ENOUGH_OF_FEW)
+    if width < wide:
         return 1
-    return max(min(int(width / ENOUGH_CHANNELS), len(x) // LEAST_LEFT), 1)
+    return max(min(int(width / enough), len(x) // LEAST_LEFT), 1)
 
 
 @float_kernel

@@ -82,7 +82,9 @@ def fit_profiles(
         peaks = fit_peaks(x, net, noise * deaf, both, taught.slit, before, (seeds, peaks))
     real = np.flatnonzero(peaks.area > LEAST_AREA * peaks.area_error)
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
-    return Profiles(peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain, x, bad)
+    return Profiles(
+        peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain, x, bad
+    )
 
 
 def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:

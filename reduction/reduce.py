@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from .bad import BadChannels, mark_bad
+from .bad import BadChannels, bridged, mark_bad
 from .elements import DEFAULT_ELEMENTS, ElementPeak, find_elements, predominant_line
 from .evidence import Evidence, evidence
 from .identify import Identified, identify
 from .offsets import Offsets
 from .pitch import fit_at_pitch
 from .profiles import Profiles
+from .resampled import resampled
 from .spectrum import FloatArray, Medium, Spectrum
 from .state import PlasmaState, plasma_state
 from .voigt import VoigtPeaks
-
 
 FIRST_LINE_NM, LAST_LINE_NM = 190.0, 961.0  # of the line table
 
@@ -93,8 +93,9 @@ def reduce_spectrum(
     """
     asked = DEFAULT_ELEMENTS if elements is None else tuple(elements)
     x = spectrum.wavelength_nm
-    bad = mark_bad(spectrum.intensity)
-    profiles, averaged = fit_at_pitch(spectrum, bad, wanted_nm(asked, medium))
+    shared = noise_shared(spectrum.intensity)
+    bad = mark_bad(spectrum.intensity, alone=shared == 1)
+    profiles, averaged = fit_at_pitch(spectrum, bad, wanted_nm(asked, medium), shared)
     identified = identify(profiles.wavelength_nm, profiles.bad, profiles, medium)
     offsets = Offsets.none(medium or "air") if identified is None else _trusted(identified, medium)
     range_nm = (float(x[0]), float(x[-1]))
@@ -102,7 +103,7 @@ def reduce_spectrum(
     said = {} if identified is None else evidence(identified, profiles.peaks)
     plasma = plasma_state(profiles.peaks, identified)
     return Reduction(profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified,
-        averaged, _notes(x, averaged),
+        averaged, _notes(x, averaged, shared),
     )  # fmt: skip
 
 
@@ -117,10 +118,23 @@ def wanted_nm(asked: tuple[str, ...], medium: Medium | None) -> FloatArray:
     return to_air(vacuum) if medium == "air" else np.sort(np.concatenate([to_air(vacuum), vacuum]))
 
 
-def _notes(x: FloatArray, averaged: int) -> tuple[str, ...]:
+def noise_shared(intensity: FloatArray) -> int:
+    """As `resampled`, of counts (n,) that may have channels without a number."""
+    missing = ~np.isfinite(intensity)
+    if missing.all():
+        return 1
+    return resampled(bridged(intensity, missing))
+
+
+def _notes(x: FloatArray, averaged: int, shared: int) -> tuple[str, ...]:
     notes = []
     if averaged > 1:
-        notes.append(f"{averaged} channels were averaged into one, as lines are far wider than that")
+        why = (
+            "lines are far wider"
+            if shared == 1
+            else "their noise shows that they were interpolated"
+        )
+        notes.append(f"{averaged} channels at a time were averaged into one: {why}")
     if x[-1] < FIRST_LINE_NM or x[0] > LAST_LINE_NM:
         notes.append(
             f"from {x[0]:g} to {x[-1]:g} nm the line table has no lines "

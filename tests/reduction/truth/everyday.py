@@ -92,6 +92,4 @@ def _exported(truth: Truth, k: Kind) -> Truth:
     g = truth.groups
     groups = replace(g, area=g.area * k.scaled, height=g.height * k.scaled,
                      noise=g.noise * k.scaled, light=g.light * k.scaled)  # fmt: skip
-    return replace(
-        truth, wavelength_nm=x, intensity=counts, noise=noise, bad=bad, groups=groups
-    )
+    return replace(truth, wavelength_nm=x, intensity=counts, noise=noise, bad=bad, groups=groups)
