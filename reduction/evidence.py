@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from .faint_lines import ENOUGH, explained
 from .identify import Identified
 from .index import DETECTED, UNCERTAIN
 from .spectrum import FloatArray
@@ -15,6 +16,7 @@ from .weigh import best_entries
 Status = Literal["detected", "uncertain", "absent"]
 CONFOUNDS = 0.2  # part of a peak that another element may have, from which it is named
 SHOWN_MISSING = 6
+FEW, CLEAR = 3, 15.0  # a weight of less, on so few peaks, is held against the whole line table
 SINGLE = 8.0  # errors of its area that the only line of an element must have
 
 
@@ -92,6 +94,10 @@ def _of(
         error = float(peaks.area_error[k])
     own = np.unique(matched.peak[there])
     sure = score >= DETECTED and (len(own) > 1 or _stands_alone(identified, name, area, error))
+    if sure and len(own) <= FEW and score < CLEAR:
+        own_alone = own[explained(identified, peaks, own, e) < ENOUGH]
+        clear = peaks.area[own_alone] > SINGLE * peaks.area_error[own_alone]
+        sure = len(own_alone) > 1 or bool(clear.any())
     status: Status = "detected" if sure else "uncertain"
     rivals = tuple(
         other for other, share in claimed
