@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from .boltzmann import Known, Plot, fit_plot
+from .boltzmann import Known, Plot, PlotLines, fit_plot
 from .catalogue import Catalogue, Expected, catalogue
 from .commonness import log_odds
 from .curve import median, usual_pitch_nm
@@ -47,7 +47,7 @@ class Identified:
     """What the peaks are, and what the plasma was.
 
     expected: at the plasma's temperature. effective: ln of the area for one atom, self-absorption
-    counted. plot: None where the lines do not tell.
+    counted. plot: None where the lines do not tell. lines: those of the plot.
     """
 
     catalogue: Catalogue
@@ -58,6 +58,7 @@ class Identified:
     indexed: Indexed
     plot: Plot | None
     hydrogen: HAlpha | None
+    lines: PlotLines | None = None
 
 
 def identify(
@@ -123,7 +124,7 @@ def identify(
         if abs(offsets.place(H_ALPHA_NM) - before.place(H_ALPHA_NM)) > MOVED_NM:
             hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
         plot = fit_plot(lines, _density(hydrogen), plot.temperature_k if plot else start_k)
-    return Identified(known, expected, effective, offsets, matched, indexed, plot, hydrogen)
+    return Identified(known, expected, effective, offsets, matched, indexed, plot, hydrogen, lines)
 
 
 def _likeliest(known: Catalogue, tries: list[Expected], matched: Matched) -> int:

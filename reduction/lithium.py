@@ -10,6 +10,8 @@ from functools import cache
 
 import numpy as np
 
+from .boltzmann import Plot, PlotLines
+from .boltzmann_plot import amounts
 from .lines import BOLTZMANN_EV_PER_K
 from .spectrum import FloatArray
 from .strengths import GRID_K, atoms, ion_share
@@ -62,6 +64,46 @@ def lithium_fraction(
     kelvin = np.atleast_1d(np.asarray(temperature_k, dtype=np.float64))
     amount = np.array([area_670 / shine(float(t), density_per_cm3) for t in kelvin])
     return amount if not others else amount / (amount + others)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LithiumFraction:
+    """Atoms of lithium among those of all elements of the plot, 0 to 1, with standard errors.
+
+    temperature_k: shape (t,), at which it would be fraction, shape (t,). at_plasma: at the plasma's
+    own temperature; at_plasma_error: from the temperature, the density and lithium's areas. It is a
+    ratio of what shines: elements without a line in the spectrum (often oxygen) are not in it, and
+    it is no mass fraction.
+    """
+
+    temperature_k: FloatArray
+    fraction: FloatArray
+    at_plasma: float
+    at_plasma_error: float
+
+
+def lithium_fraction_curve(
+    lines: PlotLines, plot: Plot, temperature_k: FloatArray | None = None
+) -> LithiumFraction | None:
+    """Lithium's fraction against temperature (K, shape (t,)); None without lithium in the plot."""
+    own = atoms().elements[lines.element] == "Li"
+    if not own.any():
+        return None
+    density = 10**plot.log10_ne
+    kelvin = np.asarray([] if temperature_k is None else temperature_k, dtype=np.float64)
+    curve = np.array([_fraction(lines, plot, float(t), density) for t in kelvin])
+    here = _fraction(lines, plot, plot.temperature_k, density)
+    hotter = _fraction(lines, plot, plot.temperature_k + plot.temperature_error_k, density)
+    denser = _fraction(lines, plot, plot.temperature_k, density * 10**plot.log10_ne_error)
+    by_area = here * (1.0 - here) / np.sqrt(np.sum(1.0 / lines.error[own] ** 2))
+    error = float(np.sqrt((hotter - here) ** 2 + (denser - here) ** 2 + by_area**2))
+    return LithiumFraction(kelvin, curve, here, error)
+
+
+def _fraction(lines: PlotLines, plot: Plot, temperature_k: float, density: float) -> float:
+    log, names = amounts(lines, plot, temperature_k, density)
+    atoms_of = np.exp(log - log.max())
+    return float(atoms_of[atoms().elements[names] == "Li"].sum() / atoms_of.sum())
 
 
 def shine(temperature_k: float, density_per_cm3: float) -> float:

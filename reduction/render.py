@@ -29,7 +29,7 @@ def _draw(x, area, centre, sigma, gamma, faint, model):
             continue
         middle = min(np.searchsorted(x, centre[k]), n - 1)
         # A Lorentzian's foot falls below `faint` there; a Gaussian's is gone long before 6 sigma.
-        cut = faint[middle]
+        cut, first, end = faint[middle], 0, 0
         for _ in range(2):  # the noise is less beside a line than on it
             foot = np.sqrt(area[k] * gamma[k] / (np.pi * max(cut, 1e-300)))
             reach = max(foot, GONE * sigma[k])

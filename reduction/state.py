@@ -6,7 +6,7 @@ import numpy as np
 
 from .doublets import self_absorbed
 from .identify import Identified
-from .lithium import ORANGE_NM, RED_NM, LithiumRatio, ratio_temperature
+from .lithium import ORANGE_NM, RED_NM, LithiumRatio, lithium_fraction_curve, ratio_temperature
 from .strengths import atoms
 from .voigt import VoigtPeaks
 
@@ -21,6 +21,7 @@ class PlasmaState:
 
     method: 'saha-boltzmann', 'lithium ratio' or 'h-alpha' (density alone). mcwhirter: whether the
     density allows equilibrium, None if unknown. lithium: the paper's ratio, None without its lines.
+    lithium_fraction: atoms of lithium among those that shine, with its error (see lithium.py).
     """
 
     temperature_k: float | None
@@ -31,6 +32,8 @@ class PlasmaState:
     flags: tuple[str, ...]
     mcwhirter: bool | None
     lithium: LithiumRatio | None
+    lithium_fraction: float | None = None
+    lithium_fraction_error: float | None = None
 
 
 def mcwhirter_density(temperature_k: float, gap_ev: float = GAP_EV) -> float:
@@ -47,9 +50,13 @@ def plasma_state(peaks: VoigtPeaks, identified: Identified | None) -> PlasmaStat
     plot, hydrogen = identified.plot, identified.hydrogen
     if plot is not None:
         enough = 10**plot.log10_ne > mcwhirter_density(plot.temperature_k)
+        found = None
+        if identified.lines is not None:
+            found = lithium_fraction_curve(identified.lines, plot)
+        fraction = (None, None) if found is None else (found.at_plasma, found.at_plasma_error)
         return PlasmaState(
             plot.temperature_k, plot.temperature_error_k, plot.log10_ne, plot.log10_ne_error,
-            "saha-boltzmann", (*plot.flags, *flags), enough, lithium,
+            "saha-boltzmann", (*plot.flags, *flags), enough, lithium, *fraction,
         )  # fmt: skip
     density = (None, None) if hydrogen is None else (hydrogen.log10_ne, hydrogen.log10_ne_error)
     if lithium is not None:
