@@ -1,7 +1,16 @@
 import numpy as np
 import pytest
+from test_boltzmann import lines_at
 
-from labrun.reduction.lithium import lithium_fraction, ratio_curve, ratio_temperature, shine
+from labrun.reduction.boltzmann import Known, fit_plot
+from labrun.reduction.lithium import (
+    lithium_fraction,
+    lithium_fraction_curve,
+    ratio_curve,
+    ratio_temperature,
+    shine,
+)
+from labrun.reduction.strengths import atoms
 
 
 def test_the_curve_rises_with_temperature_and_is_read_backwards():
@@ -38,3 +47,44 @@ def test_a_hotter_plasma_needs_more_lithium_for_the_same_light():
     assert amount[1] > amount[0]
     assert amount[0] == pytest.approx(100.0 / shine(9_000.0, 1e17))
     assert 0 < lithium_fraction(np.array([9_000.0]), 1e17, 100.0, others=amount[0])[0] == 0.5
+
+
+def plot_with_lithium(share, kelvin=10_000.0, log_ne=17.0):
+    """Lines of Li and Si, so many atoms of lithium among them; no line absorbs itself."""
+    both = lines_at(kelvin, log_ne, noise=0.01, elements=("Li", "Si"))
+    is_li = atoms().elements[both.element] == "Li"
+    area = both.log_area + np.where(is_li, np.log(share), np.log(1 - share))
+    lines = type(both)(area, *(getattr(both, name) for name in type(both).__slots__[1:]))
+    return lines, fit_plot(lines, Known(log_ne * np.log(10), 0.1))
+
+
+@pytest.mark.parametrize("share", [0.01, 0.1, 0.5])
+def test_the_fraction_of_lithium_is_what_was_put_in(share):
+    found = lithium_fraction_curve(*plot_with_lithium(share))
+
+    assert found.at_plasma == pytest.approx(share, rel=0.25)
+    assert abs(found.at_plasma - share) < 4 * found.at_plasma_error
+
+
+def test_the_fraction_against_temperature_goes_through_that_of_the_plasma():
+    lines, plot = plot_with_lithium(0.1)
+    near = np.array([0.9, 1.0, 1.1]) * plot.temperature_k
+    found = lithium_fraction_curve(lines, plot, near)
+
+    assert found.fraction[1] == pytest.approx(found.at_plasma)
+    assert len(set(found.fraction.tolist())) == 3 and np.all(
+        (found.fraction > 0) & (found.fraction < 1)
+    )
+
+
+def test_no_lithium_has_no_fraction():
+    lines = lines_at(10_000.0, 17.0)
+
+    assert lithium_fraction_curve(lines, fit_plot(lines)) is None
+
+
+def test_the_fraction_of_spodumene_is_near_that_of_its_formula(reduced):
+    _, found = reduced("train", 0)
+
+    assert found.plasma.lithium_fraction == pytest.approx(0.1, abs=0.05)  # LiAlSi2O6: 1 of 10
+    assert 0 < found.plasma.lithium_fraction_error < 0.05
