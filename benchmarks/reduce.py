@@ -3,6 +3,8 @@
     python benchmarks/reduce.py              speed and, over both families of spectra, accuracy
     python benchmarks/reduce.py speed        speed only
     python benchmarks/reduce.py accuracy 20  accuracy over 20 spectra of each family
+    python benchmarks/reduce.py everyday 12  the same over 12 spectra of each everyday instrument
+    python benchmarks/reduce.py first        what the first spectrum after an install has to wait for
 
 Times are of the processor, on one core; both sides of each ratio are taken in the same run. The
 spectra with known truth are made by `tests/reduction/truth`, which shares no code with the package.
@@ -10,7 +12,10 @@ spectra with known truth are made by `tests/reduction/truth`, which shares no co
 
 import io
 import os
+import resource
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -23,23 +28,44 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "reduction"))
 import numpy as np
 from scipy.optimize import curve_fit
 from scipy.special import voigt_profile
-from truth import FAMILIES, Score, line_free, make_spectrum, pure_noise, score, summary
+from truth import (
+    FAMILIES,
+    KINDS,
+    Score,
+    Truth,
+    everyday,
+    line_free,
+    make_spectrum,
+    pure_noise,
+    score,
+    summary,
+)
 
 from labrun.reduction import Reduction, Spectrum, read_spectrum, reduce_spectrum
 from labrun.reduction.background import background
 from labrun.reduction.bad import bridged, mark_bad
+from labrun.reduction.elements import find_elements
 from labrun.reduction.evidence import evidence
 from labrun.reduction.identify import identify
 from labrun.reduction.noise import local_noise
 from labrun.reduction.peaks import find_peaks
 from labrun.reduction.profiles import fit_profiles
+from labrun.reduction.resampled import resampled
+from labrun.reduction.state import plasma_state
 from labrun.reduction.voigt import fit_peaks
 
 CHANNELS = 22_800
 REPEATS = 15
 FITTED_BY_OTHERS = 20  # enough to know the time of one
 FOOT_CHANNELS = 20  # on either side of a peak, for scipy and lmfit
+BATCH = 200
+FIRST = (
+    "import sys, time; from labrun.reduction import read_spectrum, reduce_spectrum; "
+    "begin = time.process_time(); reduce_spectrum(read_spectrum(sys.argv[1])); "
+    "print(time.process_time() - begin)"
+)
 SPECTRA = 50  # of each family
+EVERYDAY = 6  # of each kind of instrument
 NOTHING = 100  # spectra without a line
 GOALS = {
     "peaks recall": "0.95, floor 0.93",
@@ -117,6 +143,7 @@ def speed() -> None:
     _, loadtxt_ms = timed(lambda: np.loadtxt(io.BytesIO(texts[0]), delimiter=",", skiprows=1))
     show("read", read_ms, "numpy.loadtxt   ", loadtxt_ms)
     x = spectrum.wavelength_nm
+    show("shared noise?", timed(resampled, spectrum.intensity)[1])
     bad, ms = timed(mark_bad, spectrum.intensity)
     show("mark bad channels", ms)
     calm = Spectrum(x, bridged(spectrum.intensity, bad.any))
@@ -133,6 +160,9 @@ def speed() -> None:
     show("offsets, elements, plasma", ms)
     assert identified is not None
     show("evidence", timed(evidence, identified, profiles.peaks)[1])
+    show("state of the plasma", timed(plasma_state, profiles.peaks, identified)[1])
+    named = timed(find_elements, profiles.peaks, ("Li", "K", "Si", "Na"), (190.0, 961.0))
+    show("predominant peaks", named[1])
 
     def everything() -> None:
         for text in texts:
@@ -141,6 +171,31 @@ def speed() -> None:
     all_ms = timed(everything)[1] / len(texts)
     show("from CSV to all of it", all_ms)
     print(f"{1e3 / all_ms:.0f} spectra a second on one core (goal 125, floor 50)")
+    memory(texts)
+
+
+def memory(texts: list[bytes]) -> None:
+    """Whether a long batch keeps what it has reduced."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for n in range(BATCH):
+        reduce_spectrum(read_spectrum(texts[n % len(texts)]))
+    after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(
+        f"memory: {after / 1024:.0f} MB, {(after - before) / 1024:.1f} MB more after {BATCH} spectra"
+    )
+
+
+def first() -> None:
+    """The processor's time for the first spectrum, with and without compiled code from before."""
+    with tempfile.TemporaryDirectory() as cache, tempfile.NamedTemporaryFile("wb") as file:
+        file.write(samples()[0])
+        file.flush()
+        for name in ("compiling everything", "from the cache"):
+            answer = subprocess.run(
+                [sys.executable, "-c", FIRST, file.name], capture_output=True, text=True,
+                check=True, env={**os.environ, "NUMBA_CACHE_DIR": cache},
+            )  # fmt: skip
+            print(f"first spectrum, {name}: {float(answer.stdout):.1f} s")
 
 
 def pybaselines_snip(calm: Spectrum) -> tuple[str, float]:
@@ -163,8 +218,7 @@ def fits(x: np.ndarray, net: np.ndarray, noise: np.ndarray, channels: np.ndarray
         show("  one peak", fit_ms / len(channels), "lmfit VoigtModel", lmfit_ms / len(few))
 
 
-def scored(family: str, number: int) -> Score:
-    truth = make_spectrum(family, number)
+def scored(truth: Truth) -> Score:
     found = reduce_spectrum(Spectrum(truth.wavelength_nm, truth.intensity))
     peaks, plasma = found.peaks, found.plasma
     kelvin = log10_ne = None
@@ -179,11 +233,7 @@ def scored(family: str, number: int) -> Score:
 
 
 def accuracy(spectra: int) -> None:
-    totals = {}
-    for family in FAMILIES:
-        totals[family] = Score()
-        for number in range(spectra):
-            totals[family].add(scored(family, number))
+    totals = {family: scored_all(make_spectrum, family, spectra) for family in FAMILIES}
     tables = {family: summary(total) for family, total in totals.items()}
     print(f"\n{spectra} spectra each" + " " * 10 + "".join(f"{family:>10}" for family in tables))
     for name in next(iter(tables.values())):
@@ -191,6 +241,23 @@ def accuracy(spectra: int) -> None:
         print(f"{name:<24}{values}   {GOALS.get(name, '')}")
     for family, total in totals.items():
         print(f"{family}: wrong {total.wrong_elements}, missed {total.missed_elements}")
+
+
+def scored_all(make: Callable[[str, int], Truth], kind: str, spectra: int) -> Score:
+    total = Score()
+    for number in range(spectra):
+        total.add(scored(make(kind, number)))
+    return total
+
+
+def instruments(spectra: int) -> None:
+    """One row for each everyday instrument: where something breaks, it is seen here."""
+    names = ("peaks recall", "peaks precision", "elements F1", "area error", "area pull", "T error",
+             "medium right")  # fmt: skip
+    print(f"\n{spectra} spectra each      " + "".join(f"{name:>17}" for name in names))
+    for kind in KINDS:
+        table = summary(scored_all(everyday, kind, spectra))
+        print(f"{kind:<24}" + "".join(f"{table[name]:17.3f}" for name in names))
 
 
 def nothing() -> None:
@@ -211,6 +278,10 @@ def main() -> None:
     if what in ("all", "accuracy"):
         accuracy(int(rest[0]) if rest else SPECTRA)
         nothing()
+    if what in ("all", "everyday"):
+        instruments(int(rest[0]) if rest else EVERYDAY)
+    if what in ("all", "first"):
+        first()
 
 
 if __name__ == "__main__":

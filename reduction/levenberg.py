@@ -128,8 +128,8 @@ def rest_at_bounds(p, lowest, highest, hessian, gradient):
             p[a] >= highest[a] and gradient[a] >= 0.0
         )
         if out or not hessian[a, a] > 0.0:
-            hessian[a, :] = 0.0
-            hessian[:, a] = 0.0
+            for b in range(len(p)):
+                hessian[a, b] = hessian[b, a] = 0.0
             hessian[a, a] = 1.0
             gradient[a] = 0.0
 
@@ -167,8 +167,9 @@ def fit(p, x, y, weight, toward, pull, lowest, highest):
     rest_at_bounds(p, lowest, highest, hessian, gradient)
     damping = FIRST_DAMPING
     for _ in range(MAX_STEPS):
-        damped[:] = hessian
         for a in range(n):
+            for b in range(a + 1):
+                damped[a, b] = hessian[a, b]
             damped[a, a] *= 1.0 + damping
         if factorise(damped, lower):
             solve(lower, gradient, step)
@@ -178,7 +179,8 @@ def fit(p, x, y, weight, toward, pull, lowest, highest):
             trial_chi2 = cost(y, model, weight, trial, toward, pull, residual)
             if trial_chi2 <= chi2:
                 gain = chi2 - trial_chi2
-                p[:] = trial
+                for a in range(n):
+                    p[a] = trial[a]
                 chi2 = trial_chi2
                 normal_equations(p, residual, jacobian, weight, toward, pull, hessian, gradient)
                 rest_at_bounds(p, lowest, highest, hessian, gradient)

@@ -138,7 +138,7 @@ def _vote(peak, weight, line, line_weight, stretch, blur, votes):
     for k in range(len(peak)):
         while begin < len(line) and line[begin] < peak[k] - FURTHEST_NM - 3 * blur:
             begin += 1
-        best[:] = 0.0
+        best.fill(0.0)
         i = begin
         while i < len(line) and line[i] < peak[k] + FURTHEST_NM + 3 * blur:
             away = peak[k] - line[i]
@@ -173,7 +173,8 @@ def _cheapest(votes, change, jump):
         for s in range(m):  # or from anywhere
             if total[highest] - jump[b] > following[s]:
                 following[s], came[b, s] = total[highest] - jump[b], highest
-        total[:] = following + votes[b]
+        for s in range(m):
+            total[s] = following[s] + votes[b, s]
     path = np.zeros(n, np.int64)
     path[n - 1] = np.argmax(total)
     for b in range(n - 1, 0, -1):

@@ -146,7 +146,7 @@ def gauss_newton(
             break
         kelvin = np.exp(p[0])
         kt = BOLTZMANN_EV_PER_K * kelvin
-        normal[:] = 0.0
+        normal.fill(0.0)
         for a in range(n_p):
             normal[a, a] = prior[a] + 1e-9
             gradient[a] = -prior[a] * (p[a] - toward[a])
@@ -196,7 +196,7 @@ def variances(normal, lower):
     variance = np.full(2, np.nan)
     if factorise(normal, lower):
         for a in range(2):
-            unit[:] = 0.0
+            unit.fill(0.0)
             unit[a] = 1.0
             solve(lower, unit, column)
             variance[a] = column[a]

@@ -160,7 +160,7 @@ def seen_widths(
 
 
 @float_kernel
-def _guess(x, y, peaks, full, pitch, slit_nm, gamma_nm, sure, gamma_sure):
+def _guess(x, y, peaks, first, full, pitch, slit_nm, gamma_nm, sure, gamma_sure):
     """Parameters, what they are pulled towards and how, and bounds; x in nm from the middle."""
     n = PER_PEAK * len(peaks) + PER_LINE
     p, lowest, highest = np.zeros(n), np.full(n, -np.inf), np.full(n, np.inf)
@@ -168,9 +168,10 @@ def _guess(x, y, peaks, full, pitch, slit_nm, gamma_nm, sure, gamma_sure):
     for k in range(len(peaks)):
         at = PER_PEAK * k
         seen = full[k] * pitch
-        height = max(y[peaks[k]], 0.0)
+        top = peaks[k] - first
+        height = max(y[top], 0.0)
         p[at] = VOIGT_AREA_PER_BOX * height * seen
-        p[at + 1] = x[peaks[k]]
+        p[at + 1] = x[top]
         if slit_nm > 0.0:
             narrow = slit_nm / SIGMA_PER_FWHM
             p[at + 2] = slit_nm
@@ -185,9 +186,9 @@ def _guess(x, y, peaks, full, pitch, slit_nm, gamma_nm, sure, gamma_sure):
         lowest[at + 2], highest[at + 2] = NARROWEST * pitch, WIDEST * seen
         lowest[at + 3], highest[at + 3] = 0.0, WIDEST * seen
     toward = p.copy()
-    if slit_nm > 0.0:
-        toward[3 : n - PER_LINE : PER_PEAK] = gamma_nm
-    toward[n - PER_LINE :] = 0.0
+    for k in range(len(peaks)):
+        if slit_nm > 0.0:
+            toward[PER_PEAK * k + 3] = gamma_nm
     return p, toward, pull, lowest, highest
 
 
@@ -196,25 +197,31 @@ def _fit_all(
     wavelength_nm, y, weight, peaks, full, slit_nm, gamma_nm, sure, gamma_sure,
     known_before, start, fitted, covariance, chi2, settled,
 ):  # fmt: skip
-    for first_peak, end_peak, first, end in groups(y, peaks, full):
-        if known_before[first_peak:end_peak].all():
+    found = groups(y, peaks, full)
+    for g in range(len(found)):
+        first_peak, end_peak, first, end = found[g, 0], found[g, 1], found[g, 2], found[g, 3]
+        n_fresh = 0
+        for k in range(first_peak, end_peak):
+            n_fresh += not known_before[k]
+        if n_fresh == 0:
             continue
         middle = wavelength_nm[(first + end) // 2]
-        x = wavelength_nm[first:end] - middle
+        x, sureness = np.empty(end - first), 0.0
+        for i in range(first, end):
+            x[i - first] = wavelength_nm[i] - middle
+            sureness += weight[i] / (end - first)
         pitch = (x[-1] - x[0]) / max(len(x) - 1, 1)
         p, toward, pull, lowest, highest = _guess(
-            x, y[first:end], peaks[first_peak:end_peak] - first, full[first_peak:end_peak], pitch,
+            x, y[first:end], peaks[first_peak:end_peak], first, full[first_peak:end_peak], pitch,
             slit_nm[peaks[first_peak]], gamma_nm, sure, gamma_sure,
         )  # fmt: skip
         for k in range(end_peak - first_peak):
             at = PER_PEAK * k
-            begin = start[first_peak + k]
-            if np.isfinite(begin).all() and begin[0] > 0.0:
-                p[at : at + PER_PEAK] = begin
-                p[at + 1] -= middle
-                for a in range(at, at + PER_PEAK):
-                    p[a] = min(max(p[a], lowest[a]), highest[a])
-        pull[-2] = np.mean(weight[first:end]) / LINE_NOISE**2
+            if start[first_peak + k, 0] > 0.0:
+                for a in range(PER_PEAK):
+                    begin = start[first_peak + k, a] - (middle if a == 1 else 0.0)
+                    p[at + a] = min(max(begin, lowest[at + a]), highest[at + a])
+        pull[-2] = sureness / LINE_NOISE**2
         pull[-1] = pull[-2] * (0.5 * (x[-1] - x[0])) ** 2
         total, hessian, done = fit(
             p, x, y[first:end], weight[first:end], toward, pull, lowest, highest
@@ -223,19 +230,18 @@ def _fit_all(
         bound = 2 * (end_peak - first_peak) if slit_nm[peaks[first_peak]] > 0 else 0
         free = max(len(x) - len(p) + bound, 1)
         reduced = total / free
-        lower = np.zeros_like(hessian)
+        lower = np.zeros(hessian.shape)
         known = factorise(hessian, lower)
         unit, column = np.zeros(len(p)), np.zeros(len(p))
         for k in range(end_peak - first_peak):
             at, peak = PER_PEAK * k, first_peak + k
-            fitted[peak] = p[at : at + PER_PEAK]
-            fitted[peak, 1] += middle
+            for a in range(PER_PEAK):
+                fitted[peak, a] = p[at + a] + (middle if a == 1 else 0.0)
             chi2[peak], settled[peak] = reduced, done
             for a in range(PER_PEAK):
-                unit[:] = 0.0
                 unit[at + a] = 1.0
                 if known:
                     solve(lower, unit, column)
-                    covariance[peak, a] = column[at : at + PER_PEAK] * max(reduced, 1.0)
-                else:
-                    covariance[peak, a] = np.nan
+                unit[at + a] = 0.0
+                for b in range(PER_PEAK):
+                    covariance[peak, a, b] = column[at + b] * max(reduced, 1.0) if known else np.nan

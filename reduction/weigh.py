@@ -166,7 +166,7 @@ def accept(
             take(first[e], first[e + 1], scale[e], log_area, spread, which, area, taken)
             for i in range(len(area)):
                 log_free[i] = np.log(max(area[i] - taken[i], 1e-6 * area[i]))
-            fresh[:] = False
+            fresh.fill(False)
             continue
         weight[e], scale[e] = weigh(
             first[e], first[e + 1], log_area, low_ev, spread, which, away, log_limit, density,
