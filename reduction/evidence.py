@@ -15,6 +15,7 @@ from .weigh import best_entries
 
 Status = Literal["detected", "uncertain", "absent"]
 CONFOUNDS = 0.2  # part of a peak that another element may have, from which it is named
+NAN = float("nan")
 SHOWN_MISSING = 6
 FEW, CLEAR = 3, 15.0  # a weight of less, on so few peaks, is held against the whole line table
 SINGLE = 8.0  # errors of its area that the only line of an element must have
@@ -49,11 +50,17 @@ def evidence(identified: Identified, peaks: VoigtPeaks) -> dict[str, Evidence]:
     names = atoms().elements.tolist()
     first, matched = identified.catalogue.first, identified.matched
     best = best_entries(first, identified.effective, matched.peak)
-    return {
-        name: _of(identified, peaks, e, name, claimed, int(best[e]))
-        for e, name in enumerate(names)
-        if first[e + 1] > first[e]
-    }
+    score, place = identified.indexed.weight.tolist(), np.minimum(best, len(matched.limit) - 1)
+    limit, line_nm = matched.limit[place].tolist(), matched.shown_nm[place].tolist()
+    found = {}
+    for e in np.flatnonzero(np.diff(first)).tolist():
+        if score[e] < UNCERTAIN:
+            found[names[e]] = Evidence(
+                names[e], "absent", score[e], 0, 0, (), line_nm[e], 0.0, NAN, (), limit[e]
+            )
+        else:
+            found[names[e]] = _of(identified, peaks, e, names[e], claimed, int(best[e]))
+    return found
 
 
 def _claims(identified: Identified, peaks: VoigtPeaks) -> list[tuple[str, FloatArray]]:
@@ -78,15 +85,12 @@ def _of(
     matched = identified.matched
     score = float(identified.indexed.weight[e])
     limit = float(matched.limit[best])
-    if score < UNCERTAIN:
-        return Evidence(name, "absent", score, 0, 0, (), float(matched.shown_nm[best]), 0.0,
-                        float("nan"), (), limit)  # fmt: skip
     entries = _entries(identified, e)
     expected = np.exp(identified.effective[entries] + identified.indexed.log_scale[e])
     due = entries[(expected > matched.limit[entries]) & (matched.peak[entries] > -3)]
     there = due[matched.peak[due] >= 0]
     gone = due[matched.peak[due] < 0]
-    line_nm, area, error = float(matched.shown_nm[best]), 0.0, float("nan")
+    line_nm, area, error = float(matched.shown_nm[best]), 0.0, NAN
     if len(there):
         top = there[np.argmax(peaks.area[matched.peak[there]])]
         k = matched.peak[top]

@@ -5,8 +5,6 @@ faint ones may stand where a trace of chromium should. Only detections that rest
 are asked.
 """
 
-from functools import lru_cache
-
 import numpy as np
 
 from .catalogue import CONDITIONS
@@ -15,6 +13,7 @@ from .spectrum import FloatArray, IntArray
 from .strengths import atoms, log_strengths
 from .voigt import VoigtPeaks
 
+FURTHEST_NM = 0.6  # between a vacuum wavelength and where it is seen: air and offset
 SAME = 0.5  # of a peak's full width: lines nearer than that are in it
 ENOUGH = 0.5  # of a peak's area, that explains it: transition probabilities are known no better
 
@@ -24,27 +23,28 @@ def explained(identified: Identified, peaks: VoigtPeaks, which: IntArray, but: i
 
     but: the element that is in question. All lines of the table count, as thin ones.
     """
-    others = tuple(sorted(e for e in identified.indexed.accepted if e != but))
-    if not others or not len(which):
-        return np.zeros(len(which))
-    rows = _rows(others)
     a = atoms()
-    shown = identified.offsets.shown(a.wavelength_nm[rows])
-    part = np.zeros(len(which))
+    others = np.zeros(len(a.elements), dtype=bool)
+    others[identified.indexed.accepted] = True
+    others[but] = False
     kelvin, density = _state(identified)
+    part = np.zeros(len(which))
+    fwhm_nm = peaks.fwhm_nm
     for n, k in enumerate(which):
-        reach = max(SAME * peaks.fwhm_nm[k], identified.matched.place_error_nm)
-        near = rows[np.abs(shown - peaks.centre_nm[k]) < reach]
-        log = log_strengths(near, kelvin, density) + identified.indexed.log_scale[a.element[near]]
-        part[n] = float(np.exp(log).sum()) / peaks.area[k]
+        centre = float(peaks.centre_nm[k])
+        reach = max(SAME * float(fwhm_nm[k]), identified.matched.place_error_nm)
+        ends = centre + np.array([-1.0, 1.0]) * (reach + FURTHEST_NM)
+        near = np.arange(*np.searchsorted(a.wavelength_nm, ends))
+        near = near[others[a.element[near]]]
+        near = near[np.abs(identified.offsets.shown(a.wavelength_nm[near]) - centre) < reach]
+        if len(near):
+            log = (
+                log_strengths(near, kelvin, density) + identified.indexed.log_scale[a.element[near]]
+            )
+            part[n] = float(np.exp(log).sum()) / peaks.area[k]
     return part
 
 
 def _state(identified: Identified) -> tuple[float, float]:
     plot = identified.plot
     return CONDITIONS[1] if plot is None else (plot.temperature_k, 10**plot.log10_ne)
-
-
-@lru_cache(maxsize=32)
-def _rows(elements: tuple[int, ...]) -> IntArray:
-    return np.flatnonzero(np.isin(atoms().element, elements))

@@ -12,6 +12,7 @@ import numpy as np
 from .bad import BadChannels, bridged, mark_bad
 from .kernel import float_kernel
 from .profiles import Profiles, fit_profiles
+from .resampled import WHITE, sharing
 from .spectrum import BoolArray, FloatArray, Spectrum
 from .voigt import SIGMA_PER_FWHM
 
@@ -55,14 +56,16 @@ def fit_at_pitch(
     axis that was used is in the profiles.
     """
     seen = averaged(spectrum, bad, max(finer_than_any(spectrum.wavelength_nm), shared))
+    hidden = 1.0
     if shared > 1:
+        hidden = max(sharing(seen.spectrum.intensity) / WHITE, 1.0)
         spoiled = seen.bad | mark_bad(seen.spectrum.intensity).any
         seen = Averaged(seen.spectrum, spoiled, seen.channels)
-    profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm)
+    profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
     more = too_fine(profiles)
     if more > 1:
         seen = averaged(spectrum, bad, seen.channels * more)
-        profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm)
+        profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
     return profiles, seen.channels
 
 

@@ -48,17 +48,21 @@ class Profiles:
 
 
 def fit_profiles(
-    spectrum: Spectrum, bad: BoolArray | None = None, wanted_nm: FloatArray | None = None
+    spectrum: Spectrum,
+    bad: BoolArray | None = None,
+    wanted_nm: FloatArray | None = None,
+    hidden: float = 1.0,
 ) -> Profiles:
     """All peaks of a spectrum, ascending in their centres.
 
     bad: channels that do not count, shape (m,); found by `mark_bad` if None. wanted_nm: places
     on the axis, ascending, at which a peak of three times the noise is enough.
+    hidden: what the noise that neighbours show is to be multiplied by, where they share some.
     """
     x = spectrum.wavelength_nm
     bad = mark_bad(spectrum.intensity).any if bad is None else bad
     calm = Spectrum(x, bridged(spectrum.intensity, bad))
-    floor = _noise_of_good(calm.intensity, bad)
+    floor = hidden * _noise_of_good(calm.intensity, bad)
     under = background(calm, floor)
     net = calm.intensity - under
     steady = steadied(floor, under)

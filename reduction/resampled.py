@@ -16,6 +16,7 @@ MANY_BLOCKS = 160
 LEAST_BLOCKS = 12
 QUIET = 0.1  # quantile of the blocks
 SHARED, SETTLED = 1.5, 1.2  # ratio of the differences: surely shared, and not any more
+WHITE = 0.8  # what the ratio usually is where noise is white
 MOST_CHANNELS = 8
 
 

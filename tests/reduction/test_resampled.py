@@ -1,6 +1,9 @@
 import numpy as np
 import pytest
 
+from labrun.reduction import Spectrum
+from labrun.reduction.bad import mark_bad
+from labrun.reduction.pitch import fit_at_pitch
 from labrun.reduction.resampled import resampled, sharing
 
 
@@ -36,3 +39,14 @@ def test_a_smooth_interpolation_is_told_as_well():
 def test_a_short_or_flat_spectrum_shares_nothing():
     assert sharing(np.ones(50)) == 0.0
     assert resampled(np.ones(5_000)) == 1
+
+
+def test_what_neighbours_still_share_does_not_make_peaks_of_noise():
+    x, own = np.linspace(200, 900, 22_800), np.random.default_rng(2).normal(300, 5, 8_192)
+    export = np.interp(x, np.linspace(200, 900, 8_192), own)
+    bad = mark_bad(export, alone=False)
+    profiles, channels = fit_at_pitch(Spectrum(x, export), bad, shared=resampled(export))
+    seen = np.std(profiles.counts)
+
+    assert channels == 3 and len(profiles.peaks) <= 3
+    assert np.median(profiles.noise) == pytest.approx(seen, rel=0.15)
