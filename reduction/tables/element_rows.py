@@ -1,0 +1,99 @@
+"""The rows of `elements`: what speaks for each element, and how strong its line is.
+
+Elements asked for and those that rocks are usually judged by keep to their predominant line, the
+same in every spectrum, so that their areas may be mapped; of the others it is the strongest line
+that was matched.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..air import in_medium
+from ..elements import USUAL_LINES, ElementPeak, find_elements
+from ..index import LIMIT_SIGMA
+from ..offsets import Offsets
+from ..reduce import Reduction
+from ..spectrum import FloatArray
+from ..strengths import atoms
+from ..voigt import SIGMA_PER_FWHM
+from .columns import Cells
+
+BOX_OF_GAUSSIAN = 1.0645  # area / (height * fwhm)
+BETWEEN_ELEMENTS = " "
+SAME_ENTRY_NM = 0.1  # between a predominant line and the catalogue's entry for it
+NEVER_WEIGHED = -1e6  # scores below are of elements that had nothing to be weighed by
+
+
+def element_rows(
+    wavelength_nm: FloatArray, reduction: Reduction, only: Sequence[str] | None = None
+) -> Cells:
+    """A row for each element of `only`, in that order; else for all with lines in the spectrum.
+
+    wavelength_nm: of the spectrum, shape (m,).
+    """
+    usual = _usual(wavelength_nm, reduction, offsets_of(reduction))
+    wanted = sorted({*reduction.evidence, *reduction.elements}) if only is None else list(only)
+    said = [reduction.evidence.get(name) for name in wanted]
+    area = np.array([np.nan if e is None else e.area for e in said])
+    shown_nm = np.array([np.nan if e is None else e.line_nm for e in said])
+    limit = np.array([np.nan if e is None else e.detection_limit for e in said])
+    score = np.array([np.nan if e is None else e.score for e in said])
+    vacuum_nm = _tabulated(shown_nm, reduction)
+    for row, name in enumerate(wanted):
+        peak = usual.get(name)
+        if peak is not None and peak.fate != "outside the spectrum":
+            area[row], vacuum_nm[row] = peak.area, peak.line.wavelength_nm
+            limit[row] = _limit(name, peak.line.wavelength_nm, wavelength_nm, reduction)
+    return {
+        "element": wanted,
+        "status": ["absent" if e is None else e.status for e in said],
+        "score": np.where(score < NEVER_WEIGHED, np.nan, score),
+        "lines_matched": [0 if e is None else e.lines_matched for e in said],
+        "lines_expected": [0 if e is None else e.lines_expected for e in said],
+        "area": area,
+        "line_nm": in_medium(vacuum_nm, reduction.medium),
+        "confounders": ["" if e is None else BETWEEN_ELEMENTS.join(e.confounders) for e in said],
+        "detection_limit": limit,
+    }
+
+
+def offsets_of(reduction: Reduction) -> Offsets:
+    """How far the axis is off, as the reduction took it: not at all where no element says so."""
+    found = reduction.identified
+    if found is None or not found.indexed.accepted:
+        return Offsets.none(reduction.medium)
+    return found.offsets
+
+
+def _usual(x: FloatArray, reduction: Reduction, offsets: Offsets) -> dict[str, ElementPeak]:
+    """The predominant peaks: those that were asked for, and of the usual elements."""
+    more = [name for name in USUAL_LINES if name not in reduction.elements]
+    range_nm = (float(x[0]), float(x[-1]))
+    return {**reduction.elements, **find_elements(reduction.peaks, more, range_nm, offsets)}
+
+
+def _tabulated(shown_nm: FloatArray, reduction: Reduction) -> FloatArray:
+    """Vacuum wavelengths of lines that are told as the instrument shows them, same shape."""
+    found = reduction.identified
+    if found is None:
+        return np.full(len(shown_nm), np.nan)
+    order = np.argsort(found.matched.shown_nm)
+    at = np.searchsorted(found.matched.shown_nm[order], shown_nm).clip(0, len(order) - 1)
+    return np.where(np.isnan(shown_nm), np.nan, found.expected.vacuum_nm[order[at]])
+
+
+def _limit(name: str, vacuum_nm: float, x: FloatArray, reduction: Reduction) -> float:
+    """Area at which the line would show at three times the noise, counts nm."""
+    found = reduction.identified
+    if found is not None:
+        e = int(np.searchsorted(atoms().elements, name))
+        entries = slice(found.catalogue.first[e], found.catalogue.first[e + 1])
+        away = np.abs(found.expected.vacuum_nm[entries] - vacuum_nm)
+        if len(away) and away.min() < SAME_ENTRY_NM:
+            return float(found.matched.limit[entries][np.argmin(away)])
+    place = offsets_of(reduction).shown(np.array([vacuum_nm]))[0]
+    at = int(np.searchsorted(x, place).clip(1, len(x) - 1))
+    profiles = reduction.profiles
+    fwhm = max(profiles.slit.sigma_nm[at] / SIGMA_PER_FWHM, 1.5 * (x[at] - x[at - 1]))
+    return float(LIMIT_SIGMA * profiles.noise[at] * BOX_OF_GAUSSIAN * fwhm)

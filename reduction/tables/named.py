@@ -1,0 +1,54 @@
+"""Say of each peak which line it is: the one that should have most of it, and who shares it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..air import in_medium
+from ..evidence import CONFOUNDS
+from ..reduce import Reduction
+from ..spectrum import FloatArray, IntArray
+from ..strengths import atoms
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Names:
+    """Of each peak, shape (k,): element ('' where no element explains it), stage, line_nm (NaN).
+
+    line_nm: where the table has the line, in the spectrum's medium; a blend's mean. shared: the
+    other elements that should have a good part of the peak.
+    """
+
+    element: list[str]
+    stage: IntArray
+    line_nm: FloatArray
+    shared: list[list[str]]
+
+
+def names(reduction: Reduction) -> Names:
+    """Names of the peaks; only elements that were found give any."""
+    k = len(reduction.peaks)
+    element, stage = [""] * k, np.zeros(k, dtype=np.int64)
+    line_nm, shared = np.full(k, np.nan), [[] for _ in range(k)]
+    found = reduction.identified
+    if found is None or not found.indexed.accepted:
+        return Names(element, stage, line_nm, shared)
+    known = found.catalogue
+    entries = np.concatenate([
+        np.arange(known.first[e], known.first[e + 1]) for e in found.indexed.accepted
+    ])  # fmt: skip
+    entries = entries[found.matched.peak[entries] >= 0]
+    peak, leader = found.matched.peak[entries], known.leader[entries]
+    which = atoms().element[leader]
+    share = np.exp(found.effective[entries] + found.indexed.log_scale[which])
+    counts = share > CONFOUNDS * reduction.peaks.area[peak]
+    nm = in_medium(found.expected.vacuum_nm[entries], reduction.medium)
+    order = np.lexsort((entries, -share))
+    for i in order[counts[order]]:
+        at, name = int(peak[i]), str(atoms().elements[which[i]])
+        if not element[at]:
+            element[at], line_nm[at] = name, nm[i]
+            stage[at] = 2 if atoms().ion[leader[i]] else 1
+        elif name != element[at] and name not in shared[at]:
+            shared[at].append(name)
+    return Names(element, stage, line_nm, shared)

@@ -1,0 +1,25 @@
+"""The row of `plasma`: temperature and electrons of a spectrum, empty where nothing tells."""
+
+from ..reduce import Reduction
+from .columns import BETWEEN_FLAGS, Cells
+
+NO_EQUILIBRIUM = "too few electrons for equilibrium (McWhirter)"
+
+
+def plasma_row(reduction: Reduction) -> Cells:
+    """One row, whatever is known."""
+    plasma = reduction.plasma
+    if plasma is None:
+        return {
+            "temperature_k": [None], "temperature_err": [None], "log10_ne": [None],
+            "log10_ne_err": [None], "method": [""], "flags": [""],
+        }  # fmt: skip
+    doubts = (NO_EQUILIBRIUM,) if plasma.mcwhirter is False else ()
+    return {
+        "temperature_k": [plasma.temperature_k],
+        "temperature_err": [plasma.temperature_error_k],
+        "log10_ne": [plasma.log10_ne],
+        "log10_ne_err": [plasma.log10_ne_error],
+        "method": [plasma.method],
+        "flags": [BETWEEN_FLAGS.join((*plasma.flags, *doubts))],
+    }

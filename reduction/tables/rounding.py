@@ -1,0 +1,29 @@
+"""Round numbers so that what is written is short, and the same on every machine that computes it."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..spectrum import FloatArray
+from .columns import Column
+
+
+def rounded(values: ArrayLike, column: Column) -> FloatArray:
+    """The values as the column wants them, any shape; what is not finite becomes NaN."""
+    x = np.asarray(values, dtype=np.float64)
+    x = np.where(np.isfinite(x), x, np.nan)
+    if column.decimals is not None:
+        return np.round(x, column.decimals) + 0.0  # no -0
+    return x if column.digits is None else significant(x, column.digits)
+
+
+def significant(x: FloatArray, digits: int) -> FloatArray:
+    """Rounded to so many significant digits; 0 and NaN stay.
+
+    A power of ten above 1 is exact in a double, so one rounding is made by dividing and none by
+    multiplying: the nearest double to the short decimal is what comes out.
+    """
+    size = np.abs(x)
+    known = np.isfinite(x) & (size > 0)
+    power = digits - 1 - np.floor(np.log10(np.where(known, size, 1.0))).astype(np.int64)
+    up, down = 10.0 ** np.clip(power, 0, 22), 10.0 ** np.clip(-power, 0, 22)
+    return np.where(known, np.rint(x * up / down) / up * down, x)

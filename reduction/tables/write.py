@@ -1,0 +1,67 @@
+"""Write tables as CSV and as Parquet, each file complete before it takes its name."""
+
+import os
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from itertools import islice
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet
+
+from .arrow import schema_of
+from .columns import TABLES
+from .csv_text import CsvFile
+
+TOGETHER = 256  # spectra in a row group: a number of its own, so that files do not depend on workers
+COMPRESSION = "zstd"
+THREADS = 4
+Batches = Iterable[dict[str, pa.RecordBatch]]
+
+
+def write_tables(spectra: Batches, folder: Path, meanwhile: Path) -> list[Path]:
+    """Write the tables of all spectra, in the order given, into `folder`; the files written.
+
+    Each item holds the rows of one spectrum by table; tables that it lacks have none. meanwhile: a
+    folder of the same file system for what is not yet complete. The same rows give the same bytes,
+    with one version of Arrow. Raises OSError where the disk does not take them.
+    """
+    with ExitStack() as opened, ThreadPoolExecutor(THREADS) as threads:
+        sinks = {table: _sinks(table, meanwhile, opened) for table in TABLES}
+        for group in _groups(spectra):
+            written = []
+            for table, writers in sinks.items():
+                rows = [batches[table] for batches in group if table in batches]
+                together = pa.Table.from_batches(rows, schema_of(table))
+                if len(together):
+                    written += [threads.submit(sink.write_table, together) for sink in writers]
+            for one in written:
+                one.result()
+    return [_named(meanwhile / name, folder / name) for name in file_names()]
+
+
+def file_names() -> list[str]:
+    """What the tables are called on disk."""
+    return [f"{table}{suffix}" for table in TABLES for suffix in (".csv", ".parquet")]
+
+
+def _sinks(table: str, folder: Path, opened: ExitStack) -> tuple:
+    schema, parquet = schema_of(table), folder / f"{table}.parquet"
+    return (
+        opened.enter_context(CsvFile(folder / f"{table}.csv", schema)),
+        opened.enter_context(
+            pyarrow.parquet.ParquetWriter(parquet, schema, compression=COMPRESSION)
+        ),
+    )
+
+
+def _groups(spectra: Batches) -> Iterator[list[dict[str, pa.RecordBatch]]]:
+    rest = iter(spectra)
+    while group := list(islice(rest, TOGETHER)):
+        yield group
+
+
+def _named(complete: Path, name: Path) -> Path:
+    os.replace(complete, name)
+    return name
