@@ -1,6 +1,5 @@
-"""Write tables as CSV and as Parquet, each file complete before it takes its name."""
+"""Write tables as CSV and as Parquet."""
 
-import os
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -20,15 +19,14 @@ THREADS = 4
 Batches = Iterable[dict[str, pa.RecordBatch]]
 
 
-def write_tables(spectra: Batches, folder: Path, meanwhile: Path) -> list[Path]:
+def write_tables(spectra: Batches, folder: Path) -> list[Path]:
     """Write the tables of all spectra, in the order given, into `folder`; the files written.
 
-    Each item holds the rows of one spectrum by table; tables that it lacks have none. meanwhile: a
-    folder of the same file system for what is not yet complete. The same rows give the same bytes,
-    with one version of Arrow. Raises OSError where the disk does not take them.
+    Each item holds the rows of one spectrum by table; tables that it lacks have none. The same rows
+    give the same bytes, with one version of Arrow. Raises OSError where the disk does not take them.
     """
     with ExitStack() as opened, ThreadPoolExecutor(THREADS) as threads:
-        sinks = {table: _sinks(table, meanwhile, opened) for table in TABLES}
+        sinks = {table: _sinks(table, folder, opened) for table in TABLES}
         for group in _groups(spectra):
             written = []
             for table, writers in sinks.items():
@@ -38,7 +36,7 @@ def write_tables(spectra: Batches, folder: Path, meanwhile: Path) -> list[Path]:
                     written += [threads.submit(sink.write_table, together) for sink in writers]
             for one in written:
                 one.result()
-    return [_named(meanwhile / name, folder / name) for name in file_names()]
+    return [folder / name for name in file_names()]
 
 
 def file_names() -> list[str]:
@@ -61,7 +59,3 @@ def _groups(spectra: Batches) -> Iterator[list[dict[str, pa.RecordBatch]]]:
     while group := list(islice(rest, TOGETHER)):
         yield group
 
-
-def _named(complete: Path, name: Path) -> Path:
-    os.replace(complete, name)
-    return name

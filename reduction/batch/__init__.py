@@ -1,0 +1,1 @@
+"""Many spectra: found in folders, reduced by many processes, written as tables."""

@@ -1,0 +1,128 @@
+"""The workers of a dask cluster: spectra travel to them as bytes, so that they need no common disk."""
+
+import logging
+import queue
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
+
+from .crew import Answer, Chunk, CrewFault, CrewUnreachable
+from .settings import Settings
+from .versions import versions
+from .work import Done, failed, load, reduce_bytes
+
+REACH_S = 10.0
+LOST_S = 10.0  # without the scheduler, after which nobody goes on waiting
+AHEAD = 2  # chunks a worker has at a time: one that it works on, one on its way
+NOT_INSTALLED = (
+    "--dask needs dask.distributed, which is not installed: python -m pip install 'labrun[dask]'"
+)
+
+
+class Cluster:
+    """All workers that the scheduler at `address` has. Raises CrewUnreachable with a sentence."""
+
+    def __init__(self, address: str, settings: Settings, reach_s: float = REACH_S) -> None:
+        try:
+            import distributed
+        except ImportError:
+            raise CrewFault(NOT_INSTALLED) from None
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters is said here
+        self.address = address
+        self.settings = settings
+        self.client = _client(distributed, address, reach_s)
+        self.differing = self._look_at_workers(reach_s)
+        self.room = AHEAD * max(sum(self.client.nthreads().values()), 1)
+        self.ready: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
+        self.futures: dict[int, Any] = {}
+        self.seen = time.monotonic()
+
+    def start(self, number: int, chunk: Chunk) -> None:
+        """Send the chunk's bytes; what cannot be read here is its row and is not sent."""
+        held = [(source.name, load(source.path)) for source in chunk]
+        future = self.client.submit(reduce_held, held, self.settings, pure=False)
+        self.futures[number] = future
+        future.add_done_callback(lambda done: self.ready.put((number, done)))
+
+    def answers(self, wait_s: float) -> list[Answer]:
+        """Answers within that time. Raises CrewFault when the scheduler is gone for good."""
+        try:
+            number, future = self.ready.get(timeout=wait_s)
+        except queue.Empty:
+            self._still_there()
+            return []
+        self.futures.pop(number, None)
+        fault = future.exception() if future.status == "error" else None
+        if future.status == "finished":
+            return [Answer(number, future.result())]
+        if fault is None:  # cancelled or lost: the scheduler went
+            raise CrewFault(f"the dask scheduler at {self.address} has gone")
+        return [Answer(number, lost=f"the cluster did not reduce it: {_words(fault)}")]
+
+    def close(self) -> None:
+        """Take back what is under way and leave; the cluster itself lives on."""
+        with suppress(Exception):
+            self.client.cancel(list(self.futures.values()), force=True, asynchronous=False)
+        with suppress(Exception):
+            self.client.close(timeout=1)
+
+    def _still_there(self) -> None:
+        if self.client.status == "running" and self.client.scheduler_info(n_workers=0):
+            self.seen = time.monotonic()
+        elif time.monotonic() - self.seen > LOST_S:
+            raise CrewFault(f"the dask scheduler at {self.address} has gone")
+
+    def _look_at_workers(self, reach_s: float) -> str:
+        """Wait for a worker; a sentence where its versions are others than here, else empty."""
+        try:
+            self.client.wait_for_workers(1, timeout=reach_s)
+            theirs = self.client.run(versions)
+        except TimeoutError:
+            self.close()
+            raise CrewUnreachable(
+                f"the dask scheduler at {self.address} has no worker; start one with: "
+                f"dask worker {self.address}"
+            ) from None
+        except Exception as fault:  # what a worker raises when it cannot import labrun
+            self.close()
+            raise CrewFault(
+                f"a worker of {self.address} cannot use labrun ({_words(fault)}); "
+                "install this version of it there"
+            ) from None
+        return _differing(theirs.items())
+
+
+def reduce_held(held: Sequence[tuple[str, bytes | str]], settings: Settings) -> list[Done]:
+    """Reduce spectra that came as bytes; text is the reason why there are none. Runs on a worker."""
+    return [
+        failed(name, raw) if isinstance(raw, str) else reduce_bytes(name, raw, settings)
+        for name, raw in held
+    ]
+
+
+def _client(distributed: Any, address: str, reach_s: float) -> Any:
+    try:
+        return distributed.Client(address, timeout=reach_s, set_as_default=False)
+    except (OSError, TimeoutError, ValueError) as fault:
+        raise CrewUnreachable(
+            f"no dask scheduler answers at {address}: {_words(fault)}; "
+            "is `dask scheduler` running there?"
+        ) from None
+
+
+def _differing(theirs) -> str:
+    here = versions()
+    for address, there in theirs:
+        for name, version in here.items():
+            if there.get(name) != version:
+                return (
+                    f"{address} has {name} {there.get(name)} and this machine {version}: "
+                    "the last digits of tables may differ"
+                )
+    return ""
+
+
+def _words(fault: BaseException) -> str:
+    words = " ".join(str(fault).split())
+    return words[:200] or type(fault).__name__

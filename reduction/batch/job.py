@@ -1,0 +1,82 @@
+"""A folder of tables in the making: nothing in it changes before all of it can."""
+
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+
+from ..tables.arrow import unpacked
+from ..tables.write import file_names, write_tables
+from .gather import is_reduced
+from .source import natural
+from .spool import Spool
+from .summary import NAME, Circumstances, Counts, counts_of, summary_of, write_summary
+
+MEANWHILE = ".reducing-"
+
+
+class NotOurs(ValueError):
+    """The folder for the tables cannot be it; the message says why and what to do."""
+
+
+class Job:
+    """Rows on their way into `out`."""
+
+    def __init__(self, out: Path, meanwhile: Path, about: Circumstances) -> None:
+        self.out = out
+        self.meanwhile = meanwhile
+        self.about = about
+        self.began = time.monotonic()
+        self.spool = Spool(meanwhile / "rows")
+
+    def write(self) -> Counts:
+        """Write all tables anew from the rows there are, and let them take their names together."""
+        names = sorted(self.spool.kept, key=natural)
+        written = write_tables(
+            (
+                {table: unpacked(table, raw) for table, raw in self.spool.rows(name).items()}
+                for name in names
+            ),
+            self.meanwhile,
+        )
+        counts = counts_of(self.spool)
+        self.about.seconds = time.monotonic() - self.began
+        summary = summary_of(self.spool, counts, self.about)
+        written.append(write_summary(summary, self.meanwhile))
+        for path in written:
+            os.replace(path, self.out / path.name)
+        return counts
+
+
+@contextmanager
+def job_in(out: Path, about: Circumstances) -> Iterator[Job]:
+    """Open a job in `out`, which is made where it is missing; what is half done goes with it.
+
+    Raises NotOurs where other people's files would be overwritten, OSError where the folder cannot
+    be written to.
+    """
+    _check(out)
+    out.mkdir(parents=True, exist_ok=True)
+    meanwhile = Path(tempfile.mkdtemp(prefix=MEANWHILE, dir=out))
+    about.started = datetime.now(UTC)
+    job = Job(out, meanwhile, about)
+    try:
+        yield job
+    finally:
+        job.spool.close()
+        shutil.rmtree(meanwhile, ignore_errors=True)
+
+
+def _check(out: Path) -> None:
+    if out.exists() and not out.is_dir():
+        raise NotOurs(f"{out} is a file, and the tables need a folder; name one with -o")
+    taken = [name for name in (*file_names(), NAME) if (out / name).exists()]
+    if taken and not is_reduced(out):
+        raise NotOurs(
+            f"{out} holds {taken[0]}, and no reduction of ours says that it wrote it; "
+            "name another folder with -o"
+        )

@@ -1,0 +1,177 @@
+"""The processes of this machine: started when there is work, replaced when they die.
+
+Not `concurrent.futures`: when one of its processes is killed the whole pool is broken and nobody
+knows which spectrum did it. Here each process has a pipe of its own, which also ends it when this
+process is gone, however that came about.
+"""
+
+import multiprocessing as mp
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+
+from .crew import Answer, Chunk, CrewFault
+from .settings import Settings
+from .worker import COMPILING, UP, main
+
+CHUNK_S = 300.0  # after which a chunk is given up; compiling takes about half a minute of it
+END_S = 1.0
+MOST_STILLBORN = 3  # processes in a row that end before they are up
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@dataclass(slots=True, eq=False)
+class _Worker:
+    process: SpawnProcess
+    link: Connection
+    up: bool = False
+    number: int | None = None  # of the chunk that it has
+    ends: float = 0.0
+
+
+class Pool:
+    """Up to `jobs` processes. told: called once, when a worker begins to compile its kernels."""
+
+    def __init__(
+        self, jobs: int, settings: Settings, told: Callable[[], None], chunk_s: float = CHUNK_S
+    ) -> None:
+        self.room = jobs
+        self.settings = settings
+        self.told: Callable[[], None] | None = told
+        self.chunk_s = chunk_s
+        self.workers: list[_Worker] = []
+        self.stillborn = 0
+
+    def start(self, number: int, chunk: Chunk) -> None:
+        """Give the chunk to a process that has none; there is one while `room` is kept."""
+        worker = next((w for w in self.workers if w.number is None), None) or self._new()
+        worker.number, worker.ends = number, time.monotonic() + self.chunk_s
+        # A worker that has just died is noticed, and answered for, when answers are asked for.
+        with suppress(OSError):
+            worker.link.send((number, [(source.name, source.path) for source in chunk]))
+
+    def answers(self, wait_s: float) -> list[Answer]:
+        """Answers within that time. Raises CrewFault when no process comes up at all."""
+        owner = {w.process.sentinel: w for w in self.workers} | {w.link: w for w in self.workers}
+        found = []
+        for ready in wait(list(owner), wait_s):
+            worker = owner[ready]
+            if worker not in self.workers:
+                continue  # told of by the other of its two
+            found += self._heard(worker) if ready is worker.link else self._ended(worker)
+        late = [w for w in self.workers if w.number is not None and time.monotonic() > w.ends]
+        for worker in late:
+            worker.process.kill()
+            found += self._buried(worker, f"it took longer than {self.chunk_s:g} s")
+        return found
+
+    def close(self) -> None:
+        """End all processes, at once."""
+        for worker in self.workers:
+            worker.link.close()
+            worker.process.terminate()
+        for worker in self.workers:
+            worker.process.join(END_S)
+            if worker.process.is_alive():
+                worker.process.kill()
+                worker.process.join(END_S)
+        self.workers.clear()
+
+    def _new(self) -> _Worker:
+        context = mp.get_context("spawn")
+        here, there = context.Pipe()
+        process = context.Process(target=main, args=(there, self.settings), daemon=True)
+        with _deaf_and_alone():
+            process.start()
+        there.close()  # the last other holder: when the process ends, so does the pipe
+        worker = _Worker(process, here)
+        self.workers.append(worker)
+        return worker
+
+    def _heard(self, worker: _Worker) -> list[Answer]:
+        try:
+            what, *rest = worker.link.recv()
+        except (EOFError, OSError):
+            return self._buried(worker)
+        if what == UP:
+            worker.up, self.stillborn = True, 0
+            return []
+        if what == COMPILING:
+            if self.told is not None:
+                self.told()
+            self.told = None
+            return []
+        number, done = rest
+        worker.number = None
+        return [Answer(number, done)]
+
+    def _ended(self, worker: _Worker) -> list[Answer]:
+        said = []
+        while worker in self.workers and worker.link.poll():  # its last words
+            said += self._heard(worker)
+        return said + self._buried(worker) if worker in self.workers else said
+
+    def _buried(self, worker: _Worker, why: str = "") -> list[Answer]:
+        self.workers.remove(worker)
+        worker.link.close()
+        worker.process.join(END_S)
+        if not worker.up:
+            self._count_stillborn(worker.process.exitcode)
+        if worker.number is None:
+            return []
+        why = why or f"the process that reduced it {how_it_ended(worker.process.exitcode)}"
+        return [Answer(worker.number, lost=why)]
+
+    def _count_stillborn(self, exitcode: int | None) -> None:
+        self.stillborn += 1
+        if self.stillborn >= MOST_STILLBORN:
+            raise CrewFault(
+                f"no process for reductions comes up: {self.stillborn} in a row "
+                f"{how_it_ended(exitcode)}; is the installation complete, and is there memory?"
+            )
+
+
+def how_it_ended(exitcode: int | None) -> str:
+    """In words, for the end of a sentence about a process."""
+    if exitcode is None:
+        return "did not end"
+    if exitcode >= 0:
+        return f"ended with status {exitcode}"
+    try:
+        name = signal.Signals(-exitcode).name
+    except ValueError:
+        name = f"signal {-exitcode}"
+    return f"was ended by {name}" + (" (out of memory?)" if name == "SIGKILL" else "")
+
+
+@contextmanager
+def _deaf_and_alone() -> Iterator[None]:
+    """What is started here never hears Ctrl-C, not even while it is still importing, and has one thread."""
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    try:
+        hears = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    except ValueError:  # not the main thread: whoever started it is not interrupted by keyboard
+        hears = None
+    try:
+        yield
+    finally:
+        if hears is not None:
+            signal.signal(signal.SIGINT, hears)
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0)) or 1
+    return os.cpu_count() or 1

@@ -1,0 +1,82 @@
+"""Go on looking at folders: what arrives is reduced, and the tables grow with it."""
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from .batch import Batch
+from .gather import Found, gather
+from .job import Job
+from .source import Source
+
+LOOK_S = 1.0
+WRITE_S = 3.0  # between two times that the tables are written, while spectra keep coming
+WRITE_SHARE = 5.0  # and no less than so many times what writing took
+
+
+class Watch:
+    """What was seen of the folders, and when. arrived: told what was found at each look."""
+
+    def __init__(
+        self,
+        given: Sequence[Path],
+        job: Job,
+        batch: Batch,
+        arrived: Callable[[list[Source], Found], None],
+        look_s: float = LOOK_S,
+    ) -> None:
+        self.given, self.job, self.batch, self.arrived = given, job, batch, arrived
+        self.look_s = look_s
+        self.seen: dict[Path, tuple[int, int]] = {}
+        self.taken: dict[Path, tuple[int, int]] = {}
+        self.written = 0
+        self.wrote_at, self.write_took = -1e9, 0.0
+
+    def run(self, until_idle_s: float | None = None) -> None:
+        """Until nothing has come for so long, or for ever. Raises what a batch raises."""
+        came, looked = time.monotonic(), -1e9
+        while True:
+            if time.monotonic() - looked >= self.look_s:
+                looked = time.monotonic()
+                if self.look():
+                    came = looked
+            self.batch.step(0.2) if self.batch.busy else time.sleep(0.05)
+            self.write(late=self.batch.busy)
+            if self.batch.busy:
+                came = time.monotonic()
+            if until_idle_s is not None and time.monotonic() - came > until_idle_s:
+                return
+
+    def look(self) -> bool:
+        """Queue what is new or changed and has kept its size since the last look."""
+        try:
+            found = gather(self.given, self.job.out, self.taken)
+        except OSError:
+            return False  # a disk that is away for a moment
+        self.job.about.left_aside = found.left_aside
+        fresh, growing = [], False
+        for source in found.spectra:
+            with suppress(OSError):
+                state = source.path.stat()
+                mark = (state.st_size, state.st_mtime_ns)
+                if self.taken.get(source.path) == mark:
+                    continue
+                if self.seen.get(source.path) == mark:
+                    self.taken[source.path] = mark
+                    fresh.append(source)
+                self.seen[source.path], growing = mark, True
+        self.batch.add(fresh)
+        self.arrived(fresh, found)
+        return growing
+
+    def write(self, *, late: bool = False) -> None:
+        """Write the tables if there is something new; `late`: not too often."""
+        wait_s = max(WRITE_S, WRITE_SHARE * self.write_took) if late else 0.0
+        now = time.monotonic()
+        if self.job.spool.puts == self.written or now - self.wrote_at < wait_s:
+            return
+        puts = self.job.spool.puts
+        self.job.write()
+        self.written, self.wrote_at = puts, time.monotonic()
+        self.write_took = self.wrote_at - now

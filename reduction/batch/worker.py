@@ -1,0 +1,43 @@
+"""A process that reduces what it is sent until nobody sends anything any more."""
+
+import signal
+import warnings
+from multiprocessing.connection import Connection
+
+from .settings import Settings
+from .work import reduce_file
+
+UP, COMPILING, DONE = "up", "compiling", "done"
+
+
+def main(link: Connection, settings: Settings) -> None:
+    """Answer (number, chunk) with (DONE, number, results); ends when the other side is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one who started this
+    warnings.simplefilter("ignore")  # for people, only what is told in a row counts
+    try:
+        _tell_of_compiling(link)
+        link.send((UP,))
+        while True:
+            number, chunk = link.recv()
+            done = [reduce_file(name, path, settings) for name, path in chunk]
+            link.send((DONE, number, done))
+    except (EOFError, OSError):
+        return
+
+
+def _tell_of_compiling(link: Connection) -> None:
+    """Say once that a kernel was not in the cache."""
+    from .. import reduce as _  # noqa: F401  # what every chunk needs, before the first one comes
+    from ..kernel import numba
+
+    told = []
+
+    class Compiling(numba.core.event.Listener):
+        def on_start(self, event) -> None:
+            if not told:
+                told.append(event)
+                link.send((COMPILING,))
+
+        def on_end(self, event) -> None: ...
+
+    numba.core.event.register("numba:compile", Compiling())

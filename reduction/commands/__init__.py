@@ -1,0 +1,1 @@
+"""Commands of the reduction: registered as `labrun.commands`, one function a file."""

@@ -1,0 +1,84 @@
+"""How far a batch is: a bar in a terminal, a line every few seconds elsewhere."""
+
+import sys
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, TextIO
+
+from ..batch.work import Done
+from .say import say
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+EVERY_S = 5.0
+
+
+class Shown:
+    """Told of every spectrum; says what a person wants to know meanwhile, on stderr."""
+
+    def __init__(self, out: TextIO | None = None) -> None:
+        self.out = out or sys.stderr
+        self.total = self.done = self.failed = 0
+        self.began = self.said_at = time.monotonic()
+        self.bar: Progress | None = None
+
+    def __enter__(self) -> "Shown":
+        if self.out.isatty():
+            from rich.console import Console
+            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+            from rich.progress import TimeRemainingColumn as Left
+
+            self.bar = Progress(
+                TextColumn("reducing"), BarColumn(), MofNCompleteColumn(),
+                TextColumn("{task.fields[rate]:.0f}/s"), Left(), TextColumn("{task.fields[bad]}"),
+                console=Console(file=self.out), transient=True,
+            )  # fmt: skip
+            self.task = self.bar.add_task("", total=None, rate=0.0, bad="")
+            self.bar.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        fault: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self.bar is not None:
+            self.bar.stop()
+        self.bar = None
+
+    def expect(self, more: int) -> None:
+        """So many spectra more."""
+        self.total += more
+        self._show()
+
+    def take(self, done: Done) -> None:
+        """One spectrum, reduced or failed."""
+        self.done += 1
+        self.failed += bool(done.reason)
+        self._show()
+
+    def compiling(self) -> None:
+        """The first reduction ever is slow, and a person should know why."""
+        self.say("the fits are being compiled, on first use only (half a minute or so)")
+
+    def say(self, text: str) -> None:
+        """A line of its own, above the bar where there is one."""
+        if self.bar is not None:
+            self.bar.console.print(f"labrun: {text}", highlight=False, markup=False)
+        else:
+            say(text)
+
+    def _show(self) -> None:
+        now = time.monotonic()
+        rate = self.done / max(now - self.began, 1e-3)
+        bad = f"{self.failed} failed" if self.failed else ""
+        if self.bar is not None:
+            self.bar.update(
+                self.task, total=self.total, completed=self.done, rate=rate, bad=bad
+            )  # fmt: skip
+        elif now - self.said_at >= EVERY_S and self.done:
+            self.said_at = now
+            left = (self.total - self.done) / rate
+            say(f"{self.done}/{self.total} spectra, {rate:.0f}/s, {left:.0f} s left {bad}".rstrip())

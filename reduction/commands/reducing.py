@@ -1,0 +1,197 @@
+"""What `labrun reduce` does: look, reduce, write, and say how it came out."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .say import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, TERMINATED, say
+
+MEDIA = ("air", "vacuum")
+
+
+class WrongUsage(ValueError):
+    """What was asked cannot be done; the text says what instead."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """The command line."""
+
+    files: list[Path]
+    out: Path | None
+    elements: str | None
+    medium: str | None
+    jobs: int | None
+    dask: str | None
+    watch: bool
+    until_idle_s: float | None
+    figures: bool
+
+
+def reduce_asked(asked: Asked) -> int:
+    """Do it; the exit status. Faults of a person's or of the machine's are sentences."""
+    from ..batch.crew import CrewFault, CrewUnreachable
+    from ..batch.job import NotOurs
+
+    try:
+        with _ended_by_signals():
+            return _reduce(asked)
+    except (WrongUsage, NotOurs) as fault:
+        say(str(fault))
+        return PROBLEMS
+    except CrewUnreachable as fault:
+        say(str(fault))
+        return NOT_REACHED
+    except CrewFault as fault:
+        say(f"{fault}; no table was changed")
+        return FAILED
+    except OSError as fault:
+        say(f"{fault.filename or 'the folder for the tables'}: {fault.strerror or fault}")
+        return FAILED
+    except KeyboardInterrupt:
+        say("stopped; no table was changed")
+        return CTRL_C
+    except _Ended:
+        say("ended; no table was changed")
+        return TERMINATED
+
+
+def _reduce(asked: Asked) -> int:
+    from ..batch.batch import Batch
+    from ..batch.gather import default_out, gather, root_of
+    from ..batch.job import job_in
+    from ..batch.summary import Circumstances
+    from .ending import tell_ending
+    from .progress import Shown
+
+    settings = _settings(asked)
+    out = asked.out or default_out(asked.files)
+    found = gather(asked.files, out)
+    _say_what(found, asked)
+    with Shown() as shown, closing(_crew(asked, settings, shown, len(found.spectra))) as crew:
+        about = Circumstances(settings, _workers(crew), root_of(asked.files), found.left_aside)
+        with job_in(out, about) as job:
+            batch = Batch(crew, job.spool, shown.take)
+            if asked.watch:
+                _watch(asked, job, batch, shown)
+            else:
+                shown.expect(len(found.spectra))
+                batch.add(found.spectra)
+                if not _finished(batch, shown):
+                    return CTRL_C
+            crew.close()
+            counts = job.write()
+    made = [out / "overview.png"] if asked.figures and _overview(out, counts) else []
+    tell_ending(counts, about, out, made)
+    return FAILED if counts.failed and not counts.reduced else 0
+
+
+def _finished(batch: Any, shown: Any) -> bool:
+    try:
+        batch.run()
+    except KeyboardInterrupt:
+        shown.say(f"stopped after {shown.done} of {shown.total} spectra; no table was changed")
+        return False
+    return True
+
+
+def _watch(asked: Asked, job: Any, batch: Any, shown: Any) -> None:
+    from ..batch.watch import Watch
+
+    watch = Watch(asked.files, job, batch, lambda fresh, found: shown.expect(len(fresh)))
+    shown.say("watching; Ctrl-C ends it")
+    try:
+        watch.run(asked.until_idle_s)
+    except KeyboardInterrupt:
+        shown.say("no longer watching; the tables are being written")
+
+
+def _settings(asked: Asked) -> Any:
+    from ..batch.settings import Settings
+
+    for path in asked.files:
+        if not path.exists():
+            raise WrongUsage(f"{path} is not there")
+    if asked.medium not in (None, *MEDIA):
+        raise WrongUsage(f"--medium {asked.medium}: choose air or vacuum")
+    if asked.jobs is not None and asked.jobs < 1:
+        raise WrongUsage(f"--jobs {asked.jobs}: at least one process is needed")
+    if asked.until_idle_s is not None and not (asked.watch and asked.until_idle_s > 0):
+        raise WrongUsage("--until-idle SECONDS (above 0) goes with --watch")
+    if asked.watch and not any(path.is_dir() for path in asked.files):
+        raise WrongUsage("--watch looks at folders, and no folder was named")
+    return Settings(_elements(asked.elements), asked.medium)  # type: ignore[arg-type]
+
+
+def _elements(text: str | None) -> tuple[str, ...] | None:
+    from ..elements import predominant_line
+
+    if text is None:
+        return None
+    symbols = tuple(dict.fromkeys(word.capitalize() for word in text.replace(",", " ").split()))
+    if not symbols:
+        raise WrongUsage("--elements: write symbols, as in --elements Li,K,Si")
+    for symbol in symbols:
+        try:
+            predominant_line(symbol)
+        except ValueError as fault:
+            raise WrongUsage(f"--elements {text}: {fault}") from None
+    return symbols
+
+
+def _say_what(found: Any, asked: Asked) -> None:
+    for name, reason in found.left_aside[:3]:
+        say(f"left aside: {name} ({reason})")
+    if len(found.left_aside) > 3:
+        say(f"left aside: {len(found.left_aside) - 3} more files; summary.json names them")
+    if not found.spectra and not asked.watch:
+        raise WrongUsage(f"there is no spectrum in {', '.join(map(str, asked.files))}")
+
+
+def _crew(asked: Asked, settings: Any, shown: Any, spectra: int) -> Any:
+    from ..batch.pool import Pool, cores
+
+    if asked.dask is None:
+        most = spectra if not asked.watch else cores()
+        return Pool(asked.jobs or max(min(cores(), most), 1), settings, shown.compiling)
+    from ..batch.cluster import Cluster
+
+    cluster = Cluster(asked.dask, settings)
+    if cluster.differing:
+        shown.say(cluster.differing)
+    return cluster
+
+
+def _workers(crew: Any) -> str:
+    address = getattr(crew, "address", None)
+    return f"{crew.room} processes" if address is None else f"dask at {address}"
+
+
+def _overview(out: Path, counts: Any) -> bool:
+    from ..tables.overview import draw_overview
+
+    return draw_overview(out, counts.reduced)
+
+
+class _Ended(BaseException):
+    """SIGTERM or SIGHUP: no less final than Ctrl-C, but not from the keyboard."""
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    def end(number: int, frame: object) -> None:
+        raise _Ended
+
+    before = {}
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None:
+            before[number] = signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)
