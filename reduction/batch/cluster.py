@@ -1,5 +1,6 @@
 """The workers of a dask cluster: spectra travel to them as bytes, so that they need no common disk."""
 
+import asyncio
 import logging
 import queue
 import time
@@ -12,7 +13,7 @@ from .settings import Settings
 from .versions import versions
 from .work import Done, failed, load, reduce_bytes
 
-REACH_S = 10.0
+REACH_S = 6.0  # for an answer of the scheduler; importing dask takes a second or two more
 LOST_S = 10.0  # without the scheduler, after which nobody goes on waiting
 AHEAD = 2  # chunks a worker has at a time: one that it works on, one on its way
 NOT_INSTALLED = (
@@ -28,10 +29,11 @@ class Cluster:
             import distributed
         except ImportError:
             raise CrewFault(NOT_INSTALLED) from None
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters is said here
+        _be_quiet()
         self.address = address
         self.settings = settings
-        self.client = _client(distributed, address, reach_s)
+        _check_that_it_answers(address, reach_s)
+        self.client: Any = distributed.Client(address, timeout=reach_s, set_as_default=False)
         self.differing = self._look_at_workers(reach_s)
         self.room = AHEAD * max(sum(self.client.nthreads().values()), 1)
         self.ready: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
@@ -68,7 +70,7 @@ class Cluster:
             self.client.close(timeout=1)
 
     def _still_there(self) -> None:
-        if self.client.status == "running" and self.client.scheduler_info(n_workers=0):
+        if self.client.status == "running":
             self.seen = time.monotonic()
         elif time.monotonic() - self.seen > LOST_S:
             raise CrewFault(f"the dask scheduler at {self.address} has gone")
@@ -101,14 +103,36 @@ def reduce_held(held: Sequence[tuple[str, bytes | str]], settings: Settings) -> 
     ]
 
 
-def _client(distributed: Any, address: str, reach_s: float) -> Any:
+def _check_that_it_answers(address: str, reach_s: float) -> None:
+    """Ask who is there, before a client is made: one that found nobody takes 20 s to be gone."""
+    from distributed.core import rpc
+
+    async def ask() -> str:
+        async with asyncio.timeout(reach_s), rpc(address, timeout=reach_s) as there:
+            return str((await there.identity())["type"])
+
     try:
-        return distributed.Client(address, timeout=reach_s, set_as_default=False)
-    except (OSError, TimeoutError, ValueError) as fault:
-        raise CrewUnreachable(
-            f"no dask scheduler answers at {address}: {_words(fault)}; "
-            "is `dask scheduler` running there?"
-        ) from None
+        what = asyncio.run(ask())
+    except TimeoutError:
+        fault = f"nothing within {reach_s:g} s"
+    except ValueError as wrong:
+        fault = _words(wrong)
+    except (Exception, asyncio.CancelledError):  # it spoke, but nothing that dask understands
+        fault = "something else does"
+    else:
+        if what == "Scheduler":
+            return
+        fault = f"a {what} does"
+    raise CrewUnreachable(
+        f"no dask scheduler answers at {address} ({fault}); is `dask scheduler` running there?"
+    )
+
+
+def _be_quiet() -> None:
+    """Dask logs tracebacks of what is said here in a sentence."""
+    for name in ("distributed", *logging.root.manager.loggerDict):
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def _differing(theirs) -> str:

@@ -1,6 +1,5 @@
 """A folder of tables in the making: nothing in it changes before all of it can."""
 
-import os
 import shutil
 import tempfile
 import time
@@ -48,7 +47,7 @@ class Job:
         summary = summary_of(self.spool, counts, self.about)
         written.append(write_summary(summary, self.meanwhile))
         for path in written:
-            os.replace(path, self.out / path.name)
+            path.replace(self.out / path.name)
         return counts
 
 

@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
+from typing import Any
 
 from .crew import Answer, Chunk, CrewFault
 from .settings import Settings
@@ -57,7 +58,8 @@ class Pool:
 
     def answers(self, wait_s: float) -> list[Answer]:
         """Answers within that time. Raises CrewFault when no process comes up at all."""
-        owner = {w.process.sentinel: w for w in self.workers} | {w.link: w for w in self.workers}
+        owner: dict[Any, _Worker] = {w.process.sentinel: w for w in self.workers}
+        owner |= {w.link: w for w in self.workers}
         found = []
         for ready in wait(list(owner), wait_s):
             worker = owner[ready]

@@ -75,6 +75,7 @@ def summary_of(spool: Spool, counts: Counts, about: Circumstances) -> dict[str, 
         "configuration": {
             "elements": None if settings.elements is None else list(settings.elements),
             "medium": settings.medium,
+            "unit": settings.unit,
         },
         "folder": str(about.root),
         "counts": {

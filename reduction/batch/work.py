@@ -57,7 +57,8 @@ def failed(name: str, reason: str, raw: bytes | None = None) -> Done:
 
     one_line = " ".join(reason.split())
     rows = {"files": packed(batch_of("files", name, failed_row(one_line)))}
-    return Done(name, one_line, *(_known(raw) if raw is not None else ()), rows=rows)
+    sha256, size = ("", 0) if raw is None else _known(raw)
+    return Done(name, one_line, sha256, size, rows=rows)
 
 
 def reduce_bytes(name: str, raw: bytes, settings: Settings, began: float | None = None) -> Done:
@@ -78,7 +79,7 @@ def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
     from ..reduce import reduce_spectrum
     from ..tables.rows import rows_of
 
-    spectrum = read_spectrum(raw)
+    spectrum = read_spectrum(raw, settings.unit)
     reduction = reduce_spectrum(spectrum, settings.elements, settings.medium)
     rows = rows_of(name, spectrum, reduction, settings.elements)
     said = reduction.evidence.values()

@@ -2,6 +2,7 @@
 
 import signal
 import warnings
+from importlib import import_module
 from multiprocessing.connection import Connection
 
 from .settings import Settings
@@ -27,12 +28,12 @@ def main(link: Connection, settings: Settings) -> None:
 
 def _tell_of_compiling(link: Connection) -> None:
     """Say once that a kernel was not in the cache."""
-    from .. import reduce as _  # noqa: F401  # what every chunk needs, before the first one comes
-    from ..kernel import numba
+    from .. import reduce  # noqa: F401  # what every chunk needs; it says where numba's cache is
 
+    events = import_module("numba.core.event")
     told = []
 
-    class Compiling(numba.core.event.Listener):
+    class Compiling(events.Listener):
         def on_start(self, event) -> None:
             if not told:
                 told.append(event)
@@ -40,4 +41,4 @@ def _tell_of_compiling(link: Connection) -> None:
 
         def on_end(self, event) -> None: ...
 
-    numba.core.event.register("numba:compile", Compiling())
+    events.register("numba:compile", Compiling())

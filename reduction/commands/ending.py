@@ -26,7 +26,7 @@ def tell_ending(counts: Counts, about: Circumstances, out: Path, made: list[Path
     if counts.failed:
         console.print(f"{len(counts.failed):,} could not be reduced:", style="red")
         for name, reason in counts.failed[:MOST_FAILED]:
-            console.print(f"  {name}: {reason}", markup=False)
+            console.print(f"  {name}: {reason}", markup=False, soft_wrap=True)
         if len(counts.failed) > MOST_FAILED:
             console.print(f"  and {len(counts.failed) - MOST_FAILED:,} more, in files.csv")
     for path in made:

@@ -17,15 +17,16 @@ Out = Annotated[
 ]
 Elements = Annotated[
     str | None,
-    typer.Option(help="Those wanted: Li,K,Si. Their lines count at lower noise; only they get a row."),
+    typer.Option(
+        help="Those wanted: Li,K,Si. Their lines count at lower noise; only they get a row."
+    ),
 ]
 Medium = Annotated[
     str | None,
     typer.Option(help="air or vacuum: of the wavelengths.", show_default="the lines decide"),
 ]
-Jobs = Annotated[
-    int | None, typer.Option(help="Processes.", show_default="all cores", metavar="N")
-]
+Unit = Annotated[str, typer.Option(help="nm, angstrom or um: of the wavelengths.")]
+Jobs = Annotated[int | None, typer.Option(help="Processes.", show_default="all cores", metavar="N")]
 Dask = Annotated[
     str | None,
     typer.Option(help="A dask scheduler instead: tcp://10.0.0.7:8786.", metavar="ADDRESS"),
@@ -43,6 +44,7 @@ def reduce(
     out: Out = None,
     elements: Elements = None,
     medium: Medium = None,
+    unit: Unit = "nm",
     jobs: Jobs = None,
     dask: Dask = None,
     watch: Watching = False,
@@ -55,5 +57,5 @@ def reduce(
     """
     from .reducing import Asked, reduce_asked
 
-    asked = Asked(files, out, elements, medium, jobs, dask, watch, until_idle, figures)
+    asked = Asked(files, out, elements, medium, unit, jobs, dask, watch, until_idle, figures)
     raise typer.Exit(reduce_asked(asked))

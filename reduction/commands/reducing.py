@@ -24,6 +24,7 @@ class Asked:
     out: Path | None
     elements: str | None
     medium: str | None
+    unit: str
     jobs: int | None
     dask: str | None
     watch: bool
@@ -84,8 +85,8 @@ def _reduce(asked: Asked) -> int:
                     return CTRL_C
             crew.close()
             counts = job.write()
-    made = [out / "overview.png"] if asked.figures and _overview(out, counts) else []
-    tell_ending(counts, about, out, made)
+    drawn = _overview(out, counts) if asked.figures else None
+    tell_ending(counts, about, out, [] if drawn is None else [drawn])
     return FAILED if counts.failed and not counts.reduced else 0
 
 
@@ -110,6 +111,7 @@ def _watch(asked: Asked, job: Any, batch: Any, shown: Any) -> None:
 
 
 def _settings(asked: Asked) -> Any:
+    from ..axis import NM_PER
     from ..batch.settings import Settings
 
     for path in asked.files:
@@ -117,13 +119,15 @@ def _settings(asked: Asked) -> Any:
             raise WrongUsage(f"{path} is not there")
     if asked.medium not in (None, *MEDIA):
         raise WrongUsage(f"--medium {asked.medium}: choose air or vacuum")
+    if asked.unit not in NM_PER:
+        raise WrongUsage(f"--unit {asked.unit}: choose {', '.join(NM_PER)}")
     if asked.jobs is not None and asked.jobs < 1:
         raise WrongUsage(f"--jobs {asked.jobs}: at least one process is needed")
     if asked.until_idle_s is not None and not (asked.watch and asked.until_idle_s > 0):
         raise WrongUsage("--until-idle SECONDS (above 0) goes with --watch")
     if asked.watch and not any(path.is_dir() for path in asked.files):
         raise WrongUsage("--watch looks at folders, and no folder was named")
-    return Settings(_elements(asked.elements), asked.medium)  # type: ignore[arg-type]
+    return Settings(_elements(asked.elements), asked.medium, asked.unit)  # type: ignore[arg-type]
 
 
 def _elements(text: str | None) -> tuple[str, ...] | None:
@@ -170,7 +174,7 @@ def _workers(crew: Any) -> str:
     return f"{crew.room} processes" if address is None else f"dask at {address}"
 
 
-def _overview(out: Path, counts: Any) -> bool:
+def _overview(out: Path, counts: Any) -> Path | None:
     from ..tables.overview import draw_overview
 
     return draw_overview(out, counts.reduced)

@@ -34,7 +34,9 @@ def batch_of(table: str, spectrum: str, cells: Cells) -> pa.RecordBatch:
 
 def _array(column: Column, values) -> pa.Array:
     if column.kind == "number":
-        given = values if isinstance(values, np.ndarray) else [NAN if v is None else v for v in values]
+        given = (
+            values if isinstance(values, np.ndarray) else [NAN if v is None else v for v in values]
+        )
         return pa.array(rounded(given, column), from_pandas=True)
     return pa.array(values, TYPES[column.kind])
 

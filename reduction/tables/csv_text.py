@@ -2,10 +2,12 @@
 
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import pyarrow as pa
-import pyarrow.compute as pc
+import pyarrow.compute
 
+pc: Any = pyarrow.compute  # it makes its functions when it is imported
 NEEDS_QUOTES = r'[",\r\n]'
 
 

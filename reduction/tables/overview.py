@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from io import BytesIO
 from pathlib import Path
@@ -35,8 +34,7 @@ def draw_overview(folder: Path, reduced: int) -> Path | None:
     _figure(folder, reduced).savefig(drawn, dpi=DOTS_PER_INCH, facecolor="white", format="png")
     part = folder / f".{NAME}"
     part.write_bytes(drawn.getvalue())
-    os.replace(part, folder / NAME)
-    return folder / NAME
+    return part.replace(folder / NAME)
 
 
 def _figure(folder: Path, reduced: int) -> Figure:
@@ -80,9 +78,7 @@ def _elements(panel: Axes, folder: Path, reduced: int) -> None:
 
 
 def _is(column, status: str):
-    import pyarrow.compute as pc
-
-    return pc.equal(column, status)
+    return np.array([value == status for value in column.to_pylist()])
 
 
 def _spread(panel: Axes, values: FloatArray, label: str, words: str) -> None:

@@ -9,10 +9,11 @@ from .columns import Column
 
 def rounded(values: ArrayLike, column: Column) -> FloatArray:
     """The values as the column wants them, any shape; what is not finite becomes NaN."""
-    x = np.asarray(values, dtype=np.float64)
-    x = np.where(np.isfinite(x), x, np.nan)
+    x = np.array(values, dtype=np.float64)
+    x[~np.isfinite(x)] = np.nan
     if column.decimals is not None:
-        return np.round(x, column.decimals) + 0.0  # no -0
+        np.round(x, column.decimals, out=x)
+        return np.add(x, 0.0, out=x)  # no -0
     return x if column.digits is None else significant(x, column.digits)
 
 

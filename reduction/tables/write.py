@@ -13,7 +13,9 @@ from .arrow import schema_of
 from .columns import TABLES
 from .csv_text import CsvFile
 
-TOGETHER = 256  # spectra in a row group: a number of its own, so that files do not depend on workers
+TOGETHER = (
+    256  # spectra in a row group: a number of its own, so that files do not depend on workers
+)
 COMPRESSION = "zstd"
 THREADS = 4
 Batches = Iterable[dict[str, pa.RecordBatch]]
@@ -58,4 +60,3 @@ def _groups(spectra: Batches) -> Iterator[list[dict[str, pa.RecordBatch]]]:
     rest = iter(spectra)
     while group := list(islice(rest, TOGETHER)):
         yield group
-
