@@ -28,6 +28,7 @@ class Wishes:
     yes: bool = False
     answers: dict[str, str] = field(default_factory=dict)
     watchers: list[Watcher] = field(default_factory=list)
+    live_figures: bool = False
 
 
 def new_run(

@@ -14,6 +14,7 @@ from .control_server import ControlServer
 from .encode import encode
 from .journal import DiskFull, JournalFault
 from .life import Ending, Life
+from .live_figures import live_figures
 from .reports import make_reports
 from .run import Run
 from .run_files import sync_files
@@ -51,7 +52,8 @@ async def run_life(
             run.journal.flush()
             sync_files(run.folder, CONTRACTS, COPIES)
             run.tell("run", run.id, "running", checked.protocol.name if checked.protocol else "")
-            ending = await life.live(records)
+            async with live_figures(run, wishes.live_figures):
+                ending = await life.live(records)
             await _end(run, life, ending)
             return ending
         finally:

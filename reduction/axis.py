@@ -29,7 +29,11 @@ def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
     if first >= SHORTEST_NM and last <= LONGEST_NM:
         return nm
     likely = [u for u, f in NM_PER.items() if _plausible(first, last, f / NM_PER[unit])]
-    hint = f"; if they are in {likely[0]}, say --unit {likely[0]} (unit={likely[0]!r})" if likely else ""
+    hint = (
+        f"; if they are in {likely[0]}, say --unit {likely[0]} (unit={likely[0]!r})"
+        if likely
+        else ""
+    )
     raise Unreadable(
         f"the wavelengths run from {first:g} to {last:g} nm, which no spectrum does{hint}"
     )

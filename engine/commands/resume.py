@@ -93,7 +93,7 @@ def _go_on(
         keep_change(folder, checked, given, journal, records, reopened)
         records = list(read_records(folder / "journal.jsonl"))
     history = read_history(records)
-    wishes = Wishes(yes=yes, answers=answers, watchers=[watcher(json)])
+    wishes = Wishes(yes=yes, answers=answers, watchers=[watcher(json)], live_figures=True)
     the_run = old_run(folder, checked, wishes, journal, history, torn)
     return live(run_life(the_run, checked, wishes, records))
 

@@ -60,7 +60,7 @@ def start(
     try:
         folder = new_run_folder(runs, checked.protocol.name)
         keep(folder, checked, given or {})
-        wishes = Wishes(yes=yes, answers=answers or {}, watchers=[watcher(json)])
+        wishes = Wishes(yes=yes, answers=answers or {}, watchers=[watcher(json)], live_figures=True)
         lock = FolderLock(folder)
         lock.take()
         the_run = new_run(folder, checked, wishes)

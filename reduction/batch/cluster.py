@@ -4,7 +4,7 @@ import asyncio
 import logging
 import queue
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -79,7 +79,7 @@ class Cluster:
         """Wait for a worker; a sentence where its versions are others than here, else empty."""
         try:
             self.client.wait_for_workers(1, timeout=reach_s)
-            theirs = self.client.run(versions)
+            theirs: Any = self.client.run(versions)
         except TimeoutError:
             self.close()
             raise CrewUnreachable(
@@ -92,7 +92,7 @@ class Cluster:
                 f"a worker of {self.address} cannot use labrun ({_words(fault)}); "
                 "install this version of it there"
             ) from None
-        return _differing(theirs.items())
+        return differing(theirs)
 
 
 def reduce_held(held: Sequence[tuple[str, bytes | str]], settings: Settings) -> list[Done]:
@@ -109,7 +109,8 @@ def _check_that_it_answers(address: str, reach_s: float) -> None:
 
     async def ask() -> str:
         async with asyncio.timeout(reach_s), rpc(address, timeout=reach_s) as there:
-            return str((await there.identity())["type"])
+            told: Any = await there.identity()
+            return str(told["type"])
 
     try:
         what = asyncio.run(ask())
@@ -135,9 +136,10 @@ def _be_quiet() -> None:
             logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
-def _differing(theirs) -> str:
+def differing(theirs: Mapping[str, Mapping[str, str]]) -> str:
+    """A sentence on the first worker whose versions are others than here; empty if none is."""
     here = versions()
-    for address, there in theirs:
+    for address, there in theirs.items():
         for name, version in here.items():
             if there.get(name) != version:
                 return (

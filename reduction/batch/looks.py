@@ -19,6 +19,8 @@ def not_a_spectrum(path: Path) -> str | None:
     """Why a file of a folder is left aside, or None. Raises OSError where it cannot be opened."""
     if path.name.startswith("."):
         return "hidden"
+    if path.exists() and not path.is_file():
+        return "no file with an end: a pipe, a socket or a device"
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         return f"a spectrum is a file of {' '.join(sorted(SUFFIXES))}"

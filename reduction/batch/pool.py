@@ -133,7 +133,7 @@ class Pool:
         self.stillborn += 1
         if self.stillborn >= MOST_STILLBORN:
             raise CrewFault(
-                f"no process for reductions comes up: {self.stillborn} in a row "
+                f"no process for reductions comes up, {self.stillborn} times in a row; the last "
                 f"{how_it_ended(exitcode)}; is the installation complete, and is there memory?"
             )
 

@@ -30,6 +30,7 @@ class Watch:
         self.look_s = look_s
         self.seen: dict[Path, tuple[int, int]] = {}
         self.taken: dict[Path, tuple[int, int]] = {}
+        self.growing = False
         self.written = 0
         self.wrote_at, self.write_took = -1e9, 0.0
 
@@ -39,21 +40,20 @@ class Watch:
         while True:
             if time.monotonic() - looked >= self.look_s:
                 looked = time.monotonic()
-                if self.look():
-                    came = looked
+                self.look()
             self.batch.step(0.2) if self.batch.busy else time.sleep(0.05)
             self.write(late=self.batch.busy)
-            if self.batch.busy:
+            if self.batch.busy or self.growing:
                 came = time.monotonic()
             if until_idle_s is not None and time.monotonic() - came > until_idle_s:
                 return
 
-    def look(self) -> bool:
+    def look(self) -> None:
         """Queue what is new or changed and has kept its size since the last look."""
         try:
             found = gather(self.given, self.job.out, self.taken)
         except OSError:
-            return False  # a disk that is away for a moment
+            return  # a disk that is away for a moment
         self.job.about.left_aside = found.left_aside
         fresh, growing = [], False
         for source in found.spectra:
@@ -65,10 +65,12 @@ class Watch:
                 if self.seen.get(source.path) == mark:
                     self.taken[source.path] = mark
                     fresh.append(source)
-                self.seen[source.path], growing = mark, True
+                else:
+                    growing = True
+                self.seen[source.path] = mark
         self.batch.add(fresh)
         self.arrived(fresh, found)
-        return growing
+        self.growing = growing
 
     def write(self, *, late: bool = False) -> None:
         """Write the tables if there is something new; `late`: not too often."""

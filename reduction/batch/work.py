@@ -41,6 +41,8 @@ def load(path: Path) -> bytes | str:
     from ..source import bytes_of
 
     try:
+        if path.exists() and not path.is_file():
+            return f"{path.name} is no file that could be read to its end"
         if not settle(path):
             return f"{path.name} is still growing; reduce it again when it is complete"
         return bytes_of(path)

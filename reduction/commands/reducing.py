@@ -47,7 +47,8 @@ def reduce_asked(asked: Asked) -> int:
         say(str(fault))
         return NOT_REACHED
     except CrewFault as fault:
-        say(f"{fault}; no table was changed")
+        kept = "hold what was reduced before" if asked.watch else "are as they were"
+        say(f"{fault}; the tables {kept}")
         return FAILED
     except OSError as fault:
         say(f"{fault.filename or 'the folder for the tables'}: {fault.strerror or fault}")

@@ -2,6 +2,7 @@
 
 import asyncio
 import hashlib
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.find import check_driver
-from labrun.drivers.reducer import Reducer
+from labrun.drivers.reducer import Reducer, most_at_once
 from labrun.drivers.twins.minerals import ELEMENTS, atom_fractions
 from labrun.drivers.twins.shot import ShotMaker
 from labrun.schemas.contracts import shipped_contracts
@@ -77,6 +78,27 @@ def test_several_spectra_are_reduced_at_a_time(tmp_path, spodumene):
     first, *others = played(tmp_path, story)
 
     assert all(other == first for other in others)
+
+
+def test_a_heap_of_spectra_waits_its_turn_while_the_loop_goes_on(tmp_path, spodumene):
+    async def story(driver):
+        goals = [
+            asyncio.create_task(driver.reduce(goal_with(spodumene), spectrum="s.csv"))
+            for _ in range(12)
+        ]
+        turns = most = 0
+        while not all(goal.done() for goal in goals):
+            await asyncio.sleep(0.001)
+            turns += 1
+            threads = [t for t in threading.enumerate() if t.name.startswith("reduce")]
+            most = max(most, len(threads))
+        return turns, most, [goal.result()["n_peaks"] for goal in goals]
+
+    turns, most, peaks = played(tmp_path, story)
+
+    assert turns > 12
+    assert 1 <= most <= most_at_once()
+    assert len(set(peaks)) == 1
 
 
 @pytest.mark.parametrize("data", [b"", b"wavelength,intensity\n", b"\x00\xff\xfe", b"1\n2\n3\n"])

@@ -1,0 +1,71 @@
+"""The process beside a run: `python -m labrun.engine.draw_live FOLDER SECONDS`.
+
+It ends when its input does, that is when the engine closes it or is gone.
+"""
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable
+from importlib.metadata import entry_points
+from pathlib import Path
+
+GROUP = "labrun.live"
+NICE = 10
+ROWS = "data.csv"
+Maker = Callable[[Path], dict[str, bytes]]
+writing = threading.Lock()
+
+
+def main() -> None:
+    """Draw whenever the rows have changed; tell each figure's name once, on stdout."""
+    folder, every_s = Path(sys.argv[1]), float(sys.argv[2])
+    threading.Thread(target=_end_with_input, daemon=True).start()
+    if hasattr(os, "nice"):
+        os.nice(NICE)
+    makers = [point.load() for point in sorted(entry_points(group=GROUP), key=lambda p: p.name)]
+    drawn: float | None = None
+    told: set[str] = set()
+    while True:
+        changed = _changed(folder)
+        if changed is not None and changed != drawn:
+            drawn = changed
+            for name in draw(folder, makers):
+                if name not in told:
+                    told.add(name)
+                    print(name, flush=True)
+        time.sleep(every_s)
+
+
+def draw(folder: Path, makers: list[Maker]) -> list[str]:
+    """Ask every maker, and put what it draws in the place of what was there; the names."""
+    names = []
+    for maker in makers:
+        try:
+            for name, content in maker(folder).items():
+                part = folder / f".{name}.part"
+                with writing:
+                    part.write_bytes(content)
+                    part.replace(folder / name)
+                names.append(name)
+        except Exception:  # the next rows may be better, and the report says what is wrong
+            continue
+    return names
+
+
+def _changed(folder: Path) -> float | None:
+    try:
+        return (folder / ROWS).stat().st_mtime_ns
+    except OSError:
+        return None
+
+
+def _end_with_input() -> None:
+    sys.stdin.buffer.read()
+    writing.acquire()  # a file that is being written is finished first
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

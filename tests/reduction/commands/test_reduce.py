@@ -1,0 +1,245 @@
+"""`labrun reduce`, through its command line: real files, real processes, a real terminal."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+LABRUN = [sys.executable, "-m", "labrun.engine"]
+ENVIRONMENT = {**os.environ, "COLUMNS": "100"}
+posix = pytest.mark.skipif(os.name == "nt", reason="signals and terminals of POSIX")
+
+
+def labrun(*arguments, **more) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [*LABRUN, "reduce", *map(str, arguments)],
+        capture_output=True, text=True, timeout=110, env=ENVIRONMENT, **more,
+    )  # fmt: skip
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_folder_is_reduced_into_tables_beside_it(spectra, tmp_path):
+    (spectra / "empty.csv").write_text("")
+    (spectra / "photo.jpg").write_bytes(b"\xff")
+    done = labrun(spectra)
+    out = tmp_path / "reduced"
+
+    assert done.returncode == 0, done.stderr
+    assert "left aside: photo.jpg" in done.stderr
+    assert "6 spectra reduced" in done.stdout
+    assert (
+        "1 could not be reduced" in done.stdout
+        and "empty.csv: the spectrum is empty" in done.stdout
+    )
+    assert len(rows(out / "files.csv")) == 7
+    assert (out / "overview.png").stat().st_size > 10_000
+    assert [path.name for path in out.iterdir() if path.name.startswith(".")] == []
+
+
+def test_a_run_is_reduced_again_with_other_elements(spectra, tmp_path):
+    run = tmp_path / "2026-11-21_map_7f3a"
+    run.mkdir()
+    (run / "run.json").write_text("{}")
+    spectra.rename(run / "spectra")
+    done = labrun(run, "--elements", "na, li", "--medium", "air", "--no-figures")
+    found = rows(run / "reduced" / "elements.csv")
+
+    assert done.returncode == 0, done.stderr
+    assert {row["element"] for row in found} == {"Na", "Li"}
+    assert found[0]["spectrum"] == "spectra/core_0.csv"
+    assert not (run / "reduced" / "overview.png").exists()
+
+
+def test_a_single_file_in_angstrom_is_reduced(spectra, shots):
+    lines = shots[0].decode().splitlines()[1:]
+    pairs = (line.split(",") for line in lines)
+    path = spectra / "angstrom.csv"
+    path.write_text("".join(f"{10 * float(x):.3f},{y}\n" for x, y in pairs))
+
+    assert "--unit angstrom" in labrun(path).stdout
+    assert labrun(path).returncode == 1
+    assert labrun(path, "--unit", "angstrom").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["missing"], "missing is not there"),
+        (["."], "there is no spectrum in ."),
+        ([".", "--jobs", "0"], "--jobs 0: at least one"),
+        ([".", "--medium", "oil"], "choose air or vacuum"),
+        ([".", "--unit", "inch"], "choose nm, angstrom"),
+        ([".", "--elements", "Li,Xx"], "no lines of 'Xx'"),
+        ([".", "--elements", " , "], "write symbols"),
+        ([".", "--until-idle", "3"], "goes with --watch"),
+        (["file.txt", "--watch"], "no folder was named"),
+        ([".", "-o", "file.txt"], "file.txt is a file"),
+        ([".", "-o", "theirs"], "theirs holds peaks.csv"),
+    ],
+)
+def test_wrong_usage_is_a_sentence_and_changes_nothing(tmp_path, arguments, words):
+    (tmp_path / "file.txt").write_text("notes, no spectrum\n")
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "peaks.csv").write_text("spectrum,mine\n")
+    if arguments[-1] in ("theirs", "file.txt"):
+        (tmp_path / "s.csv").write_text("200,1\n")
+    done = labrun(*arguments, cwd=tmp_path)
+
+    assert done.returncode == 2, done.stderr
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert (tmp_path / "theirs" / "peaks.csv").read_text() == "spectrum,mine\n"
+
+
+def test_where_nothing_could_be_reduced_the_status_says_so(tmp_path):
+    (tmp_path / "empty.csv").write_text("")
+    done = labrun(tmp_path / "empty.csv", "-o", tmp_path / "out")
+
+    assert done.returncode == 1
+    assert rows(tmp_path / "out" / "files.csv")[0]["status"] == "failed"
+
+
+def test_a_scheduler_that_is_not_there_is_a_sentence(spectra):
+    pytest.importorskip("distributed")
+    done = labrun(spectra, "--dask", "nonsense")
+
+    assert done.returncode == 4
+    assert done.stderr.startswith("labrun: no dask scheduler answers at nonsense")
+
+
+def started(*arguments) -> subprocess.Popen:
+    return subprocess.Popen(
+        [*LABRUN, "reduce", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, start_new_session=True, env=ENVIRONMENT,
+    )  # fmt: skip
+
+
+def some_rows(out: Path) -> None:
+    """Wait until the first spectra are on the disk."""
+    ends = time.monotonic() + 90
+    while time.monotonic() < ends:
+        if any(path.stat().st_size for path in out.glob(".reducing-*/rows")):
+            return
+        time.sleep(0.05)
+    raise AssertionError("no spectrum was reduced")
+
+
+def group_is_gone(pid: int) -> bool:
+    """Whether nothing is left of a process and its children, a second later at the latest."""
+    ends = time.monotonic() + 5
+    while time.monotonic() < ends:
+        try:
+            os.killpg(pid, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+@posix
+@pytest.mark.parametrize(
+    ("number", "status", "words"),
+    [("SIGINT", 130, "stopped after"), ("SIGTERM", 143, "ended; no table was changed")],
+)
+def test_ctrl_c_and_sigterm_end_it_with_a_sentence_and_without_orphans(
+    many, tmp_path, number, status, words
+):
+    out = tmp_path / "out"
+    run = started(many, "-o", out, "--jobs", "2")
+    some_rows(out)
+    if number == "SIGINT":  # from the keyboard it comes to all processes of the group
+        os.killpg(run.pid, signal.SIGINT)
+    else:
+        run.terminate()
+    _, told = run.communicate(timeout=30)
+
+    assert run.returncode == status, told
+    assert words in told
+    assert "Traceback" not in told
+    assert group_is_gone(run.pid)
+    assert list(out.iterdir()) == []
+
+
+@posix
+def test_when_it_is_killed_its_workers_end_by_themselves(many, tmp_path):
+    out = tmp_path / "out"
+    run = started(many, "-o", out, "--jobs", "2")
+    some_rows(out)
+    run.kill()
+    run.communicate(timeout=30)
+
+    assert group_is_gone(run.pid)
+
+
+@posix
+def test_a_watch_takes_what_comes_and_ctrl_c_ends_it_with_its_tables(tmp_path, shots):
+    folder, out = tmp_path / "in", tmp_path / "out"
+    folder.mkdir()
+    run = started(folder, "-o", out, "--watch", "--no-figures")
+    (folder / "a.csv").write_bytes(shots[0])
+    ends = time.monotonic() + 90
+    while not (out / "files.csv").exists() and time.monotonic() < ends:
+        time.sleep(0.1)
+    os.killpg(run.pid, signal.SIGINT)
+    said, told = run.communicate(timeout=30)
+
+    assert run.returncode == 0, told
+    assert "watching; Ctrl-C ends it" in told
+    assert "1 spectra reduced" in said
+    assert [row["spectrum"] for row in rows(out / "files.csv")] == ["a.csv"]
+    assert group_is_gone(run.pid)
+
+
+def test_a_watch_ends_when_nothing_comes_any_more(spectra, tmp_path):
+    done = labrun(spectra, "-o", tmp_path / "out", "--watch", "--until-idle", "1", "--no-figures")
+
+    assert done.returncode == 0, done.stderr
+    assert len(rows(tmp_path / "out" / "files.csv")) == 6
+
+
+@posix
+def test_in_a_terminal_there_is_a_bar(spectra, tmp_path):
+    import pty
+
+    ours, theirs = pty.openpty()
+    run = subprocess.Popen(
+        [*LABRUN, "reduce", str(spectra), "-o", str(tmp_path / "out"), "--no-figures"],
+        stdin=theirs, stdout=theirs, stderr=theirs, env={**ENVIRONMENT, "TERM": "xterm"},
+    )  # fmt: skip
+    os.close(theirs)
+    told = b""
+    while True:
+        try:
+            piece = os.read(ours, 4096)
+        except OSError:
+            break
+        if not piece:
+            break
+        told += piece
+    os.close(ours)
+
+    assert run.wait(30) == 0, told
+    assert b"reducing" in told and b"6/6" in told
+    assert b"6 spectra reduced" in told
+
+
+def test_the_first_reduction_after_an_install_says_that_it_compiles(spectra, tmp_path):
+    for path in sorted(spectra.iterdir())[1:]:
+        path.unlink()
+    done = subprocess.run(
+        [*LABRUN, "reduce", str(spectra), "-o", str(tmp_path / "out"), "--no-figures"],
+        capture_output=True, text=True, timeout=115,
+        env={**ENVIRONMENT, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+    )  # fmt: skip
+
+    assert done.returncode == 0, done.stderr
+    assert "compiled, on first use only" in done.stderr
