@@ -1,0 +1,89 @@
+"""k-means with the number of classes chosen by silhouette; the same labels for any order of rows.
+
+The iterations and the k-means++ seeds are scipy's. What is ours: rows are sorted first and seeds
+are fixed, so that the result is a function of the set of points, and several starts are made, of
+which the one with the smallest sum of squares counts.
+"""
+
+import warnings
+
+import numpy as np
+
+from ..spectrum import FloatArray, IntArray
+from .silhouette import silhouettes
+
+FEWEST, MOST = 2, 8
+STARTS = 20
+ITERATIONS = 100
+SEED = 1967  # MacQueen's year
+ENOUGH = 1_500  # points that choose the number of classes
+
+
+def sorted_rows(x: FloatArray) -> IntArray:
+    """An order of the rows of x (n, d) that is the same for any permutation of them."""
+    return np.lexsort(x.T[::-1])
+
+
+def split(x: FloatArray, k: int) -> IntArray:
+    """Labels 0..k-1 of the rows of x, shape (n,), numbered by the mean of the first feature, the
+    highest first (then the second, and so on).
+
+    Raises ValueError where there are fewer than k different rows.
+    """
+    from scipy.cluster.vq import ClusterError, kmeans2
+
+    different = len(np.unique(x, axis=0))
+    if different < k:
+        raise ValueError(f"{different} different points cannot be split into {k} classes")
+    order = sorted_rows(x)
+    rows = x[order]
+    random = np.random.default_rng(SEED)
+    best, least = None, np.inf
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        for _ in range(STARTS):
+            try:
+                centre, label = kmeans2(
+                    rows, k, iter=ITERATIONS, minit="++", missing="raise", seed=random
+                )
+            except ClusterError:  # a class lost its last point: another start
+                continue
+            squares = float(np.sum((rows - centre[label]) ** 2))
+            if squares < least and len(np.unique(label)) == k:
+                best, least = label, squares
+    if best is None:
+        raise ValueError(f"the points do not split into {k} classes")
+    labels = np.empty(len(x), dtype=np.int64)
+    labels[order] = best
+    return numbered(x, labels)
+
+
+def numbered(x: FloatArray, labels: IntArray) -> IntArray:
+    """The same classes, numbered by their centres: the highest first feature is 0."""
+    k = int(labels.max()) + 1
+    centre = np.array([x[labels == c].mean(axis=0) for c in range(k)])
+    rank = np.empty(k, dtype=np.int64)
+    rank[np.lexsort(-np.round(centre, 9).T[::-1])] = np.arange(k)
+    return rank[labels]
+
+
+def choose(x: FloatArray, fewest: int = FEWEST, most: int = MOST) -> tuple[int, dict[int, float]]:
+    """The number of classes with the largest mean silhouette, and that of every number tried.
+
+    Of more than 1,500 points as many, evenly spread over the sorted rows, do the choosing. One
+    class where the points are fewer than three or all alike.
+    """
+    rows = x[sorted_rows(x)]
+    if len(rows) > ENOUGH:
+        rows = rows[np.linspace(0, len(rows) - 1, ENOUGH).round().astype(np.int64)]
+    different = len(np.unique(rows, axis=0))
+    scores = {}
+    for k in range(fewest, min(most, different, len(rows) - 1) + 1):
+        try:
+            scores[k] = float(np.mean(silhouettes(rows, split(rows, k))))
+        except ValueError:
+            continue
+    if not scores:
+        return 1, {}
+    # Of equal ones the smaller number; rounding keeps the last bit from choosing.
+    return max(scores, key=lambda k: (round(scores[k], 9), -k)), scores

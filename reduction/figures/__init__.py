@@ -1,0 +1,1 @@
+"""Figures as a paper prints them, each drawn by a file of its own."""
