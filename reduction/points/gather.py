@@ -159,7 +159,7 @@ def _with_tables(
     if reduced is None:
         return Points(
             name, sample, x, y, unit, area, {e: nothing for e in area}, {}, nothing, nothing,
-            nothing, nothing, np.full(n, -1), notes, inputs,
+            nothing, nothing, np.full(n, -1), None, notes, inputs,
         )  # fmt: skip
     found = predominant_peaks(reduced)
     from_tables = {e: _spread(peak.area, at) for e, peak in found.items()}
@@ -174,7 +174,7 @@ def _with_tables(
         {**area, **from_tables}, {**{e: nothing for e in area}, **errors},
         {e: peak.line_nm for e, peak in found.items()}, _spread(_total(reduced), at),
         _spread(reduced.temperature_k, at), _spread(reduced.temperature_error_k, at),
-        _spread(reduced.log10_ne, at), at, notes, [*inputs, *reduced.paths],
+        _spread(reduced.log10_ne, at), at, reduced, notes, [*inputs, *reduced.paths],
     )  # fmt: skip
 
 

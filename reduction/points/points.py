@@ -7,6 +7,7 @@ import numpy as np
 
 from ..maps import SAME_PLACE_DECIMALS
 from ..spectrum import BoolArray, FloatArray, IntArray
+from .reduced import Reduced
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -16,8 +17,8 @@ class Points:
     name: its spectrum, key or row. x, y: in `unit`, NaN where the place is unknown. area and
     area_error by element, counts nm: 0 where no peak stands, NaN where nothing was measured.
     line_nm: the line that stands for an element, where it is known. total: of all peaks, NaN where
-    unknown. notes: sentences about what was compared and what was left out. spectrum: index into
-    the tables, -1 for none.
+    unknown. spectrum: index into the tables `reduced`, -1 for none. notes: sentences about what was
+    compared and what was left out. inputs: the files that were read.
     """
 
     name: list[str]
@@ -33,6 +34,7 @@ class Points:
     temperature_error_k: FloatArray
     log10_ne: FloatArray
     spectrum: IntArray
+    reduced: Reduced | None
     notes: list[str] = field(default_factory=list)
     inputs: list[Path] = field(default_factory=list)
 
@@ -80,7 +82,7 @@ def merged(points: Points) -> Points:
         {e: _error_of_mean(error, which) for e, error in points.area_error.items()},
         points.line_nm, _mean(points.total, which), _mean(points.temperature_k, which),
         _error_of_mean(points.temperature_error_k, which), _mean(points.log10_ne, which),
-        points.spectrum[first], [*points.notes, note], points.inputs,
+        points.spectrum[first], points.reduced, [*points.notes, note], points.inputs,
     )  # fmt: skip
 
 

@@ -1,0 +1,123 @@
+"""Element maps side by side at one scale, with one scale bar and one colour bar, or one a map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..maps import ElementMap
+from .layout import MARGIN_IN, Layout, lay_out
+from .map_panel import draw_cells, extent, hole_key, scale_bar
+from .paper import COLOURS, QUIET, SMALL, paper, place, save, short, write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FOOTER_IN, HEADING_IN = 0.42, 0.2
+RANGE_IN, BAR_IN = 0.13, 0.29  # below each panel: its range, or its own colour bar
+COLOUR_BAR_IN = 1.55
+COLOUR_LABEL = "lowest to highest value of each map"
+BAR_PART = 0.5  # the most of a map's width that the scale bar takes
+
+
+def draw_element_maps(
+    maps: Mapping[str, ElementMap], path: Path, title: str = "", unit: str = "mm"
+) -> Path:
+    """Draw one panel a map, each from its smallest value (0) to its largest (1), into a file.
+
+    maps: panel title -> map, all of one sample, coordinates in `unit`. The format is that of the
+    path's suffix (.png, .svg, .pdf). Gives the path back. Raises ValueError without a map.
+    """
+    with paper():
+        return save(element_maps_figure(maps, title, unit), path)
+
+
+def element_maps_figure(
+    maps: Mapping[str, ElementMap],
+    title: str = "",
+    unit: str = "mm",
+    own_bars: str | None = None,
+    limits: Mapping[str, tuple[float, float]] | None = None,
+    below: Mapping[str, str] | None = None,
+) -> Figure:
+    """The figure itself, for those who want to draw more into it.
+
+    own_bars: a unit, where each map is to have a colour bar of its own in that unit; one bar from
+    each map's lowest to its highest if None. limits: lowest and highest value by title, those of
+    the map where not said. below: the range in words under each map.
+    """
+    if not maps:
+        raise ValueError("there is no map to draw")
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    first = next(iter(maps.values()))
+    under = RANGE_IN if own_bars is None else BAR_IN
+    layout = lay_out(len(maps), *extent(first), under, FOOTER_IN, HEADING_IN if title else 0.0)
+    figure = Figure(figsize=layout.size)
+    colours = matplotlib.colormaps[COLOURS]
+    mesh, holes = None, False
+    for index, (name, element_map) in enumerate(maps.items()):
+        left, bottom, width, height = layout.at(index)
+        panel = place(figure, left, bottom, width, height)
+        lowest, highest = _limits(element_map, (limits or {}).get(name))
+        mesh = draw_cells(panel, element_map, colours, lowest, highest)
+        panel.set_title(name, pad=3)
+        holes |= bool(np.isnan(element_map.values).any())
+        if own_bars is None:
+            said = (below or {}).get(name, f"{short(lowest)} to {short(highest)}")
+            write(figure, left + width / 2, bottom - 0.035, said, fontsize=5.5, color=QUIET,
+                  ha="center", va="top")  # fmt: skip
+        else:
+            _own_bar(figure, mesh, left, bottom, width, lowest, highest)
+    if title:
+        write(figure, MARGIN_IN, layout.size[1] - MARGIN_IN, title, fontweight="bold", va="top")
+    _footer(figure, layout, unit, first, holes, mesh, own_bars)
+    return figure
+
+
+def _limits(element_map: ElementMap, given: tuple[float, float] | None) -> tuple[float, float]:
+    known = element_map.values[np.isfinite(element_map.values)]
+    if given is None:
+        given = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    lowest, highest = given
+    return (lowest, highest) if highest > lowest else (lowest, lowest + 1.0)
+
+
+def _own_bar(figure: Figure, mesh, left, bottom, width, lowest, highest) -> None:
+    bar = figure.colorbar(
+        mesh, cax=place(figure, left, bottom - 0.1, width, 0.06), orientation="horizontal",
+        ticks=[lowest, highest],
+    )  # fmt: skip
+    _plain(bar)
+    first, last = bar.ax.set_xticklabels([short(lowest), short(highest)])
+    first.set_ha("left")
+    last.set_ha("right")
+
+
+def _footer(figure: Figure, layout: Layout, unit, element_map, holes, mesh, own_bars) -> None:
+    line = MARGIN_IN + 0.1
+    across, _ = extent(element_map)
+    end = scale_bar(figure, MARGIN_IN + 0.02, line, layout.scale, unit, max(across, 1e-12))
+    right = layout.size[0] - MARGIN_IN - 0.03
+    if own_bars is None:
+        bar = figure.colorbar(
+            mesh, cax=place(figure, right - COLOUR_BAR_IN, line + 0.05, COLOUR_BAR_IN, 0.07),
+            orientation="horizontal", ticks=[],
+        )  # fmt: skip
+        _plain(bar)
+        for x, text, side in ((right - COLOUR_BAR_IN, "0", "left"), (right, "1", "right")):
+            write(figure, x, line + 0.015, text, fontsize=SMALL, va="top", ha=side)
+        write(figure, right, line + 0.15, COLOUR_LABEL, fontsize=SMALL, va="bottom", ha="right")
+    else:
+        write(figure, right, line, own_bars, fontsize=SMALL, ha="right", va="bottom")
+    if holes:
+        hole_key(figure, max(end, MARGIN_IN + 0.45) + 0.2, line - 0.05)
+
+
+def _plain(bar) -> None:
+    bar.outline.set_linewidth(0.4)
+    bar.ax.tick_params(labelsize=5.5, length=0, pad=1.5)

@@ -1,0 +1,46 @@
+"""The paper's thermometer: Li I 610 / 670 against temperature, with what was measured."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..lithium import ratio_curve
+from ..spectrum import FloatArray
+from .paper import INK, ONE_COLUMN_IN, QUIET, SMALL, place
+from .series import Series, draw_series
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COOLEST_K, HOTTEST_K = 5_000.0, 16_000.0
+
+
+def lithium_ratio_figure(
+    temperature_k: Series, ratio: Series, labels: FloatArray | None = None
+) -> Figure:
+    """Ratio of areas against the plasma's temperature; points above the curve absorb themselves.
+
+    temperature_k: from the Saha-Boltzmann plot, which does not use the ratio. labels: classes from
+    0 that colour the points.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(ONE_COLUMN_IN, 2.6))
+    axes = place(figure, 0.48, 0.38, ONE_COLUMN_IN - 0.58, 2.12)
+    known = temperature_k.value[np.isfinite(temperature_k.value)]
+    first = min(COOLEST_K, float(known.min(initial=COOLEST_K)) - 500)
+    last = max(HOTTEST_K, float(known.max(initial=HOTTEST_K)) + 500)
+    grid = np.linspace(first, last, 300)
+    axes.plot(grid, ratio_curve(grid), color=INK, linewidth=1.0, label="thin plasma, Boltzmann")
+    draw_series(axes, temperature_k, ratio, labels, "measured")
+    axes.set_xlim(first, last)
+    top = float(np.nanmax(ratio.value, initial=0.0))
+    axes.set_ylim(0, 1.12 * max(top, float(ratio_curve(np.array([last]))[0])))
+    axes.set_xlabel("plasma temperature (K)")
+    axes.set_ylabel("Li I area ratio, 610.4 nm / 670.8 nm")
+    axes.text(0.97, 0.05, "above the curve: 670.8 nm absorbs itself", transform=axes.transAxes,
+              ha="right", fontsize=SMALL, color=QUIET)  # fmt: skip
+    axes.legend(loc="upper left", borderaxespad=0.4, labelspacing=0.25)
+    return figure
