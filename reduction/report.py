@@ -1,84 +1,52 @@
 """Make the element maps of a run from the rows that it collected."""
 
-import csv
-import math
 from pathlib import Path
 
 import numpy as np
 
-from .maps import ElementMap, element_map
-from .symbols import SYMBOLS
+from .fault import Unreadable
+from .points.points import Points
 
-ROWS = "data*.csv"  # `data.csv`, and one for each further loop that collects
-FIGURE = "element_maps{}.png"
-LEAST_LINES = 2  # distinct x, and distinct y, below which there is nothing to map
-
-Columns = dict[str, np.ndarray]
+ROWS = "data.csv"
+FIGURE = "element_maps.png"
+LEAST_OF_A_LINE = 3  # points below which a line is not worth a figure
 
 
 def make(folder: Path) -> list[Path]:
-    """Draw the element maps of the run in `folder`; the files written, none if nothing is to map.
+    """Draw the maps of the run in `folder`; the files written, none if nothing is to map.
 
-    Reads `data.csv` into `element_maps.png`, `data-NAME.csv` into `element_maps-NAME.png`:
-    coordinates are the columns `x` and `y`, or `x_mm` and `y_mm` with their unit; elements are the
-    columns that bear a chemical symbol. Empty cells are holes. Raises OSError when the figure
-    cannot be written.
+    Reads `data.csv` (and `data-NAME.csv`): coordinates are the columns `x` and `y`, or `x_mm` and
+    `y_mm` with their unit; elements are the columns that bear a chemical symbol. Empty cells are
+    holes. An area becomes `element_maps.png`, a line `line_scan.png`, of several samples each with
+    its name. Raises OSError when a figure cannot be written.
     """
-    made = (_draw(folder, rows) for rows in sorted(folder.glob(ROWS)) if rows.is_file())
-    return [path for path in made if path is not None]
+    from .points.gather import gather
 
-
-def _draw(folder: Path, rows: Path) -> Path | None:
-    maps, unit = maps_of(_columns(rows))
-    if not maps:
-        return None
-    from .figure import draw_element_maps
-
-    name = rows.stem.removeprefix("data")
-    title = f"{folder.resolve().name} {name.lstrip('-')}".rstrip()
-    return draw_element_maps(maps, folder / FIGURE.format(name), title=title, unit=unit)
-
-
-def maps_of(columns: Columns) -> tuple[dict[str, ElementMap], str]:
-    """The map of each element among the columns (shape (n,) each), and the coordinates' unit."""
-    x_name, y_name = _coordinate(columns, "x"), _coordinate(columns, "y")
-    if x_name is None or y_name is None:
-        return {}, ""
-    unit = x_name.partition("_")[2] or "mm"
-    x, y = columns[x_name], columns[y_name]
-    placed = np.isfinite(x) & np.isfinite(y)
-    maps = {
-        name: element_map(x[placed], y[placed], values[placed])
-        for name, values in columns.items()
-        if name in SYMBOLS and np.isfinite(values[placed]).any()
-    }
-    if any(min(found.values.shape) < LEAST_LINES for found in maps.values()):
-        return {}, ""
-    return maps, unit
-
-
-def _coordinate(columns: Columns, axis: str) -> str | None:
-    return next((name for name in columns if name == axis or name.startswith(f"{axis}_")), None)
-
-
-def _columns(path: Path) -> Columns:
-    """The columns of a CSV file as numbers, NaN for whatever is none."""
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = list(csv.reader(file))
-    if not rows:
-        return {}
-    header, *body = rows
-    return {
-        name.strip(): np.array(
-            [_number(row[index]) if index < len(row) else math.nan for row in body]
-        )
-        for index, name in enumerate(header)
-    }
-
-
-def _number(cell: str) -> float:
     try:
-        value = float(cell)
-    except ValueError:
-        return math.nan
-    return value if math.isfinite(value) else math.nan
+        points = gather(folder, tables=False)
+    except Unreadable:
+        return []
+    elements = [name for name, area in points.area.items() if np.isfinite(area).any()]
+    if not elements or not _worth_it(points):
+        return []
+    from .figures.paper import paper, save
+    from .map_choices import MapChoices
+    from .map_figures import sample_figures
+
+    title = folder.resolve().name
+    with paper():
+        return [
+            save(draw(), folder / f"{name}.png")
+            for name, draw in sample_figures(points, elements, None, MapChoices(), title)
+        ]
+
+
+def _worth_it(points: Points) -> bool:
+    """Whether there is an area, or a line of some length."""
+    from .scattered import along_line
+
+    placed = points.placed
+    if placed.sum() < 2:
+        return False
+    line = along_line(points.x[placed], points.y[placed]) is not None
+    return not line or int(placed.sum()) >= LEAST_OF_A_LINE

@@ -29,10 +29,10 @@ def nearest_map(x: FloatArray, y: FloatArray, values: FloatArray) -> ElementMap:
     distance if that is larger: fine and coarse parts of one map have cells of their own size, and
     what nobody measured stays empty.
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     places = np.column_stack([x, y])
-    tree = cKDTree(places)
+    tree = KDTree(places)
     apart = tree.query(places, k=2)[0][:, 1]
     half = 0.5 * float(np.quantile(apart, 0.95))
     low, high = places.min(axis=0) - half, places.max(axis=0) + half

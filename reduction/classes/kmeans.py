@@ -1,11 +1,10 @@
 """k-means with the number of classes chosen by silhouette; the same labels for any order of rows.
 
-The iterations and the k-means++ seeds are scipy's. What is ours: rows are sorted first and seeds
-are fixed, so that the result is a function of the set of points, and several starts are made, of
-which the one with the smallest sum of squares counts.
+The iterations are scipy's. What is ours: rows are sorted first, and the starts are drawn here with
+a fixed seed (k-means++: Arthur and Vassilvitskii, SODA 2007), so that the result is a function of
+the set of points with every version of scipy; of several starts the one with the smallest sum of
+squares counts.
 """
-
-import warnings
 
 import numpy as np
 
@@ -39,23 +38,37 @@ def split(x: FloatArray, k: int) -> IntArray:
     rows = x[order]
     random = np.random.default_rng(SEED)
     best, least = None, np.inf
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
-        for _ in range(STARTS):
-            try:
-                centre, label = kmeans2(
-                    rows, k, iter=ITERATIONS, minit="++", missing="raise", seed=random
-                )
-            except ClusterError:  # a class lost its last point: another start
-                continue
-            squares = float(np.sum((rows - centre[label]) ** 2))
-            if squares < least and len(np.unique(label)) == k:
-                best, least = label, squares
+    for _ in range(STARTS):
+        try:
+            centre, label = kmeans2(
+                rows, starts(rows, k, random), iter=ITERATIONS, minit="matrix", missing="raise"
+            )
+        except ClusterError:  # a class lost its last point: another start
+            continue
+        squares = float(np.sum((rows - centre[label]) ** 2))
+        if squares < least and len(np.unique(label)) == k:
+            best, least = label, squares
     if best is None:
         raise ValueError(f"the points do not split into {k} classes")
     labels = np.empty(len(x), dtype=np.int64)
     labels[order] = best
     return numbered(x, labels)
+
+
+def starts(x: FloatArray, k: int, random: np.random.Generator) -> FloatArray:
+    """k different rows of x, far from each other: each drawn by its squared distance to the others.
+
+    Raises ValueError where there are fewer than k different rows.
+    """
+    chosen = [int(random.integers(len(x)))]
+    away = np.sum((x - x[chosen[0]]) ** 2, axis=1)
+    while len(chosen) < k:
+        total = np.cumsum(away)
+        if not total[-1] > 0:
+            raise ValueError(f"there are only {len(chosen)} different points")
+        chosen.append(int(np.searchsorted(total, random.random() * total[-1], side="right")))
+        away = np.minimum(away, np.sum((x - x[chosen[-1]]) ** 2, axis=1))
+    return x[chosen]
 
 
 def numbered(x: FloatArray, labels: IntArray) -> IntArray:

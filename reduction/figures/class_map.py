@@ -27,9 +27,7 @@ def class_name(classes: Classes, label: int) -> str:
     return f"{summary.number}  {summary.likely} ({summary.size})"
 
 
-def class_map_figure(
-    maps: dict[str, ElementMap], classes: Classes, unit: str = "mm"
-) -> Figure:
+def class_map_figure(maps: dict[str, ElementMap], classes: Classes, unit: str = "mm") -> Figure:
     """One panel a sample. maps: by the sample's title; values are labels from 0, NONE for no signal.
 
     Raises ValueError without a map.
@@ -77,4 +75,3 @@ def _key(figure: Figure, classes: Classes, dark: bool, left: float, height: floa
                       edgecolor=INK, linewidth=0.4, transform=figure.transFigure)
         )  # fmt: skip
         write(figure, left + 0.16, y, text, fontsize=SMALL, va="center")
-

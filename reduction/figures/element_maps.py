@@ -93,9 +93,9 @@ def _own_bar(figure: Figure, mesh, left, bottom, width, lowest, highest) -> None
         ticks=[lowest, highest],
     )  # fmt: skip
     _plain(bar)
-    first, last = bar.ax.set_xticklabels([short(lowest), short(highest)])
-    first.set_ha("left")
-    last.set_ha("right")
+    bar.ax.set_xticklabels([short(lowest), short(highest)])
+    for text, side in zip(bar.ax.get_xticklabels(), ("left", "right"), strict=True):
+        text.set_horizontalalignment(side)
 
 
 def _footer(figure: Figure, layout: Layout, unit, element_map, holes, mesh, own_bars) -> None:

@@ -21,6 +21,7 @@ TOP_AXES_IN, LOWER_AXES_IN, GAP_IN, BAND_IN = 1.75, 0.5, 0.06, 0.62
 WIDTHS = 14.0  # full widths of a peak that are shown to either side
 LEAST_NM, MOST_NM = 0.7, 4.0
 MOST_NAMES, NAME_IN = 20, 0.1
+FAINT = 0.01  # of its height: below it the foot of a single peak is not drawn
 
 
 def window_around(reduction: Reduction, near_nm: float | None = None) -> tuple[float, float]:
@@ -74,11 +75,14 @@ def fit_figure(spectrum: Spectrum, reduction: Reduction, window_nm: tuple[float,
     )  # fmt: skip
     for k in shown if len(shown) > 1 else ():
         one = render(fine, peaks.where(np.array([k])), faint)
+        one[one < FAINT * one.max(initial=0.0)] = np.nan
         upper.plot(fine, ground + one, color=CLASS_COLOURS[0], linewidth=0.5)
     left = (profiles.counts[inside] - model) / noise
     lower.axhspan(-1, 1, color="#e2e2e2", linewidth=0)
     lower.plot(x[inside], left, color=INK, linewidth=0.6, drawstyle="steps-mid")
-    lower.set_ylim(-1.05 * max(3.5, float(np.max(np.abs(left)))), 1.05 * max(3.5, float(np.max(np.abs(left)))))
+    lower.set_ylim(
+        -1.05 * max(3.5, float(np.max(np.abs(left)))), 1.05 * max(3.5, float(np.max(np.abs(left))))
+    )
     lower.yaxis.set_major_locator(MaxNLocator(3, integer=True, symmetric=True))
     for axes in (upper, lower):
         axes.set_xlim(*window_nm)
@@ -87,8 +91,8 @@ def fit_figure(spectrum: Spectrum, reduction: Reduction, window_nm: tuple[float,
     upper.yaxis.set_major_locator(MaxNLocator(5))
     upper.margins(y=0.06)
     lower.set_xlabel(f"wavelength in {reduction.medium} (nm)")
-    for axes, text, middle in ((upper, "intensity (counts)", upper_at + TOP_AXES_IN / 2),
-                               (lower, "residual / σ", BOTTOM_IN + LOWER_AXES_IN / 2)):  # fmt: skip
+    middles = upper_at + TOP_AXES_IN / 2, BOTTOM_IN + LOWER_AXES_IN / 2
+    for text, middle in zip(("intensity (counts)", "residual / σ"), middles, strict=True):
         figure.text(0.1 / ONE_COLUMN_IN, middle / height, text, rotation=90, va="center",
                     ha="center", fontsize=SMALL)  # fmt: skip
     upper.legend(loc="upper left", borderaxespad=0.4, labelspacing=0.25)

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..spectrum import FloatArray
-from .paper import COLOURS, INK, ONE_COLUMN_IN, QUIET, TWO_COLUMNS_IN, class_colour, paper, place, save
+from .paper import (
+    COLOURS,
+    INK,
+    ONE_COLUMN_IN,
+    QUIET,
+    TWO_COLUMNS_IN,
+    class_colour,
+    paper,
+    place,
+    save,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -54,6 +64,7 @@ def line_scan_figure(
     order = np.argsort(way, kind="stable")
     pitch = float(np.median(np.diff(way[order]))) if len(way) > 1 else 1.0
     limits = float(way.min() - 0.5 * pitch), float(way.max() + 0.5 * pitch)
+    axes = None
     for row, (name, value) in enumerate(values.items()):
         bottom = height - TOP_IN - (row + 1) * STRIP_IN - row * GAP_IN
         axes = place(figure, LEFT_IN, bottom, across, STRIP_IN)
@@ -70,7 +81,8 @@ def line_scan_figure(
         axes.set_xlim(*limits)
         axes.set_yticks([])
         axes.set_ylabel("class", rotation=0, ha="right", va="center")
-    axes.set_xlabel(f"distance along the line ({unit})")
+    if axes is not None:
+        axes.set_xlabel(f"distance along the line ({unit})")
     middle = (BOTTOM_IN + strip + height - TOP_IN) / 2 / height
     figure.text(0.1 / width, middle, scale, rotation=90, va="center", ha="center")
     return figure

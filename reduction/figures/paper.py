@@ -74,7 +74,7 @@ def paper() -> Iterator[None]:
 
     with rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
+        matplotlib.rcParams.update(STYLE)  # pyright: ignore
         yield
 
 

@@ -35,6 +35,7 @@ def spectrum_figure(spectrum: Spectrum, reduction: Reduction, log: bool = False)
     figure = Figure(figsize=(TWO_COLUMNS_IN, height))
     limits = np.linspace(x[0], x[-1], n + 1)
     names = peak_names(reduction)
+    axes = None
     for row in range(n):
         bottom = BOTTOM_IN + (n - 1 - row) * row_in
         axes = place(figure, LEFT_IN, bottom, TWO_COLUMNS_IN - LEFT_IN - RIGHT_IN, AXES_IN)
@@ -43,7 +44,8 @@ def spectrum_figure(spectrum: Spectrum, reduction: Reduction, log: bool = False)
         axes.set_xlim(limits[row], limits[row + 1])
         _scale(axes, y[inside], log)
         _names(figure, axes, reduction, names, bottom, x, y, log)
-    axes.set_xlabel(f"wavelength in {reduction.medium} (nm)")
+    if axes is not None:
+        axes.set_xlabel(f"wavelength in {reduction.medium} (nm)")
     figure.text(0.1 / TWO_COLUMNS_IN, (height - BAND_IN + BOTTOM_IN) / 2 / height,
                 "intensity (counts)", rotation=90, va="center", ha="center")  # fmt: skip
     return figure

@@ -23,6 +23,7 @@ def temperature_map_figure(maps: dict[str, ElementMap], unit: str = "mm") -> Fig
     """maps: temperature in K by the sample's title. Raises ValueError where none is known."""
     import matplotlib
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     values = np.concatenate([one.values.ravel() for one in maps.values()])
     known = values[np.isfinite(values)]
@@ -33,23 +34,24 @@ def temperature_map_figure(maps: dict[str, ElementMap], unit: str = "mm") -> Fig
     figure = Figure(figsize=layout.size)
     lowest, highest = (float(q) for q in np.quantile(known, LIMITS))
     highest = max(highest, lowest + 1.0)
+    mesh = None
     for index, (name, one) in enumerate(maps.items()):
         panel = place(figure, *layout.at(index))
         mesh = draw_cells(panel, one, matplotlib.colormaps[HEAT], lowest, highest)
         panel.set_title(name, pad=3)
     line = MARGIN_IN + 0.1
-    end = scale_bar(
-        figure, layout.at(0)[0], line, layout.scale, unit, max(extent(first)[0], 1e-12)
-    )
+    end = scale_bar(figure, layout.at(0)[0], line, layout.scale, unit, max(extent(first)[0], 1e-12))
     if len(known) < len(values):
         hole_key(figure, max(end, layout.at(0)[0] + 0.4) + 0.15, line - 0.05, "not known")
     right = layout.at(layout.columns - 1 if layout.rows > 1 else len(maps) - 1)
     edge = min(max(right[0] + right[2], 2.8), layout.size[0] - MARGIN_IN)
     bar = figure.colorbar(
-        mesh, cax=place(figure, edge - BAR_IN, line + 0.06, BAR_IN, 0.07), orientation="horizontal"
+        mesh,  # pyright: ignore[reportArgumentType]
+        cax=place(figure, edge - BAR_IN, line + 0.06, BAR_IN, 0.07),
+        orientation="horizontal",
     )
     bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
-    bar.locator = matplotlib.ticker.MaxNLocator(4)
+    bar.locator = MaxNLocator(4)
     bar.update_ticks()
     bar.ax.tick_params(labelsize=5.5, length=1.5, width=0.4, pad=1.5)
     write(figure, edge - BAR_IN, line + 0.16, "plasma temperature (K)", fontsize=SMALL)

@@ -26,28 +26,30 @@ class _Part:
     at: IntArray
 
 
-def gather(folder: Path) -> Points:
+def gather(folder: Path, *, tables: bool = True) -> Points:
     """All that `folder` says about points: its data.csv (and data-NAME.csv), and reduced tables.
 
-    Elements come from the tables where these have them, else from the rows. Raises Unreadable,
-    with a sentence on what to do, where there is nothing to map.
+    Elements come from the tables where these have them, else from the rows; tables=False leaves
+    them out. Raises Unreadable, with a sentence on what to do, where there is nothing to map.
     """
     if not folder.is_dir():
         raise Unreadable(f"{folder} is no folder; `labrun map` wants that of a run, or of tables")
-    reduced = read_reduced(folder)
-    tables, notes = _tables(folder)
-    if not tables and reduced is None:
+    reduced = read_reduced(folder) if tables else None
+    found, notes = _tables(folder)
+    if not found and reduced is None:
         raise Unreadable(" ".join([*notes, _nothing(folder)]))
-    if not tables:
+    if not found:
         notes.append("there are no rows with coordinates, so there are classes and no maps")
         return _from_spectra(reduced, notes) if reduced else _never()
-    parts = [_part(rows, reduced, notes) for rows in tables]
+    parts = [_part(rows, reduced, notes) for rows in found]
     if reduced is None:
-        if not any(rows.area for rows in tables):
-            raise Unreadable(f"{tables[0].columns.path} has no column of an element; " + _nothing(folder))
+        if not any(rows.area for rows in found):
+            raise Unreadable(
+                f"{found[0].columns.path} has no column of an element; " + _nothing(folder)
+            )
         notes.append(_nothing(folder) + "; what the rows hold themselves is drawn")
     elif all((part.at < 0).all() for part in parts):
-        if not any(rows.area for rows in tables):
+        if not any(rows.area for rows in found):
             return _from_spectra(reduced, notes)
         reduced = None
     return merged(_together(parts, reduced, notes))
@@ -109,7 +111,16 @@ def _from_spectra(reduced: Reduced, notes: list[str]) -> Points:
     n = len(reduced.spectra)
     nowhere = np.full(n, np.nan)
     return _with_tables(
-        list(reduced.spectra), [""] * n, nowhere, nowhere, "mm", np.arange(n), {}, reduced, notes, []
+        list(reduced.spectra),
+        [""] * n,
+        nowhere,
+        nowhere,
+        "mm",
+        np.arange(n),
+        {},
+        reduced,
+        notes,
+        [],
     )
 
 
@@ -158,7 +169,7 @@ def _with_tables(
     nothing = np.full(n, np.nan)
     if reduced is None:
         return Points(
-            name, sample, x, y, unit, area, {e: nothing for e in area}, {}, nothing, nothing,
+            name, sample, x, y, unit, area, dict.fromkeys(area, nothing), {}, nothing, nothing,
             nothing, nothing, np.full(n, -1), None, notes, inputs,
         )  # fmt: skip
     found = predominant_peaks(reduced)
@@ -168,10 +179,12 @@ def _with_tables(
     if only_rows:
         notes.append(f"{', '.join(only_rows)}: not in the tables, so as the run collected it")
     if reduced.failed.any():
-        notes.append(f"{int(reduced.failed.sum())} spectra could not be reduced; files.csv says why")
+        notes.append(
+            f"{int(reduced.failed.sum())} spectra could not be reduced; files.csv says why"
+        )
     return Points(
         name, sample, x, y, unit,
-        {**area, **from_tables}, {**{e: nothing for e in area}, **errors},
+        {**area, **from_tables}, {**dict.fromkeys(area, nothing), **errors},
         {e: peak.line_nm for e, peak in found.items()}, _spread(_total(reduced), at),
         _spread(reduced.temperature_k, at), _spread(reduced.temperature_error_k, at),
         _spread(reduced.log10_ne, at), at, reduced, notes, [*inputs, *reduced.paths],

@@ -70,13 +70,11 @@ def read_reduced(folder: Path) -> Reduced | None:
     if "files" in tables:
         files = tables["files"]
         failed[_at(files, spectra)] = [status == "failed" for status in files.text("status")]
-    plasma = {
-        name: _spread(tables.get("plasma"), spectra, name)
-        for name in ("temperature_k", "temperature_err", "log10_ne")
-    }
+    plasma = tables.get("plasma")
     return Reduced(
         list(spectra), failed, _records(tables.get("peaks"), spectra),
-        _records(tables.get("elements"), spectra), *plasma.values(),
+        _records(tables.get("elements"), spectra), _spread(plasma, spectra, "temperature_k"),
+        _spread(plasma, spectra, "temperature_err"), _spread(plasma, spectra, "log10_ne"),
         [table.path for table in tables.values()],
     )  # fmt: skip
 

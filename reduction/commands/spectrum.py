@@ -1,0 +1,93 @@
+"""`labrun spectrum FILE`: what one spectrum says, in words and figures."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .words import FAILED, PROBLEMS, listed, say
+
+if TYPE_CHECKING:
+    from ..reduce import Reduction
+
+
+def spectrum(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="CSV, text or .npy.")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="Folder to write into; FILE's without it.")
+    ] = None,
+    elements: Annotated[
+        str | None, typer.Option(help="Elements whose predominant peak is wanted.")
+    ] = None,
+    window: Annotated[
+        str | None, typer.Option(metavar="FROM:TO", help="Stretch of the fit in nm, 668:674.")
+    ] = None,
+    log: Annotated[bool, typer.Option("--log", help="Counts on a logarithmic axis.")] = False,
+    unit: Annotated[str, typer.Option(help="Of the wavelengths: nm, angstrom or um.")] = "nm",
+    format: Annotated[str, typer.Option(help="png, svg or pdf.")] = "png",
+) -> None:
+    """Draw a spectrum with its lines named, its fit, and the plots of its plasma."""
+    from ..figures.paper import FORMATS
+
+    if format not in FORMATS:
+        say(f"--format {format}: it is one of {', '.join(FORMATS)}")
+        raise typer.Exit(PROBLEMS)
+    try:
+        stretch = None if window is None else _stretch(window)
+        reduction, written = _draw(file, out, elements, stretch, log, unit, format)
+    except ValueError as fault:
+        say(f"{file}: {fault}")
+        raise typer.Exit(PROBLEMS) from None
+    except OSError as fault:
+        unread = fault.filename in (None, str(file))
+        say(f"{fault.filename or file}: {fault.strerror or fault}")
+        raise typer.Exit(PROBLEMS if unread else FAILED) from None
+    _print(reduction)
+    for path in written:
+        typer.echo(f"made {path}")
+
+
+def _draw(file: Path, out: Path | None, elements, stretch, log: bool, unit, format):
+    from ..read import read_spectrum
+    from ..reduce import reduce_spectrum
+    from ..spectrum_figures import draw_spectrum
+
+    found = read_spectrum(file, unit)
+    reduction = reduce_spectrum(found, None if elements is None else listed(elements))
+    folder = file.parent if out is None else out
+    folder.mkdir(parents=True, exist_ok=True)
+    return reduction, draw_spectrum(found, reduction, folder, file.stem, stretch, log, format)
+
+
+def _stretch(text: str) -> tuple[float, float]:
+    first, _, last = text.partition(":")
+    try:
+        low, high = float(first), float(last)
+    except ValueError:
+        raise ValueError(f"--window {text}: write it as FROM:TO in nm, such as 668:674") from None
+    if not low < high:
+        raise ValueError(f"--window {text}: the first wavelength must be the smaller one")
+    return low, high
+
+
+def _print(reduction: "Reduction") -> None:
+    from ..spectrum_figures import share_of
+
+    typer.echo(f"{reduction.n_peaks} peaks, wavelengths in {reduction.medium}")
+    typer.echo(f"detected: {', '.join(reduction.detected) or 'no element'}")
+    for element, peak in reduction.elements.items():
+        said = f"{peak.area:.5g} ± {peak.area_error:.2g} counts nm" if peak.area else f"{peak.fate}"
+        typer.echo(f"{element:>4} {said}")
+    plasma, share = reduction.plasma, share_of(reduction)
+    if plasma is None:
+        typer.echo("nothing tells the plasma's temperature")
+        return
+    if plasma.temperature_k is not None:
+        error = plasma.temperature_error_k or 0.0
+        typer.echo(f"T = {plasma.temperature_k:,.0f} ± {error:,.0f} K ({plasma.method})")
+    if plasma.log10_ne is not None:
+        typer.echo(f"log10 ne = {plasma.log10_ne:.2f} ± {plasma.log10_ne_error or 0.0:.2f} per cm3")
+    if share is not None:
+        typer.echo(f"Li is {share.share:.3f} ± {share.share_error:.3f} of the cations, by atoms")
+    for flag in plasma.flags:
+        typer.echo(flag)
