@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .classes.classify import FEATURES
+from .classes.classify import usual_features
 from .figures.paper import Format
 from .points.points import Points
 from .scales import Scale
@@ -17,10 +17,11 @@ NOT_OF_THE_SAMPLE = frozenset({"Ar", "He", "N"})  # the chamber's gas, and air
 
 @dataclass(frozen=True, slots=True)
 class MapChoices:
-    """elements: None for those that are seen in enough points; n_classes: None for silhouette."""
+    """elements: None for those that are seen in enough points; features: None for `usual_features`;
+    n_classes: None for silhouette."""
 
     elements: tuple[str, ...] | None = None
-    features: tuple[str, ...] = FEATURES
+    features: tuple[str, ...] | None = None
     n_classes: int | None = None
     scale: Scale = "min-max"
     format: Format = "png"
@@ -43,7 +44,7 @@ def elements_to_show(points: Points, choices: MapChoices) -> Shown:
     Raises ValueError, with a sentence, where a symbol is none or nothing is left.
     """
     if (asked := choices.elements) is None:
-        return _seen(points, choices.features)
+        return _seen(points, choices.features or usual_features(points))
     unknown = [name for name in asked if name not in SYMBOLS]
     if unknown:
         raise ValueError(f"{unknown[0]!r} is no symbol of an element")

@@ -12,6 +12,7 @@ from .minerals import brightness, likely
 from .silhouette import silhouettes
 
 FEATURES = ("Li", "H")  # the paper's
+TELLING = ("Li", "H", "K", "Na", "Si")  # that tell the minerals of a lithium pegmatite apart
 LEAST_PART = 0.01  # of the points must show a feature, or it tells nothing
 NONE = -1
 
@@ -48,16 +49,28 @@ class Classes:
         return len(self.summary)
 
 
+def usual_features(points: Points) -> tuple[str, ...]:
+    """Li and H where both are seen; else those of Li, H, K, Na and Si that are."""
+    seen = tuple(e for e in TELLING if np.any(points.area.get(e, np.zeros(1)) > 0))
+    return FEATURES if set(FEATURES) <= set(seen) else seen or FEATURES
+
+
 def classify(
-    points: Points, features: tuple[str, ...] = FEATURES, n_classes: int | None = None
+    points: Points, features: tuple[str, ...] | None = None, n_classes: int | None = None
 ) -> Classes:
     """Classes of all points with any light in them.
 
-    features: elements; n_classes: chosen by silhouette within 2 to 8 if None. Raises ValueError,
+    features: elements, `usual_features` if None; n_classes: chosen by silhouette within 2 to 8 if None. Raises ValueError,
     with a sentence, where no feature tells anything or there are too few different points.
     """
     lit = points.lit
     notes = []
+    if features is None:
+        features = usual_features(points)
+        if features != FEATURES:
+            notes.append(
+                f"Li and H are not both seen, so classes are told by {', '.join(features)}"
+            )
     used = []
     for element in features:
         area = points.area.get(element)
@@ -74,9 +87,14 @@ def classify(
     if n_classes is None:
         n_classes, scores = choose(x)
     label = split(x, n_classes) if n_classes > 1 else np.zeros(len(x), dtype=np.int64)
-    dark = int(np.sum(~lit))
+    dark = int(np.sum(points.measured & ~lit))
     if dark:
-        notes.append(f"{dark} points have no signal and are in no class")
+        have = "a point has" if dark == 1 else f"{dark} points have"
+        notes.append(f"{have} no signal, and no class")
+    lost = int(np.sum(~points.measured))
+    if lost:
+        was = "a point was" if lost == 1 else f"{lost} points were"
+        notes.append(f"{was} not measured, or failed")
     if n_classes == 1:
         notes.append("the points are all alike or too few: they are one class")
     inside = silhouettes(x, label)

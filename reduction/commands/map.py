@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .words import FAILED, PROBLEMS, listed, say
+from .words import FAILED, PROBLEMS, counted, say, symbols
 
 if TYPE_CHECKING:
     from ..map_folder import MapResult
@@ -22,7 +22,12 @@ def map(
     elements: Annotated[
         str | None, typer.Option(help="Li,K,Si; without it those seen in enough points.")
     ] = None,
-    features: Annotated[str, typer.Option(help="Elements that tell classes apart.")] = "Li,H",
+    features: Annotated[
+        str | None,
+        typer.Option(
+            help="Elements that tell classes apart; Li,H without it, where both are seen."
+        ),
+    ] = None,
     classes: Annotated[
         int | None, typer.Option(min=1, max=8, help="How many; by silhouette without it.")
     ] = None,
@@ -39,9 +44,9 @@ def map(
         wrong = ("--scale", scale, SCALES) if scale not in SCALES else ("--format", format, FORMATS)
         say(f"{wrong[0]} {wrong[1]}: it is one of {', '.join(wrong[2])}")
         raise typer.Exit(PROBLEMS)
-    asked = None if elements is None else listed(elements)
-    choices = MapChoices(asked, listed(features), classes, scale, format)
     try:
+        asked, telling = symbols(elements, "--elements"), symbols(features, "--features")
+        choices = MapChoices(asked, telling, classes, scale, format)
         result = map_folder(folder, folder / FOLDER if out is None else out, choices)
     except ValueError as fault:
         say(str(fault))
@@ -56,10 +61,10 @@ def _print(result: "MapResult") -> None:
     for note in result.notes:
         say(note)
     points, classes = result.points, result.classes
-    typer.echo(f"{len(points)} points, {', '.join(result.elements)}")
+    typer.echo(f"{counted(len(points), 'point')}, {', '.join(result.elements)}")
     if classes is not None:
-        by = "silhouette" if classes.scores else "choice"
-        typer.echo(f"{len(classes)} classes from {', '.join(classes.features)}, by {by}")
+        by = ", as many as silhouette says" if classes.scores else ""
+        typer.echo(f"{counted(len(classes), 'class')} from {', '.join(classes.features)}{by}")
         shown = list(dict.fromkeys([*classes.features, *result.elements]))[:COLUMNS]
         head = "".join(f"{element:>9}" for element in shown)
         typer.echo(f"{'class':>5} {'points':>6} {'silh.':>6}{head}  likely")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .words import FAILED, PROBLEMS, listed, say
+from .words import FAILED, PROBLEMS, say, symbols
 
 if TYPE_CHECKING:
     from ..reduce import Reduction
@@ -53,7 +53,7 @@ def _draw(file: Path, out: Path | None, elements, stretch, log: bool, unit, form
     from ..spectrum_figures import draw_spectrum
 
     found = read_spectrum(file, unit)
-    reduction = reduce_spectrum(found, None if elements is None else listed(elements))
+    reduction = reduce_spectrum(found, symbols(elements, "--elements"))
     folder = file.parent if out is None else out
     folder.mkdir(parents=True, exist_ok=True)
     return reduction, draw_spectrum(found, reduction, folder, file.stem, stretch, log, format)

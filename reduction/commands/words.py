@@ -10,6 +10,25 @@ def say(text: str) -> None:
     typer.echo(f"labrun: {text}", err=True)
 
 
+def counted(n: int, thing: str) -> str:
+    """`1 point`, `2 points`, `2 classes`."""
+    return f"{n} {thing}" + ("" if n == 1 else "es" if thing.endswith("s") else "s")
+
+
 def listed(text: str) -> tuple[str, ...]:
     """`Li, K,Si` as its parts, each once."""
     return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+
+
+def symbols(text: str | None, option: str) -> tuple[str, ...] | None:
+    """The elements of an option, None where it was not given; ValueError where it names none."""
+    if text is None:
+        return None
+    from ..symbols import SYMBOLS
+
+    found = listed(text)
+    odd = [name for name in found if name not in SYMBOLS]
+    if odd or not found:
+        what = f"{odd[0]!r} is no symbol of an element" if odd else "it names no element"
+        raise ValueError(f"{option} {text}: {what}; write it as Li,K,Si")
+    return found

@@ -37,7 +37,7 @@ def gather(folder: Path, *, tables: bool = True) -> Points:
     reduced = read_reduced(folder) if tables else None
     found, notes = _tables(folder)
     if not found and reduced is None:
-        raise Unreadable(" ".join([*notes, _nothing(folder)]))
+        raise Unreadable("; ".join([*notes, _nothing(folder)]))
     if not found:
         notes.append("there are no rows with coordinates, so there are classes and no maps")
         return _from_spectra(reduced, notes) if reduced else _never()
@@ -98,12 +98,19 @@ def _part(rows: Rows, reduced: Reduced | None, notes: list[str]) -> _Part:
         notes.append(
             f"no row of {name} names one of the {len(reduced.spectra)} spectra in {table} (such as "
             f"{reduced.spectra[0]}); compared were all columns with the file names, and the key "
-            "with their ends; what the rows hold themselves is drawn"
+            f"with their ends; so {_instead(rows)}"
         )
     else:
         n = sum(place >= 0 for place in at)
         notes.append(f"{n} of {len(rows)} rows of {name} were joined to spectra by {how}")
     return _Part(rows, np.array(at, dtype=np.int64))
+
+
+def _instead(rows: Rows) -> str:
+    """What is drawn where rows and spectra could not be joined."""
+    if rows.area:
+        return "what the rows hold themselves is drawn"
+    return "there are classes of the spectra, and no maps"
 
 
 def _from_spectra(reduced: Reduced, notes: list[str]) -> Points:

@@ -46,6 +46,14 @@ class Points:
         return np.isfinite(self.x) & np.isfinite(self.y)
 
     @property
+    def measured(self) -> BoolArray:
+        """Where anything is known, be it that there is no light."""
+        known = np.isfinite(self.total)
+        for area in self.area.values():
+            known |= np.isfinite(area)
+        return known
+
+    @property
     def lit(self) -> BoolArray:
         """Where there is any light of any element."""
         bright = self.total > 0
@@ -74,7 +82,8 @@ def merged(points: Points) -> Points:
         which[members] = index
     first = np.array([members[0] for members in groups.values()])
     doubled = sum(len(members) > 1 for members in groups.values())
-    note = f"{doubled} places were measured more than once; their mean is shown"
+    places = "a place was" if doubled == 1 else f"{doubled} places were"
+    note = f"{places} measured more than once; the mean is shown"
     return Points(
         [points.name[at] for at in first], [points.sample[at] for at in first],
         points.x[first], points.y[first], points.unit,
