@@ -69,7 +69,7 @@ def _figures(points: Points, elements, classes, choices: MapChoices) -> Iterator
         if np.sum(own) > 1 and along_line(points.x[own], points.y[own]) is None
     }
     if areas and classes is not None:
-        label = classes.label.astype(np.float64)
+        label = np.where(points.measured, classes.label.astype(np.float64), np.nan)
         yield (
             "class_map",
             lambda: class_map_figure(_maps(points, label, areas), classes, points.unit),

@@ -50,7 +50,9 @@ def map_folder(folder: Path, out: Path, choices: MapChoices | None = None) -> Ma
     if classes is not None:
         written += write_classes(points, classes, out)
     written += draw_figures(points, shown.elements, classes, choices, out)
-    written.append(write_record(points, shown.elements, classes, choices, notes, written, out))
+    written.append(
+        write_record(points, shown.elements, classes, choices, notes, written, folder, out)
+    )
     return MapResult(points, shown.elements, classes, notes, written)
 
 

@@ -57,7 +57,7 @@ def write_classes(points: Points, classes: Classes, folder: Path) -> list[Path]:
 
 def write_record(
     points: Points, elements: list[str], classes: Classes | None, choices: MapChoices,
-    notes: list[str], written: list[Path], folder: Path,
+    notes: list[str], written: list[Path], folder: Path, out: Path,
 ) -> Path:  # fmt: skip
     """What was done, from which inputs (with sha256), and what came out; the same every time."""
     record: dict[str, Any] = {
@@ -70,11 +70,13 @@ def write_record(
         "unit_of_values": UNITS[choices.scale],
         "classes": None if classes is None else _classes(classes),
         "notes": notes,
-        "inputs": {path.as_posix(): sha256(path) for path in sorted(points.inputs)},
+        "inputs": {
+            path.relative_to(folder).as_posix(): sha256(path) for path in sorted(points.inputs)
+        },
         "written": {path.name: sha256(path) for path in sorted(written)},
         "versions": {name: _version(name) for name in VERSIONS},
     }
-    path = folder / RECORD
+    path = out / RECORD
     path.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     return path
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from .fault import Unreadable
 from .points.points import Points
+from .symbols import BY_NUMBER
 
 ROWS = "data.csv"
 FIGURE = "element_maps.png"
@@ -26,7 +27,8 @@ def make(folder: Path) -> list[Path]:
         points = gather(folder, tables=False)
     except Unreadable:
         return []
-    elements = [name for name, area in points.area.items() if np.isfinite(area).any()]
+    there = [name for name, area in points.area.items() if np.isfinite(area).any()]
+    elements = sorted(there, key=BY_NUMBER.split().index)  # pyright: ignore
     if not elements or not _worth_it(points):
         return []
     from .figures.paper import paper, save

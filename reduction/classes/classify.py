@@ -60,8 +60,9 @@ def classify(
 ) -> Classes:
     """Classes of all points with any light in them.
 
-    features: elements, `usual_features` if None; n_classes: chosen by silhouette within 2 to 8 if None. Raises ValueError,
-    with a sentence, where no feature tells anything or there are too few different points.
+    features: elements, `usual_features` if None; n_classes: chosen by silhouette within 2 to 8 if
+    None. Raises ValueError, with a sentence, where no feature tells anything or there are too few
+    different points.
     """
     lit = points.lit
     notes = []

@@ -1,11 +1,12 @@
 """Say which mineral of a lithium pegmatite a class may be, by which elements are bright in it.
 
 Brightness is relative: a point is bright in an element from 0.35 of the mean area of the class that
-is brightest in it, and only an element that differs between the classes tells anything. A class is
-bright if 80 % of its points are, and not bright if 80 % are not; a mixture is neither, and gets no
-name. Micas are told from feldspar by hydrogen, or by the ratio Al / Si (1 in muscovite, 1/3 in
-feldspars): bright from 1.4 times its median over the classes that have aluminium at all. So a name
-is a suggestion about the classes of one map, from lines that absorb themselves, and no analysis.
+is brightest in it, and only an element that differs between the classes tells anything; a trace (1
+% of the class's brightest element) is bright nowhere. A class is bright if 80 % of its points are,
+and not bright if 80 % are not; a mixture is neither, and gets no name. Micas are told from feldspar
+by hydrogen, or by the ratio Al / Si (1 in muscovite, 1/3 in feldspars): bright from 1.4 times its
+median over the classes that have aluminium at all. So a name is a suggestion about the classes of
+one map, from lines that absorb themselves, and no analysis.
 """
 
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ from ..spectrum import FloatArray, IntArray
 
 BRIGHT, MOSTLY = 0.35, 0.8
 TELLS = 0.5  # the dimmest class has less than this part of the brightest
+TRACE = 0.01  # of the brightest element of a class: what is nowhere above it is bright nowhere
 RATIO, RATIO_BRIGHT = "Al/Si", 1.4
 HAS_ALUMINIUM = 0.2  # of the brightest class
 UNNAMED = "unnamed"
@@ -66,12 +68,15 @@ def brightness(areas: Mapping[str, FloatArray], label: IntArray, k: int) -> list
     areas: by element, counts nm, shape (n,), NaN where unknown. label: class of each point.
     """
     found: list[Bright] = [{} for _ in range(k)]
+    means = {element: _means(area, label, k) for element, area in areas.items()}
+    top = np.max([np.nan_to_num(mean) for mean in means.values()], axis=0, initial=0.0)
     for element, area in areas.items():
-        mean = _means(area, label, k)
+        mean = means[element]
         if not np.isfinite(mean).all():
             continue
-        tells = mean.min() < TELLS * mean.max() or mean.max() == 0
-        least = BRIGHT * mean.max() if mean.max() > 0 else np.inf
+        trace = not np.any(mean > TRACE * top)
+        tells = trace or mean.min() < TELLS * mean.max()
+        least = np.inf if trace else BRIGHT * mean.max()
         _judge(found, element, area, label, least if tells else None)
     if "Al" in areas and "Si" in areas:
         _judge_ratio(found, areas["Al"], areas["Si"], label, k)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..classes.classify import Classes
+from ..classes.minerals import UNNAMED
 from ..maps import ElementMap
 from .layout import GAP_IN, MARGIN_IN, lay_out
 from .map_panel import draw_cells, extent, hole_key, scale_bar
@@ -24,7 +25,8 @@ NO_SIGNAL = "#3b3b3b"
 def class_name(classes: Classes, label: int) -> str:
     """What a class is called in a figure: its number, likely mineral and size."""
     summary = classes.summary[label]
-    return f"{summary.number}  {summary.likely} ({summary.size})"
+    likely = "" if summary.likely == UNNAMED else f" {summary.likely}"
+    return f"{summary.number} {likely} ({summary.size})"
 
 
 def class_map_figure(maps: dict[str, ElementMap], classes: Classes, unit: str = "mm") -> Figure:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 STRETCH_NM, MOST_STRETCHES = 260.0, 3
 AXES_IN, BAND_IN, BETWEEN_IN = 1.2, 0.62, 0.2
-LEFT_IN, RIGHT_IN, BOTTOM_IN = 0.55, 0.1, 0.38
+LEFT_IN, RIGHT_IN, BOTTOM_IN = 0.55, 0.16, 0.38
 NAME_IN = 0.088  # that a name takes along the axis
 MOST_NAMES = 34
 LEAST_HEIGHT = 0.025  # of the highest in the stretch, on a linear scale
@@ -30,11 +30,12 @@ def spectrum_figure(spectrum: Spectrum, reduction: Reduction, log: bool = False)
 
     x, y = spectrum.wavelength_nm, reduction.profiles.counts
     n = int(np.clip(np.ceil((x[-1] - x[0]) / STRETCH_NM), 1, MOST_STRETCHES))
-    row_in = AXES_IN + BAND_IN + BETWEEN_IN
+    names = peak_names(reduction)
+    band = BAND_IN if any(names) else 0.05
+    row_in = AXES_IN + band + BETWEEN_IN
     height = BOTTOM_IN + n * row_in - BETWEEN_IN + 0.04
     figure = Figure(figsize=(TWO_COLUMNS_IN, height))
     limits = np.linspace(x[0], x[-1], n + 1)
-    names = peak_names(reduction)
     axes = None
     for row in range(n):
         bottom = BOTTOM_IN + (n - 1 - row) * row_in
@@ -46,7 +47,7 @@ def spectrum_figure(spectrum: Spectrum, reduction: Reduction, log: bool = False)
         _names(figure, axes, reduction, names, bottom, x, y, log)
     if axes is not None:
         axes.set_xlabel(f"wavelength in {reduction.medium} (nm)")
-    figure.text(0.1 / TWO_COLUMNS_IN, (height - BAND_IN + BOTTOM_IN) / 2 / height,
+    figure.text(0.1 / TWO_COLUMNS_IN, (height - band + BOTTOM_IN) / 2 / height,
                 "intensity (counts)", rotation=90, va="center", ha="center")  # fmt: skip
     return figure
 

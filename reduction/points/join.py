@@ -1,11 +1,12 @@
 """Say which row of a run each reduced spectrum belongs to."""
 
+import math
 import re
 from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import PurePosixPath
 
-from .columns import Columns
+from .columns import Columns, number
 from .rows import KEY
 
 USUAL = "spectrum"
@@ -25,7 +26,9 @@ def join(columns: Columns, spectra: Sequence[str]) -> tuple[list[int], str]:
         by_name[PurePosixPath(path).stem].append(index)
     best: tuple[int, bool, str, list[int]] = (0, False, "", [-1] * columns.n)
     for name, cells in columns.cells.items():
-        found = [_named(cell, by_name, spectra) for cell in cells]
+        # An area of 7 is no file 7.csv: a bare number counts in the usual column alone.
+        named = [cell if name == USUAL or math.isnan(number(cell)) else "" for cell in cells]
+        found = [_named(cell, by_name, spectra) for cell in named]
         n_found = len({at for at in found if at >= 0})
         best = max(best, (n_found, name == USUAL, name, found), key=lambda b: b[:2])
     if best[0]:

@@ -53,3 +53,16 @@ def test_a_row_that_is_cut_short_is_a_hole(tmp_path):
     (tmp_path / "data.csv").write_text("x,y,Li\n0,0,1\n1,0,2\n0,1,3\n1,1")
 
     assert make(tmp_path) == [tmp_path / "element_maps.png"]
+
+
+def test_a_line_of_points_gets_its_profile(tmp_path):
+    (tmp_path / "data.csv").write_text("x_mm,Li,K\n0,5,1\n1,6,2\n2,7,1\n")
+
+    assert make(tmp_path) == [tmp_path / "line_scan.png"]
+
+
+def test_each_sample_gets_a_figure_of_its_own(tmp_path):
+    rows = "".join(f"{s},{x},{y},{x + y}\n" for s in "AB" for x in (0, 1) for y in (0, 1))
+    (tmp_path / "data-scan.csv").write_text("sample,x,y,Li\n" + rows)
+
+    assert [path.name for path in make(tmp_path)] == ["element_maps_A.png", "element_maps_B.png"]

@@ -1,0 +1,180 @@
+import numpy as np
+import pytest
+
+from labrun.reduction import Spectrum, element_map, reduce_spectrum
+from labrun.reduction.figures.boltzmann import boltzmann_figure, lines_of_plot
+from labrun.reduction.figures.fit_window import fit_figure, window_around
+from labrun.reduction.figures.line_scan import line_scan_figure
+from labrun.reduction.figures.lithium_ratio import lithium_ratio_figure
+from labrun.reduction.figures.lithium_share import lithium_share_figure
+from labrun.reduction.figures.paper import FORMATS, TWO_COLUMNS_IN, paper, save
+from labrun.reduction.figures.series import Series
+from labrun.reduction.figures.spectrum import spectrum_figure
+from labrun.reduction.figures.temperature_map import temperature_map_figure
+from labrun.reduction.lithium_share import lithium_share
+
+
+def one(value, error=1.0):
+    return Series(np.array([value]), np.array([error]))
+
+
+@pytest.fixture(scope="module")
+def pegmatite(reduced):
+    """A spectrum with lithium in it, and its reduction."""
+    for number in range(20):
+        truth, reduction = reduced("train", number)
+        if "Li" in reduction.detected and lines_of_plot(reduction) is not None:
+            return Spectrum(truth.wavelength_nm, truth.intensity), reduction
+    raise AssertionError("no spectrum with lithium among the first twenty")
+
+
+def texts(figure):
+    from matplotlib.text import Text
+
+    return [t.get_text() for t in figure.findobj(Text) if t.get_text()]
+
+
+@pytest.fixture
+def overlaps(monkeypatch):
+    """Pairs of texts that a figure draws over each other (a tick beyond the limits is not drawn)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.text import Text
+
+    drawn, draw = [], Text.draw
+
+    def noted(text, renderer):
+        if text.get_visible() and text.get_text().strip():
+            box = text.get_window_extent(renderer).shrunk(0.9, 0.9)
+            drawn.append((text.get_text(), box))
+        draw(text, renderer)
+
+    def of(figure):
+        drawn.clear()
+        FigureCanvasAgg(figure).draw()
+
+        assert len(drawn) > 5
+        return [(a, b) for k, (a, p) in enumerate(drawn) for b, q in drawn[:k] if p.overlaps(q)]
+
+    monkeypatch.setattr(Text, "draw", noted)
+    return of
+
+
+def test_a_spectrum_names_its_lines_and_no_name_covers_another(pegmatite, overlaps):
+    with paper():
+        figure = spectrum_figure(*pegmatite)
+        said = texts(figure)
+
+        assert any(name.startswith("Li I 670") for name in said)
+        assert overlaps(figure) == []
+        assert figure.get_size_inches()[0] == TWO_COLUMNS_IN
+
+
+def test_a_fit_shows_counts_fit_and_residual(pegmatite, overlaps):
+    spectrum, reduction = pegmatite
+    with paper():
+        figure = fit_figure(spectrum, reduction, window_around(reduction, 670.8))
+        upper, lower = figure.axes
+
+        assert [line.get_label() for line in upper.get_lines()][:3] == [
+            "counts", "fit", "background"
+        ]  # fmt: skip
+        assert lower.get_xlabel().startswith("wavelength in ")
+        assert overlaps(figure) == []
+
+
+def test_a_window_beside_the_spectrum_is_refused(pegmatite):
+    with pytest.raises(ValueError, match="no three channels between 10 and 20 nm"):
+        fit_figure(*pegmatite, (10.0, 20.0))
+
+
+def test_lines_of_the_boltzmann_plot_lie_on_the_slope_of_its_temperature(pegmatite, overlaps):
+    _, reduction = pegmatite
+    with paper():
+        figure = boltzmann_figure(reduction)
+        axes = figure.axes[0]
+        line = axes.get_lines()[0]
+        slope = np.diff(line.get_ydata()) / np.diff(line.get_xdata())
+
+        assert slope[0] == pytest.approx(-1 / (8.617333e-5 * reduction.temperature_k), rel=1e-6)
+        assert any("K" in text and "±" in text for text in texts(figure))
+        assert overlaps(figure) == []
+
+
+def test_noise_has_no_boltzmann_plot_and_still_a_spectrum():
+    x = np.linspace(300, 700, 4_000)
+    spectrum = Spectrum(x, 100 + np.random.default_rng(1).normal(0, 5, len(x)))
+    reduction = reduce_spectrum(spectrum)
+    with pytest.raises(ValueError, match="tell no temperature"):
+        boltzmann_figure(reduction)
+    with paper():
+        assert len(spectrum_figure(spectrum, reduction).axes) == 2
+
+
+def test_the_share_of_lithium_rises_with_the_temperature_it_is_read_at(pegmatite, overlaps):
+    _, reduction = pegmatite
+    found = lithium_share(lines_of_plot(reduction), reduction.identified.plot)
+
+    assert 0 < found.share < 1 and found.share_error > 0
+    assert np.all(np.diff(found.curve) > 0)
+    assert np.all(found.low <= found.high)
+    assert "Li" in found.elements and "O" not in found.elements
+    with paper():
+        curve = found.temperature_k, found.curve, found.low, found.high
+        figure = lithium_share_figure(
+            one(reduction.temperature_k), one(found.share, found.share_error), None, curve
+        )
+
+        assert figure.axes[0].get_ylabel() == "Li fraction of the cations (atoms)"
+        assert overlaps(figure) == []
+
+
+def test_the_temperature_curve_has_the_measured_points_on_it(overlaps):
+    with paper():
+        figure = lithium_ratio_figure(one(12_000.0, 300.0), one(0.6, 0.01))
+        axes = figure.axes[0]
+
+        assert axes.get_ylim()[1] > 0.6
+        assert "measured" in [text.get_text() for text in axes.get_legend().get_texts()]
+        assert overlaps(figure) == []
+
+
+def test_a_line_scan_has_a_strip_an_element_and_the_classes():
+    way = np.arange(8.0)
+    values = {"Li": way, "K": np.where(way == 3, np.nan, 8 - way)}
+    with paper():
+        figure = line_scan_figure(way, values, labels=way // 4)
+
+        assert len(figure.axes) == 3
+        assert figure.axes[-1].get_xlabel() == "distance along the line (mm)"
+
+
+def test_a_map_of_temperatures_needs_one():
+    hot = element_map([0, 1, 0, 1], [0, 0, 1, 1], [9e3, 1e4, np.nan, 11e3])
+    none = element_map([0, 1], [0, 1], [np.nan, np.nan])
+    with paper():
+        assert "plasma temperature (K)" in texts(temperature_map_figure({"": hot}))
+        with pytest.raises(ValueError, match="no temperature"):
+            temperature_map_figure({"": none})
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_the_same_figure_gives_the_same_bytes(tmp_path, suffix):
+    def draw(name):
+        with paper():
+            figure = lithium_ratio_figure(one(12_000.0, 300.0), one(0.6, 0.01))
+            return save(figure, tmp_path / f"{name}.{suffix}").read_bytes()
+
+    assert draw("one") == draw("two")
+
+
+def test_a_users_own_settings_do_not_change_a_figure(tmp_path):
+    import matplotlib
+
+    def draw(name):
+        with paper():
+            figure = lithium_ratio_figure(one(12_000.0, 300.0), one(0.6, 0.01))
+            return save(figure, tmp_path / f"{name}.png").read_bytes()
+
+    before = draw("before")
+    with matplotlib.rc_context({"lines.linewidth": 9, "font.size": 30}):
+        assert draw("after") == before
