@@ -1,6 +1,6 @@
 """Print how fast each step of a reduction is, beside numpy, scipy and lmfit, and how right.
 
-    python benchmarks/reduce.py              speed and, over both families of spectra, accuracy
+    python benchmarks/reduce.py              speed and, over all families of spectra, accuracy
     python benchmarks/reduce.py speed        speed only
     python benchmarks/reduce.py accuracy 20  accuracy over 20 spectra of each family
     python benchmarks/reduce.py everyday 12  the same over 12 spectra of each everyday instrument

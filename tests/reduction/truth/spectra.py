@@ -10,7 +10,12 @@ from .instrument import Instrument, draw_instrument, record, see, spoil
 from .light import Light, Zone, shine, widths
 from .samples import FRESH, HELD_OUT, TRAIN, atom_shares
 
-FAMILIES = {"train": (1_000, TRAIN), "held out": (900_000, HELD_OUT), "fresh": (1_700_000, FRESH)}
+FAMILIES = {
+    "train": (1_000, TRAIN),
+    "held out": (900_000, HELD_OUT),
+    "fresh": (1_700_000, FRESH),
+    "unseen": (2_600_000, FRESH),  # seeds that no choice has been made with
+}
 SEEN_APART = 0.5  # lines nearer than this part of a seen width count as one
 
 
