@@ -4,7 +4,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -59,6 +59,7 @@ def job_in(out: Path, about: Circumstances) -> Iterator[Job]:
     be written to.
     """
     _check(out)
+    made = not out.exists()
     out.mkdir(parents=True, exist_ok=True)
     meanwhile = Path(tempfile.mkdtemp(prefix=MEANWHILE, dir=out))
     about.started = datetime.now(UTC)
@@ -68,6 +69,9 @@ def job_in(out: Path, about: Circumstances) -> Iterator[Job]:
     finally:
         job.spool.close()
         shutil.rmtree(meanwhile, ignore_errors=True)
+        if made:
+            with suppress(OSError):
+                out.rmdir()  # only where nothing came of it: a folder with tables stays
 
 
 def _check(out: Path) -> None:

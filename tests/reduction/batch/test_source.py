@@ -19,8 +19,9 @@ def test_names_sort_as_people_count():
 def test_digits_of_other_scripts_and_leading_zeros_are_no_reason_to_fail():
     names = ["a²", "a٣", "a01", "a1", "a0001"]
 
-    assert len(sorted(names, key=natural)) == 5
-    assert sorted(names, key=natural) == sorted(names[::-1], key=natural)
+    backwards = names[::-1]
+
+    assert sorted(names, key=natural) == sorted(backwards, key=natural)
 
 
 def test_a_name_that_is_not_utf8_can_be_written_into_a_table():
