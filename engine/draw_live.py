@@ -13,7 +13,7 @@ from pathlib import Path
 
 GROUP = "labrun.live"
 NICE = 10
-ROWS = "data.csv"
+ROWS = "data*.csv"
 Maker = Callable[[Path], dict[str, bytes]]
 writing = threading.Lock()
 
@@ -25,11 +25,11 @@ def main() -> None:
     if hasattr(os, "nice"):
         os.nice(NICE)
     makers = [point.load() for point in sorted(entry_points(group=GROUP), key=lambda p: p.name)]
-    drawn: float | None = None
+    drawn = 0
     told: set[str] = set()
     while True:
         changed = _changed(folder)
-        if changed is not None and changed != drawn:
+        if changed != drawn:
             drawn = changed
             for name in draw(folder, makers):
                 if name not in told:
@@ -54,11 +54,9 @@ def draw(folder: Path, makers: list[Maker]) -> list[str]:
     return names
 
 
-def _changed(folder: Path) -> float | None:
-    try:
-        return (folder / ROWS).stat().st_mtime_ns
-    except OSError:
-        return None
+def _changed(folder: Path) -> int:
+    """When a row was last written, 0 where there is none."""
+    return max((path.stat().st_mtime_ns for path in folder.glob(ROWS)), default=0)
 
 
 def _end_with_input() -> None:

@@ -3,7 +3,9 @@
 import tempfile
 from pathlib import Path
 
-from .report import FIGURE, ROWS, make
+from .report import make
+
+ROWS = "data*.csv"
 
 
 def draw(folder: Path) -> dict[str, bytes]:
@@ -12,10 +14,10 @@ def draw(folder: Path) -> dict[str, bytes]:
     What a report would draw, from a copy in which a row that is being written is left out. Raises
     OSError when the rows cannot be read.
     """
-    rows = (folder / ROWS).read_bytes()
-    whole = rows[: rows.rfind(b"\n") + 1]
     with tempfile.TemporaryDirectory(prefix="labrun-live-") as place:
         copy = Path(place) / folder.resolve().name  # the figure bears the run's name
         copy.mkdir()
-        (copy / ROWS).write_bytes(whole)
-        return {path.name: path.read_bytes() for path in make(copy) if path.name == FIGURE}
+        for path in folder.glob(ROWS):
+            rows = path.read_bytes()
+            (copy / path.name).write_bytes(rows[: rows.rfind(b"\n") + 1])
+        return {path.name: path.read_bytes() for path in make(copy)}
