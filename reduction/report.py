@@ -33,7 +33,7 @@ def make(folder: Path) -> list[Path]:
         return []
     from .figures.paper import paper, save
     from .map_choices import MapChoices
-    from .map_figures import sample_figures
+    from .sample_figures import sample_figures
 
     title = folder.resolve().name
     with paper():

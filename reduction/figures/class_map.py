@@ -10,7 +10,7 @@ from ..classes.classify import Classes
 from ..classes.minerals import UNNAMED
 from ..maps import ElementMap
 from .layout import GAP_IN, MARGIN_IN, lay_out
-from .map_panel import draw_cells, extent, hole_key, scale_bar
+from .map_panel import draw_cells, extent, hole_key, largest_extent, scale_bar
 from .paper import INK, SMALL, class_colour, place, write
 
 if TYPE_CHECKING:
@@ -39,24 +39,22 @@ def class_map_figure(maps: dict[str, ElementMap], classes: Classes, unit: str = 
     from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
 
-    first = next(iter(maps.values()))
+    largest = largest_extent(maps.values())
     values = np.concatenate([one.values.ravel() for one in maps.values()])
     dark, holes = bool(np.any(values < 0)), bool(np.isnan(values).any())
     n_lines = len(classes) + dark
-    layout = lay_out(len(maps), *extent(first), 0.0, FOOTER_IN, least_width=0.0, beside=KEY_IN)
+    layout = lay_out(len(maps), *largest, 0.0, FOOTER_IN, least_width=0.0, beside=KEY_IN)
     width = layout.size[0] + KEY_IN
     height = max(layout.size[1], n_lines * LINE_IN + 0.45)
     figure = Figure(figsize=(width, height))
     colours = ListedColormap([NO_SIGNAL, *(class_colour(c) for c in range(len(classes)))])
     for index, (name, one) in enumerate(maps.items()):
-        left, bottom, across, up = layout.at(index)
+        left, bottom, across, up = layout.holding(index, *extent(one))
         panel = place(figure, left, bottom + height - layout.size[1], across, up)
         draw_cells(panel, one, colours, -1.5, len(classes) - 0.5)
         panel.set_title(name, pad=3)
     _key(figure, classes, dark, MARGIN_IN + layout.columns * layout.slot[0] + GAP_IN, height)
-    end = scale_bar(
-        figure, MARGIN_IN, MARGIN_IN + 0.06, layout.scale, unit, max(extent(first)[0], 1e-12)
-    )
+    end = scale_bar(figure, MARGIN_IN, MARGIN_IN + 0.06, layout.scale, unit, max(largest[0], 1e-12))
     if holes:
         hole_key(figure, max(end, 0.55) + 0.2, MARGIN_IN + 0.01)
     return figure

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 FOOTER_IN, HEADING_IN = 0.42, 0.2
 RANGE_IN, BAR_IN = 0.13, 0.29  # below each panel: its range, or its own colour bar
 COLOUR_BAR_IN = 1.55
+LEAST_BAR_IN = 0.7  # room for two numbers
 COLOUR_LABEL = "lowest to highest value of each map"
 BAR_PART = 0.5  # the most of a map's width that the scale bar takes
 
@@ -88,6 +89,7 @@ def _limits(element_map: ElementMap, given: tuple[float, float] | None) -> tuple
 
 
 def _own_bar(figure: Figure, mesh, left, bottom, width, lowest, highest) -> None:
+    left, width = min(left, left + (width - LEAST_BAR_IN) / 2), max(width, LEAST_BAR_IN)
     bar = figure.colorbar(
         mesh, cax=place(figure, left, bottom - 0.1, width, 0.06), orientation="horizontal",
         ticks=[lowest, highest],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +33,12 @@ def extent(element_map: ElementMap) -> tuple[float, float]:
     """Width and height of a map with its outer cells, in its unit."""
     x, y = edges(element_map.x), edges(element_map.y)
     return float(x[-1] - x[0]), float(y[-1] - y[0])
+
+
+def largest_extent(maps: Iterable[ElementMap]) -> tuple[float, float]:
+    """Width and height that hold each of the maps."""
+    across, up = zip(*(extent(one) for one in maps), strict=True)
+    return max(across), max(up)
 
 
 def draw_cells(

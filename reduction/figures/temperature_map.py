@@ -8,7 +8,7 @@ import numpy as np
 
 from ..maps import ElementMap
 from .layout import MARGIN_IN, lay_out
-from .map_panel import draw_cells, extent, hole_key, scale_bar
+from .map_panel import draw_cells, extent, hole_key, largest_extent, scale_bar
 from .paper import HEAT, SMALL, place, write
 
 if TYPE_CHECKING:
@@ -29,18 +29,18 @@ def temperature_map_figure(maps: dict[str, ElementMap], unit: str = "mm") -> Fig
     known = values[np.isfinite(values)]
     if not len(known):
         raise ValueError("there is no temperature to draw")
-    first = next(iter(maps.values()))
-    layout = lay_out(len(maps), *extent(first), 0.0, FOOTER_IN)
+    largest = largest_extent(maps.values())
+    layout = lay_out(len(maps), *largest, 0.0, FOOTER_IN)
     figure = Figure(figsize=layout.size)
     lowest, highest = (float(q) for q in np.quantile(known, LIMITS))
     highest = max(highest, lowest + 1.0)
     mesh = None
     for index, (name, one) in enumerate(maps.items()):
-        panel = place(figure, *layout.at(index))
+        panel = place(figure, *layout.holding(index, *extent(one)))
         mesh = draw_cells(panel, one, matplotlib.colormaps[HEAT], lowest, highest)
         panel.set_title(name, pad=3)
     line = MARGIN_IN + 0.1
-    end = scale_bar(figure, layout.at(0)[0], line, layout.scale, unit, max(extent(first)[0], 1e-12))
+    end = scale_bar(figure, layout.at(0)[0], line, layout.scale, unit, max(largest[0], 1e-12))
     if len(known) < len(values):
         hole_key(figure, max(end, layout.at(0)[0] + 0.4) + 0.15, line - 0.05, "not known")
     right = layout.at(layout.columns - 1 if layout.rows > 1 else len(maps) - 1)

@@ -2,7 +2,11 @@ import numpy as np
 import pytest
 
 from labrun.reduction import Spectrum, element_map, reduce_spectrum
+from labrun.reduction.classes.classify import classify
 from labrun.reduction.figures.boltzmann import boltzmann_figure, lines_of_plot
+from labrun.reduction.figures.class_map import class_map_figure
+from labrun.reduction.figures.class_scatter import class_scatter_figure
+from labrun.reduction.figures.element_maps import element_maps_figure
 from labrun.reduction.figures.fit_window import fit_figure, window_around
 from labrun.reduction.figures.line_scan import line_scan_figure
 from labrun.reduction.figures.lithium_ratio import lithium_ratio_figure
@@ -12,6 +16,7 @@ from labrun.reduction.figures.series import Series
 from labrun.reduction.figures.spectrum import spectrum_figure
 from labrun.reduction.figures.temperature_map import temperature_map_figure
 from labrun.reduction.lithium_share import lithium_share
+from labrun.reduction.points.points import Points
 
 
 def one(value, error=1.0):
@@ -178,3 +183,35 @@ def test_a_users_own_settings_do_not_change_a_figure(tmp_path):
     before = draw("before")
     with matplotlib.rc_context({"lines.linewidth": 9, "font.size": 30}):
         assert draw("after") == before
+
+
+@pytest.mark.parametrize("own_bars", [None, "area (counts nm)"])
+@pytest.mark.parametrize(("nx", "ny", "n"), [(24, 12, 12), (21, 51, 3), (3, 40, 8), (40, 3, 2)])
+def test_no_text_of_element_maps_covers_another(own_bars, nx, ny, n, overlaps):
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(nx) * 0.2, np.arange(ny) * 0.2))
+    area = 1e4 * np.where(x > 0.3, x + y, np.nan)
+    maps = {rf"$\bf{{Li}}$ {600 + k}.8 nm": element_map(x, y, area) for k in range(n)}
+    with paper():
+        figure = element_maps_figure(maps, "2026-11-21_map", own_bars=own_bars)
+
+        assert overlaps(figure) == []
+
+
+def test_classes_are_named_beside_their_map_and_above_their_plane(overlaps):
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(8.0), np.arange(6.0)))
+    li, h = 100.0 * (x > 3) + y, 50.0 * (y > 2) + x
+    nothing = np.full(48, np.nan)
+    points = Points(
+        [str(k) for k in range(48)], [""] * 48, x, y, "mm", {"Li": li, "H": h},
+        {"Li": nothing, "H": nothing}, {"Li": 670.8}, nothing, nothing, nothing, nothing,
+        np.full(48, -1), None,
+    )  # fmt: skip
+    classes = classify(points)
+    with paper():
+        plane = class_scatter_figure(points, classes)
+        label = np.where(x == 7, -1.0, classes.label)
+        both = class_map_figure({s: element_map(x, y, label) for s in ("A", "B")}, classes)
+
+        assert plane.axes[0].get_xlabel() == "Li 670.8 nm, area (counts nm)"
+        assert overlaps(plane) == [] and overlaps(both) == []
+        assert "none: no signal" in texts(both) and "A" in texts(both)
