@@ -5,11 +5,13 @@ from pathlib import Path
 import numpy as np
 
 from .fault import Unreadable
+from .points.gather import ROWS, gather
 from .points.points import Points
 from .symbols import BY_NUMBER
 
-ROWS = "data.csv"
-FIGURE = "element_maps.png"
+__all__ = ["FIGURE", "ROWS", "make"]
+
+FIGURE = "element_maps.png"  # of a run with one sample
 LEAST_OF_A_LINE = 3  # points below which a line is not worth a figure
 
 
@@ -21,8 +23,6 @@ def make(folder: Path) -> list[Path]:
     holes. An area becomes `element_maps.png`, a line `line_scan.png`, of several samples each with
     its name. Raises OSError when a figure cannot be written.
     """
-    from .points.gather import gather
-
     try:
         points = gather(folder, tables=False)
     except Unreadable:
