@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from .air import in_medium, to_air
+from .hydrogen import HAlpha
 from .lines import lines_of
 from .offsets import Offsets
 from .plasma import relative_strengths
@@ -57,7 +58,10 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class ElementPeak:
-    """What was found of one element: the area is 0, and peak None, when there is no peak."""
+    """What was found of one element: the area is 0, and peak None, when there is no peak.
+
+    A broad H-alpha is fitted in a window of its own and is none of the peaks either: see hydrogen.py.
+    """
 
     line: Line
     fate: Fate
@@ -131,3 +135,18 @@ def find_elements(
             offset_nm = float(peaks.centre_nm[nearest] - line_nm)
             found[element] = ElementPeak(line, "found", area, error, nearest, offset_nm)
     return found
+
+
+def with_hydrogen(
+    found: dict[str, ElementPeak], broad: HAlpha | None, offsets: Offsets
+) -> dict[str, ElementPeak]:
+    """The same with H-alpha as it was fitted in its wide window, where it was seen there.
+
+    The background of the whole spectrum takes the feet of so broad a line, and most of its area.
+    """
+    if broad is None or "H" not in found:
+        return found
+    line = found["H"].line
+    offset_nm = broad.centre_nm - float(offsets.place(line.wavelength_nm))
+    whole = ElementPeak(line, "found", broad.area, broad.area_error, None, offset_nm)
+    return {**found, "H": whole}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .bad import BadChannels, bridged, mark_bad
-from .elements import DEFAULT_ELEMENTS, ElementPeak, find_elements, predominant_line
+from .elements import DEFAULT_ELEMENTS, ElementPeak, find_elements, predominant_line, with_hydrogen
 from .evidence import Evidence, evidence
 from .identify import Identified, identify
 from .offsets import Offsets
@@ -99,7 +99,8 @@ def reduce_spectrum(
     identified = identify(profiles.wavelength_nm, profiles.bad, profiles, medium)
     offsets = Offsets.none(medium or "air") if identified is None else _trusted(identified, medium)
     range_nm = (float(x[0]), float(x[-1]))
-    found = find_elements(profiles.peaks, asked, range_nm, offsets)
+    broad = None if identified is None else identified.hydrogen
+    found = with_hydrogen(find_elements(profiles.peaks, asked, range_nm, offsets), broad, offsets)
     said = {} if identified is None else evidence(identified, profiles.peaks)
     plasma = plasma_state(profiles.peaks, identified)
     return Reduction(profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified,

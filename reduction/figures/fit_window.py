@@ -46,7 +46,7 @@ def fit_figure(spectrum: Spectrum, reduction: Reduction, window_nm: tuple[float,
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    x = spectrum.wavelength_nm
+    x = reduction.profiles.wavelength_nm
     inside = slice(*np.searchsorted(x, window_nm))
     if inside.stop - inside.start < 3:
         raise ValueError(

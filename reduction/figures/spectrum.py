@@ -28,7 +28,7 @@ def spectrum_figure(spectrum: Spectrum, reduction: Reduction, log: bool = False)
     """Counts against wavelength, the brightest peaks named by element and stage; log: of counts."""
     from matplotlib.figure import Figure
 
-    x, y = spectrum.wavelength_nm, reduction.profiles.counts
+    x, y = reduction.profiles.wavelength_nm, reduction.profiles.counts
     n = int(np.clip(np.ceil((x[-1] - x[0]) / STRETCH_NM), 1, MOST_STRETCHES))
     names = peak_names(reduction)
     band = BAND_IN if any(names) else 0.05

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..air import in_medium
-from ..elements import USUAL_LINES, ElementPeak, find_elements
-from ..index import LIMIT_SIGMA
+from ..elements import USUAL_LINES, ElementPeak, find_elements, with_hydrogen
+from ..match import LIMIT_SIGMA
 from ..offsets import Offsets
 from ..reduce import Reduction
 from ..spectrum import FloatArray
@@ -44,7 +44,7 @@ def element_rows(
         peak = usual.get(name)
         if peak is not None and peak.fate != "outside the spectrum":
             area[row], vacuum_nm[row] = peak.area, peak.line.wavelength_nm
-            limit[row] = _limit(name, peak.line.wavelength_nm, wavelength_nm, reduction)
+            limit[row] = _limit(name, peak.line.wavelength_nm, reduction)
     return {
         "element": wanted,
         "status": ["absent" if e is None else e.status for e in said],
@@ -70,7 +70,9 @@ def _usual(x: FloatArray, reduction: Reduction, offsets: Offsets) -> dict[str, E
     """The predominant peaks: those that were asked for, and of the usual elements."""
     more = [name for name in USUAL_LINES if name not in reduction.elements]
     range_nm = (float(x[0]), float(x[-1]))
-    return {**reduction.elements, **find_elements(reduction.peaks, more, range_nm, offsets)}
+    others = find_elements(reduction.peaks, more, range_nm, offsets)
+    broad = None if reduction.identified is None else reduction.identified.hydrogen
+    return {**reduction.elements, **with_hydrogen(others, broad, offsets)}
 
 
 def _tabulated(shown_nm: FloatArray, reduction: Reduction) -> FloatArray:
@@ -83,7 +85,7 @@ def _tabulated(shown_nm: FloatArray, reduction: Reduction) -> FloatArray:
     return np.where(np.isnan(shown_nm), np.nan, found.expected.vacuum_nm[order[at]])
 
 
-def _limit(name: str, vacuum_nm: float, x: FloatArray, reduction: Reduction) -> float:
+def _limit(name: str, vacuum_nm: float, reduction: Reduction) -> float:
     """Area at which the line would show at three times the noise, counts nm."""
     found = reduction.identified
     if found is not None:
@@ -92,8 +94,9 @@ def _limit(name: str, vacuum_nm: float, x: FloatArray, reduction: Reduction) -> 
         away = np.abs(found.expected.vacuum_nm[entries] - vacuum_nm)
         if len(away) and away.min() < SAME_ENTRY_NM:
             return float(found.matched.limit[entries][np.argmin(away)])
+    profiles = reduction.profiles
+    x = profiles.wavelength_nm
     place = offsets_of(reduction).shown(np.array([vacuum_nm]))[0]
     at = int(np.searchsorted(x, place).clip(1, len(x) - 1))
-    profiles = reduction.profiles
     fwhm = max(profiles.slit.sigma_nm[at] / SIGMA_PER_FWHM, 1.5 * (x[at] - x[at - 1]))
     return float(LIMIT_SIGMA * profiles.noise[at] * BOX_OF_GAUSSIAN * fwhm)

@@ -16,7 +16,8 @@ def peak_rows(wavelength_nm: FloatArray, reduction: Reduction) -> Cells:
     """All peaks, ascending in their centres. wavelength_nm: of the spectrum, shape (m,)."""
     peaks, named = reduction.peaks, names(reduction)
     height = heights(peaks.area, peaks.sigma_nm, peaks.gamma_nm)
-    channel = np.searchsorted(wavelength_nm, peaks.centre_nm).clip(0, len(wavelength_nm) - 1)
+    x = reduction.profiles.wavelength_nm
+    channel = np.searchsorted(x, peaks.centre_nm).clip(0, len(x) - 1)
     return {
         "center_nm": peaks.centre_nm,
         "area": peaks.area,
