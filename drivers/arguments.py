@@ -83,6 +83,9 @@ class Arguments:
         fault = _first(self.params, goal.params)
         if fault is not None:
             return _sentence(self.place, fault)
+        odd = odd_value(goal.params, self.place)  # neither a minimum nor a maximum refuses NaN
+        if odd is not None:
+            return odd
         for name in (*self.read, *self.written):
             value = goal.params.get(name)
             if value is not None and not _inside(value):

@@ -47,6 +47,10 @@ def a_file(data=b"abc", told=None):
     return FileContent(path="a.csv", sha256=told or sha256(data).hexdigest(), data=data)
 
 
+def test_nan_is_refused_though_it_is_neither_below_nor_above_anything():
+    assert fault_in({"x": float("nan")}) == "gantry.move.x: nan is no number that JSON knows"
+
+
 def test_what_the_contract_allows_is_no_fault():
     assert fault_in({"x": 730, "source": "a.csv"}, {"source": a_file()}) is None
 

@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from labrun.drivers.contract_tests import Case, KeepsContract
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
-from labrun.drivers.find import check_driver
 from labrun.drivers.reducer import Reducer, most_at_once
 from labrun.drivers.twins.minerals import ELEMENTS, atom_fractions
 from labrun.drivers.twins.shot import ShotMaker
-from labrun.schemas.contracts import shipped_contracts
 from labrun.schemas.messages import FileContent
 
 
@@ -43,8 +42,25 @@ def spodumene() -> bytes:
     return maker.csv({"n": 1, "x": 1.0, "y": 1.0, "focus": 1.0})
 
 
-def test_it_keeps_the_contract():
-    check_driver(Reducer, shipped_contracts()["spectrum_reducer@1"])
+def made_up(channels: int) -> bytes:
+    """A spectrum of noise and a few hundred lines, which takes the longer the more it has."""
+    wavelength = np.linspace(190.0, 950.0, channels)
+    counts = 200 + np.random.default_rng(1).normal(0, 5, channels)
+    for centre in np.arange(200.0, 940.0, 0.5):
+        near = slice(*np.searchsorted(wavelength, [centre - 3, centre + 3]))
+        counts[near] += 4000 / (1 + ((wavelength[near] - centre) / 0.02) ** 2)
+    rows = (f"{x:.5f},{y:.1f}" for x, y in zip(wavelength, counts, strict=True))
+    return "\n".join(("wavelength,intensity", *rows)).encode()
+
+
+class TestReducer(KeepsContract):
+    case = Case(
+        driver="reducer",
+        good={"reduce": {"spectrum": "s.csv", "elements": ["Li", "K"]}},
+        files={"spectrum": made_up(400_000)},
+        bad={"reduce": [{"spectrum": "s.csv", "elements": ["lithium"]}]},
+        lasting="reduce",
+    )
 
 
 def test_a_spectrum_of_spodumene_is_full_of_lithium_and_has_no_potassium(tmp_path, spodumene):

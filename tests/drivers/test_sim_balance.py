@@ -5,11 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext, Place
-from labrun.drivers.find import check_driver
+from labrun.drivers.contract_tests import Case, KeepsContract
+from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.sim_balance import SimBalance
 from labrun.drivers.twins.world import World
-from labrun.schemas.contracts import shipped_contracts
 
 
 def balance(folder: Path, **config) -> SimBalance:
@@ -31,8 +30,14 @@ def drop(folder: Path, milligrams: float) -> None:
     World(folder).publish("pipette", {"dropped_mg": milligrams})
 
 
-def test_it_keeps_the_contract():
-    check_driver(SimBalance, shipped_contracts()["balance@1"])
+class TestSimBalance(KeepsContract):
+    case = Case(
+        driver="sim_balance",
+        config={"clock": "fast"},
+        slow={"clock": 0.4},
+        good={"zero": {}, "tare": {}, "weigh": {"patience": 5.0}},
+        lasting="weigh",
+    )
 
 
 def test_it_weighs_what_fell_on_the_pan_since_it_was_tared(tmp_path):
@@ -90,16 +95,6 @@ def test_the_tare_outlives_the_server(tmp_path):
 
     assert mass == pytest.approx(0, abs=0.001)
     assert status["tared"]
-
-
-def test_a_cancelled_reading_ends(tmp_path):
-    async def story(driver):
-        goal = GoalContext("w")
-        goal.cancelled.set()
-        with pytest.raises(ActionCanceled):
-            await driver.weigh(goal)
-
-    played(balance(tmp_path), story)
 
 
 def test_the_same_goal_reads_the_same(tmp_path):

@@ -2,22 +2,17 @@
 
 import asyncio
 import hashlib
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from labrun.drivers.contract_tests import Case, KeepsContract
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
-from labrun.drivers.find import check_driver
 from labrun.drivers.sim_libs import SimLibs
 from labrun.drivers.twins.core import Core
 from labrun.drivers.twins.world import World
 from labrun.reduction import read_spectrum
-from labrun.schemas.contracts import shipped_contracts
 
 
 def libs(folder: Path, **config) -> SimLibs:
@@ -70,8 +65,21 @@ def net(spectrum: np.ndarray, line_nm: float) -> float:
     return float(counts[abs(wavelength - line_nm) < 0.08].max() - np.median(counts[beside]))
 
 
-def test_it_keeps_the_contract():
-    check_driver(SimLibs, shipped_contracts()["libs_analyzer@1"])
+class TestSimLibs(KeepsContract):
+    case = Case(
+        driver="sim_libs",
+        config={"clock": "fast"},
+        slow={"clock": 3},
+        good={
+            "measure": {}, "last_shot": {}, "export": {"shot": "shot-000001", "file": "s/a.csv"},
+            "disarm": {}, "locate": {}, "reconnect": {},
+        },
+        needs={"export": ["measure"]},
+        lasting="measure",
+    )  # fmt: skip
+
+    def is_safe(self, status):
+        return status["armed"] is False
 
 
 def test_minerals_show_the_lines_of_what_they_are_made_of(tmp_path):
@@ -213,34 +221,17 @@ def test_the_safe_state_keeps_a_waiting_shot_from_being_fired(tmp_path, clock):
     assert (status["armed"], status["shots"]) == (False, 0)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is a signal of POSIX")
-def test_a_killed_analyser_knows_its_last_shot_and_still_has_the_spectrum(tmp_path):
-    script = f"""
-import asyncio, pathlib
-from labrun.drivers.driver import GoalContext, Place
-from labrun.drivers.sim_libs import SimLibs
-async def main():
-    folder = pathlib.Path({str(tmp_path)!r})
-    driver = SimLibs(Place("libs", {{"clock": "fast"}}, {{}}, folder, folder))
-    await driver.open()
-    await driver.measure(GoalContext("the goal"))
-    print("fired", flush=True)
-    await asyncio.sleep(60)
-asyncio.run(main())
-"""
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None
-        process.stdout.readline()
-        os.kill(process.pid, signal.SIGKILL)
+def test_an_analyser_that_is_opened_again_goes_on_counting_and_has_its_old_spectra(tmp_path):
+    async def fire(driver):
+        await driver.measure(GoalContext("first"))
 
     async def story(driver):
-        last = await driver.last_shot(GoalContext("probe"))
         after = await driver.measure(GoalContext("next"))
-        return last, after, await exported(driver, last["shot_id"])
+        return after, await exported(driver, "shot-000001")
 
-    last, after, spectrum = played(libs(tmp_path), story)
+    played(libs(tmp_path), fire)
+    after, spectrum = played(libs(tmp_path), story)
 
-    assert last == {"shot_id": "shot-000001", "goal_id": "the goal"}
     assert after == {"shot_id": "shot-000002"}
     assert spectrum.shape == (2, 22_800)
 

@@ -5,11 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from labrun.drivers.contract_tests import Case, KeepsContract
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
-from labrun.drivers.find import check_driver
 from labrun.drivers.sim_pipette import SimPipette
 from labrun.drivers.twins.world import World
-from labrun.schemas.contracts import shipped_contracts
 
 
 def pipette(folder: Path, **config) -> SimPipette:
@@ -27,8 +26,18 @@ def played(driver, story):
     return asyncio.run(play())
 
 
-def test_it_keeps_the_contract():
-    check_driver(SimPipette, shipped_contracts()["pipette@1"])
+class TestSimPipette(KeepsContract):
+    case = Case(
+        driver="sim_pipette",
+        config={"clock": "fast"},
+        slow={"clock": 2},
+        good={
+            "pick_up_tip": {}, "aspirate": {"volume": 200}, "dispense": {"volume": 50.5},
+            "last_stroke": {}, "eject_tip": {}, "hold": {},
+        },
+        needs={"aspirate": ["pick_up_tip"], "dispense": ["pick_up_tip", "aspirate"]},
+        lasting="pick_up_tip",
+    )  # fmt: skip
 
 
 def test_what_it_dispenses_weighs_nearly_a_milligram_a_microlitre(tmp_path):

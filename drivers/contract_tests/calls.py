@@ -1,0 +1,97 @@
+"""What a driver does when it is called, well or badly, once or again."""
+
+from pathlib import Path
+
+from ..arguments import read_limits
+from ..find import check_driver, find_driver
+from .bad_calls import bad_calls
+from .session import check_status
+from .stage import Stage, told
+
+
+class Calls(Stage):
+    """Describe, good calls, bad calls, busy, the same goal again, status."""
+
+    def test_the_driver_has_what_its_contract_wants_and_each_action_a_good_call(self) -> None:
+        contract = self.case.read_contract()
+        check_driver(find_driver(self.case.driver, Path()), contract)
+
+        assert set(self.case.good) == set(contract.actions), "`good` has one call of each action"
+        assert self.case.lasting in contract.actions
+
+    @told
+    async def test_it_describes_itself_as_its_contract_says(self, tmp_path: Path) -> None:
+        async with self._session(tmp_path) as (session, _):
+            said = session.client.devices[self.case.device]
+
+        assert said.contract == session.contract.model_dump()
+        assert set(said.limits) == set(self.case.limits)
+        check_status(session, said.status)
+
+    @told
+    async def test_a_good_call_succeeds(self, tmp_path: Path, action: str) -> None:
+        async with self._session(tmp_path) as (session, calls):
+            await session.prepare(action)
+            outcome = await session.do(action)
+            status = await session.newest_status()
+
+        assert outcome.state == "SUCCEEDED", f"{action}: {outcome.error}"
+        assert calls.count(action) == 1 + self.case.needs.get(action, []).count(action)
+        assert set(session.contract.actions[action].returned_paths()) >= set(outcome.files)
+        check_status(session, status)
+
+    @told
+    async def test_a_bad_call_is_refused_with_a_sentence(self, tmp_path: Path, action: str) -> None:
+        async with self._session(tmp_path) as (session, calls):
+            wanted = session.contract.actions[action]
+            limits = read_limits(self.case.limits, session.contract)
+            tried = list(bad_calls(wanted, self.case.good[action], limits))
+            tried += [("bad", params) for params in self.case.bad.get(action, [])]
+            endings = [(what, await session.do(action, params)) for what, params in tried]
+
+        for what, outcome in endings:
+            error = outcome.error
+            assert error is not None and error.name == "Rejected", f"{action}, {what}: {outcome}"
+            assert error.happened == "no" and action in error.message, f"{action}, {what}: {error}"
+        assert calls == [], "what is refused never reaches the driver"
+
+    @told
+    async def test_a_second_goal_is_refused_as_busy_unless_it_is_concurrent(
+        self, tmp_path: Path
+    ) -> None:
+        lasting = self.case.lasting
+        async with self._session(tmp_path, slow=True) as (session, calls):
+            await session.prepare(lasting)
+            await session.begin(lasting)
+            if session.contract.concurrent:
+                _, second = await session.begin(lasting)
+                state = (await second).state
+            else:
+                refused = (await session.do(lasting)).error
+                state = refused.name if refused is not None else "accepted"
+
+        assert state == ("SUCCEEDED" if session.contract.concurrent else "Busy")
+        assert calls.count(lasting) == (2 if session.contract.concurrent else 1)
+
+    @told
+    async def test_the_same_goal_again_is_answered_and_not_done(self, tmp_path: Path) -> None:
+        lasting = self.case.lasting
+        async with self._session(tmp_path) as (session, calls):
+            await session.prepare(lasting)
+            goal = session.goal(lasting)
+            first = await session.client.follow(goal)
+            again = await session.client.follow(goal)
+
+        assert (again.state, again.result, again.files) == (first.state, first.result, first.files)
+        assert calls.count(lasting) == 1
+
+    @told
+    async def test_its_status_keeps_its_schema_while_something_is_done(
+        self, tmp_path: Path
+    ) -> None:
+        async with self._session(tmp_path, slow=True) as (session, _):
+            await session.prepare(self.case.lasting)
+            await session.begin(self.case.lasting)
+            status = await session.newest_status()
+
+        check_status(session, status)

@@ -1,0 +1,97 @@
+"""What a driver does when somebody ends what it does, or nobody waits for it any more."""
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+from ..execution import CANCEL_GRACE_S
+from .session import MOMENT_S, check_status, connected
+from .stage import Stage, told
+
+SOON_S = CANCEL_GRACE_S + 3.0
+SHORT_LEASE_S = 0.5
+
+
+class Interruptions(Stage):
+    """Cancel, deadline, stop, and an engine that is gone."""
+
+    @told
+    async def test_a_cancellable_action_ends_when_it_is_cancelled(
+        self, tmp_path: Path, action: str
+    ) -> None:
+        async with self._session(tmp_path, slow=True) as (session, calls):
+            await session.prepare(action)
+            goal, following = await session.begin(action)
+            await session.client.cancel(goal.id)
+            outcome = await soon(following, f"{action} was cancelled")
+            _, again = await session.begin(action)
+            await session.client.stop(self.case.device)
+            await soon(again, f"{action} was stopped")
+
+        assert outcome.state == "CANCELED", f"{action} was cancelled and ended {outcome}"
+        assert calls.count(action) == 2 + self.case.needs.get(action, []).count(action)
+
+    @told
+    async def test_past_its_deadline_a_goal_is_cancelled_or_goes_on_to_its_end(
+        self, tmp_path: Path
+    ) -> None:
+        """As the engine does it: cancel, then wait; what cannot be cancelled holds its device."""
+        lasting = self.case.lasting
+        async with self._session(tmp_path, slow=True) as (session, _):
+            await session.prepare(lasting)
+            goal, following = await session.begin(lasting)
+            done, _ = await asyncio.wait({following}, timeout=MOMENT_S)
+            await session.client.cancel(goal.id)
+            outcome = await following
+
+        assert not done
+        if session.contract.actions[lasting].cancel:
+            assert outcome.state == "CANCELED", f"{lasting} was cancelled and ended {outcome}"
+        else:
+            assert outcome.state == "SUCCEEDED", f"{lasting} was to go on, and ended {outcome}"
+
+    @told
+    async def test_a_stop_ends_what_runs_and_leaves_the_device_safe(self, tmp_path: Path) -> None:
+        lasting, device = self.case.lasting, self.case.device
+        async with self._session(tmp_path, slow=True) as (session, _):
+            await session.prepare(lasting)
+            _, following = await session.begin(lasting)
+            safe, words = (await session.client.stop(device))[device]
+            ended = await soon(following, f"{device} was stopped")
+            status = await session.newest_status()
+
+        assert safe, words
+        assert ended.state in ("CANCELED", "ABORTED", "SUCCEEDED")
+        assert ended.error is None or ended.error.name != "Fault", f"after a stop: {ended.error}"
+        assert self.is_safe(status), f"it was stopped, and says {status}"
+        check_status(session, status)
+
+    @told
+    async def test_when_its_engine_is_gone_it_does_what_the_contract_says(
+        self, tmp_path: Path
+    ) -> None:
+        lasting = self.case.lasting
+        async with self._served(tmp_path, slow=True) as (url, _):
+            contract = self.case.read_contract()
+            async with connected(self.case, contract, url, ttl_s=SHORT_LEASE_S) as gone:
+                await gone.prepare(lasting)
+                goal, following = await gone.begin(lasting)
+            await following
+            async with connected(self.case, contract, url, owner=None) as session:
+                outcome = await session.client.follow(goal, send=False)
+                status = await session.newest_status()
+
+        match contract.on_lease_lapse:
+            case "finish":
+                assert outcome.state == "SUCCEEDED", f"it was to finish, and ended {outcome}"
+            case "cancel" if contract.actions[lasting].cancel:
+                assert outcome.state == "CANCELED", f"it was to be cancelled, and ended {outcome}"
+            case "safe":
+                assert outcome.state != "SUCCEEDED", f"it was to be broken off: {outcome}"
+        assert self.is_safe(status), f"its engine is gone, and it says {status}"
+
+
+async def soon(following: "asyncio.Task[Any]", what: str) -> Any:
+    done, _ = await asyncio.wait({following}, timeout=SOON_S)
+    assert done, f"{what}, and {SOON_S:g} s later it has not ended"
+    return following.result()

@@ -1,0 +1,144 @@
+"""A device on a real server, and a client that holds it, as an engine would."""
+
+import asyncio
+import itertools
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from ...schemas.contract import Contract
+from ...schemas.messages import FileContent, Goal
+from ..client import DeviceClient
+from ..host import serving
+from ..outcome import Outcome
+from ..server import DeviceServer
+from ..settings import ServerSettings
+from .case import Case, Params
+
+MOMENT_S = 0.3
+"""After that long an action that was begun is in its middle."""
+
+_numbers = itertools.count(1)
+
+
+@dataclass(slots=True)
+class Session:
+    """One client with the device's lease."""
+
+    case: Case
+    contract: Contract
+    client: DeviceClient
+    statuses: list[dict[str, Any]] = field(default_factory=list)
+
+    def goal(self, action: str, params: Params | None = None) -> Goal:
+        """A goal that is new, with the parameters of the good call where none are given."""
+        params = dict(self.case.good[action] if params is None else params)
+        read, _ = self.contract.actions[action].path_params()
+        return Goal(
+            id=f"run/{action}/{next(_numbers)}", device=self.case.device, action=action,
+            boot=self.client.boot, epoch=self.client.epoch(self.case.device), params=params,
+            files={name: _file(str(params[name]), self.case.files[name])
+                   for name in read if name in params},
+        )  # fmt: skip
+
+    async def do(self, action: str, params: Params | None = None) -> Outcome:
+        """Send a goal and wait for its end."""
+        return await self.client.follow(self.goal(action, params))
+
+    async def prepare(self, action: str) -> None:
+        """Do what has to be done before the action."""
+        for need in self.case.needs.get(action, []):
+            outcome = await self.do(need)
+            assert outcome.state == "SUCCEEDED", f"{need}, before {action}: {outcome.error}"
+
+    async def begin(self, action: str) -> tuple[Goal, "asyncio.Task[Outcome]"]:
+        """Send a good call, and return in the middle of it."""
+        begun = asyncio.Event()
+        goal = self.goal(action)
+        following = asyncio.create_task(self.client.follow(goal, lambda report: begun.set()))
+        waiting = asyncio.create_task(begun.wait())
+        await asyncio.wait({following, waiting}, return_when=asyncio.FIRST_COMPLETED)
+        waiting.cancel()
+        await asyncio.wait({following}, timeout=MOMENT_S)
+        assert not following.done(), (
+            f"{action} was over within {MOMENT_S:g} s ({following.result()}): `slow` is to make it "
+            "last for more than two seconds"
+        )
+        return goal, following
+
+    async def newest_status(self) -> dict[str, Any]:
+        """The next status that the server tells."""
+        self.statuses.clear()
+        async with asyncio.timeout(10):
+            while not self.statuses:  # noqa: ASYNC110 - the client tells by a callback
+                await asyncio.sleep(0.01)
+        return self.statuses[-1]
+
+
+@asynccontextmanager
+async def connected(
+    case: Case, contract: Contract, url: str, *, ttl_s: float = 30.0, owner: str | None = "run"
+) -> AsyncIterator[Session]:
+    """A session with whoever serves at `url`; without an owner it holds no lease and only looks."""
+    statuses: list[dict[str, Any]] = []
+    client = DeviceClient(url, on_status=lambda device, status: statuses.append(status))
+    await client.open()
+    try:
+        if owner is not None:
+            await client.take_lease(case.device, owner, ttl_s)
+        yield Session(case, contract, client, statuses)
+    finally:
+        await client.close()
+
+
+@asynccontextmanager
+async def served(settings: Params) -> AsyncIterator[tuple[DeviceServer, str, list[str]]]:
+    """A server in this process, its address, and the list of calls that its driver has had."""
+    async with serving(ServerSettings.model_validate(settings)) as (server, url):
+        calls: list[str] = []
+        for device in server.devices.values():
+            _note_calls(device._driver, list(device._contract.actions), calls)
+        yield server, url, calls
+
+
+def settings(case: Case, contract: Contract, config: Params, folder: Path) -> Params:
+    """What a server of this one device is told."""
+    device = {
+        "contract": contract.model_dump(mode="json"),
+        "driver": case.driver,
+        "config": config,
+        "limits": case.limits,
+    }
+    return {
+        "devices": {case.device: device},
+        "folder": str(folder / "server"),
+        "world": str(folder / "world"),
+    }
+
+
+def check_status(session: Session, status: Params) -> None:
+    from jsonschema import Draft202012Validator
+
+    assert "fault" not in status, status["fault"]
+    faults = Draft202012Validator(session.contract.status).iter_errors(status)
+    assert [fault.message for fault in faults] == [], f"status: {status}"
+
+
+def _note_calls(driver: Any, actions: list[str], calls: list[str]) -> None:
+    for name in actions:
+        method = getattr(driver, name)
+
+        async def noted(
+            *given: Any, _name: str = name, _method: Any = method, **params: Any
+        ) -> Any:
+            calls.append(_name)
+            return await _method(*given, **params)
+
+        setattr(driver, name, noted)
+
+
+def _file(path: str, data: bytes) -> FileContent:
+    return FileContent(path=path, sha256=sha256(data).hexdigest(), data=data)

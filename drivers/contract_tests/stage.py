@@ -1,0 +1,117 @@
+"""Where the contract tests play: the driver on a real server, its peer, and a kill -9 in between."""
+
+import asyncio
+import functools
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from pathlib import Path
+from typing import Any, ClassVar
+
+from ...schemas.messages import Goal
+from ..launch import start_server
+from .case import Case, Params
+from .session import Session, connected, served, settings
+
+AT_MOST_S = 100.0
+
+
+def told(story: Callable[..., Awaitable[None]]) -> Callable[..., None]:
+    """A test that waits, as pytest calls it."""
+
+    @functools.wraps(story)
+    def test(*given: Any, **more: Any) -> None:
+        async def all_of_it() -> None:
+            async with asyncio.timeout(AT_MOST_S):
+                await story(*given, **more)
+
+        asyncio.run(all_of_it())
+
+    return test
+
+
+class Stage:
+    """What a subclass says of its driver: `case`, and where it has to, the methods that follow."""
+
+    case: ClassVar[Case]
+
+    @contextmanager
+    def peer(self, folder: Path, *, slow: bool) -> Iterator[Params]:
+        """Whom the driver talks to, for as long as a test lasts; yields more configuration.
+
+        An emulator on a pseudo-terminal yields its port. It outlives the server, as the real
+        instrument would. `slow` is true where an action has to be caught in the middle.
+        """
+        yield {}
+
+    def is_safe(self, status: Params) -> bool:
+        """Whether a device of this status is in its safe state; override it where status says so."""
+        return True
+
+    def happened(self, folder: Path, goal_id: str) -> bool:
+        """What the instrument itself knows of a goal; a twin of labrun writes down what it did."""
+        path = folder / "world" / "truth" / f"{self.case.device}.jsonl"
+        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+        return any(json.loads(line).get("goal") == goal_id for line in lines)
+
+    def pytest_generate_tests(self, metafunc: Any) -> None:
+        """A test that takes `action` runs once for each action that it is about."""
+        if "action" not in metafunc.fixturenames:
+            return
+        actions = self.case.read_contract().actions
+        about = {
+            "cancellable": [n for n, a in actions.items() if a.cancel],
+            "once": [n for n, a in actions.items() if a.effect == "once" and a.probe],
+        }
+        kind = next((kind for kind in about if kind in metafunc.function.__name__), "")
+        metafunc.parametrize("action", about.get(kind, list(actions)))
+
+    @asynccontextmanager
+    async def _served(
+        self, folder: Path, *, slow: bool = False
+    ) -> AsyncIterator[tuple[str, list[str]]]:
+        case = self.case
+        with self.peer(folder, slow=slow) as found:
+            config = {**case.config, **(case.slow if slow else {}), **found}
+            wanted = settings(case, case.read_contract(), config, folder)
+            async with served(wanted) as (_, url, calls):
+                yield url, calls
+
+    @asynccontextmanager
+    async def _session(
+        self, folder: Path, *, slow: bool = False
+    ) -> AsyncIterator[tuple[Session, list[str]]]:
+        async with (
+            self._served(folder, slow=slow) as (url, calls),
+            connected(self.case, self.case.read_contract(), url) as session,
+        ):
+            yield session, calls
+
+    @asynccontextmanager
+    async def _killed(
+        self, folder: Path, action: str, *, wait: bool = False
+    ) -> AsyncIterator[tuple[Session, Goal]]:
+        """The server killed in the middle of an action, and started again; its peer stays."""
+        case, contract = self.case, self.case.read_contract()
+        with self.peer(folder, slow=True) as found:
+            wanted = settings(case, contract, {**case.config, **case.slow, **found}, folder)
+            server = await start_server(wanted, folder)
+            try:
+                async with connected(case, contract, server.url) as session:
+                    await session.prepare(action)
+                    goal, following = await session.begin(action)
+                    while wait and not following.done() and not self.happened(folder, goal.id):  # noqa: ASYNC110
+                        await asyncio.sleep(0.02)
+                    assert server.process is not None
+                    server.process.kill()
+                    await server.process.wait()
+                    following.cancel()
+                    await asyncio.gather(following, return_exceptions=True)
+            finally:
+                await server.stop()
+            wanted = settings(case, contract, {**case.config, **found}, folder)
+            async with (
+                served(wanted) as (_, url, _),
+                connected(case, contract, url, owner="next") as session,
+            ):
+                yield session, goal
