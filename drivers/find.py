@@ -20,6 +20,7 @@ SHIPPED = {
     "sim_pipette": "labrun.drivers.sim_pipette:SimPipette",
     "sim_depth_camera": "labrun.drivers.sim_depth_camera:SimDepthCamera",
     "reducer": "labrun.drivers.reducer:Reducer",
+    "balance": "labrun.drivers.balance:Balance",
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds those of others."""
 

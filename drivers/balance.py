@@ -1,0 +1,164 @@
+"""A laboratory balance on a serial line, by MT-SICS levels 0 and 1 (Mettler-Toledo, Ohaus, Kern).
+
+Mettler-Toledo, *Reference Manual MT-SICS*, 11780711. Configuration: that of a serial line.
+"""
+
+import asyncio
+import re
+from typing import Any, ClassVar
+
+from .driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
+from .serial_line import SerialLine
+from .serial_port import read_port
+
+ANSWER_S, PATIENCE_S, TICK_S = 2.0, 10.0, 0.2
+ANSWER = r"{} +(?:([SDA]) +(-?\d+\.?\d*) (\S+)|([AIL+-])|A (.+)) *|(E[STL])"
+FAULTS = {
+    "ES": "it does not know the command: is MT-SICS, level 1, switched on in its menu?",
+    "ET": "it could not read the bytes: compare baud rate, bits and parity with its menu",
+    "EL": "it cannot do that now: its display may say why",
+}
+GRAMS = {
+    "g": 1.0, "kg": 1000.0, "mg": 1e-3, "ug": 1e-6, "t": 1e6, "ct": 0.2, "lb": 453.59237,
+    "oz": 28.349523125, "ozt": 31.1034768, "GN": 0.06479891, "dwt": 1.55517384,
+}  # fmt: skip
+
+
+class Balance(Driver):
+    """Keeps balance@1.
+
+    It asks SI again and again where S would do: a balance that waits for a stable value can only
+    be called off by @, and with that it forgets its tare.
+    """
+
+    contract: ClassVar[str] = "balance@1"
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self._line = SerialLine(read_port(place))
+        self._turn = asyncio.Lock()
+        self._latest: dict[str, Any] = {}
+
+    async def open(self) -> None:
+        try:
+            await self._ask("I1")
+        except ActionFailed as failure:
+            await self._line.close()
+            raise OSError(failure.message) from failure
+
+    async def close(self) -> None:
+        await self._line.close()
+
+    async def status(self) -> dict[str, Any]:
+        if not self._turn.locked():  # an action asks all the time, and what it hears stands here
+            try:
+                self._latest["tared"] = self._weight(await self._ask("TA"))[0] != 0
+                await self._reading()
+            except ActionFailed as failure:
+                if failure.name not in ("Busy", "Overload"):
+                    raise
+                self._latest["stable"] = False
+        return dict(self._latest)
+
+    async def zero(self, goal: GoalContext) -> dict[str, Any]:
+        try:
+            await self._still(goal)
+        except ActionFailed as failure:
+            if failure.name != "Overload":
+                raise
+            raise ActionFailed("NotEmpty", failure.message) from failure
+        match await self._ask("Z", wait_s=PATIENCE_S, tries=1):
+            case ["A"]:
+                return {}
+            case ["+" | "-" as side]:
+                raise ActionFailed("NotEmpty", f"the pan is too {_far(side)} to be zeroed", "no")
+        raise ActionFailed("Unstable", "the reading began to move as it was to be zeroed")
+
+    async def tare(self, goal: GoalContext) -> dict[str, Any]:
+        await self._still(goal)
+        answer = await self._ask("T", wait_s=PATIENCE_S, tries=1)
+        if answer == ["I"]:
+            raise ActionFailed("Unstable", "the reading began to move as it was to be tared")
+        return {"tare": self._weight(answer)[0]}
+
+    async def weigh(self, goal: GoalContext, *, patience: float = PATIENCE_S) -> dict[str, Any]:
+        mass, stable = await self._settle(goal, patience)
+        return {"mass": mass, "stable": stable}
+
+    async def _still(self, goal: GoalContext) -> None:
+        if not (await self._settle(goal, PATIENCE_S))[1]:
+            raise ActionFailed("Unstable", f"no stable reading within {PATIENCE_S:g} s")
+
+    async def _settle(self, goal: GoalContext, patience_s: float) -> tuple[float, bool]:
+        """The newest reading in grams, and whether it was stable before the patience ended."""
+        now = asyncio.get_running_loop().time
+        until = now() + patience_s
+        while not goal.cancelled.is_set():
+            try:
+                mass, stable = await self._reading()
+                goal.feedback(None, f"{mass:g} g")
+                if stable or now() >= until:
+                    return mass, stable
+            except ActionFailed as failure:
+                if failure.name != "Busy" or now() >= until:
+                    raise
+            await asyncio.sleep(TICK_S)
+        raise ActionCanceled("the balance was told to read no more")
+
+    async def _reading(self) -> tuple[float, bool]:
+        mass, stable = self._weight(await self._ask("SI"))
+        self._latest |= {"mass": mass, "stable": stable}
+        return mass, stable
+
+    def _weight(self, answer: list[str]) -> tuple[float, bool]:
+        """Grams, and whether they are stable; raises ActionFailed where the answer has no weight."""
+        match answer:
+            case [kind, value, unit] if unit in GRAMS:
+                return round(float(value) * GRAMS[unit], 9), kind != "D"
+            case [_, _, unit]:
+                raise ActionFailed("Rejected", f"it weighs in {unit!r}; set its unit to g", "no")
+            case ["+" | "-" as side]:
+                raise ActionFailed(
+                    "Overload", f"the load is too {_far(side)} for the balance", "no"
+                )
+        raise ActionFailed("Busy", f"the balance is busy: it answers {' '.join(answer)}", "no")
+
+    async def _ask(self, command: str, *, wait_s: float = ANSWER_S, tries: int = 2) -> list[str]:
+        """The words of its answer; a question may be asked twice, as noise may spoil an answer."""
+        async with self._turn:
+            try:
+                if not self._line.is_open:
+                    await self._line.open()
+                    await self._recognise()
+                return await self._exchange(command, wait_s, tries)
+            except OSError as fault:
+                raise ActionFailed("Lost", str(fault)) from fault
+
+    async def _recognise(self) -> None:
+        """Who is there; another than before has another tare."""
+        await self._exchange("SI")  # ends what somebody had asked to be repeated
+        names = (("model", "I2"), ("software", "I3"), ("serial_number", "I4"))
+        found = {n: " ".join(await self._exchange(command)).strip('"') for n, command in names}
+        before, now = self.versions.get("serial_number"), found["serial_number"]
+        if before not in (None, now):
+            await self._line.close()
+            raise OSError(
+                f"on {self._line.port} is balance {now}, it was {before}: change them back"
+            )
+        self.versions = found
+
+    async def _exchange(self, command: str, wait_s: float = ANSWER_S, tries: int = 2) -> list[str]:
+        answer = re.compile(ANSWER.format("S" if command == "SI" else command))
+        heard: list[str] = []
+        for _ in range(tries):
+            found, heard = await self._line.ask(command, answer, wait_s)
+            if found and heard[-1] not in FAULTS:
+                return [word for word in found.groups() if word]
+        if heard and heard[-1] in FAULTS:
+            said = self._line.port.said(command, heard[-1])
+            raise ActionFailed("Rejected", f"{said}: {FAULTS[heard[-1]]}")
+        raise ActionFailed("Timeout", self._line.port.no_answer(command, heard, "MT-SICS"))
+
+
+def _far(side: str) -> str:
+    return "heavy" if side == "+" else "light (is the pan on?)"
