@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
-from ..schemas.contract import Happened
+from ..schemas.contract import Contract, Happened
 from ..schemas.messages import FileContent
 
 
@@ -44,13 +44,17 @@ class GoalContext:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a driver lives: its device's name, its configuration, and folders of its own."""
+    """Where a driver lives: its device's name, its configuration, folders of its own.
+
+    `contract` is what the device has to keep; None where a driver is used without a server.
+    """
 
     device: str
     config: dict[str, Any]
     limits: dict[str, tuple[float | None, float | None]]
     folder: Path
     world: Path
+    contract: Contract | None = None
 
 
 class Driver:

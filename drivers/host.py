@@ -38,7 +38,7 @@ def make_device(
         folder.mkdir(parents=True, exist_ok=True)
         world = Path(settings.world or settings.folder)
         world.mkdir(parents=True, exist_ok=True)
-        place = Place(name, device.config, limits, folder, world)
+        place = Place(name, device.config, limits, folder, world, contract)
         return ServedDevice(place, driver_class(place), contract, server.ledger, server.tell)
     except ValidationError as fault:
         raise ServeFault(f"device {name}: its contract: {first_fault(fault)}") from fault

@@ -32,7 +32,7 @@ class Twin(Driver):
             )
         self.seed = int(self.config.get("seed", 1))
         self.clock = Clock(self.config.get("clock", "real"))
-        contract = shipped_contracts()[self.contract]
+        contract = place.contract or shipped_contracts()[self.contract]
         self.faults = Faults(self.config.get("faults", {}), contract, self.seed)
         self.world = World(place.world)
         self.truth = self.world.truth(place.device)

@@ -1,4 +1,4 @@
-"""`labrun new NAME`: a commented protocol to start from."""
+"""`labrun new NAME`: a commented protocol to start from; `labrun new device NAME`: a driver."""
 
 import sys
 from pathlib import Path
@@ -12,27 +12,74 @@ from ..new import TEMPLATES, CannotMake, new_protocol, protocol_name, template_t
 from ..print_problems import print_problems
 from .options import Lab, say
 
-Name = Annotated[str, typer.Argument(help="What the protocol is called.", show_default=False)]
+Names = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="[device] NAME",
+        help="What the protocol is called; after the word `device`, what the device is called.",
+        show_default=False,
+    ),
+]
 Template = Annotated[
-    str, typer.Option("--template", help=f"What it begins with: {', '.join(TEMPLATES)}.")
+    str | None, typer.Option("--template", help=f"What it begins with: {', '.join(TEMPLATES)}.")
+]
+Contract = Annotated[
+    str | None,
+    typer.Option(
+        "--contract", help="Of a device: what it keeps, as gantry@1 or a file; else its own."
+    ),
 ]
 
 
-def new(name: Name, template: Template = "grid_scan", lab: Lab = None) -> None:
-    """Write NAME.yaml, a commented protocol that checks clean, into the current folder."""
+def new(name: Names, template: Template = None, contract: Contract = None, lab: Lab = None) -> None:
+    """Write NAME.yaml, a protocol that checks clean; or with `device`, a driver and all it needs."""
     try:
-        plain = protocol_name(name)
-        path = Path(f"{plain}.yaml")
-        example = check_text(template_text(template), f"{template}.yaml", lab=lab)
-        if example.lab is None or example.protocol is None:
-            print_problems(example.problems, file=sys.stderr)
-            raise typer.Exit(PROBLEMS)
-        made = new_protocol(plain, template, example.protocol, example.lab)
-        _write(path, made.text)
+        if len(name) == 2 and name[0] == "device":
+            if template is not None or lab is not None:
+                raise CannotMake("--template and --lab are of protocols; a device has --contract")
+            _new_device(name[1], contract)
+        elif len(name) > 1:
+            raise CannotMake(f"one name is wanted; with spaces in quotes: {' '.join(name)!r}")
+        elif contract is not None:
+            raise CannotMake(f"--contract is of devices: labrun new device {name[0]}")
+        else:
+            _new_protocol(name[0], template or "grid_scan", lab)
     except CannotMake as fault:
         say(str(fault))
         raise typer.Exit(PROBLEMS) from None
+
+
+def _new_protocol(name: str, template: str, lab: Path | None) -> None:
+    plain = protocol_name(name)
+    path = Path(f"{plain}.yaml")
+    example = check_text(template_text(template), f"{template}.yaml", lab=lab)
+    if example.lab is None or example.protocol is None:
+        print_problems(example.problems, file=sys.stderr)
+        raise typer.Exit(PROBLEMS)
+    made = new_protocol(plain, template, example.protocol, example.lab)
+    _write(path, made.text)
     _say_next(path, made.binds, lab)
+
+
+def _new_device(name: str, contract: str | None) -> None:
+    from ..new_device.make import LAB, new_device
+
+    has_lab = Path(LAB).exists()
+    made = new_device(name, contract, with_lab=not has_lab)
+    there = [file for file in made.files if Path(file).exists()]
+    if there:
+        raise CannotMake(f"{there[0]} is there already; choose another name, or move it away")
+    for file, text in made.files.items():
+        _write(Path(file), text)
+    print(f"{', '.join(made.files)} are written. Next:")
+    print(f"  pytest test_{name}.py")
+    print(f"  labrun serve {LAB} {name}")
+    if has_lab:
+        print(
+            f"\n{LAB} is there already; add these lines to its `devices`:\n\n{made.device}", end=""
+        )
+        if made.contract_file is not None:
+            print(f"\nand its contract:\n\ncontracts: [./{made.contract_file}]")
 
 
 def _write(path: Path, text: str) -> None:

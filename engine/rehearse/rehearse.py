@@ -97,7 +97,7 @@ class Rehearsal:
                 limits = lab.lab.devices[name].limits.items()
                 place = Place(
                     name, config, read_limits({k: v.model_dump() for k, v in limits}, contract),
-                    folder, folder,
+                    folder, folder, contract,
                 )  # fmt: skip
                 made[name] = RehearsedDevice(place, driver, contract, faults)
             except ValueError as fault:

@@ -1,0 +1,87 @@
+"""An instrument at the other end of a serial line that is none: a pseudo-terminal and a function.
+
+For tests on Linux and macOS; Windows has no pseudo-terminals.
+"""
+
+import asyncio
+import contextlib
+import os
+import threading
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+
+class PtyPeer:
+    """`answer(line)` is awaited for each line that comes, several at a time; "" answers nothing.
+
+    What it raises comes out where the block ends. The port is a symbolic link at `link`. `begin` and
+    `end` run before the first line and after the last one, in the loop in which `answer` runs.
+    """
+
+    def __init__(
+        self,
+        link: Path,
+        answer: Callable[[str], Awaitable[str]],
+        begin: Callable[[], Awaitable[None]] | None = None,
+        end: Callable[[], Awaitable[None]] | None = None,
+    ) -> None:
+        self.port = str(link)
+        self._link, self._answer, self._begin, self._end = link, answer, begin, end
+        self._ready = threading.Event()
+        self._faults: list[BaseException] = []
+        self._over: asyncio.Event
+        self._loop: asyncio.AbstractEventLoop
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._live()), daemon=True)
+
+    def __enter__(self) -> "PtyPeer":
+        self._thread.start()
+        if not self._ready.wait(10):
+            raise TimeoutError(f"nobody answers on {self.port}")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with contextlib.suppress(RuntimeError):  # it ended by itself
+            self._loop.call_soon_threadsafe(self._over.set)
+        self._thread.join(10)
+        if self._faults:
+            raise self._faults[0]
+
+    async def _live(self) -> None:
+        import tty
+
+        self._loop, self._over = asyncio.get_running_loop(), asyncio.Event()
+        master, slave = os.openpty()
+        tty.setraw(slave)
+        self._link.unlink(missing_ok=True)
+        self._link.symlink_to(os.ttyname(slave))
+        tasks: set[asyncio.Task[None]] = set()
+        left = b""
+
+        def hear() -> None:
+            nonlocal left
+            *lines, left = (left + os.read(master, 65536)).split(b"\n")
+            for line in lines:
+                tasks.add(asyncio.create_task(self._say(master, line.rstrip(b"\r").decode())))
+
+        if self._begin is not None:
+            await self._begin()
+        self._loop.add_reader(master, hear)
+        self._ready.set()
+        await self._over.wait()
+        self._loop.remove_reader(master)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        if self._end is not None:
+            await self._end()
+        for terminal in (master, slave):  # the slave stays open, or a closed port would hang up
+            os.close(terminal)
+
+    async def _say(self, master: int, line: str) -> None:
+        try:
+            answer = await self._answer(line)
+        except Exception as fault:  # whatever a test's instrument does wrong is told by the test
+            self._faults.append(fault)
+            answer = f"{type(fault).__name__}: {fault}"
+        if answer:
+            await asyncio.to_thread(os.write, master, answer.encode() + b"\r\n")

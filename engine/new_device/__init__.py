@@ -1,0 +1,1 @@
+"""A new device: contract, driver, simulated twin and their contract test, ready to be changed."""
