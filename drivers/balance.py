@@ -43,7 +43,6 @@ class Balance(Driver):
         try:
             await self._ask("I1")
         except ActionFailed as failure:
-            await self._line.close()
             raise OSError(failure.message) from failure
 
     async def close(self) -> None:
@@ -128,23 +127,25 @@ class Balance(Driver):
         async with self._turn:
             try:
                 if not self._line.is_open:
-                    await self._line.open()
-                    await self._recognise()
+                    await self._connect()
                 return await self._exchange(command, wait_s, tries)
             except OSError as fault:
                 raise ActionFailed("Lost", str(fault)) from fault
 
-    async def _recognise(self) -> None:
-        """Who is there; another than before has another tare."""
-        await self._exchange("SI")  # ends what somebody had asked to be repeated
+    async def _connect(self) -> None:
+        """Open the line and see who is there; another than before would have another tare."""
+        await self._line.open()
         names = (("model", "I2"), ("software", "I3"), ("serial_number", "I4"))
-        found = {n: " ".join(await self._exchange(command)).strip('"') for n, command in names}
-        before, now = self.versions.get("serial_number"), found["serial_number"]
-        if before not in (None, now):
+        try:
+            await self._exchange("SI")  # ends what somebody had asked to be repeated
+            found = {n: " ".join(await self._exchange(command)).strip('"') for n, command in names}
+            before, now = self.versions.get("serial_number"), found["serial_number"]
+            if before not in (None, now):
+                where = self._line.port
+                raise OSError(f"on {where} is balance {now}, it was {before}: change them back")
+        except (ActionFailed, OSError):
             await self._line.close()
-            raise OSError(
-                f"on {self._line.port} is balance {now}, it was {before}: change them back"
-            )
+            raise
         self.versions = found
 
     async def _exchange(self, command: str, wait_s: float = ANSWER_S, tries: int = 2) -> list[str]:

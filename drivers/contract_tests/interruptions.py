@@ -44,7 +44,7 @@ class Interruptions(Stage):
             await session.client.cancel(goal.id)
             outcome = await following
 
-        assert not done
+        assert not done, f"{lasting} was over before its deadline"
         if session.contract.actions[lasting].cancel:
             assert outcome.state == "CANCELED", f"{lasting} was cancelled and ended {outcome}"
         else:

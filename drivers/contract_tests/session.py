@@ -125,7 +125,7 @@ def check_status(session: Session, status: Params) -> None:
 
     assert "fault" not in status, status["fault"]
     faults = Draft202012Validator(session.contract.status).iter_errors(status)
-    assert [fault.message for fault in faults] == [], f"status: {status}"
+    assert not (words := [fault.message for fault in faults]), f"status: {'; '.join(words)}"
 
 
 def _note_calls(driver: Any, actions: list[str], calls: list[str]) -> None:

@@ -229,6 +229,22 @@ def test_another_balance_on_its_port_is_not_taken_for_it(emulator):
     assert "is balance B000000001, it was B123456789" in played(balance(emulator), story)
 
 
+def test_a_balance_that_wakes_slowly_is_recognised_when_it_is_there(emulator):
+    async def story(driver):
+        emulator.unplug()
+        while driver._line.is_open:  # noqa: ASYNC110 - a thread sees it
+            await asyncio.sleep(0.01)
+        emulator.serial_number, emulator.silent = "B000000001", True
+        emulator.plug()
+        with pytest.raises(ActionFailed, match=r"Timeout: .* was silent"):
+            await weigh(driver)
+        emulator.silent = False
+        with pytest.raises(ActionFailed, match="is balance B000000001"):
+            await weigh(driver)
+
+    played(balance(emulator), story)
+
+
 def cannot_open(driver) -> str:
     with pytest.raises(OSError) as refused:
         asyncio.run(driver.open())
