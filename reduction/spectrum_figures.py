@@ -34,7 +34,7 @@ def draw_spectrum(
     with paper():
         return [
             save(draw(), folder / f"{name}_{kind}.{format}")
-            for kind, draw in _figures(spectrum, reduction, window_nm, log)
+            for kind, draw in _figures(reduction, window_nm, log)
         ]
 
 
@@ -46,10 +46,10 @@ def share_of(reduction: Reduction) -> LithiumShare | None:
     return lithium_share(lines, found.plot)
 
 
-def _figures(spectrum, reduction: Reduction, window_nm, log) -> Iterator[tuple[str, Callable]]:
+def _figures(reduction: Reduction, window_nm, log) -> Iterator[tuple[str, Callable]]:
     if len(reduction.peaks):
-        yield "fit", lambda: fit_figure(spectrum, reduction, window_nm)
-    yield "spectrum", lambda: spectrum_figure(spectrum, reduction, log)
+        yield "fit", lambda: fit_figure(reduction, window_nm)
+    yield "spectrum", lambda: spectrum_figure(reduction, log)
     if lines_of_plot(reduction) is not None:
         yield "boltzmann", lambda: boltzmann_figure(reduction)
     plasma = reduction.plasma

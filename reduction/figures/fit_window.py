@@ -8,7 +8,6 @@ import numpy as np
 
 from ..reduce import Reduction
 from ..render import render
-from ..spectrum import Spectrum
 from .paper import CLASS_COLOURS, INK, ONE_COLUMN_IN, QUIET, SMALL, place
 from .peak_names import peak_names
 from .spread import spread
@@ -38,7 +37,7 @@ def window_around(reduction: Reduction, near_nm: float | None = None) -> tuple[f
     return float(peaks.centre_nm[at]) - half, float(peaks.centre_nm[at]) + half
 
 
-def fit_figure(spectrum: Spectrum, reduction: Reduction, window_nm: tuple[float, float]) -> Figure:
+def fit_figure(reduction: Reduction, window_nm: tuple[float, float]) -> Figure:
     """Counts, fit and peaks above; what is left over, in standard deviations, below.
 
     Raises ValueError where the spectrum has fewer than three channels in the window.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..reduce import Reduction
-from ..spectrum import FloatArray, Spectrum
+from ..spectrum import FloatArray
 from .paper import INK, QUIET, TWO_COLUMNS_IN, place
 from .peak_names import peak_names
 from .spread import spread
@@ -24,7 +24,7 @@ MOST_NAMES = 34
 LEAST_HEIGHT = 0.025  # of the highest in the stretch, on a linear scale
 
 
-def spectrum_figure(spectrum: Spectrum, reduction: Reduction, log: bool = False) -> Figure:
+def spectrum_figure(reduction: Reduction, log: bool = False) -> Figure:
     """Counts against wavelength, the brightest peaks named by element and stage; log: of counts."""
     from matplotlib.figure import Figure
 

@@ -66,7 +66,7 @@ def overlaps(monkeypatch):
 
 def test_a_spectrum_names_its_lines_and_no_name_covers_another(pegmatite, overlaps):
     with paper():
-        figure = spectrum_figure(*pegmatite)
+        figure = spectrum_figure(pegmatite[1])
         said = texts(figure)
 
         assert any(name.startswith("Li I 670") for name in said)
@@ -75,9 +75,9 @@ def test_a_spectrum_names_its_lines_and_no_name_covers_another(pegmatite, overla
 
 
 def test_a_fit_shows_counts_fit_and_residual(pegmatite, overlaps):
-    spectrum, reduction = pegmatite
+    _, reduction = pegmatite
     with paper():
-        figure = fit_figure(spectrum, reduction, window_around(reduction, 670.8))
+        figure = fit_figure(reduction, window_around(reduction, 670.8))
         upper, lower = figure.axes
 
         assert [line.get_label() for line in upper.get_lines()][:3] == [
@@ -89,7 +89,7 @@ def test_a_fit_shows_counts_fit_and_residual(pegmatite, overlaps):
 
 def test_a_window_beside_the_spectrum_is_refused(pegmatite):
     with pytest.raises(ValueError, match="no three channels between 10 and 20 nm"):
-        fit_figure(*pegmatite, (10.0, 20.0))
+        fit_figure(pegmatite[1], (10.0, 20.0))
 
 
 def test_lines_of_the_boltzmann_plot_lie_on_the_slope_of_its_temperature(pegmatite, overlaps):
@@ -112,7 +112,7 @@ def test_noise_has_no_boltzmann_plot_and_still_a_spectrum():
     with pytest.raises(ValueError, match="tell no temperature"):
         boltzmann_figure(reduction)
     with paper():
-        assert len(spectrum_figure(spectrum, reduction).axes) == 2
+        assert len(spectrum_figure(reduction).axes) == 2
 
 
 def test_the_share_of_lithium_rises_with_the_temperature_it_is_read_at(pegmatite, overlaps):
