@@ -27,14 +27,17 @@ def main() -> None:
     makers = [point.load() for point in sorted(entry_points(group=GROUP), key=lambda p: p.name)]
     drawn = 0
     told: set[str] = set()
+    there: set[str] = set()
     while True:
         changed = _changed(folder)
         if changed != drawn:
             drawn = changed
-            for name in draw(folder, makers):
-                if name not in told:
-                    told.add(name)
-                    print(name, flush=True)
+            names = set(draw(folder, makers))
+            forget(folder, there - names)
+            for name in sorted(names - told):
+                print(name, flush=True)
+            told |= names
+            there = names
         time.sleep(every_s)
 
 
@@ -52,6 +55,12 @@ def draw(folder: Path, makers: list[Maker]) -> list[str]:
         except Exception:  # the next rows may be better, and the report says what is wrong
             continue
     return names
+
+
+def forget(folder: Path, names: set[str]) -> None:
+    """Remove figures of ours that nobody draws any more: the first row of a map is a line."""
+    for name in names:
+        (folder / name).unlink(missing_ok=True)
 
 
 def _changed(folder: Path) -> int:

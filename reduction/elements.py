@@ -132,7 +132,7 @@ def find_elements(
             found[element] = ElementPeak(line, "no peak")
         else:
             area, error = float(peaks.area[nearest]), float(peaks.area_error[nearest])
-            offset_nm = float(peaks.centre_nm[nearest] - line_nm)
+            offset_nm = _offset(float(peaks.centre_nm[nearest]), line, offsets)
             found[element] = ElementPeak(line, "found", area, error, nearest, offset_nm)
     return found
 
@@ -147,6 +147,11 @@ def with_hydrogen(
     if broad is None or "H" not in found:
         return found
     line = found["H"].line
-    offset_nm = broad.centre_nm - float(offsets.place(line.wavelength_nm))
+    offset_nm = _offset(broad.centre_nm, line, offsets)
     whole = ElementPeak(line, "found", broad.area, broad.area_error, None, offset_nm)
     return {**found, "H": whole}
+
+
+def _offset(shown_nm: float, line: Line, offsets: Offsets) -> float:
+    """From where a perfect instrument would show the line."""
+    return shown_nm - float(in_medium(np.array([line.wavelength_nm]), offsets.medium)[0])

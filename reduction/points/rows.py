@@ -81,7 +81,11 @@ def _odd(columns: Columns, name: str) -> str:
 
 
 def _samples(columns: Columns) -> list[str]:
-    """What the column `sample` says, else the key of the loop around (`A` in `A/0,0`)."""
+    """What the column `sample` says, else the key of the loop around (`A` in `A/0,0`).
+
+    Numbers alone (`2/0,0`) are turns of a `while` or `repeat` over one and the same sample.
+    """
     if SAMPLE in columns:
         return columns.text(SAMPLE)
-    return [key.rpartition("/")[0] for key in columns.text(KEY)]
+    around = [key.rpartition("/")[0] for key in columns.text(KEY)]
+    return [name if name.strip("0123456789/") else "" for name in around]

@@ -49,6 +49,25 @@ def test_the_map_grows_with_the_rows_and_is_told_of_once(run):
     assert sorted(path.name for path in run.folder.iterdir()) == ["data.csv", "element_maps.png"]
 
 
+def test_a_line_that_grew_into_an_area_is_an_area_only(run):
+    rows = run.folder / "data.csv"
+    rows.write_text(HEADER + "a,0,0,5\nb,1,0,6\nc,2,0,7\n")
+
+    async def story():
+        async with live_figures(run, every_s=0.2):
+            await until(lambda: run.told)
+            with rows.open("a") as file:
+                file.write("d,0,1,7\ne,1,1,8\nf,2,1,9\n")
+            await until(lambda: len(run.told) == 2)
+
+    asyncio.run(story())
+
+    assert [line.split("/")[-1] for line in run.told] == [
+        "line_scan.png grows with the run", "element_maps.png grows with the run",
+    ]  # fmt: skip
+    assert sorted(path.name for path in run.folder.iterdir()) == ["data.csv", "element_maps.png"]
+
+
 def test_a_run_that_is_soon_over_starts_no_process(run, monkeypatch):
     started = []
     monkeypatch.setattr(asyncio, "create_subprocess_exec", started.append)

@@ -69,7 +69,8 @@ def test_multi_sample_maps_every_core_of_its_table(tmp_path):
     assert len(list((ran.folder / "spectra").glob("*.csv"))) == 16
     places = {(shot["x"], shot["y"]) for shot in ran.truth("libs", "shot")}
     assert len(places) == 16
-    assert (ran.folder / "element_maps-cores-scan-scan.png").stat().st_size > 10_000
+    for core in cores:
+        assert (ran.folder / f"element_maps_{core['sample']}.png").stat().st_size > 10_000
 
 
 def test_adaptive_map_is_fine_where_there_is_lithium_and_only_there(tmp_path):

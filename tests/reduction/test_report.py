@@ -19,11 +19,11 @@ def test_a_run_gets_its_element_maps(tmp_path):
     assert written[0].stat().st_size > 10_000
 
 
-def test_each_table_of_points_gets_its_maps(tmp_path):
+def test_points_are_taken_from_whichever_table_has_them(tmp_path):
     (tmp_path / "data.csv").write_text("key,sample,fate\nA,A,succeeded\n")
     (tmp_path / "data-scan.csv").write_text(HEADER + ROWS)
 
-    assert [path.name for path in make(tmp_path)] == ["element_maps-scan.png"]
+    assert [path.name for path in make(tmp_path)] == ["element_maps.png"]
 
 
 @pytest.mark.parametrize(

@@ -232,12 +232,13 @@ def test_in_a_terminal_there_is_a_bar(spectra, tmp_path):
     assert b"6 spectra reduced" in told
 
 
+@pytest.mark.timeout(300)
 def test_the_first_reduction_after_an_install_says_that_it_compiles(spectra, tmp_path):
     for path in sorted(spectra.iterdir())[1:]:
         path.unlink()
     done = subprocess.run(
         [*LABRUN, "reduce", str(spectra), "-o", str(tmp_path / "out"), "--no-figures"],
-        capture_output=True, text=True, timeout=115,
+        capture_output=True, text=True, timeout=280,
         env={**ENVIRONMENT, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
     )  # fmt: skip
 

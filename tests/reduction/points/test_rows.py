@@ -50,3 +50,9 @@ def test_an_empty_cell_of_an_element_is_a_hole(tmp_path):
 def test_rows_without_places_are_refused_with_a_sentence(tmp_path, text, said):
     with pytest.raises(Unreadable, match=said):
         rows(tmp_path, text)
+
+
+def test_turns_of_a_loop_are_one_sample(tmp_path):
+    found = rows(tmp_path, "key,x,y,Li\n0/a,0,0,1\n1/b,1,0,2\n1/2/c,1,1,2\n")
+
+    assert found.sample == ["", "", ""]
