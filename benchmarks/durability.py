@@ -77,10 +77,10 @@ def engine(folder: Path, count: int) -> list[float]:
 @contextlib.contextmanager
 def forgetful_journal() -> Iterator[None]:
     """New runs write their journals and leave the rest to the system."""
-    from labrun.engine import runner
+    from labrun.engine import begin
 
-    unsynced = functools.partial(runner.Journal, sync=False)
-    with mock.patch.object(runner, "Journal", unsynced):
+    unsynced = functools.partial(begin.Journal, sync=False)
+    with mock.patch.object(begin, "Journal", unsynced):
         yield
 
 
