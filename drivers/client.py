@@ -6,7 +6,14 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ..schemas.messages import DeviceDescription, Goal, GoalReport, QueryAnswer, ServerDescription
+from ..schemas.messages import (
+    ENDED,
+    DeviceDescription,
+    Goal,
+    GoalReport,
+    QueryAnswer,
+    ServerDescription,
+)
 from .holding import Holding, LeaseHeld
 from .link import Answer, Link, LinkDown, ServerUnreachable, accepted
 from .lookout import Lookout
@@ -89,6 +96,18 @@ class DeviceClient:
         if size > MAX_FILES_BYTES:
             return refused("INVALID", f"{size} bytes of files are too much for one goal", self.boot)
         return await self._lookout.follow(goal, on_report, send=send)
+
+    async def keep(self, goal: Goal) -> bool:
+        """Send a goal again that has been sent, which holds a jog; False once it has ended.
+
+        It starts nothing twice: the same id is the same goal. Nothing is kept for later where the
+        connection is down, and none that bears an earlier boot is sent. Raises ServerUnreachable.
+        """
+        try:
+            answer = await self._link.call("goal", goal.model_dump(exclude_defaults=True))
+        except LinkDown as fault:
+            raise ServerUnreachable(self.url, str(fault)) from fault
+        return bool(answer.get("ok")) and answer.get("state") not in ENDED
 
     async def cancel(self, goal_id: str) -> None:
         """Ask the server to end a goal; a goal that is followed is asked about until it worked."""

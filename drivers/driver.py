@@ -1,6 +1,7 @@
 """A driver makes one kind of hardware, or its simulated twin, keep a contract."""
 
 import asyncio
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,9 +31,15 @@ class ActionCanceled(Exception):
 
 @dataclass(slots=True)
 class GoalContext:
-    """What a driver's action sees of the goal it serves."""
+    """What a driver's action sees of the goal it serves.
+
+    `wanted_at` (of `time.monotonic()`) is when its sender last sent it: the same goal sent again
+    says that it is still wanted, which is how somebody holds an action that must not outlive the
+    hold, such as a jog.
+    """
 
     id: str
+    wanted_at: float = field(default_factory=time.monotonic)
     cancelled: asyncio.Event = field(default_factory=asyncio.Event)
     files: dict[str, FileContent] = field(default_factory=dict)
     tell: Callable[[float | None, str], None] = lambda progress, message: None

@@ -21,6 +21,8 @@ SHIPPED = {
     "sim_depth_camera": "labrun.drivers.sim_depth_camera:SimDepthCamera",
     "reducer": "labrun.drivers.reducer:Reducer",
     "balance": "labrun.drivers.balance:Balance",
+    "grbl": "labrun.drivers.grbl.gantry:Grbl",
+    "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds those of others."""
 

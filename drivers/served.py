@@ -145,7 +145,8 @@ class ServedDevice:
         wrong = arguments.fault_in(goal)
         if wrong is not None:
             raise Refused("INVALID", wrong)
-        if self.running and not self._contract.concurrent:
+        meanwhile = self._contract.concurrent or self._contract.actions[goal.action].meanwhile
+        if self.running and not meanwhile:
             raise Refused("BUSY", f"{self.name} is busy with {next(iter(self.running))}")
 
     async def _run(self, execution: Execution, arguments: Arguments) -> None:

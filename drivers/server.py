@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import hmac
 import logging
+import time
 from collections.abc import Awaitable, Callable, Iterable
 from typing import Any
 
@@ -166,6 +167,7 @@ class DeviceServer:
     async def _goal(self, session: str, data: Answer) -> Answer:
         known = self._known(data.get("id"), session)
         if known is not None:
+            self._still_wanted(data)
             return {"dup": True, **wire(known)}
         goal = Goal.model_validate(data)
         if goal.boot != self.ledger.boot:
@@ -178,6 +180,13 @@ class DeviceServer:
             self._remember(goal, refusal)
             raise
         return {"id": goal.id, "state": execution.state, "seq": execution.seq}
+
+    def _still_wanted(self, data: Answer) -> None:
+        """A goal that is sent again is still wanted; one of a lease that is over is not."""
+        for device in self.devices.values():
+            execution = device.running.get(data["id"])
+            if execution is not None and execution.goal.epoch == data.get("epoch"):
+                execution.context.wanted_at = time.monotonic()
 
     def _refuse_again(self, goal: Goal) -> None:
         """A refusal stands: a late copy must not start what its sender knows as never done."""

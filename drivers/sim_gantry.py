@@ -4,14 +4,17 @@ Configuration: `homed` (stands ready without homing), `lost_steps` (the chance t
 steps: the gantry then stands elsewhere than it says, until it is homed).
 """
 
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 from .driver import ActionCanceled, ActionFailed, GoalContext, Place
-from .twins.axis import STEPS_PER_MM, Move, Point, Steps, plan, to_mm, to_steps
+from .twins.axis import STEPS_PER_MM, Point, Steps, to_mm
 from .twins.carriage import Carriage
 from .twins.faults import chance
+from .twins.ride import Ride, lapsed
 from .twins.twin import Twin
 
+AXES = "xyz"
 # Homing lifts the tool before it goes to the corner, so that nothing is dragged over the bench.
 HOME: Point = (0.0, 0.0, 100.0)
 SEEK_S = 4.0  # touching each switch a second time, slowly
@@ -25,19 +28,29 @@ class SimGantry(Twin):
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
-        self.state = "idle"
+        self.alarm = ""
+        self.by_hand: dict[str, Any] = {"goal_id": None}
         self.carriage = Carriage(self.world, place.device, bool(self.config.get("homed", False)))
-        self._stop = False
+        self.ride = Ride(self.clock, self.carriage)
 
     async def open(self) -> None:
         await super().open()
         self.carriage.recall()
 
     async def status(self) -> dict[str, Any]:
-        return {"state": self.state, "homed": self.carriage.homed, **self._where()}
+        zero = to_mm(self.carriage.zero)
+        work = zip(AXES, self.carriage.believed_mm, zero, strict=True)
+        return {
+            "state": self._state(),
+            "homed": self.carriage.homed,
+            **self._where(),
+            **{f"work_{axis}": round(at - from_, 4) for axis, at, from_ in work},
+            "feed": round(self.ride.feed_mm_per_min, 3),
+            "alarm": self.alarm,
+        }
 
     async def safe(self) -> None:
-        self._stop = True  # a move under way ends by itself, here and now
+        self.ride.stop = True  # a move under way ends by itself, here and now
 
     async def home(self, goal: GoalContext) -> dict[str, Any]:
         self.carriage.homed = False
@@ -47,7 +60,7 @@ class SimGantry(Twin):
             await self._go(goal, (x, y, HOME[2]), None, "homing")
             await self._go(goal, HOME, None, "homing")
             await self.clock.sleep(SEEK_S)
-            self.carriage.homed = True
+            self.carriage.homed, self.alarm = True, ""
             self.carriage.publish()
         return {}
 
@@ -60,10 +73,7 @@ class SimGantry(Twin):
         z: float | None = None,
         feed: float | None = None,
     ) -> dict[str, Any]:
-        if self.state == "alarm":
-            raise ActionFailed("Alarm", "the gantry is in alarm: unlock or home it first", "no")
-        if not self.carriage.homed:
-            raise ActionFailed("NotHomed", "the gantry does not know where it is: home it first")
+        self._check_ready()
         self._check_limits(x=x, y=y, z=z)
         here = self.carriage.believed_mm
         there = (
@@ -71,54 +81,114 @@ class SimGantry(Twin):
             here[1] if y is None else float(y),
             here[2] if z is None else float(z),
         )
+        return await self._moved("move_to", goal, there, feed)
+
+    async def jog(
+        self,
+        goal: GoalContext,
+        *,
+        axis: str,
+        distance: float | None = None,
+        direction: str | None = None,
+        feed: float = 600.0,
+        lease: float = 0.3,
+    ) -> dict[str, Any]:
+        self._check_ready()
+        there = list(self.carriage.believed_mm)
+        i = AXES.index(axis)
+        if distance is not None:
+            there[i] += distance
+            self._check_limits(**{axis: there[i]})
+            over = None
+        else:
+            there[i] = self._range(axis)[direction == "+"]
+            over = lapsed(lambda: goal.wanted_at, lease, self.clock)
+        self.by_hand = {"goal_id": goal.id}
+        place = await self._moved("jog", goal, (there[0], there[1], there[2]), feed, over)
+        self.by_hand |= place
+        return place
+
+    async def hold(self, goal: GoalContext) -> dict[str, Any]:
+        if self.ride.state == "moving":
+            self.ride.hold = True
+        return {}
+
+    async def resume(self, goal: GoalContext) -> dict[str, Any]:
+        self.ride.hold = False
+        return {}
+
+    async def set_zero(self, goal: GoalContext, *, axes: list[str] | None = None) -> dict[str, Any]:
+        self._check_ready()
+        now = zip(AXES, self.carriage.steps, self.carriage.zero, strict=True)
+        x, y, z = (at if axis in (axes or AXES) else old for axis, at, old in now)
+        self.carriage.zero = (x, y, z)
+        self.carriage.publish()
+        self.by_hand = {"goal_id": goal.id, **_named(self.carriage.zero)}
+        return _named(self.carriage.zero)
+
+    async def last_by_hand(self, goal: GoalContext) -> dict[str, Any]:
+        return self.by_hand
+
+    async def go_to_zero(
+        self, goal: GoalContext, *, axes: list[str] | None = None, feed: float | None = None
+    ) -> dict[str, Any]:
+        self._check_ready()
+        zero, here = to_mm(self.carriage.zero), self.carriage.believed_mm
+        there = zip(AXES, zero, here, strict=True)
+        x, y, z = (to if axis in (axes or AXES) else at for axis, to, at in there)
+        return await self._moved("go_to_zero", goal, (x, y, z), feed)
+
+    async def halt(self, goal: GoalContext) -> dict[str, Any]:
+        return {}  # one goal at a time: nothing moves when this one begins
+
+    async def unlock(self, goal: GoalContext) -> dict[str, Any]:
+        if self.alarm:
+            self.carriage.homed = False
+        self.alarm = ""
+        self.carriage.publish()
+        return {}
+
+    async def _moved(
+        self,
+        action: str,
+        goal: GoalContext,
+        there: Point,
+        feed: float | None,
+        over: Callable[[], bool] | None = None,
+    ) -> dict[str, Any]:
+        """A motion that may be ordered to fail, and that may lose steps."""
         try:
-            with self.failing("move_to", goal):
-                await self._go(goal, there, feed, "moving")
+            with self.failing(action, goal):
+                await self._go(goal, there, feed, "moving", over)
         except ActionFailed as failure:
             self._after(failure)
             raise
         self._lose_steps(goal)
         return self._where()
 
-    async def halt(self, goal: GoalContext) -> dict[str, Any]:
-        return {}  # one goal at a time: nothing moves when this one begins
-
-    async def unlock(self, goal: GoalContext) -> dict[str, Any]:
-        if self.state == "alarm":
-            self.carriage.homed = False
-        self.state = "idle"
-        self.carriage.publish()
-        return {}
-
-    async def _go(self, goal: GoalContext, end: Point, feed: float | None, state: str) -> None:
-        """Move, tell how far it is, and stop on a cancel or a stop."""
-        start, self._stop = self.carriage.true, False
-        move = plan(self.carriage.believed_mm, to_mm(to_steps(end)), feed)
-        self.state = state
+    async def _go(
+        self,
+        goal: GoalContext,
+        end: Point,
+        feed: float | None,
+        state: str,
+        over: Callable[[], bool] | None = None,
+    ) -> None:
+        """Move, tell how far it is, and stop on a cancel, a stop, or when it is `over`."""
+        start = self.carriage.true
+        ended = _either(goal.cancelled.is_set, over)
+        arrived = False
         try:
-            travelled = await self._travel(goal, move)
-            self.carriage.steps = to_steps(move.point(travelled))
+            arrived = await self.ride.go(
+                end, feed, state, ended, lambda part: goal.feedback(part, self.carriage.words())
+            )
         finally:
-            self.state = "idle"
             self._stand(goal, start)
-        if travelled < move.length:
+        if not arrived and (goal.cancelled.is_set() or self.ride.stop):
             self._stopped_early(goal)
 
-    async def _travel(self, goal: GoalContext, move: Move) -> float:
-        """Millimetres along the line where it came to stand."""
-        t = 0.0
-        while t < move.duration_s:
-            if goal.cancelled.is_set() or self._stop:
-                await self.clock.sleep(move.speed_at(t) / move.acceleration)
-                return move.braked_at(t)
-            pace = min(self.clock.tick_s, move.duration_s - t)
-            await self.clock.sleep(pace)
-            t += pace
-            self.carriage.steps = to_steps(move.point(move.travelled(t)))
-            if not self.clock.fast:
-                self.carriage.publish()
-            goal.feedback(min(1.0, move.travelled(t) / move.length), self.carriage.words())
-        return move.length
+    def _state(self) -> str:
+        return "alarm" if self.alarm and self.ride.state == "idle" else self.ride.state
 
     def _stand(self, goal: GoalContext, start: Steps) -> None:
         """Come to rest, for the world to see."""
@@ -137,12 +207,24 @@ class SimGantry(Twin):
             raise ActionCanceled(f"stopped at {place}")
         raise ActionFailed("Alarm", f"a stop ended the move at {place}", "yes")
 
+    def _check_ready(self) -> None:
+        if self.alarm:
+            raise ActionFailed("Alarm", "the gantry is in alarm: unlock or home it first", "no")
+        if not self.carriage.homed:
+            raise ActionFailed("NotHomed", "the gantry does not know where it is: home it first")
+
+    def _range(self, axis: str) -> tuple[float, float]:
+        """The least and the most that the axis may be sent to on this bench."""
+        schema = self.faults.contract.actions["move_to"].param_schemas()[axis]
+        low, high = self.place.limits.get(axis, (None, None))
+        return (
+            schema["minimum"] if low is None else low,
+            schema["maximum"] if high is None else high,
+        )
+
     def _check_limits(self, **wanted: float | None) -> None:
-        schemas = self.faults.contract.actions["move_to"].param_schemas()
         for axis, value in wanted.items():
-            low, high = self.place.limits.get(axis, (None, None))
-            low = schemas[axis]["minimum"] if low is None else low
-            high = schemas[axis]["maximum"] if high is None else high
+            low, high = self._range(axis)
             if value is not None and not low <= value <= high:
                 message = f"{axis} {value:g} mm is outside {low:g} to {high:g} mm"
                 raise ActionFailed("SoftLimit", message)
@@ -150,7 +232,7 @@ class SimGantry(Twin):
     def _after(self, failure: ActionFailed) -> None:
         """An alarm that was ordered locks the gantry; a stop does not."""
         if failure.name == "Alarm" and failure.happened is None:
-            self.state = "alarm"
+            self.alarm = f"{failure.message}. Unlock it, or home it"
         if failure.name == "NotHomed":
             self.carriage.homed = False
         self.carriage.publish()
@@ -165,8 +247,16 @@ class SimGantry(Twin):
         self.truth.append("lost_steps", goal=goal.id, x_mm=round(-lost / STEPS_PER_MM, 4))
 
     def _where(self) -> dict[str, float]:
-        return dict(zip("xyz", _rounded(self.carriage.steps), strict=True))
+        return _named(self.carriage.steps)
 
 
 def _rounded(steps: Steps) -> list[float]:
     return [round(value, 4) for value in to_mm(steps)]
+
+
+def _named(steps: Steps) -> dict[str, float]:
+    return dict(zip(AXES, _rounded(steps), strict=True))
+
+
+def _either(first: Callable[[], bool], second: Callable[[], bool] | None) -> Callable[[], bool]:
+    return first if second is None else lambda: first() or second()

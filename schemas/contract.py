@@ -30,7 +30,11 @@ class ActionError(Model):
 
 
 class Action(Model):
-    """What one device does when it is asked by this name."""
+    """What one device does when it is asked by this name.
+
+    One that may be asked for `meanwhile` acts on what the device does at the time (a feed hold):
+    it is accepted while another action is under way.
+    """
 
     summary: str = ""
     params: JsonSchema = Field(default_factory=dict)
@@ -40,6 +44,7 @@ class Action(Model):
     probe: str | None = None
     duration: str | None = None
     cancel: bool = False
+    meanwhile: bool = False
     danger: Danger | None = None
     interlock: dict[str, Any] = Field(default_factory=dict)
 

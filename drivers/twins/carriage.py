@@ -17,19 +17,21 @@ class Carriage:
         self.homed = homed
         self.steps: Steps = (0, 0, to_steps((0, 0, 100))[2])
         self.slip: Steps = (0, 0, 0)
+        self.zero: Steps = (0, 0, 0)  # where the work zero is, in believed steps
 
     def recall(self) -> None:
         """Stand where an earlier process left it."""
         if found := self.world.look(self.name):
             self.steps, self.slip = _three(found["steps"]), _three(found["slip"])
             self.homed = found["homed"]
+            self.zero = _three(found.get("zero", self.zero))
         self.publish()
 
     def publish(self) -> None:
         """Show the world the true place, and keep the rest for whoever comes after a kill."""
         place = dict(zip("xyz", to_mm(self.true), strict=True))
         memory = {"steps": self.steps, "slip": self.slip, "homed": self.homed}
-        self.world.publish(self.name, place | memory)
+        self.world.publish(self.name, place | memory | {"zero": self.zero})
 
     def find_switches(self) -> None:
         """The switches are where they are, whatever the controller believes."""

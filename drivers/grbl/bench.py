@@ -1,0 +1,148 @@
+"""The bench's coordinates and the machine's: where zero is, which axis is which, how far it goes.
+
+GRBL's machine space is negative (0 is at the plus end of each axis, -travel at the minus end),
+whichever way it homes. `origin` is the machine's position, per axis of the bench, where the bench
+has its zero; by default the corner at the minus end, as far from the switch as homing pulls off.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from ...schemas.contracts import shipped_contracts
+from ..driver import ActionFailed, Place
+from .keep_out import Box, read_boxes
+from .settings import Point, Settings
+
+AXES = "xyz"
+ROUNDING_MM = 0.006  # a step and the report's last digit: standing on the edge is inside
+
+Limits = dict[str, tuple[float | None, float | None]]
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """`index[i]` and `sign[i]` say which machine axis is axis i of the bench, and which way.
+
+    `low` and `high` are the reach of the bench's axes, in mm on the bench.
+    """
+
+    index: tuple[int, int, int]
+    sign: tuple[int, int, int]
+    origin: Point
+    low: Point
+    high: Point
+    boxes: tuple[Box, ...] = ()
+
+    def to_bench(self, machine: Point) -> Point:
+        """Where a machine position is on the bench."""
+        x, y, z = (
+            self.sign[i] * (machine[self.index[i]] - self.origin[i]) for i in range(len(AXES))
+        )
+        return x, y, z
+
+    def to_machine(self, axis: int, value: float) -> tuple[int, float]:
+        """The machine's axis and its position for one coordinate of the bench."""
+        return self.index[axis], self.origin[axis] + self.sign[axis] * value
+
+    def check_range(self, wanted: dict[str, float], device: str) -> None:
+        """Raise SoftLimit for the first coordinate that is out of reach, or no number."""
+        for axis, value in wanted.items():
+            low, high = self.low[AXES.index(axis)], self.high[AXES.index(axis)]
+            if not low - ROUNDING_MM <= value <= high + ROUNDING_MM:  # neither is true of NaN
+                raise ActionFailed(
+                    "SoftLimit",
+                    f"{device} was not moved: {axis} {value:g} mm is outside "
+                    f"{low:g} to {high:g} mm (the work area of this bench)",
+                )
+
+    def check_path(self, start: Point, end: Point, device: str) -> None:
+        """Raise SoftLimit where the straight way goes through a keep-out box."""
+        for box in self.boxes:
+            if box.holds(start) and not box.holds(end):
+                continue  # the way out is open
+            if box.meets(start, end):
+                raise ActionFailed(
+                    "SoftLimit",
+                    f"{device} was not moved: the way from {words(start)} to {words(end)} goes "
+                    f"through the keep-out box {box.words()}; go around it",
+                )
+
+    def reach(self, start: Point, axis: int, sign: int) -> float:
+        """The farthest that one axis may go from here, this way."""
+        edge = self.high[axis] if sign > 0 else self.low[axis]
+        end: list[float] = list(start)
+        end[axis] = edge
+        stops = [
+            stop
+            for box in self.boxes
+            if not box.holds(start) and (stop := box.stops(start, axis, sign, edge)) is not None
+        ]
+        return min([edge, *stops]) if sign > 0 else max([edge, *stops])
+
+
+def read_bench(config: dict[str, Any], limits: Limits, settings: Settings) -> Bench:
+    """From a lab's config, its limits and the contract's, and the machine's own travel."""
+    index, sign = zip(*(_axis(config, name) for name in AXES), strict=True)
+    origins, lows, highs = [], [], []
+    for i, name in enumerate(AXES):
+        minus, plus = _machine_range(settings, index[i])
+        given = (config.get("origin") or {}).get(name)
+        origin = (minus if sign[i] > 0 else plus) if given is None else float(given)
+        low, high = _both(limits.get(name), sorted(sign[i] * (m - origin) for m in (minus, plus)))
+        origins.append(origin)
+        lows.append(low)
+        highs.append(high)
+    return Bench(index, sign, _three(origins), _three(lows), _three(highs), read_boxes(config))
+
+
+def bench_from_here(config: dict[str, Any], limits: Limits, machine: Point) -> Bench:
+    """For a machine without switches, whose carriage somebody has put at `home_here` by hand."""
+    index, sign = zip(*(_axis(config, name) for name in AXES), strict=True)
+    here = [float((config.get("home_here") or {}).get(name, 0.0)) for name in AXES]
+    origin = _three([machine[index[i]] - sign[i] * here[i] for i in range(len(AXES))])
+    ends = [_both(limits.get(name), [float("-inf"), float("inf")]) for name in AXES]
+    lows, highs = _three([low for low, _ in ends]), _three([high for _, high in ends])
+    return Bench(index, sign, origin, lows, highs, read_boxes(config))
+
+
+def _both(
+    limits: tuple[float | None, float | None] | None, ends: list[float]
+) -> tuple[float, float]:
+    low, high = limits or (None, None)
+    return (
+        ends[0] if low is None else max(low, ends[0]),
+        ends[1] if high is None else min(high, ends[1]),
+    )
+
+
+def whole_limits(place: Place) -> Limits:
+    """The lab's limits of the axes, and the contract's own where the lab has none or wider ones."""
+    schemas = shipped_contracts()["gantry@1"].actions["move_to"].param_schemas()
+    return {
+        axis: _both(
+            place.limits.get(axis), [float(schemas[axis][end]) for end in ("minimum", "maximum")]
+        )
+        for axis in AXES
+    }
+
+
+def _machine_range(settings: Settings, axis: int) -> tuple[float, float]:
+    """From the minus end to the plus end, the switch's own end as far as homing pulls off."""
+    travel, off = settings.travel[axis], settings.pull_off
+    return (-travel + off, 0.0) if settings.homes_to_minus(axis) else (-travel, -off)
+
+
+def _axis(config: dict[str, Any], name: str) -> tuple[int, int]:
+    """`Y` or `-Y` as (1, 1) or (1, -1)."""
+    written = str((config.get("axes") or {}).get(name, name)).lower()
+    return AXES.index(written.lstrip("-")), -1 if written.startswith("-") else 1
+
+
+def _three(values: list[float]) -> Point:
+    x, y, z = values
+    return x, y, z
+
+
+def words(place: Point) -> str:
+    """A place as a person reads it."""
+    return f"x {place[0]:.3f} y {place[1]:.3f} z {place[2]:.3f} mm"

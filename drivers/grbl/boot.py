@@ -1,0 +1,78 @@
+"""Reach a controller on its port: banner, settings, work offset; or say what is there instead."""
+
+import asyncio
+
+from .controller import ASK, Controller
+from .faults import GrblFault
+from .settings import Settings
+from .stopping import stop
+
+REPORT_S = 1.0
+RESET_S = 2.0
+OFFSET_LOOKS = 40  # the offset comes with every tenth to thirtieth report
+
+
+async def reach(controller: Controller, boot_s: float) -> None:
+    """Open the port and make the controller's acquaintance; raises OSError with a sentence."""
+    await controller.port.open()
+    controller.connected()
+    try:
+        await _greet(controller, boot_s)
+        lines = await controller.ask("$$")
+        controller.configure(Settings.read(lines))
+        await _learn_offset(controller)
+    except BaseException as fault:
+        controller.disconnected(str(fault))
+        await controller.port.close()
+        if isinstance(fault, GrblFault):
+            name = controller.port.name
+            raise OSError(f"{name}: {controller.firmware} was reached, but {fault}") from fault
+        raise
+
+
+async def _greet(controller: Controller, boot_s: float) -> None:
+    """Most boards boot when their port is opened; the others are asked, and calmed."""
+    before = controller.boots
+    if await controller.until(lambda: controller.boots > before or bool(controller.lost), boot_s):
+        if controller.lost:
+            raise OSError(controller.lost)
+        return
+    controller.write(ASK)
+    if await controller.until(lambda: controller.reports_heard > 0, REPORT_S):
+        locked = controller.report is not None and controller.report.state in ("Alarm", "Sleep")
+        await stop(controller, moving=not locked)
+        return
+    controller.reset()
+    if not await controller.until(lambda: controller.boots > before, RESET_S):
+        raise OSError(not_grbl(controller, boot_s))
+
+
+async def _learn_offset(controller: Controller) -> None:
+    for _ in range(OFFSET_LOOKS):
+        await controller.look()
+        if controller.reports.offset is not None:
+            return
+        await asyncio.sleep(0.01)
+
+
+def not_grbl(controller: Controller, boot_s: float) -> str:
+    """What is on the port, when it is no GRBL."""
+    name, baud = controller.port.name, controller.port.baud
+    unreadable = controller.lines.unreadable + sum(
+        not 0x20 <= byte < 0x7F for byte in controller.lines.rest
+    )
+    heard = list(controller.overheard) or [controller.lines.rest.decode("ascii", "replace")]
+    if unreadable > 4:
+        return (
+            f"{name} answers, but in unreadable bytes: {baud} baud is probably wrong "
+            f"(GRBL and grblHAL speak 115200); set `baud` in the lab"
+        )
+    if any(word.strip() for word in heard):
+        return (
+            f"{name} answers, but not as GRBL does: it said `{heard[-1][:60]}`; "
+            f"another instrument is on this port, see the other names under /dev/serial/by-id"
+        )
+    return (
+        f"{name} is open, but nothing on it answers: no GRBL banner within {boot_s:g} s, no report "
+        f"to `?` and no boot on a reset; is the controller switched on, and is this its port?"
+    )

@@ -1,0 +1,50 @@
+"""What a lab may say of a gantry in `config`, read at once and refused in words."""
+
+import math
+from collections.abc import Collection
+from typing import Any
+
+from .keep_out import read_boxes
+
+PLACING = ("origin", "axes", "keep_out", "home_first", "homing_timeout")
+"""What every gantry behind GRBL can be told about its bench."""
+
+
+def check_config(device: str, config: dict[str, Any], known: Collection[str]) -> None:
+    """Raise ValueError with the first thing that is wrong."""
+    if unknown := sorted(set(config) - set(known)):
+        raise ValueError(f"config has no {', '.join(unknown)}; it has: {', '.join(known)}")
+    _check_axes(config.get("axes"))
+    _check_place("origin", config.get("origin"))
+    _check_place("home_here", config.get("home_here"))
+    read_boxes(config)
+    for name in ("boot_s", "homing_timeout", "baud", "silence_s"):
+        value = config.get(name, 1)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1e9:
+            raise ValueError(f"{name} is {value!r}; a number above 0 is wanted")
+    if not isinstance(config.get("home_first", False), bool):
+        raise ValueError(f"home_first is {config['home_first']!r}; true or false is wanted")
+
+
+def _check_axes(axes: Any) -> None:
+    if axes is None:
+        return
+    wrong = not isinstance(axes, dict) or not set(axes) <= set("xyz")
+    used = [] if wrong else [str(axes.get(a, a)).lower().removeprefix("-") for a in "xyz"]
+    if wrong or sorted(used) != ["x", "y", "z"]:
+        raise ValueError(
+            f"axes is {axes!r}; it says which machine axis each axis of the bench is, "
+            f"each once and with a minus where it runs the other way: {{x: Y, y: -X}}"
+        )
+
+
+def _check_place(name: str, place: Any) -> None:
+    if place is None:
+        return
+    fine = isinstance(place, dict) and set(place) <= set("xyz")
+    if not fine or not all(_is_number(value) for value in place.values()):
+        raise ValueError(f"{name} is {place!r}; it is written {{x: -805, y: -725, z: -90}}, in mm")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,0 +1,83 @@
+"""Boxes on the bench that the tool must not enter: a clamp, a camera's leg, the sample's holder."""
+
+from dataclasses import dataclass
+from typing import Any
+
+Point = tuple[float, float, float]
+
+INFINITE = float("inf")
+TOUCH_MM = 0.01  # what stands on a box's face has not entered it
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """Ranges on the bench in mm; an axis that the lab leaves out is kept out at any value."""
+
+    name: str
+    low: Point
+    high: Point
+
+    def holds(self, place: Point) -> bool:
+        """Whether a place lies within."""
+        return all(a < p < b for a, p, b in zip(self.low, place, self.high, strict=True))
+
+    def meets(self, start: Point, end: Point) -> bool:
+        """Whether the straight way between two places goes through (the slab method)."""
+        enter, leave = 0.0, 1.0
+        for a, b, low, high in zip(start, end, self.low, self.high, strict=True):
+            if a == b:
+                if not low < a < high:
+                    return False
+                continue
+            near, far = sorted(((low - a) / (b - a), (high - a) / (b - a)))
+            enter, leave = max(enter, near), min(leave, far)
+        return enter < leave
+
+    def stops(self, start: Point, axis: int, sign: int, edge: float) -> float | None:
+        """Where one axis must stop on its way to `edge`; None where this box is not in the way."""
+        end: list[float] = list(start)
+        end[axis] = edge
+        if not self.meets(start, (end[0], end[1], end[2])):
+            return None
+        face = self.low[axis] if sign > 0 else self.high[axis]
+        return face if sign * (face - start[axis]) >= 0 else start[axis]
+
+    def words(self) -> str:
+        """Its name and ranges."""
+        ranges = [
+            f"{axis} {low:g} to {high:g}"
+            for axis, low, high in zip("xyz", self.low, self.high, strict=True)
+            if (low, high) != (-INFINITE, INFINITE)
+        ]
+        return f"`{self.name}` ({', '.join(ranges)} mm)"
+
+
+def read_boxes(config: dict[str, Any]) -> tuple[Box, ...]:
+    """The boxes of `keep_out: [{name: clamp, x: [10, 20], y: [0, 40], z: [0, 30]}]`."""
+    return tuple(_box(number, box) for number, box in enumerate(config.get("keep_out") or [], 1))
+
+
+def _box(number: int, written: dict[str, Any]) -> Box:
+    name = str(written.get("name", number))
+    if unknown := sorted(set(written) - {"name", *"xyz"}) or (
+        ["nothing"] if not set(written) & set("xyz") else []
+    ):
+        raise ValueError(
+            f"keep_out box {name}: it has {', '.join(unknown)}; a box has a name and ranges "
+            f"x, y, z, each [from, to] in mm"
+        )
+    ranges = [_range(name, axis, written.get(axis)) for axis in "xyz"]
+    (x0, x1), (y0, y1), (z0, z1) = ranges
+    return Box(name, (x0, y0, z0), (x1, y1, z1))
+
+
+def _range(name: str, axis: str, written: Any) -> tuple[float, float]:
+    if written is None:
+        return -INFINITE, INFINITE
+    try:
+        low, high = (float(end) for end in written)
+    except (TypeError, ValueError):
+        low = high = 0.0
+    if not low < high:
+        raise ValueError(f"keep_out box {name}: {axis} is {written!r}, not [from, to] in mm")
+    return low + TOUCH_MM, high - TOUCH_MM

@@ -1,0 +1,141 @@
+"""Do one move: say it, wait for the proof that it ended, verify where it stands.
+
+`ok` says that a line is queued, and a report may say Idle before the move has begun. The answer to
+`G4 P0` comes when all earlier motion has ended, and is the only proof of it.
+"""
+
+import asyncio
+import math
+from collections.abc import Callable
+
+from .controller import ASK, Controller
+from .faults import GrblFault, Silent
+from .report import Point, Report
+from .stopping import stop
+
+POLL_S = 0.1
+SILENCE_S = 2.5
+STUCK_S = 15.0
+PROOFS = 4
+
+Told = Callable[[Report], None]
+
+
+class Ended(Exception):
+    """The motion was ended before its end, and it stands."""
+
+
+class WrongPlace(GrblFault):
+    """It stands still elsewhere than it was sent."""
+
+    error = "WrongPlace"
+    happened = "yes"
+
+
+class Move:
+    """One motion of a controller that is watched to its end.
+
+    `ended` is looked at all the time: where it is true the axes are brought to a stand.
+    """
+
+    def __init__(self, controller: Controller, ended: Callable[[], bool], told: Told) -> None:
+        self.controller = controller
+        self.ended = ended
+        self.told = told
+
+    async def go(self, line: str, end: dict[int, float]) -> Point:
+        """Move, stand, and be there: the machine's position. Raises Ended or a GrblFault.
+
+        A controller that falls silent in mid-move is told to stop before the fault is raised.
+        """
+        try:
+            await self._wait(self.controller.say(line))
+            await self.stand()
+            return await self._verify(end)
+        except Silent:
+            await _try_to_stop(self.controller)
+            raise
+        except asyncio.CancelledError:
+            self.controller.reset()  # nobody is left to wait for a hold
+            raise
+
+    async def stand(self) -> None:
+        """Wait for the proof that all motion has ended."""
+        for _ in range(PROOFS):
+            proof = self.controller.say("G4P0")
+            if await self._wait(proof, lost_if_idle=True):
+                return
+        raise Silent(f"it never answered `G4P0`; {self.controller.last_words}")
+
+    async def _wait(self, answer: asyncio.Future[None], *, lost_if_idle: bool = False) -> bool:
+        """Watch until the line is answered; False where its answer was lost in noise."""
+        clock = asyncio.get_running_loop().time
+        c, idle_since, moved_at, place = self.controller, None, clock(), None
+        heard = c.reports_heard
+        while True:
+            await asyncio.wait({answer}, timeout=POLL_S)
+            if answer.done():
+                answer.result()
+                return True
+            if self.ended():
+                await stop(c, moving=True)
+                raise Ended
+            if c.silent_s() > SILENCE_S:
+                c.forget(answer)
+                raise Silent(f"it fell silent for {SILENCE_S:g} s; {c.last_words}")
+            c.write(ASK)
+            if c.reports_heard == heard or c.report is None:
+                continue
+            heard = c.reports_heard
+            self.told(c.report)
+            if c.report.machine != place or c.report.state in ("Hold", "Door"):
+                place, moved_at, idle_since = c.report.machine, clock(), None
+            elif clock() - moved_at > STUCK_S:
+                c.forget(answer)
+                raise Silent(f"it says {c.report.state} and has not moved for {STUCK_S:g} s")
+            if c.report.state != "Idle":
+                idle_since = None
+            elif idle_since is None:
+                idle_since = clock()
+            elif clock() - idle_since > 1.0:  # far longer than it needs to answer what it has done
+                c.forget(answer)
+                # Whether the line itself was heard, the place will show.
+                return not lost_if_idle
+
+    async def _verify(self, end: dict[int, float]) -> Point:
+        for _ in range(PROOFS):
+            report = await self.controller.look()
+            if report.state == "Run":  # the line and the proof were heard as one
+                await self.stand()
+                continue
+            if report.machine is not None and _there(
+                report.machine, end, self.controller.settings.tolerance
+            ):
+                self.told(report)
+                return report.machine
+        raise WrongPlace(f"it stands still, but {self._where(end)}")
+
+    def _where(self, end: dict[int, float]) -> str:
+        machine = self.controller.report.machine if self.controller.report else None
+        if machine is None:
+            return "it does not say where"
+        wanted = " ".join(f"{'XYZ'[a]} {v:.3f}" for a, v in sorted(end.items()))
+        found = " ".join(f"{'XYZ'[a]} {machine[a]:.3f}" for a in sorted(end))
+        return (
+            f"at {found} in place of {wanted} (machine coordinates); ask for the move again, and "
+            f"where that does not help look at the line for noise"
+        )
+
+
+def _there(machine: tuple[float, ...], end: dict[int, float], tolerance: float) -> bool:
+    # The report's own rounding to 0.001 mm comes on top.
+    return all(math.fabs(machine[axis] - value) <= tolerance for axis, value in end.items())
+
+
+async def _try_to_stop(controller: Controller) -> None:
+    """The fault that is on its way says more than one of the stop would."""
+    try:
+        await stop(controller, moving=True)
+    except GrblFault as fault:
+        controller.alarm = controller.alarm or str(fault)
+        controller.homed = False

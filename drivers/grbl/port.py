@@ -1,0 +1,145 @@
+"""A serial port of one's own: bytes come and go in threads, never in the event loop."""
+
+import asyncio
+import contextlib
+import errno
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+READ_S = 0.1
+WRITE_S = 2.0
+CLOSE_S = 2.0
+
+
+class Port:
+    """One open port. `take` gets what arrives, `lost` the reason why nothing will any more.
+
+    Both are called in the event loop. The port is locked, so that a second program is refused.
+    """
+
+    def __init__(
+        self, name: str, baud: int, take: Callable[[bytes], None], lost: Callable[[str], None]
+    ) -> None:
+        self.name = name
+        self.baud = baud
+        self._take = take
+        self._lost = lost
+        self._serial: Any = None
+        self._closing = threading.Event()
+        self._reader: threading.Thread | None = None
+        self._writer: ThreadPoolExecutor | None = None
+
+    async def open(self) -> None:
+        """Open and lock it; raises OSError with a sentence."""
+        self._loop = asyncio.get_running_loop()
+        self._closing.clear()
+        self._serial = await asyncio.to_thread(_open, self.name, self.baud)
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix=f"write {self.name}")
+        self._reader = threading.Thread(target=self._read, name=f"read {self.name}", daemon=True)
+        self._reader.start()
+
+    def write(self, data: bytes) -> None:
+        """Queue bytes for sending, in order; a failure is told by `lost`."""
+        if self._writer is not None:
+            self._writer.submit(self._write, data)
+
+    async def close(self) -> None:
+        """Let go of the port; what was queued is sent first."""
+        await asyncio.to_thread(self._close)
+
+    def _write(self, data: bytes) -> None:
+        try:
+            self._serial.write(data)
+        except Exception as fault:  # a port that is gone raises whatever its system thinks of
+            self._tell_lost(fault)
+
+    def _read(self) -> None:
+        while not self._closing.is_set():
+            try:
+                data = self._serial.read(self._serial.in_waiting or 1)
+            except Exception as fault:  # as above
+                self._tell_lost(fault)
+                return
+            if data:
+                self._call(self._take, data)
+
+    def _tell_lost(self, fault: Exception) -> None:
+        if not self._closing.is_set():
+            self._closing.set()
+            self._call(self._lost, f"{self.name} was unplugged or is gone{_detail(fault)}")
+
+    def _call(self, function: Callable[..., None], *arguments: Any) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended before us
+            self._loop.call_soon_threadsafe(function, *arguments)
+
+    def _close(self) -> None:
+        if self._writer is not None:
+            self._writer.shutdown(wait=True)  # bounded by the port's own write timeout
+            self._writer = None
+        self._closing.set()
+        if self._reader is not None:
+            self._reader.join(CLOSE_S)
+            self._reader = None
+        if self._serial is not None:
+            with contextlib.suppress(Exception):  # it may be gone already
+                self._serial.close()
+            self._serial = None
+
+
+def _detail(fault: Exception) -> str:
+    """What the system said, where it says more than that."""
+    told = str(fault)
+    usual = ("readiness to read", "Input/output error", "Bad file descriptor")
+    return "" if any(words in told for words in usual) else f" ({told})"
+
+
+def _open(name: str, baud: int) -> Any:
+    import serial
+
+    if not name.startswith("socket://"):
+        return _opened(name, baud)
+    try:
+        return serial.serial_for_url(name, timeout=READ_S, write_timeout=WRITE_S)
+    except (OSError, ValueError) as fault:
+        raise OSError(f"{name} cannot be reached: {fault}; is the program behind it on?") from fault
+
+
+def _opened(name: str, baud: int) -> Any:
+    import serial
+
+    try:
+        return serial.Serial(name, baud, timeout=READ_S, write_timeout=WRITE_S, exclusive=True)
+    except serial.SerialException as fault:
+        raise OSError(_words(name, fault.errno, str(fault))) from fault
+    except (OSError, ValueError) as fault:
+        raise OSError(f"{name} cannot be opened at {baud} baud: {fault}") from fault
+
+
+def _words(name: str, number: int | None, said: str) -> str:
+    if number == errno.ENOENT or (number is None and "FileNotFoundError" in said):
+        return f"there is no port {name}: is the cable plugged in? {_others()}"
+    if number == errno.EACCES and not _is_windows_name(name):
+        return (
+            f"{name} may not be opened by this user: `sudo usermod -aG dialout $USER` allows it "
+            f"from the next login on"
+        )
+    if number in (errno.EAGAIN, errno.EBUSY, errno.EWOULDBLOCK) or "PermissionError" in said:
+        return f"{name} is in use by another program: close it there; one program at a time can have it"
+    if number in (errno.ENOTTY, errno.EINVAL) or (number is None and "configure" in said):
+        return f"{name} is no serial port ({said}). {_others()}"
+    return f"{name} cannot be opened: {said}"
+
+
+def _is_windows_name(name: str) -> bool:
+    return name.upper().startswith("COM") and not Path(name).exists()
+
+
+def _others() -> str:
+    """The ports that there are, so that the right one can be copied from the message."""
+    from serial.tools.list_ports import comports
+
+    found = [f"{port.device} ({port.description})" for port in comports()]
+    return f"There are: {', '.join(found)}." if found else "This computer has no serial port now."

@@ -1,0 +1,81 @@
+"""Read GRBL's status report, which tells only a part of itself each time."""
+
+import re
+from dataclasses import dataclass
+
+Point = tuple[float, float, float]
+
+NUMBER = re.compile(r"-?\d+\.\d+")
+MM_PER_INCH = 25.4
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """One report: `state` as GRBL calls it (`Hold:0` is state Hold, part 0), lengths in mm.
+
+    `machine` and `work` are None as long as the offset between them has not been told.
+    """
+
+    state: str
+    part: int | None
+    machine: Point | None
+    work: Point | None
+    feed_mm_per_min: float
+    pins: str
+
+    @property
+    def still(self) -> bool:
+        """True where nothing moves by this report. An asked-for line may still have to begin."""
+        return self.state in ("Idle", "Alarm", "Sleep", "Check") or (
+            self.state in ("Hold", "Door") and self.part == 0
+        )
+
+
+class ReportReader:
+    """Remembers the work offset, which only every tenth to thirtieth report tells.
+
+    `inches` where the controller reports so ($13=1).
+    """
+
+    def __init__(self) -> None:
+        self.inches = False
+        self.offset: Point | None = None
+
+    def read(self, text: str) -> Report | None:
+        """The report, or None for one that noise has damaged."""
+        state, _, rest = text.strip("<>").partition("|")
+        parts = (field.partition(":") for field in rest.split("|"))
+        fields = {name: value for name, _, value in parts}
+        try:
+            if "WCO" in fields:
+                self.offset = self._point(fields["WCO"])
+            machine, work = self._places(fields)
+            speeds = fields.get("FS") or fields.get("F") or "0"
+            feed = float(speeds.split(",")[0]) * (MM_PER_INCH if self.inches else 1)
+        except ValueError:
+            return None
+        name, _, part = state.partition(":")
+        return Report(name, int(part) if part else None, machine, work, feed, fields.get("Pn", ""))
+
+    def _places(self, fields: dict[str, str]) -> tuple[Point | None, Point | None]:
+        if "MPos" in fields:
+            machine = self._point(fields["MPos"])
+            return machine, None if self.offset is None else _minus(machine, self.offset)
+        work = self._point(fields.get("WPos", ""))
+        return None if self.offset is None else _plus(work, self.offset), work
+
+    def _point(self, text: str) -> Point:
+        numbers = text.split(",")
+        if len(numbers) < 3 or not all(NUMBER.fullmatch(number) for number in numbers):
+            raise ValueError(f"{text!r} is no place")
+        scale = MM_PER_INCH if self.inches else 1.0
+        x, y, z = (float(number) * scale for number in numbers[:3])
+        return x, y, z
+
+
+def _minus(a: Point, b: Point) -> Point:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _plus(a: Point, b: Point) -> Point:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]

@@ -1,0 +1,64 @@
+"""What one line of a GRBL controller says, also with noise glued in front of it."""
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+Kind = Literal["ok", "error", "alarm", "banner", "report", "message", "setting", "other"]
+
+LONGEST = 1024  # a line that goes on for ever is noise
+
+PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
+    ("banner", re.compile(r"(Grbl(?:HAL)? \d+\.\d+\w*) \[.*")),
+    ("report", re.compile(r"(<[A-Z][a-z]+(?::\d+)?\|[^<>]*>)$")),
+    ("message", re.compile(r"\[MSG:(.*)\]$")),
+    ("alarm", re.compile(r"ALARM:(\d+)$")),
+    ("error", re.compile(r"error:(\d+)$")),
+    ("setting", re.compile(r"^\$(\d+=\S+)")),
+    # Noise stands before the `ok`; a text that ends so by chance begins like a text.
+    ("ok", re.compile(r"^(?![\[<$]).*?(ok)$")),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """A line by its kind: `text` is what matters in it, `code` the number of an error or alarm."""
+
+    kind: Kind
+    text: str
+    code: int = 0
+
+
+def understand(line: str) -> Said:
+    """The meaning of one line without its end; what makes no sense is `other`."""
+    for kind, pattern in PATTERNS:
+        if found := pattern.search(line):
+            text = found.group(1)
+            return Said(kind, text, int(text) if kind in ("alarm", "error") else 0)
+    return Said("other", line)
+
+
+class Lines:
+    """Cuts what arrives into lines; `unreadable` counts the bytes that are no text."""
+
+    def __init__(self) -> None:
+        self.unreadable = 0
+        self._rest = b""
+
+    def cut(self, data: bytes) -> list[str]:
+        """The lines that are complete now, without empty ones."""
+        *whole, self._rest = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
+        if len(self._rest) > LONGEST:
+            self.unreadable += len(self._rest)
+            self._rest = b""
+        return [text for line in whole if (text := self._text(line))]
+
+    def _text(self, line: bytes) -> str:
+        readable = bytes(byte for byte in line if 0x20 <= byte < 0x7F)
+        self.unreadable += len(line) - len(readable)
+        return readable.decode("ascii").strip()
+
+    @property
+    def rest(self) -> bytes:
+        """What has come of a line that has no end yet."""
+        return self._rest

@@ -1,0 +1,78 @@
+"""A controller's `$` settings, as far as a gantry needs them."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Read once after every boot. Lengths in mm, rates in mm/min, accelerations in mm/s2.
+
+    What a controller does not tell is taken to be GRBL's own default.
+    """
+
+    values: dict[int, float] = field(default_factory=dict)
+
+    AXES: ClassVar[range] = range(3)
+
+    @classmethod
+    def read(cls, lines: list[str]) -> "Settings":
+        """From the lines of `$$` (`130=810.000`); what is no number is left out."""
+        values: dict[int, float] = {}
+        for line in lines:
+            number, _, value = line.partition("=")
+            try:
+                values[int(number)] = float(value)
+            except ValueError:
+                continue
+        return cls(values)
+
+    def _three(self, first: int, default: float) -> Point:
+        x, y, z = (self.values.get(first + axis, default) for axis in self.AXES)
+        return x, y, z
+
+    @property
+    def steps_per_mm(self) -> Point:
+        return self._three(100, 250.0)
+
+    @property
+    def max_rate(self) -> Point:
+        return self._three(110, 500.0)
+
+    @property
+    def acceleration(self) -> Point:
+        return self._three(120, 10.0)
+
+    @property
+    def travel(self) -> Point:
+        return self._three(130, 200.0)
+
+    @property
+    def homing(self) -> bool:
+        return bool(int(self.values.get(22, 0)) & 1)
+
+    @property
+    def pull_off(self) -> float:
+        return self.values.get(27, 1.0)
+
+    @property
+    def inches(self) -> bool:
+        """Reports are in inches."""
+        return bool(self.values.get(13, 0))
+
+    def homes_to_minus(self, axis: int) -> bool:
+        """Where the limit switch of an axis (0, 1, 2) sits."""
+        return bool(int(self.values.get(23, 0)) >> axis & 1)
+
+    @property
+    def tolerance(self) -> float:
+        """How far it may stand from where it was sent: 0.005 mm, or half a step where that is more."""
+        return max(0.005, 0.5 / min(self.steps_per_mm) + 0.001)
+
+    @property
+    def braking_s(self) -> float:
+        """The longest that coming to a stand takes."""
+        pairs = zip(self.max_rate, self.acceleration, strict=True)
+        return max(rate / 60 / max(acceleration, 1.0) for rate, acceleration in pairs)

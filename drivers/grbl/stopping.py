@@ -1,0 +1,93 @@
+"""Bring the axes to a stand, whatever they do, and know afterwards whether the place can be trusted.
+
+Hold first: the axes brake along their path and no step is lost. A reset once they stand throws
+away what was queued; its boot without an alarm proves that nothing moved any more, so the place
+is still trusted. A reset in mid-motion (homing, or a hold that never came to its end) makes an
+ALARM:3 or 6 and the place is not trusted until homed.
+"""
+
+import asyncio
+
+from .alarm import RECOVERED_S
+from .controller import CANCEL_JOG, HOLD, Controller
+from .faults import GrblFault, Lost, Silent
+
+LOOK_S = 0.2
+HOLD_S = 1.5
+BOOT_S = 1.0
+JOG_S = 1.5
+
+
+async def stop(controller: Controller, *, moving: bool) -> None:
+    """Stand still, nothing queued; raises a GrblFault where nobody can say that it stands.
+
+    `moving` is whether a line is under way: a report may call that Idle before it has begun.
+    Ends within some 3 s; after an alarm, within the time that its recovery takes.
+    """
+    if controller.lost:
+        raise Lost(f"it cannot be told to stop: {controller.lost}")
+    if controller.dead:  # an alarm has stopped the motors
+        if not await controller.until(lambda: not controller.dead, RECOVERED_S):
+            raise Silent("it answers nothing since the alarm: switch it off")
+        return
+    if controller.deaf:
+        await _reset(controller)
+        return
+    try:
+        report = await controller.look(LOOK_S)
+    except Silent:
+        report = None
+    if report is not None and report.state == "Jog":
+        await _cancel_jog(controller)
+    elif moving or report is None or report.state not in ("Idle", "Alarm", "Sleep", "Check"):
+        await _hold_and_reset(controller)
+
+
+async def _cancel_jog(controller: Controller) -> None:
+    controller.write(CANCEL_JOG)
+    if not await _comes(controller, "Idle", JOG_S):
+        await _hold_and_reset(controller)
+
+
+async def _hold_and_reset(controller: Controller) -> None:
+    controller.write(HOLD)
+    wait = min(HOLD_S, 0.5 + 1.5 * controller.settings.braking_s)
+    if not await _comes(controller, "Hold", wait):
+        controller.homed = False
+        controller.alarm = controller.alarm or "it was reset before it stood still. Home it"
+    if not controller.dead:
+        await _reset(controller)
+
+
+async def _comes(controller: Controller, state: str, seconds: float) -> bool:
+    """Whether it reports this state, at rest, in time; an alarm ends the wait too."""
+    clock = asyncio.get_running_loop().time
+    end = clock() + seconds
+    while clock() < end and not controller.dead:
+        try:
+            report = await controller.look(min(LOOK_S, seconds))
+        except Silent:
+            continue
+        if report.state == "Alarm" or (report.state == state and report.still):
+            return report.state == state
+        await asyncio.sleep(0.02)
+    return False
+
+
+async def _reset(controller: Controller) -> None:
+    before = controller.boots
+    controller.reset()
+    if await controller.until(lambda: controller.boots > before or bool(controller.lost), BOOT_S):
+        if controller.lost:
+            raise Lost(controller.lost)
+        return
+    controller.homed = False
+    if controller.dead and await controller.until(lambda: not controller.dead, RECOVERED_S):
+        return
+    raise NotStopped(
+        f"it did not answer a reset within {BOOT_S:g} s and may still move: press its emergency stop"
+    )
+
+
+class NotStopped(GrblFault):
+    """The worst answer that a stop can give."""

@@ -1,0 +1,1 @@
+"""A gantry behind the program OpenBuilds CONTROL."""

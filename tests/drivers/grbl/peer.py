@@ -1,0 +1,495 @@
+"""A GRBL controller on a pseudo-terminal, as measured on the real firmware.
+
+`ok` means queued; opening boots it and what comes before the banner is lost; a receive buffer of
+128 bytes overruns silently; `?` overtakes lines; `G4 P0` is answered when all motion has ended; an
+alarm says nothing more until a reset, and one that comes too early is swallowed. It runs in a
+thread, `speed` times faster than the real one, and remembers where the axes truly were and when.
+"""
+
+import contextlib
+import math
+import os
+import pty
+import re
+import select
+import termios
+import threading
+import time
+import tty
+from collections import deque
+from pathlib import Path
+
+from labrun.drivers.twins.axis import Move
+
+SETTINGS = {
+    0: 10, 10: 1, 13: 0, 20: 0, 21: 1, 22: 1, 23: 3, 27: 5.0,
+    100: 199.1, 101: 199.1, 102: 199.1, 110: 2500.0, 111: 2500.0, 112: 2500.0,
+    120: 150.0, 121: 150.0, 122: 150.0, 130: 810.0, 131: 730.0, 132: 90.0,
+}  # fmt: skip
+BOOT_S, SWALLOW_S, HOMING_S = 1.2, 0.5, 16.6
+RX, PLANNER = 128, 15
+AXES = "XYZ"
+
+
+class Peer:
+    """Start it, give `path` to a driver, look at `truth` afterwards."""
+
+    def __init__(
+        self, *, speed=20.0, hal=False, boots_on_open=True, noise=None, settings=None, start=None
+    ):
+        self.speed = speed
+        self.hal = hal
+        self.boots_on_open = boots_on_open
+        self.noise = noise  # bytes put in front of every third line that it says
+        self.settings = {**SETTINGS, **(settings or {})}
+        self.steps = [0, 0, 0] if start is None else [round(v * 199.1) for v in start]
+        self.heard = []  # every line and real-time byte, in order
+        self.motions = []  # (begin, end) of each stretch of motion, wall clock
+        self.stands = []  # (wall clock, true position) after each stretch
+        self.overrun = 0
+        self.hit_at = None  # machine X at which a limit switch is hit
+        self.silent = False
+        self.homing_fails = False
+        self.eats_ok_of = None  # a line whose next `ok` is lost
+        self.garbled = False
+        self.offset = [0.0, 0.0, 0.0]
+        self._said = 0
+        self._ends = threading.Event()
+        self.plug()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    # -- the cable ----------------------------------------------------------------------------
+
+    def plug(self):
+        """Put a pseudo-terminal there; `path` stays the same."""
+        self.master, slave = pty.openpty()
+        tty.setraw(slave)
+        name = os.ttyname(slave)
+        self.path = getattr(self, "path", None) or f"/tmp/labrun-grbl-{os.getpid()}-{id(self):x}"
+        Path(self.path).unlink(missing_ok=True)
+        Path(self.path).symlink_to(name)
+        os.close(slave)
+        self._open = False
+        self._power_on(silently=True)
+
+    def unplug(self):
+        """Pull the cable: the port's file goes, and reading fails."""
+        Path(self.path).unlink()
+        os.close(self.master)
+        self.master = None
+
+    def close(self):
+        self._ends.set()
+        self._thread.join(5)
+        if self.master is not None:
+            self.unplug()
+
+    # -- time and place -----------------------------------------------------------------------
+
+    def now(self):
+        return time.monotonic() * self.speed
+
+    @property
+    def place(self):
+        """Where the axes truly are, mm in machine coordinates."""
+        return [steps / self.settings[100 + i] for i, steps in enumerate(self.steps)]
+
+    def moving_at(self, wall):
+        return any(begin < wall < end for begin, end in self.motions)
+
+    def stood_at(self, wall):
+        """The true place at a moment when it stood."""
+        return [place for at, place in self.stands if at <= wall][-1]
+
+    # -- life ---------------------------------------------------------------------------------
+
+    def _power_on(self, *, silently=False):
+        self.state = "Idle" if self.hal or not int(self.settings[22]) else "Alarm"
+        if not silently:
+            self.steps = [0, 0, 0]
+        self._clear()
+        self._ready_at = math.inf if silently else self.now() + BOOT_S
+
+    def _clear(self):
+        self.rx = deque()
+        self.line = b""
+        self.queue = deque()
+        self.block = None
+        self.move = None
+        self.hold = None
+        self.dead_at = None
+        self.reset_allowed = False
+        self.wco_in = 0
+        self.homing_until = None
+        self.target = list(self.steps)
+        self._braking = None
+        self._soft_trip = None
+        self._answer_later = None
+
+    def _run(self):
+        while not self._ends.is_set():
+            master = self.master
+            if master is None:
+                time.sleep(0.005)
+                continue
+            poll = select.poll()
+            poll.register(master, select.POLLIN)
+            flags = dict(poll.poll(1)).get(master, 0)
+            up = not flags & (select.POLLHUP | select.POLLERR | select.POLLNVAL)
+            if up and not self._open:
+                self._opened()
+            self._open = up
+            if not up:
+                time.sleep(0.001)
+            elif flags & select.POLLIN:
+                with contextlib.suppress(OSError):
+                    self._receive(os.read(master, 4096))
+            self._live()
+
+    def _opened(self):
+        if self.boots_on_open:
+            self._power_on()
+        else:
+            self._ready_at = min(self._ready_at, self.now())
+        with contextlib.suppress(termios.error, OSError):
+            self.garbled = termios.tcgetattr(self.master)[5] != termios.B115200
+
+    def _live(self):
+        """Let time pass: boot, homing, motion, the end of an alarm's half second."""
+        now = self.now()
+        if self._ready_at <= now and self._ready_at:
+            self._ready_at = 0
+            if self.boots_on_open:
+                self._banner()
+        if self._ready_at:
+            return
+        if self.dead_at is not None and not self.reset_allowed and now >= self.dead_at + SWALLOW_S:
+            self.say("[MSG:Reset to continue]")
+            self.reset_allowed = True
+        if self.homing_until is not None and now >= self.homing_until:
+            self._homed()
+        self._drive(now)
+        self._parse()
+
+    def _banner(self):
+        hint = "'$' or '$HELP'" if self.hal else "'$'"
+        self.say(f"\r\n{'GrblHAL 1.1f' if self.hal else 'Grbl 1.1h'} [{hint} for help]")
+        if self.state == "Alarm":
+            self.say("[MSG:'$H'|'$X' to unlock]")
+
+    def say(self, text):
+        if self.silent or self.master is None:
+            return
+        data = text.encode() + b"\r\n"
+        self._said += 1
+        if self.noise and self._said % 3 == 0:
+            data = self.noise + data
+        if self.garbled:
+            data = bytes((byte * 7 + 131) & 0xFF | 0x80 for byte in data)
+        with contextlib.suppress(OSError, TypeError):
+            os.write(self.master, data)
+
+    # -- receiving ----------------------------------------------------------------------------
+
+    def _receive(self, data):
+        if self._ready_at or self.silent or self.garbled:
+            return  # it boots, hangs, or hears nothing but noise
+        for value in data:
+            byte = bytes([value])
+            if byte in b"?!~\x18\x84\x85":
+                self._at_once(byte)
+            elif self.dead_at is None:
+                if len(self.rx) >= RX:
+                    self.overrun += 1
+                else:
+                    self.rx.append(value)
+
+    def _at_once(self, byte):
+        self.heard.append({b"?": "?", b"!": "!", b"~": "~"}.get(byte, byte.hex()))
+        if byte == b"\x18":
+            self._reset()
+        elif self.dead_at is not None or self.homing_until is not None:
+            return
+        elif byte == b"?":
+            self._report()
+        elif byte == b"!" and self.state in ("Run", "Idle"):
+            self._brake("Hold")
+        elif byte == b"\x85" and self.state == "Jog":
+            self._brake("Idle")
+        elif byte == b"\x84":
+            self.say("[MSG:Check Door]")
+            self._brake("Door")
+        elif byte == b"~" and self.state in ("Hold:0", "Door:0"):
+            self.state = "Run" if self.move or self.queue or self.block else "Idle"
+            self._go_on()
+
+    def _reset(self):
+        if self.dead_at is not None and not self.reset_allowed:
+            return  # swallowed
+        was_moving = self.move is not None and self.state not in ("Hold:0",)
+        homing = self.homing_until is not None
+        if self.dead_at is None and (was_moving or homing):
+            self._stand()
+            self.say(f"ALARM:{6 if homing else 3}")
+            self.state = "Alarm"
+        elif self.dead_at is not None:
+            self.state = "Alarm"
+        elif self.state != "Alarm":
+            self.state = "Idle"
+        if self.move is not None:
+            self._stand()
+        self._clear()
+        self._banner()
+
+    def _alarm(self, code):
+        self._stand()
+        self.say(f"ALARM:{code}")
+        self.state, self.dead_at, self.reset_allowed = "Alarm", self.now(), False
+        self.rx.clear()
+        self.queue.clear()
+        self.block = None
+
+    def _report(self):
+        state = self.state
+        if state == "Run" and not self.move and not self.queue:
+            state = "Idle"
+        place = [f"{v:.3f}" for v in self.place]
+        work = [f"{v - o:.3f}" for v, o in zip(self.place, self.offset, strict=True)]
+        kind = "MPos" if int(self.settings[10]) & 1 else "WPos"
+        fields = [f"{kind}:{','.join(place if kind == 'MPos' else work)}"]
+        if self.hal or int(self.settings[10]) & 2:
+            fields.append(f"Bf:{PLANNER - len(self.queue)},{RX - len(self.rx)}")
+        speed = self.move[0].speed_at(self.now() - self.move[1]) * 60 if self.move else 0
+        fields.append(f"FS:{speed:.0f},0")
+        if self.wco_in == 0:
+            fields.append("WCO:" + ",".join(f"{v:.3f}" for v in self.offset))
+        elif self.wco_in == 1:
+            fields.append("Ov:100,100,100" + ("|A:|TLR:0" if self.hal else ""))
+        self.wco_in = (self.wco_in + 1) % (30 if self.move else 10)
+        self.say(f"<{state}|{'|'.join(fields)}>")
+
+    # -- lines --------------------------------------------------------------------------------
+
+    def _parse(self):
+        """Take lines out of the buffer as far as the planner and what runs allow."""
+        while self.dead_at is None and self.homing_until is None:
+            if self.block is not None:
+                if self.block() is False:
+                    return
+                self.block = None
+            if self.state in ("Hold:0", "Hold:1", "Door:0") or len(self.queue) >= PLANNER:
+                return
+            while self.rx and not self.line.endswith(b"\n"):
+                self.line += bytes([self.rx.popleft()])
+            if not self.line.endswith(b"\n"):
+                return
+            text, self.line = self.line.strip().decode("ascii", "replace"), b""
+            self.heard.append(text)
+            self._obey(text)
+
+    def _ok(self, text=""):
+        if self.eats_ok_of and re.search(self.eats_ok_of, text):
+            self.eats_ok_of = None
+            return
+        self.say("ok")
+
+    def _obey(self, text):
+        line = re.sub(r"\(.*?\)|;.*|\s", "", text).upper()
+        if len(text) > 80:
+            return self.say("error:11")
+        if line.startswith("$J="):
+            return self._jog(line[3:], text)
+        if line.startswith("$"):
+            return self._dollar(line, text)
+        if self.state in ("Alarm", "Jog"):
+            return self.say("error:9")
+        words = re.findall(r"([A-Z])(-?\d*\.?\d*)", line)
+        if any(not value for _, value in words):
+            return self.say("error:2")
+        values = {letter: float(value) for letter, value in words if letter != "G"}
+        codes = {float(value) for letter, value in words if letter == "G"}
+        if codes - {0, 1, 4, 10, 17, 20, 21, 53, 54, 90, 91, 93, 94} or values.get("M", 0) == 99:
+            return self.say("error:20")
+        if 4 in codes or 10 in codes:
+            self.block = lambda: self._when_still(codes, values, text)
+            return None
+        if 1 in codes and not values.get("F"):
+            return self.say("error:22")
+        if set(values) & set(AXES):
+            if self.settings[20] and not self._in_travel(self._target(values, codes)):
+                self._soft_trip = True
+                self.block = lambda: self._when_braked()
+                if not self.move:
+                    self._alarm(2)
+                return None
+            self._queue(values, codes, values.get("F") if 1 in codes else None)
+        self._ok(text)
+        return None
+
+    def _when_braked(self):
+        if self.move or self.queue:
+            return False
+        self._alarm(2)
+        return False
+
+    def _when_still(self, codes, values, text):
+        """`G4` and `G10 L20` wait until all earlier motion has ended."""
+        if self.move or self.queue or (self.state != "Idle" and self.state != "Run"):
+            return False
+        self.state = "Idle"
+        if 10 in codes:
+            for axis in set(values) & set(AXES):
+                i = AXES.index(axis)
+                self.offset[i] = self.place[i] - values[axis]
+            self.wco_in = 0
+        self._ok(text)
+        return True
+
+    def _dollar(self, line, text):
+        if line in ("$$", "$H") and self.state not in ("Idle", "Alarm"):
+            return self.say("error:8")
+        if line == "$$":
+            for number, value in self.settings.items():
+                whole = isinstance(value, int)
+                self.say(f"${number}={value}" if whole else f"${number}={value:.3f}")
+            return self._ok(text)
+        if line == "$X":
+            if self.state == "Alarm":
+                self.say("[MSG:Caution: Unlocked]")
+                self.state = "Idle"
+            return self._ok(text)
+        if line == "$H":
+            if not int(self.settings[22]):
+                return self.say("error:5")
+            self.state = "Home"
+            self.homing_until = self.now() + HOMING_S
+            self.motions.append([time.monotonic(), math.inf])
+            return None
+        return self.say("error:3")
+
+    def _homed(self):
+        self.homing_until = None
+        self.motions[-1][1] = time.monotonic()
+        if self.homing_fails:
+            self.say("ALARM:9")
+            self.say("ok")
+            self.state = "Alarm"
+            self._clear()
+            self._banner()
+            return
+        for i in range(3):
+            plus = not int(self.settings[23]) >> i & 1
+            travel, off = self.settings[130 + i], self.settings[27]
+            place = -off if plus else -(travel - off)
+            self.steps[i] = math.floor(place * self.settings[100 + i])
+        self.target = list(self.steps)
+        self.stands.append((time.monotonic(), self.place))
+        self.state = "Idle"
+        self._ok("$H")
+
+    def _jog(self, line, text):
+        if self.state not in ("Idle", "Jog"):
+            return self.say("error:8")
+        words = dict(re.findall(r"([XYZF])(-?\d+\.?\d*)", line))
+        codes = {float(v) for v in re.findall(r"G(\d+)", line)}
+        if "F" not in words:
+            return self.say("error:22")
+        values = {letter: float(value) for letter, value in words.items()}
+        if self.settings[20] and not self._in_travel(self._target(values, codes)):
+            return self.say("error:15")
+        self._queue(values, codes, values["F"])
+        self.state = "Jog"
+        return self._ok(text)
+
+    # -- motion -------------------------------------------------------------------------------
+
+    def _target(self, values, codes):
+        target = [steps / self.settings[100 + i] for i, steps in enumerate(self.target)]
+        for axis in set(values) & set(AXES):
+            i = AXES.index(axis)
+            if 91 in codes:
+                target[i] += values[axis]
+            else:
+                target[i] = values[axis] + (0 if 53 in codes else self.offset[i])
+        return target
+
+    def _in_travel(self, target):
+        return all(-self.settings[130 + i] <= v <= 0 for i, v in enumerate(target))
+
+    def _queue(self, values, codes, feed):
+        target = self._target(values, codes)
+        self.target = [round(v * self.settings[100 + i]) for i, v in enumerate(target)]
+        self.queue.append((tuple(self.target), feed))
+        if self.state == "Idle":
+            self.state = "Run"
+
+    def _drive(self, now):
+        if self.move is not None:
+            move, began = self.move
+            way = move.travelled(now - began)
+            if self._braking is not None:
+                at, state = self._braking
+                way = min(way, move.braked_at(at - began))
+                if now - at >= move.speed_at(at - began) / move.acceleration:
+                    self._set(move.point(move.braked_at(at - began)))
+                    self._braked(move, state)
+                    return
+            self._set(move.point(way))
+            if self.hit_at is not None and self.place[0] >= self.hit_at:
+                self._alarm(1)
+            elif way >= move.length:
+                self.steps = list(self._end)
+                self._stand()
+        elif self._braking is not None:
+            state, self._braking = self._braking[1], None
+            self.state = state if state == "Idle" else f"{state}:0"
+        if (
+            self.move is None
+            and self.queue
+            and not self.state.startswith(("Hold", "Door", "Alarm"))
+        ):
+            self._begin(*self.queue.popleft())
+        elif self.move is None and not self.queue and self.state in ("Run", "Jog"):
+            self.state = "Idle"
+
+    def _begin(self, target, feed):
+        self._end = target
+        end = [steps / self.settings[100 + i] for i, steps in enumerate(target)]
+        speed = self.settings[110] / 60 if feed is None else min(feed, self.settings[110]) / 60
+        move = Move(tuple(self.place), tuple(end), speed, self.settings[120])
+        if move.length:
+            self.move = (move, self.now())
+            self.motions.append([time.monotonic(), math.inf])
+        else:
+            self.steps = list(target)
+
+    def _set(self, point):
+        self.steps = [round(v * self.settings[100 + i]) for i, v in enumerate(point)]
+
+    def _stand(self):
+        if self.move is not None:
+            self.move = None
+            self.motions[-1][1] = time.monotonic()
+            self.stands.append((time.monotonic(), self.place))
+        self._braking = None
+
+    def _brake(self, state):
+        self._braking = (self.now(), state)
+        if state != "Idle":
+            self.state = f"{state}:1"
+
+    def _braked(self, move, state):
+        end = self._end
+        self._stand()
+        if state == "Idle":
+            self.queue.clear()
+            self.target = list(self.steps)
+            self.state = "Idle"
+            return
+        self.state = f"{state}:0"
+        if tuple(self.steps) != tuple(end):
+            self.queue.appendleft((end, move.speed * 60))
+
+    def _go_on(self):
+        self._braking = None
