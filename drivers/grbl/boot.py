@@ -38,7 +38,12 @@ async def _greet(controller: Controller, boot_s: float) -> None:
             raise OSError(controller.lost)
         return
     controller.write(ASK)
-    if await controller.until(lambda: controller.reports_heard > 0, REPORT_S):
+    await controller.until(
+        lambda: controller.reports_heard > 0 or controller.boots > before, REPORT_S
+    )
+    if controller.boots > before:
+        return
+    if controller.reports_heard > 0:
         locked = controller.report is not None and controller.report.state in ("Alarm", "Sleep")
         await stop(controller, moving=not locked)
         return

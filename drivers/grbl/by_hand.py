@@ -40,7 +40,7 @@ class ByHand(OnBench):
         feed: float = 600.0,
         lease: float = 0.3,
     ) -> dict[str, Any]:
-        self._ready()
+        await self._ready()
         self._check_creep(distance)
         with self._telling(f"jog {axis}", before=True):
             here = self.bench.to_bench(await self._machine())

@@ -56,6 +56,7 @@ class Controller:
         self.wants_reset = False
         self.heard_at = 0.0
         self.overheard: deque[str] = deque(maxlen=5)
+        self.stopping: asyncio.Task[None] | None = None
         self.on_alarm: Callable[[], None] = lambda: None
         self.on_report: Callable[[], None] = lambda: None
         self._told: list[str] = []

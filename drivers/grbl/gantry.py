@@ -22,7 +22,7 @@ from .homing import home
 from .jog import jog_by, jog_while
 from .motion import Ended, Move
 from .report import Report
-from .stopping import stop
+from .stopping import finished, stop
 from .telling import state_of, trouble_of
 
 AGAIN_S = 1.0
@@ -60,6 +60,7 @@ class Grbl(ByHand):
         for task in list(self._tasks):
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
+        await finished(self.controller)
         self.controller.disconnected("it was closed")
         await self.controller.port.close()
 
@@ -158,9 +159,9 @@ class Grbl(ByHand):
             why = c.lost
             await c.port.close()
             await asyncio.sleep(AGAIN_S)
+            c.alarm = f"the connection was lost ({why}) and is back. Home it"
             with contextlib.suppress(OSError):
                 await self._reach()
-                c.alarm = f"the connection was lost ({why}) and is back. Home it"
 
     async def _home_here(self) -> None:
         c = self.controller
@@ -276,17 +277,18 @@ class Grbl(ByHand):
         c = self.controller
         return bool(c.alarm) or (c.report is not None and c.report.state == "Alarm")
 
-    def _ready(self) -> None:
+    async def _ready(self) -> None:
         c = self.controller
         self._check_connected("move")
+        if not c.dead:
+            with self._telling("say how it is (`?`)", before=True):
+                await c.look()
         if c.alarm:
             raise ActionFailed("Alarm", f"{self._name()} was not moved: {c.alarm}", "no")
         if c.report is not None and c.report.state in ("Hold", "Door", "Sleep", "Check"):
-            raise ActionFailed(
-                "Held",
-                f"{self._name()} was not moved: it is in the state {c.report.state}"
-                f"{' (' + c.message + ')' if c.message else ''}; resume it, or halt it first",
-            )
+            why = f" ({c.message})" if c.message.startswith("Check") else ""
+            words = f"it is in the state {c.report.state}{why}; resume it, or halt it first"
+            raise ActionFailed("Held", f"{self._name()} was not moved: {words}", "no")
 
     def _locked(self) -> bool:
         report = self.controller.report

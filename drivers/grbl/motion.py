@@ -137,5 +137,5 @@ async def _try_to_stop(controller: Controller) -> None:
     try:
         await stop(controller, moving=True)
     except GrblFault as fault:
-        controller.alarm = controller.alarm or str(fault)
+        controller.alarm = str(fault)
         controller.homed = False

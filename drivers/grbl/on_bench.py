@@ -46,8 +46,8 @@ class OnBench(Driver):
         """The device as a message calls it."""
 
     @abstractmethod
-    def _ready(self) -> None:
-        """Raise ActionFailed where no motion may begin."""
+    async def _ready(self) -> None:
+        """Ask how it is; raise ActionFailed where no motion may begin."""
 
     @abstractmethod
     async def _machine(self) -> Point:
@@ -81,7 +81,7 @@ class OnBench(Driver):
     async def go_to_zero(
         self, goal: GoalContext, *, axes: list[str] | None = None, feed: float | None = None
     ) -> dict[str, Any]:
-        self._ready()
+        await self._ready()
         self._check_homed("go to the work zero")
         offset = self._offset()
         if offset is None:
@@ -90,7 +90,7 @@ class OnBench(Driver):
         return await self._go(goal, {axis: zero[axis] for axis in axes or AXES}, feed)
 
     async def set_zero(self, goal: GoalContext, *, axes: list[str] | None = None) -> dict[str, Any]:
-        self._ready()
+        await self._ready()
         self._check_homed("set the work zero")
         letters = ("XYZ"[self.bench.index[AXES.index(axis)]] for axis in axes or AXES)
         line = "G10L20P0" + "".join(f"{letter}0" for letter in sorted(letters))
@@ -111,7 +111,7 @@ class OnBench(Driver):
         self.bench.check_range(wanted, self._name())
         if feed is not None and not 0 < feed < math.inf:
             raise ActionFailed("SoftLimit", f"a feed of {feed:g} mm/min is none", "no")
-        self._ready()
+        await self._ready()
         if not self.homed and self.place.config.get("home_first"):
             await self.home(goal)
             self.bench.check_range(wanted, self._name())  # homing may have told the machine's reach

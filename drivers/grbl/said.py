@@ -15,8 +15,8 @@ PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("alarm", re.compile(r"ALARM:(\d+)$")),
     ("error", re.compile(r"error:(\d+)$")),
     ("setting", re.compile(r"^\$(\d+=\S+)")),
-    # Noise stands before the `ok`; a text that ends so by chance begins like a text.
-    ("ok", re.compile(r"^(?![\[<$]).*?(ok)$")),
+    # Noise may stand before the `ok`; a text that ends so by chance has a mark of its kind in it.
+    ("ok", re.compile(r"^[^|:=]*(ok)$")),
 )
 
 

@@ -22,8 +22,29 @@ async def stop(controller: Controller, *, moving: bool) -> None:
     """Stand still, nothing queued; raises a GrblFault where nobody can say that it stands.
 
     `moving` is whether a line is under way: a report may call that Idle before it has begun.
-    Ends within some 3 s; after an alarm, within the time that its recovery takes.
+    Ends within some 3 s; after an alarm, within the time that its recovery takes. Who asks while
+    another stop is under way shares it: a second reset would come in the middle of the first.
     """
+    task = controller.stopping
+    if task is None:
+        task = controller.stopping = asyncio.create_task(_stop(controller, moving=moving))
+        task.add_done_callback(lambda task: _over(controller, task))
+    await asyncio.shield(task)
+
+
+async def finished(controller: Controller) -> None:
+    """Wait for a stop that is under way, however it ends."""
+    if controller.stopping is not None:
+        await asyncio.wait({controller.stopping})
+
+
+def _over(controller: Controller, task: "asyncio.Task[None]") -> None:
+    controller.stopping = None
+    if not task.cancelled():
+        task.exception()  # told to those who waited
+
+
+async def _stop(controller: Controller, *, moving: bool) -> None:
     if controller.lost:
         raise Lost(f"it cannot be told to stop: {controller.lost}")
     if controller.dead:  # an alarm has stopped the motors

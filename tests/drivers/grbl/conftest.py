@@ -48,7 +48,7 @@ def gantry(tmp_path):
     """A driver on a peer's port; `gantry(peer, home_first=True)`."""
 
     def make(peer, limits=None, **config):
-        config = {"port": peer.path, "boot_s": 1.0, **config}
+        config = {"port": peer.path, **config}
         return Grbl(Place("gantry", config, limits or {}, tmp_path / "gantry", tmp_path))
 
     return make

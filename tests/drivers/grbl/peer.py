@@ -26,7 +26,7 @@ SETTINGS = {
     100: 199.1, 101: 199.1, 102: 199.1, 110: 2500.0, 111: 2500.0, 112: 2500.0,
     120: 150.0, 121: 150.0, 122: 150.0, 130: 810.0, 131: 730.0, 132: 90.0,
 }  # fmt: skip
-BOOT_S, SWALLOW_S, HOMING_S = 1.2, 0.5, 16.6
+BOOT_S, SWALLOW_S = 1.2, 0.5
 RX, PLANNER = 128, 15
 AXES = "XYZ"
 
@@ -35,14 +35,15 @@ class Peer:
     """Start it, give `path` to a driver, look at `truth` afterwards."""
 
     def __init__(
-        self, *, speed=20.0, hal=False, boots_on_open=True, noise=None, settings=None, start=None
+        self, *, speed=20.0, hal=False, boots_on_open=True, noise=None, settings=None, homing_s=None
     ):
         self.speed = speed
         self.hal = hal
         self.boots_on_open = boots_on_open
         self.noise = noise  # bytes put in front of every third line that it says
         self.settings = {**SETTINGS, **(settings or {})}
-        self.steps = [0, 0, 0] if start is None else [round(v * 199.1) for v in start]
+        self.homing_s = 0.3 * speed if homing_s is None else homing_s  # 16.6 on the real one
+        self.steps = [0, 0, 0]
         self.heard = []  # every line and real-time byte, in order
         self.motions = []  # (begin, end) of each stretch of motion, wall clock
         self.stands = []  # (wall clock, true position) after each stretch
@@ -51,7 +52,6 @@ class Peer:
         self.silent = False
         self.homing_fails = False
         self.eats_ok_of = None  # a line whose next `ok` is lost
-        self.garbled = False
         self.offset = [0.0, 0.0, 0.0]
         self._said = 0
         self._ends = threading.Event()
@@ -152,8 +152,12 @@ class Peer:
             self._power_on()
         else:
             self._ready_at = min(self._ready_at, self.now())
-        with contextlib.suppress(termios.error, OSError):
-            self.garbled = termios.tcgetattr(self.master)[5] != termios.B115200
+
+    def _garbled(self):
+        """Whether the other side speaks at another rate."""
+        with contextlib.suppress(termios.error, OSError, TypeError):
+            return termios.tcgetattr(self.master)[5] != termios.B115200
+        return False
 
     def _live(self):
         """Let time pass: boot, homing, motion, the end of an alarm's half second."""
@@ -185,7 +189,7 @@ class Peer:
         self._said += 1
         if self.noise and self._said % 3 == 0:
             data = self.noise + data
-        if self.garbled:
+        if self._garbled():
             data = bytes((byte * 7 + 131) & 0xFF | 0x80 for byte in data)
         with contextlib.suppress(OSError, TypeError):
             os.write(self.master, data)
@@ -193,7 +197,7 @@ class Peer:
     # -- receiving ----------------------------------------------------------------------------
 
     def _receive(self, data):
-        if self._ready_at or self.silent or self.garbled:
+        if self._ready_at or self.silent or self._garbled():
             return  # it boots, hangs, or hears nothing but noise
         for value in data:
             byte = bytes([value])
@@ -363,14 +367,14 @@ class Peer:
             if not int(self.settings[22]):
                 return self.say("error:5")
             self.state = "Home"
-            self.homing_until = self.now() + HOMING_S
-            self.motions.append([time.monotonic(), math.inf])
+            self.homing_until = self.now() + self.homing_s
+            self.motions.append([time.time(), math.inf])
             return None
         return self.say("error:3")
 
     def _homed(self):
         self.homing_until = None
-        self.motions[-1][1] = time.monotonic()
+        self.motions[-1][1] = time.time()
         if self.homing_fails:
             self.say("ALARM:9")
             self.say("ok")
@@ -384,7 +388,7 @@ class Peer:
             place = -off if plus else -(travel - off)
             self.steps[i] = math.floor(place * self.settings[100 + i])
         self.target = list(self.steps)
-        self.stands.append((time.monotonic(), self.place))
+        self.stands.append((time.time(), self.place))
         self.state = "Idle"
         self._ok("$H")
 
@@ -460,7 +464,7 @@ class Peer:
         move = Move(tuple(self.place), tuple(end), speed, self.settings[120])
         if move.length:
             self.move = (move, self.now())
-            self.motions.append([time.monotonic(), math.inf])
+            self.motions.append([time.time(), math.inf])
         else:
             self.steps = list(target)
 
@@ -470,8 +474,8 @@ class Peer:
     def _stand(self):
         if self.move is not None:
             self.move = None
-            self.motions[-1][1] = time.monotonic()
-            self.stands.append((time.monotonic(), self.place))
+            self.motions[-1][1] = time.time()
+            self.stands.append((time.time(), self.place))
         self._braking = None
 
     def _brake(self, state):

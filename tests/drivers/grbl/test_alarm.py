@@ -1,0 +1,164 @@
+"""Alarms: named in words, waited out, never unlocked by themselves."""
+
+import asyncio
+
+import pytest
+
+from labrun.drivers.driver import ActionFailed, GoalContext
+
+
+async def until(driver, true):
+    """The first status that is so."""
+    async with asyncio.timeout(20):
+        while not true(status := await driver.status()):
+            await asyncio.sleep(0.02)
+    return status
+
+
+def test_a_limit_switch_hit_in_mid_move_locks_it_until_somebody_unlocks_and_homes(
+    peer, gantry, played
+):
+    peer.hit_at = -700
+
+    async def story(driver):
+        with pytest.raises(
+            ActionFailed, match=r"`G21.*`\); it answered ALARM:1: a limit sw"
+        ) as hit:
+            await driver.move_to(GoalContext("a"), x=200)
+        locked = await until(driver, lambda s: not driver.controller.dead)
+        with pytest.raises(ActionFailed, match="was not moved: ALARM:1"):
+            await driver.move_to(GoalContext("b"), x=1)
+        await driver.unlock(GoalContext("c"))
+        unlocked = await driver.status()
+        with pytest.raises(ActionFailed, match="NotHomed"):
+            await driver.move_to(GoalContext("d"), x=1)
+        peer.hit_at = None
+        await driver.jog(GoalContext("e"), axis="x", distance=-5)
+        await driver.home(GoalContext("f"))
+        return hit.value.happened, locked, unlocked, await driver.move_to(GoalContext("g"), x=1)
+
+    happened, locked, unlocked, place = played(gantry(peer), story)
+
+    assert happened == "unknown"
+    assert (locked["state"], locked["homed"]) == ("alarm", False)
+    assert (unlocked["state"], unlocked["homed"], unlocked["alarm"]) == ("idle", False, "")
+    assert place["x"] == pytest.approx(1, abs=0.005)
+
+
+def test_the_reset_after_a_limit_waits_until_it_is_not_swallowed(peers, gantry, played):
+    peer = peers(speed=2)
+    peer.hit_at = -804
+
+    async def story(driver):
+        with pytest.raises(ActionFailed, match="ALARM:1"):
+            await driver.move_to(GoalContext("a"), x=20)
+        await until(driver, lambda s: not driver.controller.dead)
+
+    played(gantry(peer), story)
+
+    assert peer.heard.count("18") == 1
+
+
+def test_a_soft_limit_of_the_controller_is_an_alarm_too(peers, gantry, played):
+    peer = peers(settings={20: 1, 130: 300.0})
+    driver = gantry(peer)
+
+    async def story(driver):
+        driver.bench = type(driver.bench)(
+            (0, 1, 2), (1, 1, 1), (-295.0, -725.0, -90.0), (0, 0, 0), (730, 725, 85)
+        )
+        with pytest.raises(ActionFailed, match="ALARM:2: the move would have left the machine's"):
+            await driver.move_to(GoalContext("a"), x=400)
+        await until(driver, lambda s: not driver.controller.dead)
+        return await driver.status()
+
+    assert played(driver, story)["state"] == "alarm"
+
+
+def test_an_alarm_while_it_stands_is_seen(peer, gantry, played):
+    async def story(driver):
+        peer._alarm(1)
+        return await until(driver, lambda s: s["state"] == "alarm" and not driver.controller.dead)
+
+    status = played(gantry(peer), story)
+
+    assert "a limit switch was hit" in status["alarm"]
+    assert not status["homed"]
+
+
+def test_a_reset_button_in_mid_move_is_told_and_the_place_is_no_longer_trusted(
+    peers, gantry, played
+):
+    peer = peers(speed=2)
+
+    async def story(driver):
+        move = asyncio.create_task(driver.move_to(GoalContext("a"), x=100))
+        await asyncio.sleep(0.3)
+        peer._power_on()
+        with pytest.raises(ActionFailed, match=r"Alarm: .*it started anew: `Grbl 1.1h`"):
+            await move
+        return await driver.status()
+
+    status = played(gantry(peer), story)
+
+    assert (status["state"], status["homed"]) == ("alarm", False)
+    assert "started anew by itself (reset button, emergency stop" in status["alarm"]
+
+
+def test_a_controller_that_falls_silent_in_mid_move_is_told_to_stop_and_that_is_said(
+    peers, gantry, played
+):
+    peer = peers(speed=1)
+
+    async def story(driver):
+        move = asyncio.create_task(driver.move_to(GoalContext("a"), x=400))
+        await asyncio.sleep(0.3)
+        peer.silent = True
+        with pytest.raises(ActionFailed, match=r"Alarm: .*it fell silent for 2.5 s"):
+            await move
+        status = await driver.status()
+        peer.silent = False
+        return status
+
+    status = played(gantry(peer), story)
+
+    assert not status["homed"]
+    assert "may still move" in status["alarm"]
+
+
+def test_unplugged_in_mid_move_it_is_unknown_and_comes_back_by_itself(peers, gantry, played):
+    peer = peers(speed=2)
+
+    async def story(driver):
+        move = asyncio.create_task(driver.move_to(GoalContext("a"), x=100))
+        await asyncio.sleep(0.3)
+        peer.unplug()
+        with pytest.raises(ActionFailed, match=r"Alarm: .*asked to move to x 100 mm") as pulled:
+            await move
+        gone = await driver.status()
+        with pytest.raises(ActionFailed, match="Offline: .*was unplugged or is gone") as offline:
+            await driver.move_to(GoalContext("b"), x=1)
+        with pytest.raises(OSError, match="cannot be told to stop"):
+            await driver.safe()
+        peer.plug()
+        back = await until(driver, lambda s: s["state"] == "alarm")
+        await driver.home(GoalContext("c"))
+        return pulled.value, gone, offline.value, back, await driver.move_to(GoalContext("d"), x=2)
+
+    pulled, gone, offline, back, place = played(gantry(peer), story)
+
+    assert pulled.happened == "unknown" and "was unplugged or is gone" in pulled.message
+    assert gone["state"] == "offline"
+    assert offline.happened == "no"
+    assert not back["homed"] and "is back. Home it" in back["alarm"]
+    assert place["x"] == pytest.approx(2, abs=0.005)
+
+
+def test_the_emergency_stop_takes_the_power_and_gives_it_back(peers, gantry, played):
+    peer = peers(speed=2)
+
+    async def story(driver):
+        peer._power_on()
+        return await until(driver, lambda s: "started anew" in s["alarm"])
+
+    assert not played(gantry(peer), story)["homed"]

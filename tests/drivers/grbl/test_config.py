@@ -1,0 +1,27 @@
+"""What a lab says of a gantry is read at once, and refused in words."""
+
+import pytest
+
+from labrun.drivers.driver import Place
+from labrun.drivers.grbl.gantry import Grbl
+
+
+@pytest.mark.parametrize(
+    ("config", "words"),
+    [
+        ({"prot": 1}, "config has no prot; it has: port, baud"),
+        ({"port": ""}, "config needs `port`"),
+        ({"baud": "fast"}, "baud is 'fast'; a number above 0"),
+        ({"axes": {"x": "X", "y": "X"}}, "each once"),
+        ({"axes": {"w": "X"}}, "axes is"),
+        ({"origin": {"x": "left"}}, "it is written {x: -805"),
+        ({"origin": {"x": float("nan")}}, "it is written {x: -805"),
+        ({"home_first": "yes"}, "home_first is 'yes'; true or false"),
+        ({"keep_out": [{"x": [5, 1]}]}, r"keep_out box 1: x is \[5, 1\]"),
+        ({"keep_out": [{"name": "all"}]}, "keep_out box all: it has nothing"),
+        ({"keep_out": [{"w": [0, 1]}]}, "keep_out box 1: it has w"),
+    ],
+)
+def test_a_wrong_config_is_refused_with_what_is_wrong(config, words, tmp_path):
+    with pytest.raises(ValueError, match=words):
+        Grbl(Place("gantry", {"port": "COM5", **config}, {}, tmp_path, tmp_path))

@@ -1,0 +1,299 @@
+"""The driver on a GRBL peer: moves, places, work zero, hold, and every way in which they fail."""
+
+import asyncio
+
+import pytest
+
+from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+from labrun.drivers.find import check_driver
+from labrun.drivers.grbl.gantry import Grbl
+from labrun.drivers.twins.world import World
+from labrun.schemas.contracts import shipped_contracts
+
+PEER = {"x": -805.0, "y": -725.0, "z": -90.0}
+
+
+def lines(peer):
+    """What the peer heard, without questions and boot."""
+    return [line for line in peer.heard if line not in ("?", "$$", "$H")]
+
+
+def test_it_keeps_the_contract():
+    check_driver(Grbl, shipped_contracts()["gantry@1"])
+
+
+def test_it_stands_where_it_was_sent(peer, gantry, played):
+    async def story(driver):
+        return await driver.move_to(GoalContext("m"), x=0.2, y=1.0, z=10)
+
+    place = played(gantry(peer), story)
+
+    for axis, wanted, true in zip("xyz", (0.2, 1.0, 10.0), peer.place, strict=True):
+        assert place[axis] == pytest.approx(wanted, abs=0.005)
+        assert true - PEER[axis] == pytest.approx(wanted, abs=0.005)
+
+
+def test_a_move_is_proved_by_the_answer_to_a_dwell_and_axes_left_out_are_not_named(
+    peer, gantry, played
+):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=5)
+        await driver.move_to(GoalContext("b"), z=20, feed=600)
+
+    played(gantry(peer), story)
+
+    assert lines(peer) == [
+        "G21G90G94G53G0X-800.0000",
+        "G4P0",
+        "G21G90G94G53G1Z-70.0000F600.000",
+        "G4P0",
+    ]
+
+
+def test_it_has_not_succeeded_before_it_stands(peers, gantry, played):
+    peer = peers(speed=4)
+
+    async def story(driver):
+        for x in (8, 16, 24, 32):
+            await driver.move_to(GoalContext("m"), x=x)
+            assert peer.move is None
+            assert peer.place[0] - PEER["x"] == pytest.approx(x, abs=0.005)
+
+    played(gantry(peer), story)
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [{"x": 731}, {"y": 725.1}, {"z": -0.1}, {"x": float("nan")}, {"x": 1, "z": float("inf")}],
+)
+def test_a_place_out_of_reach_is_refused_before_a_byte_is_sent(peer, gantry, played, wanted):
+    async def story(driver):
+        before = list(peer.heard)
+        with pytest.raises(ActionFailed, match=r"SoftLimit: gantry .* was not moved"):
+            await driver.move_to(GoalContext("m"), **wanted)
+        return peer.heard == before
+
+    assert played(gantry(peer), story)
+
+
+def test_a_keep_out_box_is_gone_around(peer, gantry, played):
+    box = {"name": "clamp", "x": [10, 20], "z": [0, 30]}
+
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), z=5)
+        with pytest.raises(ActionFailed, match="goes through the keep-out box `clamp`"):
+            await driver.move_to(GoalContext("b"), x=40)
+        await driver.move_to(GoalContext("c"), z=31)
+        await driver.move_to(GoalContext("d"), x=40)
+        return await driver.move_to(GoalContext("e"), z=5)
+
+    place = played(gantry(peer, keep_out=[box]), story)
+
+    assert (place["x"], place["z"]) == pytest.approx((40, 5), abs=0.005)
+
+
+def test_without_homing_nothing_moves(peer, gantry, played):
+    async def story(driver):
+        with pytest.raises(ActionFailed, match="NotHomed: .* home it first") as caught:
+            await driver.move_to(GoalContext("m"), x=5)
+        return caught.value.happened
+
+    assert played(gantry(peer), story, homed=False) == "no"
+    assert lines(peer) == []
+
+
+def test_the_first_move_may_home_by_itself(peer, gantry, played):
+    async def story(driver):
+        return await driver.move_to(GoalContext("m"), x=5)
+
+    assert played(gantry(peer, home_first=True), story, homed=False)["x"] == pytest.approx(
+        5, abs=0.005
+    )
+    assert peer.heard.count("$H") == 1
+
+
+def test_a_work_zero_is_set_and_gone_to(peer, gantry, played):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=30, y=40, z=50)
+        zero = await driver.set_zero(GoalContext("b"), axes=["x", "y"])
+        probe = await driver.last_by_hand(GoalContext("c"))
+        await driver.move_to(GoalContext("d"), x=100, y=100, z=60)
+        far = await driver.status()
+        place = await driver.go_to_zero(GoalContext("e"), axes=["y", "x"])
+        return zero, probe, far, place
+
+    zero, probe, far, place = played(gantry(peer), story)
+
+    assert (zero["x"], zero["y"]) == pytest.approx((30, 40), abs=0.005)
+    assert probe == {"goal_id": "b", **zero}
+    assert (far["work_x"], far["work_y"]) == pytest.approx((70, 60), abs=0.01)
+    assert (place["x"], place["y"], place["z"]) == pytest.approx((30, 40, 60), abs=0.005)
+    assert "G10L20P0X0Y0" in lines(peer)
+
+
+def test_a_work_zero_does_not_move_the_bench(peer, gantry, played):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=30)
+        await driver.set_zero(GoalContext("b"))
+        return await driver.move_to(GoalContext("c"), x=30)
+
+    assert played(gantry(peer), story)["x"] == pytest.approx(30, abs=0.005)
+
+
+@pytest.mark.parametrize("settings", [{10: 0}, {10: 2}, {10: 3}])
+def test_reports_of_either_kind_are_understood(peers, gantry, played, settings):
+    peer = peers(settings=settings)
+
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=30)
+        await driver.set_zero(GoalContext("b"))
+        return await driver.move_to(GoalContext("c"), x=60)
+
+    assert played(gantry(peer), story)["x"] == pytest.approx(60, abs=0.005)
+    assert peer.place[0] - PEER["x"] == pytest.approx(60, abs=0.005)
+
+
+def test_grblhal_does_the_same(peers, gantry, played):
+    peer = peers(hal=True)
+
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=30, y=5)
+        return await driver.jog(GoalContext("b"), axis="y", distance=3)
+
+    assert played(gantry(peer), story)["y"] == pytest.approx(8, abs=0.01)
+
+
+@pytest.mark.parametrize("noise", [b"\xff\x80\x00", b"~#", b"\x00\xfe<"])
+def test_noise_on_the_line_does_no_harm(peers, gantry, played, noise):
+    peer = peers(noise=noise)
+
+    async def story(driver):
+        for x in range(1, 20):
+            await driver.move_to(GoalContext("m"), x=x)
+        return await driver.status()
+
+    status = played(gantry(peer), story)
+
+    assert (status["state"], status["x"]) == ("idle", pytest.approx(19, abs=0.005))
+
+
+@pytest.mark.parametrize("line", ["G53", "G4"])
+def test_an_ok_that_is_lost_is_made_up_for(peer, gantry, played, line):
+    async def story(driver):
+        peer.eats_ok_of = line
+        return await driver.move_to(GoalContext("m"), x=7)
+
+    assert played(gantry(peer), story)["x"] == pytest.approx(7, abs=0.005)
+
+
+def test_a_move_that_ends_elsewhere_is_no_success(peer, gantry, played):
+    async def story(driver):
+        obey = peer._obey
+        peer._obey = lambda text: obey(text.replace("X-795.0000", "X-795.5000"))
+        with pytest.raises(ActionFailed, match=r"WrongPlace.*at X -795.500 in place of X -795.000"):
+            await driver.move_to(GoalContext("m"), x=10)
+
+    played(gantry(peer), story)
+
+
+def test_status_tells_that_it_moves(peers, gantry, played):
+    peer = peers(speed=2)
+
+    async def story(driver):
+        told = []
+        goal = GoalContext("m", tell=lambda part, words: told.append(part))
+        move = asyncio.create_task(driver.move_to(goal, x=40))
+        await asyncio.sleep(0.3)
+        status = await driver.status()
+        await move
+        return status, told
+
+    status, told = played(gantry(peer), story)
+
+    assert status["state"] == "moving"
+    assert 0 < status["x"] < 40
+    assert status["feed"] > 0
+    assert told == sorted(told) and told[-1] == pytest.approx(1, abs=0.001)
+
+
+def test_a_simulated_instrument_that_rides_on_it_sees_where_it_is(peer, gantry, played, tmp_path):
+    async def story(driver):
+        await driver.move_to(GoalContext("m"), x=12, y=34, z=5)
+
+    played(gantry(peer), story)
+
+    seen = World(tmp_path).look("gantry")
+    assert (seen["x"], seen["y"], seen["z"]) == pytest.approx((12, 34, 5), abs=0.005)
+
+
+def test_hold_and_resume(peers, gantry, played):
+    peer = peers(speed=4)
+
+    async def story(driver):
+        move = asyncio.create_task(driver.move_to(GoalContext("m"), x=100))
+        await asyncio.sleep(0.3)
+        await driver.hold(GoalContext("h"))
+        held = await driver.status()
+        await asyncio.sleep(0.2)
+        assert (await driver.status())["x"] == held["x"] and not move.done()
+        await driver.resume(GoalContext("r"))
+        return held, await move
+
+    held, place = played(gantry(peer), story)
+
+    assert held["state"] == "hold" and 0 < held["x"] < 100
+    assert place["x"] == pytest.approx(100, abs=0.005)
+
+
+def test_a_hold_where_nothing_moves_is_not_kept_for_the_next_move(peer, gantry, played):
+    async def story(driver):
+        await driver.hold(GoalContext("h"))
+        return await driver.move_to(GoalContext("m"), x=5)
+
+    assert played(gantry(peer), story)["x"] == pytest.approx(5, abs=0.005)
+    assert "!" not in peer.heard
+
+
+def test_what_somebody_else_has_on_hold_is_not_moved_and_can_be_halted(peer, gantry, played):
+    async def story(driver):
+        driver.controller.write(b"!")
+        await asyncio.sleep(0.1)
+        await driver.status()
+        with pytest.raises(ActionFailed, match="Held: .*state Hold; resume it, or halt it first"):
+            await driver.move_to(GoalContext("m"), x=5)
+        await driver.halt(GoalContext("h"))
+        return await driver.move_to(GoalContext("m"), x=5)
+
+    assert played(gantry(peer), story)["x"] == pytest.approx(5, abs=0.005)
+
+
+def test_a_machine_without_switches_is_told_where_it_stands(peers, gantry, played):
+    peer = peers(settings={22: 0})
+
+    async def story(driver):
+        return await driver.move_to(GoalContext("m"), x=15)
+
+    place = played(gantry(peer, home_here={"x": 10, "y": 20, "z": 30}), story)
+
+    assert (place["x"], place["y"], place["z"]) == pytest.approx((15, 20, 30), abs=0.005)
+    assert peer.place[0] == pytest.approx(5, abs=0.005)
+
+
+def test_a_cancel_brakes_on_the_path_and_the_place_is_still_trusted(peers, gantry, played):
+    peer = peers(speed=4)
+
+    async def story(driver):
+        goal = GoalContext("m")
+        move = asyncio.create_task(driver.move_to(goal, x=200))
+        await asyncio.sleep(0.3)
+        goal.cancelled.set()
+        with pytest.raises(ActionCanceled, match="stopped at x"):
+            await move
+        status = await driver.status()
+        return status, await driver.move_to(GoalContext("n"), x=1)
+
+    status, place = played(gantry(peer), story)
+
+    assert (status["state"], status["homed"]) == ("idle", True)
+    assert 0 < status["x"] < 200
+    assert peer.place[0] - PEER["x"] == pytest.approx(place["x"], abs=0.005)

@@ -1,0 +1,128 @@
+"""A jog by a distance ends there; a held one ends with the hold, at the edge, or with its goal."""
+
+import asyncio
+import time
+
+import pytest
+
+from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+
+
+def test_a_jog_by_a_distance(peer, gantry, played):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=50)
+        return await driver.jog(GoalContext("b"), axis="x", distance=-1.5, feed=900)
+
+    assert played(gantry(peer), story)["x"] == pytest.approx(48.5, abs=0.01)
+    assert "$J=G21G91X-1.5000F900.000" in peer.heard
+
+
+def test_a_jog_out_of_the_work_area_is_refused_before_it_is_sent(peer, gantry, played):
+    async def story(driver):
+        with pytest.raises(ActionFailed, match="SoftLimit: .*z 99.* is outside 0 to 85"):
+            await driver.jog(GoalContext("b"), axis="z", distance=15)
+
+    played(gantry(peer), story)
+
+    assert not any(line.startswith("$J") for line in peer.heard)
+
+
+def test_a_jog_whose_goal_is_not_sent_again_ends_with_its_lease(peers, gantry, played):
+    peer = peers(speed=1)
+
+    async def story(driver):
+        return await driver.jog(GoalContext("a"), axis="x", direction="+", feed=1200, lease=0.3)
+
+    place = played(gantry(peer), story, homed=True)
+
+    # 20 mm/s for 0.3 s and the way of braking
+    assert 1 < place["x"] < 20
+    assert peer.move is None and not peer.queue
+
+
+def test_a_jog_goes_on_as_long_as_its_goal_is_sent_again(peers, gantry, played):
+    peer = peers(speed=1)
+
+    async def story(driver):
+        goal = GoalContext("a")
+        jog = asyncio.create_task(driver.jog(goal, axis="x", direction="+", feed=1200, lease=0.3))
+        for _ in range(15):
+            await asyncio.sleep(0.1)
+            goal.wanted_at = time.monotonic()
+        assert not jog.done()
+        held = (await driver.status())["x"]
+        return held, await jog
+
+    held, place = played(gantry(peer), story)
+
+    assert held > 10
+    assert held < place["x"] < held + 25
+
+
+def test_a_held_jog_stops_at_the_edge_of_the_work_area(peers, gantry, played):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), y=700)
+        return await driver.jog(GoalContext("b"), axis="y", direction="+", feed=2500, lease=2.0)
+
+    assert played(gantry(peers(speed=40)), story)["y"] == pytest.approx(725, abs=0.02)
+
+
+def test_a_held_jog_of_a_turned_axis_goes_the_benchs_way(peers, gantry, played):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), y=100)
+        return await driver.jog(GoalContext("b"), axis="y", direction="-", feed=600, lease=0.3)
+
+    assert played(gantry(peers(), axes={"x": "Y", "y": "-X"}), story)["y"] < 100
+
+
+def test_a_cancel_ends_a_held_jog(peers, gantry, played):
+    peer = peers(speed=1)
+
+    async def story(driver):
+        goal = GoalContext("a")
+        jog = asyncio.create_task(driver.jog(goal, axis="x", direction="+", lease=2.0))
+        await asyncio.sleep(0.4)
+        goal.cancelled.set()
+        with pytest.raises(ActionCanceled, match="stopped at x"):
+            await jog
+        return await driver.status()
+
+    status = played(gantry(peer), story)
+
+    assert (status["state"], status["homed"]) == ("idle", True)
+    assert "85" in peer.heard and peer.move is None
+
+
+def test_what_feeds_a_held_jog_may_die_and_the_axis_stops_by_itself(peers, gantry, played):
+    peer = peers(speed=1)
+
+    async def story(driver):
+        jog = asyncio.create_task(
+            driver.jog(GoalContext("a"), axis="x", direction="+", feed=1200, lease=2.0)
+        )
+        await asyncio.sleep(0.6)
+        driver.controller.write = lambda data: None  # nothing reaches the port any more
+        driver.controller.port.write = lambda data: None
+        await asyncio.sleep(1.5)
+        still = list(peer.steps)
+        await asyncio.sleep(0.2)
+        jog.cancel()
+        await asyncio.gather(jog, return_exceptions=True)
+        return still
+
+    assert played(gantry(peer), story) == peer.steps
+    assert peer.move is None
+
+
+def test_before_homing_a_jog_only_creeps(peer, gantry, played):
+    async def story(driver):
+        with pytest.raises(ActionFailed, match="NotHomed: .*locked until it is homed or unlocked"):
+            await driver.jog(GoalContext("a"), axis="x", distance=-1)
+        await driver.unlock(GoalContext("b"))
+        with pytest.raises(ActionFailed, match="until it is homed a jog goes 10 mm at most"):
+            await driver.jog(GoalContext("c"), axis="x", distance=-11)
+        return await driver.jog(GoalContext("d"), axis="x", distance=-5, feed=2000)
+
+    played(gantry(peer), story, homed=False)
+
+    assert "$J=G21G91X-5.0000F300.000" in peer.heard
