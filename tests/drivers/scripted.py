@@ -1,6 +1,7 @@
 """A device that does what a test tells it, and writes down what it really did."""
 
 import asyncio
+import time
 from hashlib import sha256
 from typing import Any
 
@@ -18,6 +19,12 @@ CONTRACT: dict[str, Any] = {
             "params": {"type": "object", "additionalProperties": False, "properties": SECONDS},
             "returns": {"type": "object", "required": ["held"], "properties": {"held": {}}},
         },
+        "held": {
+            "cancel": True,
+            "params": {"type": "object", "properties": SECONDS},
+            "returns": {"type": "object"},
+        },
+        "nudge": {"meanwhile": True},
         "press": {"params": {"type": "object", "properties": SECONDS}},
         "sleep_through": {"cancel": True, "params": {"type": "object", "properties": SECONDS}},
         "go": {
@@ -102,6 +109,17 @@ class Scripted(Driver):
         except TimeoutError:
             return {"held": seconds}
         raise ActionCanceled
+
+    async def held(self, goal: GoalContext, *, seconds: float = 0) -> dict[str, Any]:
+        """Goes on as long as its goal is sent again within so many seconds."""
+        self._did(f"held {goal.id}")
+        while time.monotonic() - goal.wanted_at < seconds:  # noqa: ASYNC110 - nobody tells
+            await asyncio.sleep(0.01)
+        return {}
+
+    async def nudge(self, goal: GoalContext) -> dict[str, Any]:
+        self._did(f"nudge {goal.id}")
+        return {}
 
     async def press(self, goal: GoalContext, *, seconds: float = 0) -> dict[str, Any]:
         self._did(f"press {goal.id}")

@@ -10,7 +10,7 @@ from labrun.drivers.driver import ActionFailed, GoalContext
 async def until(driver, true):
     """The first status that is so."""
     async with asyncio.timeout(20):
-        while not true(status := await driver.status()):
+        while not true(status := await driver.status()):  # noqa: ASYNC110 - it has to be asked
             await asyncio.sleep(0.02)
     return status
 
@@ -136,7 +136,7 @@ def test_unplugged_in_mid_move_it_is_unknown_and_comes_back_by_itself(peers, gan
         with pytest.raises(ActionFailed, match=r"Alarm: .*asked to move to x 100 mm") as pulled:
             await move
         gone = await driver.status()
-        with pytest.raises(ActionFailed, match="Offline: .*was unplugged or is gone") as offline:
+        with pytest.raises(ActionFailed, match=r"Offline: .*was unplugged or is gone") as offline:
             await driver.move_to(GoalContext("b"), x=1)
         with pytest.raises(OSError, match="cannot be told to stop"):
             await driver.safe()

@@ -52,7 +52,7 @@ def test_a_machine_without_switches_stands_where_somebody_put_it():
 
 @pytest.mark.parametrize("value", [-0.1, 730.1, math.nan, math.inf, -math.inf])
 def test_what_is_out_of_reach_or_no_number_is_refused(value):
-    with pytest.raises(ActionFailed, match="SoftLimit: g was not moved: x .* is outside 0 to 730"):
+    with pytest.raises(ActionFailed, match=r"SoftLimit: g was not moved: x .* is outside 0 to 730"):
         read_bench({}, WHOLE, LEAD).check_range({"x": value}, "g")
 
 

@@ -16,7 +16,7 @@ def fault_of(driver):
     """The sentence with which opening fails; the driver leaves nothing behind."""
 
     async def story():
-        with pytest.raises(OSError) as caught:  # noqa: PT011 - the sentence is looked at
+        with pytest.raises(OSError) as caught:
             await driver.open()
         await driver.close()
         return str(caught.value)

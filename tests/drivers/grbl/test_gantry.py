@@ -94,7 +94,7 @@ def test_a_keep_out_box_is_gone_around(peer, gantry, played):
 
 def test_without_homing_nothing_moves(peer, gantry, played):
     async def story(driver):
-        with pytest.raises(ActionFailed, match="NotHomed: .* home it first") as caught:
+        with pytest.raises(ActionFailed, match=r"NotHomed: .* home it first") as caught:
             await driver.move_to(GoalContext("m"), x=5)
         return caught.value.happened
 
@@ -259,7 +259,7 @@ def test_what_somebody_else_has_on_hold_is_not_moved_and_can_be_halted(peer, gan
         driver.controller.write(b"!")
         await asyncio.sleep(0.1)
         await driver.status()
-        with pytest.raises(ActionFailed, match="Held: .*state Hold; resume it, or halt it first"):
+        with pytest.raises(ActionFailed, match=r"Held: .*state Hold; resume it, or halt it first"):
             await driver.move_to(GoalContext("m"), x=5)
         await driver.halt(GoalContext("h"))
         return await driver.move_to(GoalContext("m"), x=5)

@@ -38,7 +38,7 @@ def test_an_alarm_of_homing_is_a_failure_though_an_ok_follows(peer, gantry, play
     peer.homing_fails = True
 
     async def story(driver):
-        with pytest.raises(ActionFailed, match="HomingFailed: .*ALARM:9: homing did not find"):
+        with pytest.raises(ActionFailed, match=r"HomingFailed: .*ALARM:9: homing did not find"):
             await driver.home(GoalContext("h"))
         return await driver.status()
 

@@ -19,7 +19,7 @@ def test_a_jog_by_a_distance(peer, gantry, played):
 
 def test_a_jog_out_of_the_work_area_is_refused_before_it_is_sent(peer, gantry, played):
     async def story(driver):
-        with pytest.raises(ActionFailed, match="SoftLimit: .*z 99.* is outside 0 to 85"):
+        with pytest.raises(ActionFailed, match=r"SoftLimit: .*z 99.* is outside 0 to 85"):
             await driver.jog(GoalContext("b"), axis="z", distance=15)
 
     played(gantry(peer), story)
@@ -116,7 +116,7 @@ def test_what_feeds_a_held_jog_may_die_and_the_axis_stops_by_itself(peers, gantr
 
 def test_before_homing_a_jog_only_creeps(peer, gantry, played):
     async def story(driver):
-        with pytest.raises(ActionFailed, match="NotHomed: .*locked until it is homed or unlocked"):
+        with pytest.raises(ActionFailed, match=r"NotHomed: .*locked until it is homed or unlocked"):
             await driver.jog(GoalContext("a"), axis="x", distance=-1)
         await driver.unlock(GoalContext("b"))
         with pytest.raises(ActionFailed, match="until it is homed a jog goes 10 mm at most"):

@@ -36,7 +36,10 @@ defaults: {timeout: 30 s}
 steps:
   - {do: gantry.home}
   - id: scan
-    foreach: {point: "${{ grid(x=span(0, params.width, params.pitch), y=span(0, params.height, params.pitch), order='columns') }}"}
+    foreach:
+      point: >-
+        ${{ grid(x=span(0, params.width, params.pitch), y=span(0, params.height, params.pitch),
+        order='columns') }}
     key: ${{ point.ix }},${{ point.iy }}
     steps:
       - {do: gantry.move_to, with: {z: 5}}
