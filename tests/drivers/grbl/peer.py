@@ -358,6 +358,9 @@ class Peer:
                 whole = isinstance(value, int)
                 self.say(f"${number}={value}" if whole else f"${number}={value:.3f}")
             return self._ok(text)
+        if line == "$G":
+            self.say("[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]")
+            return self._ok(text)
         if line == "$X":
             if self.state == "Alarm":
                 self.say("[MSG:Caution: Unlocked]")

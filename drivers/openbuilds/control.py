@@ -1,0 +1,305 @@
+"""Talk with OpenBuilds CONTROL: its events, its queue, and the one proof that a line is done.
+
+CONTROL acknowledges nothing, says Idle too early and `jobComplete` when all is sent. But each line
+that the controller has answered comes back as an event `ok` with its very text: so every command
+ends with a `G4 P0 (tag)` of its own, which the controller answers when all motion has ended.
+"""
+
+import asyncio
+import contextlib
+import re
+import secrets
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from ..grbl.faults import Alarmed, GrblFault, Lost, NotConnected, Refused, Silent
+from ..grbl.words import alarm_words, error_words
+from .view import ALARM, CONNECTED, NONE, OPENING, View, read_view
+
+if TYPE_CHECKING:
+    import aiohttp
+    import socketio
+
+CONNECT_S = 5
+CLOSE_S = 3.0
+SETTLE_S = 1.0
+PORT_S = 10.0
+STALE_S = 2.0
+SETTING = re.compile(r"^\$(\d+=\S+)")
+BANNER = re.compile(r"Grbl(?:HAL)? \d")
+
+
+class Control:
+    """One CONTROL and the controller behind it, as they are known now.
+
+    `homed` and `alarm` are as those of a GRBL controller on a serial port; `lost` says why no
+    command can be given.
+    """
+
+    def __init__(self, url: str, port: dict[str, Any]) -> None:
+        self.url = url
+        self.port = port
+        self.view: View | None = None
+        self.heard_at = 0.0
+        self.homed = False
+        self.alarm = ""
+        self.alarm_at = 0.0
+        self._settled_at = 0.0
+        self.boots = 0
+        self.settings: dict[str, str] = {}
+        self.disconnected = "it has not been connected yet"
+        self._http: aiohttp.ClientSession | None = None
+        self._sio: socketio.AsyncClient | None = None
+        self._proofs: dict[str, asyncio.Future[None]] = {}
+        self._news = asyncio.Event()
+        self._word, self._number = secrets.token_hex(3), 0
+
+    async def open(self) -> None:
+        """Connect to CONTROL; raises OSError with a sentence."""
+        import aiohttp
+        import socketio
+        from socketio.exceptions import ConnectionError as NoConnection
+
+        self._http = aiohttp.ClientSession()
+        sio = self._sio = socketio.AsyncClient(
+            reconnection_delay=1,
+            reconnection_delay_max=2,
+            handle_sigint=False,
+            http_session=self._http,
+        )
+        for event, take in (
+            ("connect", self._connected), ("disconnect", self._gone), ("status", self._status),
+            ("ok", self._ok), ("data", self._data), ("toastError", self._error),
+            ("toastErrorAlarm", self._alarm),
+        ):  # fmt: skip
+            sio.on(event, take)
+        try:
+            await sio.connect(self.url, transports=["websocket"], wait_timeout=CONNECT_S)
+        except (NoConnection, OSError, ValueError) as fault:
+            await self.close()
+            raise OSError(
+                f"OpenBuilds CONTROL does not answer at {self.url} ({fault}); start the program, "
+                f"and look in it for its address (it takes 3000, else 3020, 3200 or 3220)"
+            ) from fault
+        if not await self.until(lambda: self.view is not None, CONNECT_S):
+            await self.close()
+            raise OSError(f"{self.url} answers, but not as OpenBuilds CONTROL does: no `status`")
+
+    async def close(self) -> None:
+        """Disconnect; CONTROL keeps its port."""
+        if self._sio is not None:
+            sio, self._sio = self._sio, None
+            self._fail(Lost("it was closed"))
+            with contextlib.suppress(Exception):  # a connection that is given up owes no order
+                async with asyncio.timeout(CLOSE_S):
+                    await sio.shutdown()
+            loops = [t for t in (sio.eio.read_loop_task, sio.eio.write_loop_task) if t is not None]
+            for task in loops:
+                task.cancel()
+            await asyncio.gather(*loops, return_exceptions=True)
+        if self._http is not None:
+            http, self._http = self._http, None
+            await http.close()
+
+    async def until(self, true: Callable[[], bool], seconds: float) -> bool:
+        """Wait until something that it tells makes this true; False where it did not in time."""
+        clock = asyncio.get_running_loop().time
+        end = clock() + seconds
+        while not true():
+            self._news.clear()
+            left = end - clock()
+            if left <= 0:
+                return False
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(left):
+                    await self._news.wait()
+        return True
+
+    @property
+    def lost(self) -> str:
+        """Why no command can be given; empty where one can."""
+        if self.disconnected:
+            return f"{self.url}: {self.disconnected}"
+        if self.silent_s() > STALE_S:
+            return f"{self.url} has told no status for {self.silent_s():.0f} s"
+        if self.view is None or self.view.connection in (NONE, OPENING):
+            return f"OpenBuilds CONTROL at {self.url} has no port open; is the cable plugged in?"
+        return ""
+
+    def unsettle(self) -> None:
+        """Something has moved, and what is told of the place may be up to 0.9 s old."""
+        self._settled_at = asyncio.get_running_loop().time() + SETTLE_S
+
+    async def settled(self) -> View:
+        """The view when what moved last is surely in it; raises Lost."""
+        await asyncio.sleep(max(0.0, self._settled_at - asyncio.get_running_loop().time()))
+        return self.look()
+
+    def silent_s(self) -> float:
+        """For how long CONTROL has told nothing."""
+        return asyncio.get_running_loop().time() - self.heard_at
+
+    def look(self) -> View:
+        """The newest view; raises Lost."""
+        if self.lost or self.view is None:
+            raise Lost(self.lost)
+        return self.view
+
+    async def attach(self) -> None:
+        """Have CONTROL open our port where it has none open; raises OSError. Opening it boots."""
+        view = self.view
+        if view is not None and view.connection not in (NONE, OPENING):
+            if self._is_ours(view):
+                return
+            raise OSError(
+                f"OpenBuilds CONTROL at {self.url} has {view.active_port} open, not "
+                f"{self._port_name()}; disconnect it there, or correct `port` in the lab"
+            )
+        if view is None or view.connection == NONE:
+            await self.emit("connectTo", self.port)
+        if not await self.until(self._port_open, PORT_S):
+            raise OSError(
+                f"OpenBuilds CONTROL at {self.url} was asked to open {self._port_name()}, and had "
+                f"not after {PORT_S:g} s; is the cable plugged in, and the port's name right?"
+            )
+
+    def _port_open(self) -> bool:
+        return self.view is not None and self.view.connection not in (NONE, OPENING)
+
+    def _is_ours(self, view: View) -> bool:
+        return not view.active_port or view.active_port == self._port_name()
+
+    def _port_name(self) -> str:
+        return str(self.port.get("port") or self.port.get("ip"))
+
+    async def emit(self, event: str, data: Any) -> None:
+        """Tell CONTROL something; raises NotConnected where nobody hears it."""
+        if self._sio is None or not self._sio.connected:
+            raise NotConnected(f"{self.url}: {self.disconnected or 'there is no connection'}")
+        await self._sio.emit(event, data)
+
+    async def run(self, *lines: str) -> asyncio.Future[None]:
+        """Queue lines and a proof; the future ends when the controller has done them all."""
+        if self.lost:
+            raise NotConnected(self.lost)
+        self._number += 1
+        proof = f"G4 P0 (labrun {self._word} {self._number})"
+        answer = self.expect(proof)
+        await self.emit("runCommand", "\n".join([*lines, proof]))
+        return answer
+
+    def expect(self, line: str) -> asyncio.Future[None]:
+        """A future that ends with the `ok` of exactly this line, or raises a GrblFault."""
+        answer: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        answer.add_done_callback(_seen)
+        self._proofs[line] = answer
+        return answer
+
+    async def ask(self, line: str, seconds: float) -> None:
+        """Queue one line and wait for its `ok`."""
+        answer = self.expect(line)
+        await self.emit("runCommand", line)
+        await asyncio.wait({answer}, timeout=seconds)
+        if not answer.done():
+            self._proofs.pop(line, None)
+            raise Silent(f"it did not answer `{line}` within {seconds:g} s")
+        answer.result()
+
+    async def drop(self, *, abort: bool = False, jog: bool = False) -> None:
+        """CONTROL's own stop: its queue is dropped and the controller reset (or the jog ended)."""
+        await self.emit("stop", {"stop": not jog, "jog": jog, "abort": abort})
+
+    def _connected(self) -> None:
+        self.disconnected = ""
+        self.heard_at = asyncio.get_running_loop().time()
+        self._news.set()
+
+    def _gone(self, *_: Any) -> None:
+        self.disconnected = "the connection to OpenBuilds CONTROL was lost; is the program on?"
+        self._not_trusted(f"{self.disconnected} Home it")
+        self.view = None  # the next one may be of another life of the program
+        self._fail(Lost(self.disconnected))
+        self._news.set()
+
+    def _status(self, data: Any) -> None:
+        view, before = read_view(data), self.view
+        if view is None:
+            return
+        self.heard_at = asyncio.get_running_loop().time()
+        self.view = view
+        if view.connection == ALARM and (before is None or before.connection != ALARM):
+            # The toast that says which comes at about the same time, or never (alarm 5).
+            asyncio.get_running_loop().call_later(0.3, self._unnamed)
+        if view.connection == NONE and before is not None and before.connection != NONE:
+            self._not_trusted("the port was lost (unplugged?). Home it when it is back")
+            self._fail(Lost("OpenBuilds CONTROL lost the port; is the cable plugged in?"))
+        self._news.set()
+
+    def _unnamed(self) -> None:
+        """Error or alarm by `connectionStatus` alone."""
+        if self.view is not None and self.view.connection == ALARM and not self.alarm:
+            said = self.view.alarm or "it did not say which"
+            self._not_trusted(f"OpenBuilds CONTROL reports an error or alarm: {said}. Unlock it")
+            self._fail(GrblFault(f"OpenBuilds CONTROL reports an error or alarm ({said})"))
+            self._news.set()
+
+    def _ok(self, line: Any = "") -> None:
+        answer = self._proofs.pop(str(line).strip(), None)
+        if answer is not None and not answer.done():
+            answer.set_result(None)
+        self._news.set()
+
+    def _data(self, data: Any = None) -> None:
+        said = str(data.get("response", "")) if isinstance(data, dict) else str(data)
+        for line in said.splitlines():
+            if found := SETTING.match(line.strip()):
+                number, _, value = found[1].partition("=")
+                self.settings[number] = value
+            if BANNER.search(line):
+                self.boots += 1
+        self._news.set()
+
+    def _error(self, text: Any = "") -> None:
+        code = _number(text)
+        # CONTROL's queue stands still from here on, until it is cleared.
+        self.alarm = f"{error_words(code)}; its queue stands still. Unlock it"
+        self._fail(Refused(code))
+        self._news.set()
+
+    def _alarm(self, text: Any = "") -> None:
+        code = _number(text)
+        self._not_trusted(alarm_words(code))
+        self._fail(Alarmed(code))
+        self._news.set()
+
+    def _not_trusted(self, why: str) -> None:
+        self.homed, self.alarm = False, why
+        self.alarm_at = asyncio.get_running_loop().time()
+
+    def _fail(self, fault: GrblFault) -> None:
+        proofs, self._proofs = self._proofs, {}
+        for answer in proofs.values():
+            if not answer.done():
+                answer.set_exception(fault)
+
+    @property
+    def locked(self) -> bool:
+        """Whether no line is taken until it is homed or unlocked."""
+        view = self.view
+        return view is not None and (view.run == "Alarm" or view.connection == ALARM)
+
+    @property
+    def clear(self) -> bool:
+        """Whether lines are taken again."""
+        return self.view is not None and self.view.connection == CONNECTED and not self.locked
+
+
+def _number(text: Any) -> int:
+    found = re.search(r"(?:error|ALARM):\s*(\d+)", str(text))
+    return int(found[1]) if found else 0
+
+
+def _seen(answer: "asyncio.Future[None]") -> None:
+    """A fault that nobody waited for is no leak."""
+    if not answer.cancelled():
+        answer.exception()

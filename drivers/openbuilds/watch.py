@@ -1,0 +1,61 @@
+"""Watch a command of OpenBuilds CONTROL until its proof has come."""
+
+import asyncio
+from collections.abc import Callable
+
+from ..grbl.faults import GrblFault, Lost, Silent
+from .control import Control
+from .stopping import stop
+from .view import View
+
+POLL_S = 0.1
+STUCK_S = 8.0
+
+
+class Ended(Exception):
+    """The motion was ended before its end, and it stands."""
+
+
+async def watch(
+    control: Control,
+    answer: "asyncio.Future[None]",
+    ended: Callable[[], bool],
+    told: Callable[[View], None] = lambda view: None,
+    *,
+    seconds: float | None = None,
+) -> None:
+    """Until the answer comes; raises Ended or a GrblFault.
+
+    CONTROL has no sign for a controller that fell silent: its state and place freeze. With
+    `seconds` (homing, a slow memory) that is all the time there is, and a freeze is expected.
+    """
+    clock = asyncio.get_running_loop().time
+    begun = moved_at = clock()
+    place = None
+    while True:
+        await asyncio.wait({answer}, timeout=POLL_S)
+        if answer.done():
+            answer.result()
+            return
+        if ended():
+            await stop(control, moving=True, homing=seconds is not None)
+            raise Ended
+        if control.lost:
+            raise Lost(control.lost)
+        view = control.look()
+        told(view)
+        if view.machine != place or view.held:
+            place, moved_at = view.machine, clock()
+        if seconds is None and clock() - moved_at > STUCK_S:
+            await _give_up(control, homing=False)
+            raise Silent(f"its place has not changed for {STUCK_S:g} s, and it says {view.run}")
+        if seconds is not None and clock() - begun > seconds:
+            await _give_up(control, homing=True)
+            raise Silent(f"it did not end within {seconds:g} s")
+
+
+async def _give_up(control: Control, *, homing: bool) -> None:
+    try:
+        await stop(control, moving=True, homing=homing)
+    except GrblFault as fault:
+        control.homed, control.alarm = False, str(fault)

@@ -1,0 +1,357 @@
+"""The driver on OpenBuilds CONTROL: the tagged proof, and every trap that was measured."""
+
+import asyncio
+import time
+
+import pytest
+
+from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+from labrun.drivers.find import check_driver
+from labrun.drivers.openbuilds.gantry import OpenBuilds
+from labrun.schemas.contracts import shipped_contracts
+
+ORIGIN_X = -805.0
+
+
+async def until(driver, true):
+    """The first status that is so."""
+    async with asyncio.timeout(20):
+        while not true(status := await driver.status()):  # noqa: ASYNC110 - it has to be asked
+            await asyncio.sleep(0.02)
+    return status
+
+
+def test_it_keeps_the_contract():
+    check_driver(OpenBuilds, shipped_contracts()["gantry@1"])
+
+
+def test_it_has_the_port_opened_reads_the_settings_and_homes(peer, played):
+    async def story(driver, control):
+        return await driver.status(), driver.bench.origin, control.heard[0]
+
+    status, origin, first = played(peer, story)
+
+    assert (status["state"], status["homed"], status["alarm"]) == ("idle", True, "")
+    assert (status["x"], status["z"]) == pytest.approx((0, 85), abs=0.006)
+    assert origin == (-805.0, -725.0, -90.0)
+    assert first == ("connectTo", {"type": "usb", "port": peer.path, "baud": 115200})
+
+
+def test_a_move_has_not_succeeded_before_it_stands_whatever_status_says(peers, played):
+    peer = peers(speed=3)
+
+    async def story(driver, control):
+        false_idle = 0
+        for x in (8, 16, 24, 32, 40):
+            move = asyncio.create_task(driver.move_to(GoalContext("m"), x=x, z=10))
+            while not move.done():
+                false_idle += control.run == "Idle" and peer.move is not None
+                await asyncio.sleep(0.005)
+            assert peer.move is None
+            assert peer.place[0] - ORIGIN_X == pytest.approx(x, abs=0.005)
+        return false_idle, control.completed
+
+    false_idle, completed = played(peer, story)
+
+    assert false_idle > 0  # else this has tested nothing
+    assert completed >= 5
+
+
+def test_each_command_ends_with_a_proof_of_its_own(peer, played):
+    async def story(driver, control):
+        await driver.move_to(GoalContext("a"), x=5)
+        await driver.move_to(GoalContext("b"), x=5, feed=100)
+        return [data for event, data in control.heard if event == "runCommand"]
+
+    *_, first, second = played(peer, story)
+
+    assert first.startswith("G21G90G94G53G0X-800.0000\nG4 P0 (labrun ")
+    assert second.startswith("G21G90G94G53G1X-800.0000F100.000\nG4 P0 (labrun ")
+    assert first.rpartition("(")[2] != second.rpartition("(")[2]
+
+
+@pytest.mark.parametrize("wanted", [{"x": 731}, {"y": 800}, {"z": float("nan")}])
+def test_a_place_out_of_reach_is_refused_before_anything_is_sent(peer, played, wanted):
+    async def story(driver, control):
+        before = len(control.heard)
+        with pytest.raises(ActionFailed, match=r"SoftLimit: gantry .* was not moved"):
+            await driver.move_to(GoalContext("m"), **wanted)
+        return len(control.heard) - before
+
+    assert played(peer, story) == 0
+
+
+def test_without_homing_nothing_moves(peer, played):
+    async def story(driver, control):
+        with pytest.raises(ActionFailed, match="NotHomed"):
+            await driver.move_to(GoalContext("m"), x=5)
+        return (await driver.status())["state"]
+
+    assert played(peer, story, homed=False) == "alarm"
+
+
+def test_a_cancel_holds_first_so_that_the_place_is_still_trusted(peers, played):
+    peer = peers(speed=1)
+
+    async def story(driver, control):
+        goal = GoalContext("m")
+        move = asyncio.create_task(driver.move_to(goal, x=200))
+        await asyncio.sleep(1)
+        goal.cancelled.set()
+        with pytest.raises(ActionCanceled, match="stopped at x"):
+            await move
+        assert peer.move is None
+        return await until(driver, lambda s: s["state"] == "idle")
+
+    status = played(peer, story)
+
+    assert status["homed"]
+    assert 0 < status["x"] < 200
+    assert peer.place[0] - ORIGIN_X == pytest.approx(status["x"], abs=0.01)
+
+
+def test_safe_stops_a_move(peers, played):
+    peer = peers(speed=2)
+
+    async def story(driver, control):
+        move = asyncio.create_task(driver.move_to(GoalContext("m"), x=300))
+        await asyncio.sleep(0.6)
+        await driver.safe()
+        stood = list(peer.steps)
+        with pytest.raises(ActionFailed, match="Alarm: a stop ended the motion of gantry"):
+            await move
+        await asyncio.sleep(0.3)
+        return stood
+
+    assert played(peer, story) == peer.steps
+    assert peer.move is None and not peer.queue
+
+
+def test_an_alarm_in_mid_move_is_named_and_ends_with_unlock_and_home(peer, played):
+    async def story(driver, control):
+        peer.hit_at = -700
+        with pytest.raises(ActionFailed, match="ALARM:1: a limit switch was hit") as hit:
+            await driver.move_to(GoalContext("a"), x=300)
+        locked = await driver.status()
+        peer.hit_at = None
+        await driver.unlock(GoalContext("b"))
+        unlocked = await until(driver, lambda s: s["state"] != "alarm")
+        await driver.home(GoalContext("c"))
+        place = await driver.move_to(GoalContext("d"), x=3)
+        return hit.value.happened, locked, unlocked, place
+
+    happened, locked, unlocked, place = played(peer, story)
+
+    assert happened == "unknown"
+    assert (locked["state"], locked["homed"]) == ("alarm", False)
+    assert (unlocked["state"], unlocked["homed"]) == ("idle", False)
+    assert place["x"] == pytest.approx(3, abs=0.005)
+
+
+def test_an_alarm_that_is_told_by_nothing_but_the_connection_status_is_seen(peer, played):
+    async def story(driver, control):
+        control.connection = 5
+        return await until(driver, lambda s: "locked" not in (s["alarm"] or "locked"))
+
+    status = played(peer, story)
+
+    assert status["state"] == "alarm"
+    assert "reports an error or alarm" in status["alarm"]
+
+
+def test_an_error_stops_the_queue_and_unlock_clears_it(peer, played):
+    async def story(driver, control):
+        control.queue.append("G41")
+        control._send()
+        status = await until(driver, lambda s: s["alarm"])
+        with pytest.raises(
+            ActionFailed, match=r"was not moved: error:20 \(it does not know this G"
+        ):
+            await driver.move_to(GoalContext("a"), x=3)
+        await driver.unlock(GoalContext("b"))
+        await driver.home(GoalContext("c"))
+        return status, await driver.move_to(GoalContext("d"), x=3)
+
+    status, place = played(peer, story)
+
+    assert status["state"] == "alarm"
+    assert place["x"] == pytest.approx(3, abs=0.005)
+
+
+def test_homing_that_fails_says_why(peer, played):
+    peer.homing_fails = True
+
+    async def story(driver, control):
+        with pytest.raises(ActionFailed, match=r"HomingFailed: .*ALARM:9"):
+            await driver.home(GoalContext("h"))
+        return await driver.status()
+
+    status = played(peer, story, homed=False)
+
+    assert (status["state"], status["homed"]) == ("alarm", False)
+
+
+def test_a_controller_that_falls_silent_is_found_by_its_frozen_place(peers, played, monkeypatch):
+    from labrun.drivers.openbuilds import watch
+
+    monkeypatch.setattr(watch, "STUCK_S", 1.0)
+    peer = peers(speed=1)
+
+    async def story(driver, control):
+        move = asyncio.create_task(driver.move_to(GoalContext("a"), x=300))
+        await asyncio.sleep(0.5)
+        peer.silent = True
+        with pytest.raises(
+            ActionFailed, match="its place has not changed for 1 s, and it says Run"
+        ):
+            await move
+        return await driver.status()
+
+    assert not played(peer, story)["homed"]
+
+
+def test_hold_and_resume_work_though_the_programs_own_pause_does_not(peers, played):
+    peer = peers(speed=2)
+
+    async def story(driver, control):
+        move = asyncio.create_task(driver.move_to(GoalContext("m"), x=100))
+        await asyncio.sleep(0.4)
+        await driver.hold(GoalContext("h"))
+        held = await driver.status()
+        await asyncio.sleep(0.3)
+        assert not move.done() and peer.move is None
+        await driver.resume(GoalContext("r"))
+        return held, await move
+
+    held, place = played(peer, story)
+
+    assert held["state"] == "hold"
+    assert place["x"] == pytest.approx(100, abs=0.005)
+
+
+def test_a_work_zero_is_set_and_gone_to(peer, played):
+    async def story(driver, control):
+        await driver.move_to(GoalContext("a"), x=30, y=40)
+        zero = await driver.set_zero(GoalContext("b"), axes=["x"])
+        await driver.move_to(GoalContext("c"), x=100)
+        far = await until(driver, lambda s: s["work_x"] > 60)
+        return zero, far, await driver.go_to_zero(GoalContext("d"), axes=["x"])
+
+    zero, far, place = played(peer, story)
+
+    assert zero["x"] == pytest.approx(30, abs=0.005)
+    assert far["work_x"] == pytest.approx(70, abs=0.01)
+    assert (place["x"], place["y"]) == pytest.approx((30, 40), abs=0.005)
+
+
+def test_a_jog_by_a_distance_and_one_that_is_held(peers, played):
+    peer = peers(speed=1)
+
+    async def story(driver, control):
+        step = await driver.jog(GoalContext("a"), axis="x", distance=2)
+        goal = GoalContext("b")
+        jog = asyncio.create_task(driver.jog(goal, axis="x", direction="+", feed=1200))
+        for _ in range(8):
+            await asyncio.sleep(0.1)
+            goal.wanted_at = time.monotonic()
+        assert not jog.done()
+        return step, await jog
+
+    step, place = played(peer, story)
+
+    assert step["x"] == pytest.approx(2, abs=0.01)
+    assert 5 < place["x"] < 40
+    assert peer.move is None and not peer.queue
+
+
+def test_the_port_that_is_unplugged_and_back_is_opened_again(peers, played):
+    peer = peers(speed=2)
+
+    async def story(driver, control):
+        move = asyncio.create_task(driver.move_to(GoalContext("a"), x=100))
+        await asyncio.sleep(0.5)
+        peer.unplug()
+        with pytest.raises(ActionFailed, match=r"Alarm: .*lost the port") as pulled:
+            await move
+        gone = await driver.status()
+        with pytest.raises(ActionFailed, match=r"Offline: .*has no port open"):
+            await driver.move_to(GoalContext("b"), x=1)
+        peer.plug()
+        back = await until(driver, lambda s: s["state"] == "alarm")
+        await driver.home(GoalContext("c"))
+        return pulled.value.happened, gone, back, await driver.move_to(GoalContext("d"), x=2)
+
+    happened, gone, back, place = played(peer, story)
+
+    assert happened == "unknown"
+    assert gone["state"] == "offline"
+    assert not back["homed"]
+    assert place["x"] == pytest.approx(2, abs=0.005)
+
+
+def test_it_comes_back_when_the_program_was_started_anew(peer, program, gantry):
+    async def whole():
+        async with program(peer) as first:
+            driver = gantry(first.url, peer.path)
+            await driver.open()
+            await driver.home(GoalContext("a"))
+            port = first.port
+        try:
+            gone = await until(driver, lambda s: s["state"] == "offline")
+            with pytest.raises(OSError, match="cannot be told to stop"):
+                await driver.safe()
+            async with program(peer, port=port):
+                back = await until(driver, lambda s: s["state"] == "alarm")
+                await driver.home(GoalContext("b"))
+                return gone, back, await driver.move_to(GoalContext("c"), x=4)
+        finally:
+            await driver.close()
+
+    gone, back, place = asyncio.run(whole())
+
+    assert not gone["homed"] and not back["homed"]
+    assert place["x"] == pytest.approx(4, abs=0.005)
+
+
+def test_a_program_that_tells_no_status_any_more_is_offline(peer, played):
+    async def story(driver, control):
+        control.told = False
+        return await until(driver, lambda s: s["state"] == "offline")
+
+    assert "has told no status" in played(peer, story)["alarm"]
+
+
+def test_no_program_at_that_address(gantry):
+    async def story():
+        driver = gantry("http://127.0.0.1:9", "/dev/ttyUSB0")
+        with pytest.raises(
+            OSError, match=r"OpenBuilds CONTROL does not answer at http://127.0.0.1:9"
+        ):
+            await driver.open()
+
+    asyncio.run(story())
+
+
+def test_no_such_port_in_the_program(peer, program, gantry, monkeypatch):
+    from labrun.drivers.openbuilds import control as source
+
+    monkeypatch.setattr(source, "PORT_S", 1.0)
+
+    async def story():
+        async with program(peer) as control:
+            driver = gantry(control.url, "/dev/ttyNONE7")
+            with pytest.raises(OSError, match="asked to open /dev/ttyNONE7, and had not after 1 s"):
+                await driver.open()
+
+    asyncio.run(story())
+
+
+def test_another_port_open_in_the_program(peer, program, gantry):
+    async def story():
+        async with program(peer) as control:
+            control.connection, control.active = 2, "/dev/ttyUSB9"
+            driver = gantry(control.url, peer.path)
+            with pytest.raises(OSError, match="has /dev/ttyUSB9 open, not "):
+                await driver.open()
+
+    asyncio.run(story())
