@@ -101,8 +101,12 @@ class SimGantry(Twin):
             self._check_limits(**{axis: there[i]})
             over = None
         else:
-            there[i] = self._range(axis)[direction == "+"]
-            over = lapsed(lambda: goal.wanted_at, lease, self.clock)
+            low, high = self._range(axis)
+            if self.clock.tick_s >= 1:  # no hand is on a clock that leaps: it lets go at once
+                way = feed / 60 * lease
+                low, high = max(low, there[i] - way), min(high, there[i] + way)
+            there[i] = high if direction == "+" else low
+            over = lapsed(lambda: goal.wanted_at, lease)
         self.by_hand = {"goal_id": goal.id}
         place = await self._moved("jog", goal, (there[0], there[1], there[2]), feed, over)
         self.by_hand |= place

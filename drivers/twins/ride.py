@@ -76,17 +76,7 @@ class Ride:
         return not (self.stop or ended())
 
 
-def lapsed(wanted_at: Callable[[], float], lease_s: float, clock: Clock) -> Callable[[], bool]:
-    """Whether a jog is no longer held: nobody has asked for it again within the lease.
-
-    The lease is of real time, as it is a person's hand; on a clock that only counts seconds it is
-    of those.
-    """
-    begun, counted = time.monotonic(), clock.elapsed_s
-
-    def over() -> bool:
-        if clock.fast:
-            return clock.elapsed_s - counted >= lease_s
-        return time.monotonic() - max(begun, wanted_at()) >= lease_s
-
-    return over
+def lapsed(wanted_at: Callable[[], float], lease_s: float) -> Callable[[], bool]:
+    """Whether a jog is no longer held: nobody has asked for it again within the lease."""
+    begun = time.monotonic()
+    return lambda: time.monotonic() - max(begun, wanted_at()) >= lease_s

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -159,6 +160,100 @@ def test_lost_steps_are_found_again_by_homing(tmp_path):
 def test_a_setting_that_it_does_not_have_is_refused(tmp_path):
     with pytest.raises(ValueError, match="config has no speed; it has: clock, seed, faults, homed"):
         gantry(tmp_path, speed=3)
+
+
+def test_hold_and_resume_go_on_along_the_same_line(tmp_path):
+    async def story(driver):
+        move = asyncio.create_task(driver.move_to(GoalContext("a"), x=40.0))
+        await asyncio.sleep(0.2)
+        await driver.hold(GoalContext("b"))
+        await asyncio.sleep(0.3)
+        held = await driver.status()
+        await asyncio.sleep(0.2)
+        still = await driver.status()
+        await driver.resume(GoalContext("c"))
+        return held, still, await move
+
+    held, still, place = played(gantry(tmp_path, clock=4), story)
+
+    assert held["state"] == "hold" and 0 < held["x"] < 40
+    assert still["x"] == held["x"]
+    assert place["x"] == pytest.approx(40, abs=STEP_MM)
+
+
+def test_a_stop_ends_what_is_held(tmp_path):
+    async def story(driver):
+        move = asyncio.create_task(driver.move_to(GoalContext("a"), x=40.0))
+        await asyncio.sleep(0.2)
+        await driver.hold(GoalContext("b"))
+        await asyncio.sleep(0.2)
+        await driver.safe()
+        with pytest.raises(ActionFailed, match="a stop ended the move"):
+            await move
+        return (await driver.status())["state"]
+
+    assert played(gantry(tmp_path, clock=4), story) == "idle"
+
+
+def test_a_work_zero_is_set_gone_to_and_kept(tmp_path):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=30.0, y=40.0, z=5.0)
+        zero = await driver.set_zero(GoalContext("b"), axes=["x", "y"])
+        await driver.move_to(GoalContext("c"), x=50.0, y=45.0)
+        probe = await driver.last_by_hand(GoalContext("d"))
+        return zero, await driver.status(), probe
+
+    async def later(driver):
+        return await driver.go_to_zero(GoalContext("e"), axes=["x"])
+
+    zero, status, probe = played(gantry(tmp_path), story)
+    place = played(gantry(tmp_path), later)
+
+    assert zero["x"] == pytest.approx(30, abs=STEP_MM) and zero["z"] == 0
+    assert (status["work_x"], status["work_y"]) == pytest.approx((20, 5), abs=2 * STEP_MM)
+    assert probe == {"goal_id": "b", **zero}
+    assert (place["x"], place["y"]) == pytest.approx((30, 45), abs=STEP_MM)
+
+
+def test_a_jog_by_a_distance_ends_there_and_one_out_of_the_bench_is_refused(tmp_path):
+    async def story(driver):
+        place = await driver.jog(GoalContext("a"), axis="x", distance=2.5)
+        with pytest.raises(ActionFailed, match=r"SoftLimit: x -0\.99"):
+            await driver.jog(GoalContext("b"), axis="x", distance=-3.5)
+        return place
+
+    assert played(gantry(tmp_path), story)["x"] == pytest.approx(2.5, abs=STEP_MM)
+
+
+def test_a_jog_that_is_held_ends_with_the_hold(tmp_path):
+    async def story(driver):
+        goal = GoalContext("a")
+        jog = asyncio.create_task(driver.jog(goal, axis="x", direction="+", feed=1200, lease=0.3))
+        for _ in range(8):
+            await asyncio.sleep(0.1)
+            goal.wanted_at = time.monotonic()
+        assert not jog.done()
+        return (await driver.status())["x"], await jog
+
+    held, place = played(gantry(tmp_path, clock="real"), story)
+
+    assert 5 < held < place["x"] < held + 20
+
+
+def test_on_a_clock_that_only_counts_a_held_jog_lasts_one_lease(tmp_path):
+    async def story(driver):
+        return await driver.jog(GoalContext("a"), axis="x", direction="+", feed=600, lease=0.5)
+
+    assert played(gantry(tmp_path), story)["x"] == pytest.approx(5, abs=STEP_MM)
+
+
+def test_status_says_all_that_the_contract_says(tmp_path):
+    async def story(driver):
+        return await driver.status()
+
+    status = played(gantry(tmp_path), story)
+
+    assert set(status) == set(shipped_contracts()["gantry@1"].status["properties"])
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is a signal of POSIX")
