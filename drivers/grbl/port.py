@@ -142,4 +142,4 @@ def _others() -> str:
     from serial.tools.list_ports import comports
 
     found = [f"{port.device} ({port.description})" for port in comports()]
-    return f"There are: {', '.join(found)}." if found else "This computer has no serial port now."
+    return f"There are: {', '.join(found)}" if found else "This computer has no serial port now"

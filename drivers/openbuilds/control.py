@@ -8,12 +8,12 @@ ends with a `G4 P0 (tag)` of its own, which the controller answers when all moti
 import asyncio
 import contextlib
 import re
-import secrets
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ..grbl.faults import Alarmed, GrblFault, Lost, NotConnected, Refused, Silent
 from ..grbl.words import alarm_words, error_words
+from .proofs import Proofs
 from .view import ALARM, CONNECTED, NONE, OPENING, View, read_view
 
 if TYPE_CHECKING:
@@ -50,9 +50,8 @@ class Control:
         self.disconnected = "it has not been connected yet"
         self._http: aiohttp.ClientSession | None = None
         self._sio: socketio.AsyncClient | None = None
-        self._proofs: dict[str, asyncio.Future[None]] = {}
+        self.proofs = Proofs()
         self._news = asyncio.Event()
-        self._word, self._number = secrets.token_hex(3), 0
 
     async def open(self) -> None:
         """Connect to CONTROL; raises OSError with a sentence."""
@@ -89,7 +88,7 @@ class Control:
         """Disconnect; CONTROL keeps its port."""
         if self._sio is not None:
             sio, self._sio = self._sio, None
-            self._fail(Lost("it was closed"))
+            self.proofs.fail(Lost("it was closed"))
             with contextlib.suppress(Exception):  # a connection that is given up owes no order
                 async with asyncio.timeout(CLOSE_S):
                     await sio.shutdown()
@@ -182,26 +181,18 @@ class Control:
         """Queue lines and a proof; the future ends when the controller has done them all."""
         if self.lost:
             raise NotConnected(self.lost)
-        self._number += 1
-        proof = f"G4 P0 (labrun {self._word} {self._number})"
-        answer = self.expect(proof)
+        proof = self.proofs.next_line()
+        answer = self.proofs.expect(proof)
         await self.emit("runCommand", "\n".join([*lines, proof]))
-        return answer
-
-    def expect(self, line: str) -> asyncio.Future[None]:
-        """A future that ends with the `ok` of exactly this line, or raises a GrblFault."""
-        answer: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        answer.add_done_callback(_seen)
-        self._proofs[line] = answer
         return answer
 
     async def ask(self, line: str, seconds: float) -> None:
         """Queue one line and wait for its `ok`."""
-        answer = self.expect(line)
+        answer = self.proofs.expect(line)
         await self.emit("runCommand", line)
         await asyncio.wait({answer}, timeout=seconds)
         if not answer.done():
-            self._proofs.pop(line, None)
+            self.proofs.forget(line)
             raise Silent(f"it did not answer `{line}` within {seconds:g} s")
         answer.result()
 
@@ -218,7 +209,7 @@ class Control:
         self.disconnected = "the connection to OpenBuilds CONTROL was lost; is the program on?"
         self._not_trusted(f"{self.disconnected} Home it")
         self.view = None  # the next one may be of another life of the program
-        self._fail(Lost(self.disconnected))
+        self.proofs.fail(Lost(self.disconnected))
         self._news.set()
 
     def _status(self, data: Any) -> None:
@@ -232,7 +223,7 @@ class Control:
             asyncio.get_running_loop().call_later(0.3, self._unnamed)
         if view.connection == NONE and before is not None and before.connection != NONE:
             self._not_trusted("the port was lost (unplugged?). Home it when it is back")
-            self._fail(Lost("OpenBuilds CONTROL lost the port; is the cable plugged in?"))
+            self.proofs.fail(Lost("OpenBuilds CONTROL lost the port; is the cable plugged in?"))
         self._news.set()
 
     def _unnamed(self) -> None:
@@ -240,13 +231,11 @@ class Control:
         if self.view is not None and self.view.connection == ALARM and not self.alarm:
             said = self.view.alarm or "it did not say which"
             self._not_trusted(f"OpenBuilds CONTROL reports an error or alarm: {said}. Unlock it")
-            self._fail(GrblFault(f"OpenBuilds CONTROL reports an error or alarm ({said})"))
+            self.proofs.fail(GrblFault(f"OpenBuilds CONTROL reports an error or alarm ({said})"))
             self._news.set()
 
     def _ok(self, line: Any = "") -> None:
-        answer = self._proofs.pop(str(line).strip(), None)
-        if answer is not None and not answer.done():
-            answer.set_result(None)
+        self.proofs.answered(str(line))
         self._news.set()
 
     def _data(self, data: Any = None) -> None:
@@ -263,24 +252,18 @@ class Control:
         code = _number(text)
         # CONTROL's queue stands still from here on, until it is cleared.
         self.alarm = f"{error_words(code)}; its queue stands still. Unlock it"
-        self._fail(Refused(code))
+        self.proofs.fail(Refused(code))
         self._news.set()
 
     def _alarm(self, text: Any = "") -> None:
         code = _number(text)
         self._not_trusted(alarm_words(code))
-        self._fail(Alarmed(code))
+        self.proofs.fail(Alarmed(code))
         self._news.set()
 
     def _not_trusted(self, why: str) -> None:
         self.homed, self.alarm = False, why
         self.alarm_at = asyncio.get_running_loop().time()
-
-    def _fail(self, fault: GrblFault) -> None:
-        proofs, self._proofs = self._proofs, {}
-        for answer in proofs.values():
-            if not answer.done():
-                answer.set_exception(fault)
 
     @property
     def locked(self) -> bool:
@@ -297,9 +280,3 @@ class Control:
 def _number(text: Any) -> int:
     found = re.search(r"(?:error|ALARM):\s*(\d+)", str(text))
     return int(found[1]) if found else 0
-
-
-def _seen(answer: "asyncio.Future[None]") -> None:
-    """A fault that nobody waited for is no leak."""
-    if not answer.cancelled():
-        answer.exception()

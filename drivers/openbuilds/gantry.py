@@ -15,10 +15,10 @@ from ..grbl.bench import Point, read_bench, words
 from ..grbl.by_hand import ByHand
 from ..grbl.config import PLACING
 from ..grbl.faults import GrblFault, Lost, NotConnected, Silent
-from ..grbl.jog import jog_line
 from ..grbl.motion import WrongPlace
 from ..grbl.settings import Settings
 from .control import Control
+from .jog import jog_while
 from .stopping import stop
 from .view import ALARM, View
 from .watch import Ended, watch
@@ -28,7 +28,6 @@ AGAIN_S = 3.0
 THERE_S = 3.0  # the position is told up to 0.9 s late
 ZERO_S = 10.0  # the offset comes with every 30th report, five of them a second
 HELD_S = 3.0
-PIECE_S, AHEAD_S = 0.15, 0.35
 
 
 class OpenBuilds(ByHand):
@@ -151,6 +150,9 @@ class OpenBuilds(ByHand):
         lines = [f"{number}={value}" for number, value in control.settings.items()]
         self.bench = read_bench(self.place.config, self.limits, Settings.read(lines))
         self.tolerance = Settings.read(lines).tolerance
+        control.unsettle()  # opening the port has booted the controller
+        with contextlib.suppress(Lost):
+            await control.settled()
 
     async def _keep(self) -> None:
         """Have CONTROL open the port again when it was lost, or CONTROL was started anew."""
@@ -209,26 +211,8 @@ class OpenBuilds(ByHand):
     async def _jog_while(
         self, goal: GoalContext, axis: int, way: float, feed: float, held: Callable[[], bool]
     ) -> None:
-        control, speed = self.control, feed / 60
-        clock = asyncio.get_running_loop().time
-        begun, asked = clock(), 0.0
         with self._moving(goal, "jog"):
-            while held() and abs(way) - asked > 1e-6:
-                if self._ended(goal)():
-                    break
-                if asked > speed * (clock() - begun + AHEAD_S):
-                    await asyncio.sleep(0.03)
-                    continue
-                piece = min(speed * PIECE_S, abs(way) - asked)
-                await control.ask(jog_line(axis, piece if way > 0 else -piece, feed), 2.0)
-                asked += piece
-            if abs(way) - asked > 1e-6:
-                await control.drop(jog=True)
-            await self._until(lambda view: view.run in ("Idle", "Alarm"), 2 + abs(way) / speed)
-            await watch(control, await control.run(), lambda: False)
-            control.unsettle()
-            if self._ended(goal)():
-                raise Ended
+            await jog_while(self.control, axis, way, feed, held, self._ended(goal))
 
     async def _set_zero(self, line: str) -> None:
         control = self.control
