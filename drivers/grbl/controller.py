@@ -49,6 +49,7 @@ class Controller:
         self.alarm = ""
         self.lost = "it has not been opened yet"
         self.message = ""
+        self.mute = ""  # why nobody knows how it is, though its port is there
         self.reports_heard = 0
         self.boots = 0
         self.dead = False  # from an alarm to the boot that follows, it answers nothing
@@ -125,7 +126,8 @@ class Controller:
         before = self.reports_heard
         self.write(ASK)
         if not await self.until(lambda: self.reports_heard > before or bool(self.lost), seconds):
-            raise Silent(f"it did not answer `?` within {seconds:g} s; {self.last_words}")
+            self.mute = f"it did not answer `?` within {seconds:g} s; {self.last_words}"
+            raise Silent(self.mute)
         if self.lost or self.report is None:
             raise Lost(self.lost)
         return self.report
@@ -144,7 +146,7 @@ class Controller:
     def connected(self) -> None:
         """The port is open; nothing that was known of an earlier connection holds."""
         self.lost, self.dead, self.deaf, self.wants_reset = "", False, False, False
-        self.report, self.lines, self.message = None, Lines(), ""
+        self.report, self.lines, self.message, self.mute = None, Lines(), "", ""
         self.reports = ReportReader()
         self.heard_at = asyncio.get_running_loop().time()
         self.overheard.clear()
@@ -207,7 +209,7 @@ class Controller:
     def _hear_report(self, text: str) -> None:
         report = self.reports.read(text)
         if report is not None:
-            self.report = report
+            self.report, self.mute = report, ""
             self.reports_heard += 1
             self.on_report()
 

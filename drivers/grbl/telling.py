@@ -12,6 +12,8 @@ def state_of(controller: Controller, doing: str | None) -> str:
         return "offline"
     if doing == "home":
         return "homing"
+    if controller.mute and not controller.dead:
+        return "offline"
     if controller.alarm or controller.dead or report.state == "Alarm":
         return "alarm"
     return STATES.get(report.state) or ("moving" if doing else "idle")
@@ -23,6 +25,8 @@ def trouble_of(controller: Controller) -> str:
         return f"{controller.lost}. It is taken up again when it is back"
     if controller.alarm:
         return controller.alarm
+    if controller.mute:
+        return f"{controller.mute}. Is it switched on?"
     state = controller.report.state if controller.report else ""
     if state == "Alarm":
         return "it is locked until it is homed (or unlocked, without a known place)"

@@ -54,6 +54,7 @@ class Peer:
         self.eats_ok_of = None  # a line whose next `ok` is lost
         self.offset = [0.0, 0.0, 0.0]
         self._said = 0
+        self._late_banner = False
         self._ends = threading.Event()
         self.plug()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -164,7 +165,8 @@ class Peer:
         now = self.now()
         if self._ready_at <= now and self._ready_at:
             self._ready_at = 0
-            if self.boots_on_open:
+            if self.boots_on_open or self._late_banner:
+                self._late_banner = False
                 self._banner()
         if self._ready_at:
             return
@@ -237,7 +239,10 @@ class Peer:
             self._stand()
             self.say(f"ALARM:{6 if homing else 3}")
             self.state = "Alarm"
-        elif self.dead_at is not None:
+            self._clear()
+            self._late_banner, self._ready_at = True, self.now() + SWALLOW_S
+            return
+        if self.dead_at is not None:
             self.state = "Alarm"
         elif self.state != "Alarm":
             self.state = "Idle"

@@ -126,6 +126,25 @@ def test_a_controller_that_falls_silent_in_mid_move_is_told_to_stop_and_that_is_
     assert "may still move" in status["alarm"]
 
 
+def test_a_controller_that_answers_nothing_while_it_stands_is_offline_until_it_does(
+    peer, gantry, played
+):
+    async def story(driver):
+        peer.silent = True
+        gone = await until(driver, lambda s: s["state"] == "offline")
+        with pytest.raises(ActionFailed, match=r"Offline: .*it did not answer `\?`") as refused:
+            await driver.move_to(GoalContext("a"), x=3)
+        peer.silent = False
+        await until(driver, lambda s: s["state"] == "idle")
+        return gone, refused.value.happened, await driver.move_to(GoalContext("b"), x=3)
+
+    gone, happened, place = played(gantry(peer), story)
+
+    assert "it did not answer `?`" in gone["alarm"]
+    assert happened == "no"
+    assert place["x"] == pytest.approx(3, abs=0.005)
+
+
 def test_unplugged_in_mid_move_it_is_unknown_and_comes_back_by_itself(peers, gantry, played):
     peer = peers(speed=2)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from labrun.drivers.driver import GoalContext, Place
+from labrun.drivers.openbuilds import control as source
 from labrun.drivers.openbuilds.gantry import OpenBuilds
 
 
@@ -22,6 +23,12 @@ def load(path):
 HERE = Path(__file__).parent
 Peer = load(HERE.parent / "grbl" / "peer.py").Peer
 Control = load(HERE / "control.py").Control
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch):
+    """This CONTROL is never later than its 0.2 s and 0.1 s; the real one was by up to 0.9 s."""
+    monkeypatch.setattr(source, "SETTLE_S", 0.5)
 
 
 @pytest.fixture
