@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from ..stereo.board import Board
+from ..vision.board import Board
 
 if TYPE_CHECKING:
     import numpy as np

@@ -2,17 +2,18 @@
 
 from typing import TYPE_CHECKING, Any
 
-from ..stereo.board import Board
-from ..stereo.rig import Rig
+from ..vision.board import Board
+from ..vision.intrinsics import Intrinsics
+from ..vision.rig import Rig
 from .camera_scene import Scene, Stone
 from .faults import chance
 from .world import World
 
 if TYPE_CHECKING:
-    import numpy as np
+    from ..vision.pose import Pose
+    from ..vision.view import StereoView
 
-    from ..stereo.pose import Pose
-
+WIDTH, HEIGHT, FOCAL_PX, BASELINE_MM = 1280, 720, 1065.0, 60.0
 CARRIED = {"x": 60.0, "y": 40.0, "z": 400.0, "tilt": 30.0}
 STANDING = {"x": 200.0, "y": 70.0, "z": 500.0, "tilt": 30.0}
 BOARD = {"columns": 9, "rows": 6, "square": 25.0, "x": 100.0, "y": 300.0}
@@ -22,7 +23,7 @@ class Eyes:
     """Made of a twin's configuration; raises ValueError where that cannot be."""
 
     def __init__(self, config: dict[str, Any], world: World, seed: int) -> None:
-        self.rig = Rig()
+        self.rig = Rig(Intrinsics.ideal(WIDTH, HEIGHT, FOCAL_PX), BASELINE_MM)
         self.world, self.seed = world, seed
         self.gantry = config.get("gantry")
         self.mount = _filled("place", config.get("place"), CARRIED if self.gantry else STANDING)
@@ -39,31 +40,33 @@ class Eyes:
 
     def pose(self) -> "Pose":
         """Where the left eye truly is, and how it looks."""
-        from ..stereo.pose import Pose
+        from ..vision.pose import Pose
 
         carried = zip("xyz", self.carriage_mm(), strict=True)
         x, y, z = (self.mount[axis] + moved for axis, moved in carried)
         return Pose.looking((x, y, z), self.mount["tilt"])
 
-    def look(self, goal_id: str, trouble: str | None) -> tuple["np.ndarray", "np.ndarray"]:
+    def look(self, goal_id: str, trouble: str | None) -> "StereoView":
         """What both eyes see now, spoilt by a trouble; the noise is the goal's own."""
         import numpy as np
 
+        from ..vision.view import StereoView
         from .camera_eye import noisy, see
         from .camera_trouble import spoil
 
-        pose = self.pose()
-        pair = see(self.scene, pose, self.rig), see(self.scene, pose.right_eye(self.rig), self.rig)
+        pose, eye = self.pose(), self.rig.eye
+        other = pose.beside(self.rig.baseline_mm)
+        pair = see(self.scene, pose, eye), see(self.scene, other, eye)
         if trouble is not None:
             pair = spoil(pair, trouble, self._middle_of_board(pose))
         random = np.random.default_rng(int(chance(self.seed, "noise", goal_id) * 2**53))
-        return noisy(pair[0], random), noisy(pair[1], random)
+        return StereoView(noisy(pair[0], random), noisy(pair[1], random), self.rig)
 
     def _middle_of_board(self, pose: "Pose") -> tuple[float, float]:
         """The pixel where the board is, or the middle of the picture where there is none."""
         if self.scene.board is None:
-            return self.rig.middle
-        u, v = pose.project(self.scene.board.corners_mm().mean(axis=(0, 1)), self.rig)
+            return (WIDTH - 1) / 2, (HEIGHT - 1) / 2
+        u, v = pose.project(self.scene.board.corners_mm().mean(axis=(0, 1)), self.rig.eye)
         return float(u), float(v)
 
 

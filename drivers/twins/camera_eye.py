@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ..stereo.pose import Pose
-from ..stereo.rig import Rig
+from ..vision.intrinsics import Intrinsics
+from ..vision.pose import Pose
 from .board import print_onto
 from .camera_scene import (
     CORE_STEP_MM,
@@ -24,20 +24,20 @@ SHADE = {"top": 1.0, "front": 0.62, "back": 0.55, "left": 0.75, "right": 0.7}
 NOISE = 1.8  # grey levels
 
 
-def see(scene: Scene, pose: Pose, rig: Rig) -> "np.ndarray":
+def see(scene: Scene, pose: Pose, eye: Intrinsics) -> "np.ndarray":
     """The picture of one eye, without noise: (height, width, 3), blue first."""
     import numpy as np
 
-    picture = np.zeros((rig.height, rig.width, 3), np.uint8)
+    picture = np.zeros((eye.height, eye.width, 3), np.uint8)
     left, front, right, back = PLATE_MM
-    _lay(picture, plate_texture(), (left, front, right, back), PLATE_STEP_MM, pose, rig)
+    _lay(picture, plate_texture(), (left, front, right, back), PLATE_STEP_MM, pose, eye)
     core = core_texture(scene.core)
     height, width = core.shape[0] * CORE_STEP_MM, core.shape[1] * CORE_STEP_MM
-    _lay(picture, core, (0.0, 0.0, width, height), CORE_STEP_MM, pose, rig)
+    _lay(picture, core, (0.0, 0.0, width, height), CORE_STEP_MM, pose, eye)
     if scene.board is not None:
-        print_onto(picture, scene.board, _bench_to_pixel(pose, rig))
+        print_onto(picture, scene.board, _bench_to_pixel(pose, eye))
     for stone in sorted(scene.stones, key=lambda stone: -_distance(stone, pose)):
-        _stand(picture, stone, pose, rig)
+        _stand(picture, stone, pose, eye)
     return picture
 
 
@@ -49,11 +49,11 @@ def noisy(picture: "np.ndarray", random: "np.random.Generator") -> "np.ndarray":
     return np.clip(picture + noise, 0, 255).astype(np.uint8)
 
 
-def _bench_to_pixel(pose: Pose, rig: Rig) -> "np.ndarray":
+def _bench_to_pixel(pose: Pose, eye: Intrinsics) -> "np.ndarray":
     import numpy as np
 
     across, away, shift = pose.turn[:, 0], pose.turn[:, 1], -pose.turn @ pose.place_mm
-    return rig.matrix() @ np.stack([across, away, shift], axis=1)
+    return eye.matrix @ np.stack([across, away, shift], axis=1)
 
 
 def _lay(
@@ -62,7 +62,7 @@ def _lay(
     area: tuple[float, float, float, float],
     step: float,
     pose: Pose,
-    rig: Rig,
+    eye: Intrinsics,
 ) -> None:
     """Put a texture of the bench, z = 0, into the picture."""
     import cv2
@@ -72,15 +72,15 @@ def _lay(
     to_bench = np.array([[step, 0, left + step / 2], [0, step, front + step / 2], [0, 0, 1]])
     cv2.warpPerspective(
         texture,
-        _bench_to_pixel(pose, rig) @ to_bench,
-        (rig.width, rig.height),
+        _bench_to_pixel(pose, eye) @ to_bench,
+        (eye.width, eye.height),
         dst=picture,
         flags=cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_TRANSPARENT,
     )
 
 
-def _stand(picture: "np.ndarray", stone: Stone, pose: Pose, rig: Rig) -> None:
+def _stand(picture: "np.ndarray", stone: Stone, pose: Pose, eye: Intrinsics) -> None:
     """Draw the faces of a stone that look towards the eye, the top last."""
     import cv2
     import numpy as np
@@ -89,11 +89,11 @@ def _stand(picture: "np.ndarray", stone: Stone, pose: Pose, rig: Rig) -> None:
         texture = (stone_texture(*size, seed) * SHADE[name]).astype(np.uint8)
         height, width = texture.shape[:2]
         edges = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float32) - 0.5
-        seen = pose.project(corners, rig).astype(np.float32)
+        seen = pose.project(corners, eye).astype(np.float32)
         cv2.warpPerspective(
             texture,
             cv2.getPerspectiveTransform(edges, seen),
-            (rig.width, rig.height),
+            (eye.width, eye.height),
             dst=picture,
             flags=cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_TRANSPARENT,

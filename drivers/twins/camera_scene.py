@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from ..stereo.board import Board
+from ..vision.board import Board
 
 if TYPE_CHECKING:
     import numpy as np

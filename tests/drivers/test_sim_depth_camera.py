@@ -11,6 +11,9 @@ from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.find import check_driver
 from labrun.drivers.sim_depth_camera import SimDepthCamera
 from labrun.drivers.twins.world import World
+from labrun.drivers.vision import measure
+from labrun.drivers.vision.board import Board
+from labrun.drivers.vision.view import StereoView
 from labrun.schemas.contracts import shipped_contracts
 
 STONE = [350, 400, 60, 40, 25]
@@ -101,7 +104,7 @@ def test_a_calibration_outlives_its_server(tmp_path):
 def test_a_place_of_known_height_is_found_within_the_uncertainty_that_is_told(tmp_path):
     async def story(twin):
         await calibrated(twin)
-        u, v = twin.eyes.pose().project(np.array([380.0, 420.0, 25.0]), twin.eyes.rig)
+        u, v = twin.eyes.pose().project(np.array([380.0, 420.0, 25.0]), twin.eyes.rig.eye)
         return await twin.locate_point(GoalContext("p1"), u=float(u), v=float(v), height=25)
 
     point = played(camera(tmp_path, stones=[STONE]), story)
@@ -114,7 +117,7 @@ def test_a_place_of_known_height_is_found_within_the_uncertainty_that_is_told(tm
 def test_without_a_height_the_two_eyes_tell_it(tmp_path):
     async def story(twin):
         await calibrated(twin)
-        u, v = twin.eyes.pose().project(np.array([380.0, 420.0, 25.0]), twin.eyes.rig)
+        u, v = twin.eyes.pose().project(np.array([380.0, 420.0, 25.0]), twin.eyes.rig.eye)
         return await twin.locate_point(GoalContext("p1"), u=float(u), v=float(v))
 
     point = played(camera(tmp_path, stones=[STONE]), story)
@@ -122,7 +125,7 @@ def test_without_a_height_the_two_eyes_tell_it(tmp_path):
     assert (point["x"], point["y"], point["z"]) == pytest.approx((380, 420, 25), abs=2)
 
 
-def test_stones_are_found_where_they_lie_and_the_flat_core_is_none(tmp_path):
+def test_stones_are_found_where_they_lie_and_nothing_else_is(tmp_path):
     async def story(twin):
         await calibrated(twin)
         return await twin.locate_samples(GoalContext("s1"))
@@ -200,13 +203,11 @@ def test_an_error_that_is_ordered_is_the_one_that_comes(tmp_path, error):
 
 
 def test_eyes_that_are_exchanged_are_found_out(tmp_path):
-    from labrun.drivers.stereo import measure
-    from labrun.drivers.stereo.board import Board
-
     twin = camera(tmp_path)
-    left, right = twin.eyes.look("1", None)
+    view = twin.eyes.look("1", None)
+    exchanged = StereoView(view.right, view.picture, view.rig)
     with pytest.raises(ActionFailed, match=r"BoardMirrored: .*eyes are exchanged"):
-        measure.calibrate((right, left), Board(x_mm=100, y_mm=300), twin.eyes.rig)
+        measure.calibrate(exchanged, Board(x_mm=100, y_mm=300))
 
 
 def test_squares_of_another_size_than_is_said_are_found_out(tmp_path):

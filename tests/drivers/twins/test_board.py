@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from labrun.drivers.stereo.board import Board
 from labrun.drivers.twins.board import BLACK, WHITE, plate_mm, print_onto
+from labrun.drivers.vision.board import Board
 
 STRAIGHT_DOWN = np.array([[2.0, 0, 100], [0, -2.0, 300], [0, 0, 1]])  # 2 pixel a millimetre
 
