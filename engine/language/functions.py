@@ -7,6 +7,7 @@ from typing import Any
 
 from ...schemas.quantity import is_quantity, quantity, quantity_text
 from .grid import LONGEST, Grid, Span, grid, span
+from .inside import inside
 from .operators import OPERATORS, OperatorFault, words
 
 SPEC = re.compile(r"[<>^+\- ]?0?\d{0,2}[,_]?(?:\.\d{1,2})?[a-zA-Z%]?")
@@ -105,6 +106,7 @@ def no_table(file: Any = None, **kinds: Any) -> Any:
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "grid": grid,
     "span": span,
+    "inside": inside,
     "range": a_range,
     "len": length,
     "min": least,

@@ -12,6 +12,8 @@ from .types import ANY, INTEGER, NUMBER, TEXT, Type, either, fields, in_words, n
 if TYPE_CHECKING:
     from .infer import Inference
 
+ZERO = Type("number", whole=True, zero=True)
+
 
 def type_of_call(inference: "Inference", node: ast.Call) -> Type:
     """The type of what a function gives for these arguments; what cannot work is noted."""
@@ -35,6 +37,8 @@ def _result(inference: "Inference", name: str, given: dict[str, Any]) -> Type:
         return _span(inference, given)
     if name == "grid":
         return _grid(inference, given)
+    if name == "inside":
+        return _inside(inference, given)
     if name in ("min", "max"):
         values = given["values"]
         if len(values) == 1:
@@ -85,6 +89,30 @@ def _grid(inference: "Inference", given: dict[str, Any]) -> Type:
     return Type("list", item=fields(x=x, y=y, ix=INTEGER, iy=INTEGER, index=INTEGER))
 
 
+def _inside(inference: "Inference", given: dict[str, Any]) -> Type:
+    for name in ("points", "outline"):
+        values = given.get(name)
+        if values is None:
+            message = f"inside: {name} is missing"
+            return inference.fault("E307", message, f"write {_example('inside')}")
+        if values.kind not in ("list", "any", "null"):
+            return inference.fault("E308", f"inside: {name} is {in_words(values)}, not a list")
+    points, margin = given["points"], given.get("margin", ZERO)
+    x = (points.item or ANY).fields.get("x", ANY)
+    if margin.kind not in ("number", "any") or not _measure_alike(margin, x):
+        message = f"inside: margin is {in_words(margin)}, and x of the points is {in_words(x)}"
+        return inference.fault("E308", message)
+    return points
+
+
+def _measure_alike(one: Type, other: Type) -> bool:
+    if one.kind != "number" or other.kind != "number" or one.zero:
+        return True
+    if one.unit is None or other.unit is None:
+        return one.unit is other.unit
+    return same_dimension(one.unit, other.unit)
+
+
 def _is_text(node: ast.AST) -> bool:
     return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
@@ -97,7 +125,8 @@ def _signature(name: str) -> inspect.Signature:
 def _example(name: str) -> str:
     return {
         "grid": "grid(x=span(0, 4, 0.2), y=span(0, 10, 0.2), order='snake')",
-        "span": "span(0, 4, 0.2)", "range": "range(5)", "len": "len(params.samples)",
+        "span": "span(0, 4, 0.2)", "inside": "inside(grid(...), steps.look.samples[0].outline, 1 mm)",
+        "range": "range(5)", "len": "len(params.samples)",
         "min": "min(a, b)", "max": "max(a, b)", "round": "round(x, 2)", "format": "format(x, '.2f')",
         "csv": "csv('samples.csv', x='mm', count='integer')",
     }[name]  # fmt: skip

@@ -119,6 +119,31 @@ def test_calibrate_camera_fails_where_the_offsets_lie_too_far_apart(tmp_path):
     assert "apart <= params.spread is not true" in ran.told
 
 
+def test_find_and_scan_finds_the_core_and_fires_at_nothing_else(tmp_path):
+    ran = Ran(tmp_path, "find_and_scan.yaml", "-p", "pitch=8 mm")
+    outputs, shots = ran.outputs, ran.truth("libs", "shot")
+
+    assert (outputs["x"], outputs["y"]) == pytest.approx((24, 60), abs=1)  # the core is 48 x 120 mm
+    assert outputs["area"] == pytest.approx(48 * 120, rel=0.03)
+    assert outputs["points"] == len(ran.rows()) == len(shots) > 5 * 13
+    assert outputs["holes"] == 0
+    assert min(shot["focus"] for shot in shots) > 0.99
+    for axis, size in (("x", 48), ("y", 120)):
+        at = [shot[axis] for shot in shots]
+        assert min(at) > 1 and max(at) < size - 1  # of a margin of 3 mm
+        assert max(at) - min(at) > size - 6 - 8 - 3
+    assert (ran.folder / "bench.png").read_bytes().startswith(b"\x89PNG")
+    assert (ran.folder / "element_maps.png").stat().st_size > 10_000
+
+
+def test_find_and_scan_fires_nowhere_where_there_is_no_core(tmp_path):
+    ran = Ran(tmp_path, "find_and_scan.yaml", "-p", "smallest=9000 mm**2")
+
+    assert ran.done.returncode == 1
+    assert "There is no sample on the bench." in ran.told
+    assert not (ran.folder / "data.csv").exists()
+
+
 def test_weigh_and_dispense_reaches_its_target_within_the_tolerance(tmp_path):
     ran = Ran(tmp_path, "weigh_and_dispense.json")
     outputs, rows = ran.outputs, ran.rows()

@@ -25,9 +25,13 @@ SHIPPED = sorted(
 PEGMATITE = next(path for path in SHIPPED if path.stem == "pegmatite_map")
 EXAMPLE = Path(__file__).parents[1] / "engine" / "examples" / "libs_grid_scan.yaml"
 COMMAND = [sys.executable, "-m", "labrun.engine"]
-SMALL = {"pegmatite_map": {"pitch": "1 mm"}, "adaptive_map": {"rounds": "2"}}
+SMALL = {
+    "pegmatite_map": {"pitch": "1 mm"},
+    "adaptive_map": {"rounds": "2"},
+    "find_and_scan": {"pitch": "20 mm"},
+}
 RUN_ELSEWHERE = {
-    "adaptive_map", "calibrate_camera", "multi_sample", "two_station", "wavelength_check",
+    "adaptive_map", "calibrate_camera", "find_and_scan", "multi_sample", "two_station", "wavelength_check",
     "weigh_and_dispense",
 }  # fmt: skip
 """What these promise, and so that they run, is in test_promises.py."""
