@@ -31,13 +31,15 @@ COMMANDS = (
     "serve",
     "devices",
     "call",
+    "calibrate-camera",
+    "locate",
     "report",
     "rehearse",
     "torture",
 )
 """Each is a function of the same name in `engine/commands/`; others come as entry points."""
 
-MODULES = {"continue": "go_on"}
+MODULES = {"continue": "go_on", "calibrate-camera": "calibrate_camera"}
 SUMMARY = "Laboratory experiments as YAML: checked, run, and never lost."
 
 

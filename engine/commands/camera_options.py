@@ -1,0 +1,58 @@
+"""Options that the commands about cameras share, and what their texts mean."""
+
+import re
+from typing import NoReturn
+
+import typer
+
+from ...schemas.quantity import UnitError, magnitude_in, parse_quantity
+from ..exit_status import PROBLEMS
+from .options import say
+
+BOARD = re.compile(r"(\d{1,2}) ?[xX×] ?(\d{1,2})")
+
+
+def board_size(text: str) -> tuple[int, int]:
+    """`9x6` as columns and rows of inner corners; the command is over where it is written otherwise."""
+    found = BOARD.fullmatch(text.strip())
+    columns, rows = (int(part) for part in found.groups()) if found else (0, 0)
+    if not (3 <= columns <= 30 and 3 <= rows <= 30):
+        stop(f"--board {text}: write columns x rows of inner corners, 3 to 30 each: --board 9x6")
+    return columns, rows
+
+
+def length_mm(text: str, option: str, *, above_zero: bool = False) -> float:
+    """`25 mm` or a bare number of millimetres; the command is over where it is no length."""
+    try:
+        value = float(text)
+    except ValueError:
+        try:
+            value = float(magnitude_in(parse_quantity(text), "mm"))
+        except (UnitError, ValueError) as fault:
+            stop(f'{option} {text}: {fault}; write a length: {option} "25 mm"')
+    if value != value or abs(value) > 1e6 or (above_zero and value <= 0):
+        stop(f'{option} {text}: write a length{" above 0" if above_zero else ""}: {option} "25 mm"')
+    return value
+
+
+def pair_of_numbers(text: str, option: str, unit: str | None = None) -> tuple[float, float]:
+    """`640,360` as two numbers; with a unit also `100 mm,300 mm`."""
+    parts = text.split(",")
+    if len(parts) != 2:
+        stop(f"{option} {text}: write two numbers with a comma between them: {option} 640,360")
+    if unit is not None:
+        first, second = (length_mm(part.strip(), option) for part in parts)
+        return first, second
+    try:
+        first, second = float(parts[0]), float(parts[1])
+    except ValueError:
+        stop(f"{option} {text}: write two numbers with a comma between them: {option} 640,360")
+    if not (abs(first) < 1e6 and abs(second) < 1e6):
+        stop(f"{option} {text}: write two numbers with a comma between them: {option} 640,360")
+    return first, second
+
+
+def stop(sentence: str) -> NoReturn:
+    """Say it, and end the command with status 2."""
+    say(sentence)
+    raise typer.Exit(PROBLEMS)
