@@ -19,6 +19,7 @@ SHIPPED = {
     "sim_balance": "labrun.drivers.sim_balance:SimBalance",
     "sim_pipette": "labrun.drivers.sim_pipette:SimPipette",
     "sim_depth_camera": "labrun.drivers.sim_depth_camera:SimDepthCamera",
+    "stereo_camera": "labrun.drivers.stereo_camera:StereoCamera",
     "reducer": "labrun.drivers.reducer:Reducer",
     "balance": "labrun.drivers.balance:Balance",
     "grbl": "labrun.drivers.grbl.gantry:Grbl",

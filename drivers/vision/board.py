@@ -3,7 +3,8 @@
 The board's columns run along bench x and its rows along bench y. How bench x runs in the picture
 is known from how the camera stands (`x_runs`), since a chessboard has no other left and right:
 the square outside the first corner is a black one, and a mirrored picture looks like a board that
-is turned round.
+is turned round. What no chessboard tells is a picture mirrored along the side with an even number
+of corners (of 9 x 6, top to bottom): it looks like one of an upside-down camera beyond the board.
 """
 
 from dataclasses import dataclass
@@ -67,7 +68,7 @@ def _why_not(grey: "np.ndarray", board: Board) -> str:
     found, _, part = cv2.findChessboardCornersSBWithMeta(grey, LEAST_PART, flags)
     if not found:
         return f"{whole}: uncover it, light it evenly, and see that the picture is sharp"
-    rows, columns = part.shape[:2]
+    rows, columns = sorted(part.shape[:2], reverse=board.rows > board.columns)
     return (
         f"{whole}, only {columns} x {rows} of one: something covers the rest, it reaches out of the "
         "picture, or the board is of another size"

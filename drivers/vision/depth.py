@@ -14,6 +14,7 @@ LEAST_SEEN = 0.2  # of the picture; with less, the eyes have nothing in common
 MOST_SHIFTS = 512  # pixels that are searched along a row
 HALF = 6  # pixels to either side of the one that is asked for
 LEAST_KNOWN = 0.25  # of the pixels around it
+WILD = 6.0  # times as far from the median as half of the pixels: no part of the slope
 
 
 def depth_map(left: "np.ndarray", right: "np.ndarray", rig: Rig) -> "np.ndarray":
@@ -66,8 +67,11 @@ def depth_around(depth: "np.ndarray", u: float, v: float) -> tuple[float, float]
             f"of the depth around pixel {u:g}, {v:g} only {known.mean():.0%} is known: choose a place "
             "with more to see, or say the height",
         )
-    rows, columns = np.nonzero(known)
+    middle = float(np.median(window[known]))
+    far = np.abs(window - middle)
+    near = known & (far <= WILD * np.median(far[known]))
+    rows, columns = np.nonzero(near)
     slant = np.stack([rows, columns, np.ones(len(rows))], axis=1)
-    values = window[known].astype(float)
+    values = window[near].astype(float)
     off = np.abs(values - slant @ np.linalg.lstsq(slant, values, rcond=None)[0])
-    return float(np.median(values)), float(1.4826 * np.median(off))
+    return middle, float(1.4826 * np.median(off))

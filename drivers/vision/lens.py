@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 LEAST = 5  # pictures with a board
 ALIKE = 0.02  # of the focal length; less sure than that, and all boards were held alike
+SHORTEST, LONGEST = 0.2, 8.0  # focal lengths that occur, in widths of the picture
 POOR_PX = 1.0
 ODD_ONE = 3.0  # times the usual error: that picture is named
 TOLD = 3.0  # standard deviations
@@ -175,7 +176,8 @@ def _check(rms: float, matrix: "np.ndarray", sd: float, size: tuple[int, int]) -
     focal = float(min(matrix[0, 0], matrix[1, 1]))
     u, v = matrix[:2, 2]
     alike = "hold the board at 20 to 45 degrees, each time to another side"
-    if focal <= 0 or not sd < ALIKE * focal:
+    likely = SHORTEST * width < focal < LONGEST * width
+    if not likely or not sd < ALIKE * focal:
         raise LensFault(
             f"the focal length cannot be told ({focal:.0f} pixel, give or take {sd:.0f}): {alike}"
         )

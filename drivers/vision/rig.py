@@ -41,7 +41,7 @@ def rectification(camera: Camera) -> tuple[Rig, "Maps", "Maps"]:
     size = left.width, left.height
     turned = cv2.stereoRectify(
         left.matrix, left.distortion, right.matrix, right.distortion, size,
-        camera.turn, camera.shift_mm, flags=cv2.CALIB_ZERO_DISPARITY, alpha=0,
+        camera.turn, camera.shift_mm.reshape(3, 1), flags=cv2.CALIB_ZERO_DISPARITY, alpha=0,
     )  # fmt: skip
     maps = [
         cv2.initUndistortRectifyMap(e.matrix, e.distortion, turn, to, size, cv2.CV_32FC1)

@@ -7,6 +7,8 @@ tell a sample in the shade from bench in the shade; how grainy a thing is is a c
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy as np
 
 FAINT, BLACK = 80.0, 8.0  # grey levels below which colours are noise, and brightness is
@@ -14,8 +16,10 @@ GRAIN_MM = 2.5  # over which a rock's grains are taken together
 SEED_MM = 5.0  # the least width of what is taken for a thing
 FAR_COLOUR, FAR_BRIGHT = 5.0, 4.0  # robust standard deviations from the bench
 SAME_COLOUR = 0.01  # ratio of two colours that nobody tells apart, less one
+PLAIN_COLOUR = 0.05  # and of two that are told apart easily
 CALM_COLOUR, CALM_BRIGHT = 0.15, 0.04  # the least that a bench is taken to vary, in logarithms
-SHADOW = 0.12  # of the light is left in the deepest shadow of a lit room
+SHADOW = 0.2  # of the bench's brightness is left in the deepest shadow of a lit room
+NEWS = 0.2  # of a thing has to be new, or it is one that is known
 ROUNDS, SAMPLED = 4, 20_000
 
 
@@ -29,21 +33,27 @@ def unlike_bench(picture: "np.ndarray", known: "np.ndarray", cell_mm: float) -> 
     colours = np.log(picture.astype(np.float32) + FAINT)
     red = _levelled(colours[..., 2] - colours[..., 1], known)
     blue = _levelled(colours[..., 0] - colours[..., 1], known)
-    energy = _calmed(red**2 + blue**2, known, grain)
+    hue = red**2 + blue**2
+    energy = _calmed(hue, known, grain)
+    coloured = _calmed(hue / (hue + PLAIN_COLOUR**2), known, grain)  # no grain outweighs another
     colour = _apart(0.5 * np.log(energy + SAME_COLOUR**2), known, CALM_COLOUR) / FAR_COLOUR
     light = np.log(picture.astype(np.float32).mean(axis=-1) + BLACK)
     light = _calmed(_levelled(light, known), known, grain)
     bright = _apart(light, known, CALM_BRIGHT) / FAR_BRIGHT
     black = np.where(light < np.log(SHADOW), -bright, 0)
     found = np.zeros_like(known)
-    for amount, far in ((energy, colour), (light, bright), (-light, black)):
-        found |= _things(amount, far > 1, known, cell_mm)
+    for amount, far in ((-light, black), (coloured, colour), (light, bright)):
+        for rows, columns, thing in _things(amount, far > 1, known, cell_mm):
+            # The surest first: what is black has no colours, and a coloured edge is sharper than a
+            # bright one. What was found is not found again, and keeps its edge.
+            if (thing & ~found[rows, columns]).sum() > NEWS * thing.sum():
+                found[rows, columns] |= thing
     return found & known
 
 
 def _things(
     amount: "np.ndarray", far: "np.ndarray", known: "np.ndarray", cell_mm: float
-) -> "np.ndarray":
+) -> "Iterator[tuple[slice, slice, np.ndarray]]":
     """Grow what is far from the bench to where it is halfway between the bench and the thing.
 
     A step that was blurred is halfway at its true place.
@@ -58,7 +68,6 @@ def _things(
     seeds = cv2.morphologyEx(seeds, cv2.MORPH_OPEN, brush)
     bench = float(np.median(amount[known]))
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(seeds)
-    found = np.zeros(known.shape, bool)
     for label in range(1, count):
         left, top, width, height, _ = boxes[label]
         rows = slice(max(0, top - 2 * reach), top + height + 2 * reach)
@@ -68,8 +77,7 @@ def _things(
         near = cv2.dilate(seed, brush, iterations=2) > 0
         grown = (near & (amount[rows, columns] > (bench + inside) / 2)).astype(np.uint8)
         grown = cv2.morphologyEx(grown, cv2.MORPH_CLOSE, brush)
-        found[rows, columns] |= cv2.morphologyEx(grown, cv2.MORPH_OPEN, brush) > 0
-    return found
+        yield rows, columns, cv2.morphologyEx(grown, cv2.MORPH_OPEN, brush) > 0
 
 
 def _apart(feature: "np.ndarray", known: "np.ndarray", least: float) -> "np.ndarray":
