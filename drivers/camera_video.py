@@ -3,7 +3,7 @@
 import os
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .camera_folder import Shot
 from .driver import ActionFailed
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 STALE = 4  # pictures that a camera keeps from before it was asked
 LIVE = Path("/dev")
+SILENT = 0  # of OpenCV's levels of logging
 
 
 class CameraVideo:
@@ -116,9 +117,11 @@ def _quiet() -> "Iterator[None]":
     """OpenCV's own lines about cameras: what matters of them is in our sentences."""
     import cv2
 
-    level = cv2.utils.logging.getLogLevel()
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    # OpenCV 5 keeps these two in a module, OpenCV 4 beside the rest.
+    log: Any = getattr(cv2.utils, "logging", cv2)
+    level = log.getLogLevel()
+    log.setLogLevel(SILENT)
     try:
         yield
     finally:
-        cv2.utils.logging.setLogLevel(level)
+        log.setLogLevel(level)

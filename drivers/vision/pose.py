@@ -132,7 +132,10 @@ def _places(
     # IPPE wants its points about zero; what is found is moved back afterwards.
     middle = points.mean(axis=0)
     about = points - middle
-    _, turns, shifts, _ = cv2.solvePnPGeneric(about, pixels, *lens, flags=cv2.SOLVEPNP_IPPE)
+    try:
+        _, turns, shifts, _ = cv2.solvePnPGeneric(about, pixels, *lens, flags=cv2.SOLVEPNP_IPPE)
+    except cv2.error:  # the corners lie on one line
+        return []
     for turned, shift in zip(turns, shifts, strict=True):
         turned, shift = cv2.solvePnPRefineLM(about, pixels, *lens, turned, shift)
         turn = cv2.Rodrigues(turned)[0]

@@ -61,7 +61,8 @@ def calibrate_camera(
         width, _ = same_picture_size(greys)
         if side_by_side:
             halves = {
-                name: (one[:, : width // 2], one[:, width // 2 :]) for name, one in greys.items()
+                name: (one[:, : width // 2], one[:, width - width // 2 :])
+                for name, one in greys.items()
             }
             fit = fit_pair(halves, asked)
         else:
@@ -92,7 +93,10 @@ def _files(images: list[Path]) -> list[Path]:
         if not path.is_dir():
             found.append(path)
             continue
-        inside = sorted(one for one in path.iterdir() if one.suffix.lower() in PICTURES)
+        try:
+            inside = sorted(one for one in path.iterdir() if one.suffix.lower() in PICTURES)
+        except OSError as fault:
+            stop(f"{path} cannot be read: {fault.strerror}")
         if not inside:
             stop(f"{path} holds no pictures ({', '.join(PICTURES)})")
         found += inside

@@ -86,6 +86,12 @@ def test_corners_that_fit_no_flat_board_are_refused_with_their_error():
     assert "pixel (rms) from where a flat board" in failure.message
 
 
+def test_corners_on_one_line_fit_no_place():
+    line = np.stack([np.linspace(100, 900, 54)] * 2, axis=-1).reshape(6, 9, 2)
+
+    assert failed(line).name in ("PoorFit", "BoardMirrored")
+
+
 def test_a_board_that_is_tiny_in_the_picture_fits_two_places_and_is_refused():
     tiny = Chessboard(9, 6, 2.0)
     names = set()
