@@ -59,7 +59,7 @@ class SimGantry(Twin):
             x, y, _ = self.carriage.believed_mm
             await self._go(goal, (x, y, HOME[2]), None, "homing")
             await self._go(goal, HOME, None, "homing")
-            await self.clock.sleep(SEEK_S)
+            await self._touch_switches(goal)
             self.carriage.homed, self.alarm = True, ""
             self.carriage.publish()
         return {}
@@ -127,8 +127,10 @@ class SimGantry(Twin):
         x, y, z = (at if axis in (axes or AXES) else old for axis, at, old in now)
         self.carriage.zero = (x, y, z)
         self.carriage.publish()
-        self.by_hand = {"goal_id": goal.id, **_named(self.carriage.zero)}
-        return _named(self.carriage.zero)
+        place = _named(self.carriage.zero)
+        self.truth.append("zero", goal=goal.id, **place)
+        self.by_hand = {"goal_id": goal.id, **place}
+        return place
 
     async def last_by_hand(self, goal: GoalContext) -> dict[str, Any]:
         return self.by_hand
@@ -190,6 +192,15 @@ class SimGantry(Twin):
             self._stand(goal, start)
         if not arrived and (goal.cancelled.is_set() or self.ride.stop):
             self._stopped_early(goal)
+
+    async def _touch_switches(self, goal: GoalContext) -> None:
+        left = SEEK_S
+        while left > 0:
+            pace = min(self.clock.tick_s, left)
+            await self.clock.sleep(pace)
+            left -= pace
+            if goal.cancelled.is_set() or self.ride.stop:
+                self._stopped_early(goal)
 
     def _state(self) -> str:
         return "alarm" if self.alarm and self.ride.state == "idle" else self.ride.state

@@ -17,9 +17,11 @@ class Case:
 
     `contract` is the file of a contract that does not ship. `slow` is laid over `config` where an
     action has to be caught in the middle: there every action that can be cancelled, every one that
-    is `once` and the one called `lasting` takes more than two seconds. `needs` says what has to be
-    done before a good call succeeds (a tip, before anything is drawn into it), `files` what comes
-    along with one, `bad` which calls are to be refused beside those that follow from the schemas.
+    is `once` and the one called `lasting` takes more than two seconds, but for those in `quick`,
+    which are over at once (a zero that is set) and are killed as they begin. `needs` says what has
+    to be done before a good call succeeds (a tip, before anything is drawn into it), `files` what
+    comes along with one, `bad` which calls are to be refused beside those that follow from the
+    schemas.
     """
 
     driver: str
@@ -33,6 +35,7 @@ class Case:
     needs: dict[str, list[str]] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
     bad: dict[str, list[Params]] = field(default_factory=dict)
+    quick: frozenset[str] = frozenset()
 
     def read_contract(self) -> Contract:
         """The contract that the driver says it keeps."""

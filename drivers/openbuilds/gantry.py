@@ -20,7 +20,7 @@ from ..grbl.settings import Settings
 from .control import Control
 from .jog import jog_while
 from .stopping import stop
-from .view import ALARM, View
+from .view import ALARM, PAUSED, PLAYING, View
 from .watch import Ended, watch
 
 SETTINGS_S = 3.0
@@ -140,8 +140,12 @@ class OpenBuilds(ByHand):
         """The port open in CONTROL, and the machine's settings read."""
         control = self.control
         await control.attach()
+        if control.look().connection in (PLAYING, PAUSED):
+            raise OSError(
+                f"{self._name()} is running a job of its own; let it end or stop it in the program"
+            )
         try:
-            await control.ask("$$", SETTINGS_S)
+            await self._ask_settings()
         except GrblFault as fault:
             if "130" not in control.settings:
                 raise OSError(
@@ -153,6 +157,14 @@ class OpenBuilds(ByHand):
         control.unsettle()  # opening the port has booted the controller
         with contextlib.suppress(Lost):
             await control.settled()
+
+    async def _ask_settings(self) -> None:
+        """`$$` waits behind a move that an earlier life of this server began: that is stopped."""
+        try:
+            await self.control.ask("$$", SETTINGS_S)
+        except Silent:
+            await stop(self.control, moving=True)
+            await self.control.ask("$$", SETTINGS_S)
 
     async def _keep(self) -> None:
         """Have CONTROL open the port again when it was lost, or CONTROL was started anew."""

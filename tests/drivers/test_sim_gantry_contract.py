@@ -9,8 +9,24 @@ class TestSimGantry(KeepsContract):
         config={"clock": "fast", "homed": True},
         slow={"clock": "real"},
         limits={"x": {"maximum": "500 mm"}},
-        good={"home": {}, "move_to": {"x": 90, "z": 50.5}, "halt": {}, "unlock": {}},
-        bad={"move_to": [{"x": 500.1}, {"y": "10 mm"}, {"x": None}]},
+        good={
+            "home": {},
+            "move_to": {"x": 90, "z": 50.5},
+            "jog": {"axis": "x", "distance": 60},
+            "hold": {},
+            "resume": {},
+            "set_zero": {"axes": ["x", "y"]},
+            "last_by_hand": {},
+            "go_to_zero": {"axes": ["z"], "feed": 600},
+            "halt": {},
+            "unlock": {},
+        },
+        bad={
+            "move_to": [{"x": 500.1}, {"y": "10 mm"}, {"x": None}],
+            "jog": [{"axis": "x", "distance": 1, "direction": "+"}, {"axis": "x"}, {"axis": "a"}],
+            "set_zero": [{"axes": []}],
+        },
+        quick=frozenset({"set_zero"}),
         lasting="move_to",
     )
 

@@ -355,3 +355,41 @@ def test_another_port_open_in_the_program(peer, program, gantry):
                 await driver.open()
 
     asyncio.run(story())
+
+
+def test_a_job_of_the_programs_own_is_left_alone(peer, program, gantry):
+    async def story():
+        async with program(peer) as control:
+            control.connection, control.active = 3, peer.path
+            driver = gantry(control.url, peer.path)
+            with pytest.raises(OSError, match="is running a job of its own"):
+                await driver.open()
+
+    asyncio.run(story())
+
+
+def test_a_move_that_an_earlier_life_began_is_stopped(peers, program, gantry):
+    peer = peers(speed=1)
+
+    async def story():
+        async with program(peer) as control:
+            first = gantry(control.url, peer.path)
+            await first.open()
+            await first.home(GoalContext("home"))
+            move = asyncio.create_task(first.move_to(GoalContext("m"), x=700, feed=600))
+            await asyncio.sleep(0.5)
+            move.cancel()  # as if it had been killed: nobody tells CONTROL
+            await asyncio.gather(move, return_exceptions=True)
+            await first.close()
+            moving = peer.move is not None
+            second = gantry(control.url, peer.path)
+            await second.open()
+            try:
+                return moving, peer.move, await second.status()
+            finally:
+                await second.close()
+
+    moving, after, status = asyncio.run(story())
+
+    assert moving and after is None
+    assert (status["state"], status["homed"]) == ("idle", False)

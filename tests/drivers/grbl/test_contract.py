@@ -1,0 +1,50 @@
+"""The driver keeps gantry@1 on a real server, in front of a GRBL controller."""
+
+from contextlib import contextmanager
+
+import pytest
+
+from labrun.drivers.contract_tests import Case, KeepsContract
+
+GOOD = {
+    "home": {},
+    "move_to": {"x": 90, "z": 50.5},
+    "jog": {"axis": "x", "distance": 60},
+    "hold": {},
+    "resume": {},
+    "set_zero": {"axes": ["x", "y"]},
+    "last_by_hand": {},
+    "go_to_zero": {"axes": ["x"], "feed": 600},
+    "halt": {},
+    "unlock": {},
+}
+
+
+class TestGrbl(KeepsContract):
+    case = Case(
+        driver="grbl",
+        good=GOOD,
+        bad={"move_to": [{"x": 731}], "jog": [{"axis": "x"}], "set_zero": [{"axes": []}]},
+        needs={
+            **{action: ["home"] for action in ("move_to", "jog", "set_zero")},
+            "go_to_zero": ["home", "move_to", "set_zero", "jog"],
+        },
+        quick=frozenset({"set_zero"}),
+        lasting="move_to",
+    )
+
+    @pytest.fixture(autouse=True)
+    def _controllers(self, peers):
+        self.peers = peers
+
+    @contextmanager
+    def peer(self, folder, *, slow):
+        self.controller = self.peers(speed=1 if slow else 20, homing_s=3 if slow else None)
+        yield {"port": self.controller.path}
+
+    def is_safe(self, status):
+        return self.controller.move is None and status["state"] in ("idle", "alarm")
+
+    def happened(self, folder, goal_id):
+        """A controller knows of no goals: after homing only what the test did moves it."""
+        return len(self.controller.stands) > 1 or any(self.controller.offset)
