@@ -67,7 +67,7 @@ def identify(
     profiles: Profiles,
     medium: Medium | None = None,
 ) -> Identified | None:
-    """Name the peaks of a spectrum; None when there is no peak.
+    """Name the peaks of a spectrum; None when there is no peak, or no line in its range.
 
     x: nm; bad: channels that do not count; both (m,). medium None: it is decided.
     """
@@ -75,6 +75,8 @@ def identify(
         return None
     peaks = profiles.peaks
     known = catalogue(*_range(x), _apart(profiles))
+    if not known.first[-1]:  # the line table has nothing here
+        return None
     tries = _tries(known)
     first = tries[1]
     pitch_nm = usual_pitch_nm(x)
@@ -186,6 +188,8 @@ def _first_votes(known: Catalogue, expected: Expected) -> tuple[FloatArray, Floa
     voting = [
         (e, a, min(b, a + VOTING)) for e, (a, b) in enumerate(spans) if odds[e] > RARE and b > a
     ]
+    if not voting:  # a window without a line of any common element
+        return np.empty(0), np.empty(0)
     entries = np.concatenate([np.arange(a, b) for _, a, b in voting])
     weight = np.concatenate([
         np.exp(0.3 * (expected.log_area[a:b] - expected.log_area[a:b].max()) + 0.35 * odds[e])

@@ -20,3 +20,14 @@ def test_an_everyday_instrument_shows_what_is_there(kind):
     assert said.recalled > 0.7 * said.true_peaks
     # Where channels are averaged, peaks are found that no single channel shows: those count right.
     assert found.averaged > 1 or said.right > 0.6 * said.found_peaks
+
+
+@pytest.mark.parametrize("span_nm", [(190.0, 193.3), (120.0, 125.0), (980.0, 1020.0)])
+def test_a_window_that_the_line_table_knows_nothing_of_names_no_element(span_nm):
+    nm = np.linspace(*span_nm, 400)
+    counts = 100 + np.random.default_rng(5).standard_normal(400)
+    counts += 500 * np.exp(-0.5 * ((nm - nm[200]) / (4 * (nm[1] - nm[0]))) ** 2)
+    found = reduce_spectrum(Spectrum(nm, counts))
+
+    assert len(found.peaks) >= 1
+    assert found.detected == []
