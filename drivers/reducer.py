@@ -42,7 +42,10 @@ class Reducer(Driver):
         self, goal: GoalContext, *, spectrum: str, elements: list[str] | None = None
     ) -> dict[str, Any]:
         if self._warming is not None and not self._warming.done():
-            goal.feedback(message="the fits are being compiled, on first use only")
+            # One thread imports and compiles, alone: two of them can wait for each other for ever,
+            # one with numba's lock, one with Python's for a module that is being imported.
+            goal.feedback(message="the fits are being made ready (compiled, on first use only)")
+            await asyncio.wait([self._warming])
         sent = goal.files.get("spectrum")
         source = spectrum if sent is None else sent.data
         try:
