@@ -24,6 +24,8 @@ SHIPPED = {
     "balance": "labrun.drivers.balance:Balance",
     "grbl": "labrun.drivers.grbl.gantry:Grbl",
     "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",
+    "aecp": "labrun.drivers.aecp.driver:Aecp",
+    "sciaps_gui": "labrun.drivers.sciaps_gui.driver:SciapsGui",
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds those of others."""
 

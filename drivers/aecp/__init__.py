@@ -1,0 +1,1 @@
+"""The driver of the paper's own analyser server."""

@@ -1,0 +1,47 @@
+"""What the analyser server's words mean, and whether a shot was fired when it says them.
+
+The server answers `success` or the text of whatever exception was raised. Only texts that are
+raised before the click say that nothing happened; every other leaves it open.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from ...schemas.contract import Happened
+
+SUCCESS = "success"
+BUSY = "The analyzer is currently running"
+NOT_FOUND = ("The button ", " was not found.")
+TOO_LONG = "The operation takes too long"
+FULL = ("No space left on device", "[Errno 28]", "[WinError 112]")
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """The contract's error name for an answer, whether it happened, and what to do now."""
+
+    error: str
+    happened: Happened
+    now: str
+
+
+def text_of(answer: tuple[Any, ...]) -> str:
+    """The server's word: its answer's first part (`analyze` answers with two)."""
+    return str(answer[0]) if answer else ""
+
+
+def meaning_of(text: str) -> Meaning | None:
+    """What an answer that is not `success` means; None for success."""
+    if text == SUCCESS:
+        return None
+    if text.startswith(BUSY):
+        return Meaning("Busy", "no", "nothing was clicked; ask again when it is idle")
+    if text.startswith(NOT_FOUND[0]) and text.endswith(NOT_FOUND[1]):
+        # Raised before the click of the first button of a measurement. An export may have clicked
+        # others before it, but an export may be asked for again.
+        return Meaning("ButtonNotFound", "no", "have its buttons found again: `locate`")
+    if text.startswith(TOO_LONG):
+        return Meaning("Timeout", "unknown", "it clicked, and saw nothing come of it")
+    if any(sign in text for sign in FULL):
+        return Meaning("DiskFull", "unknown", "make room on the analyser's disk")
+    return Meaning("Rejected", "unknown", "look at the analyser's program")

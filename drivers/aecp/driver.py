@@ -1,0 +1,334 @@
+"""Keeps libs_analyzer@1 with the paper's own analyser server, as it is.
+
+The server knows no goals, numbers no shots and cannot be asked what it did, so the driver keeps a
+book. A measurement whose answer was lost is unknown, unless the program's cache folder can be seen
+and has one new entry. The server deletes its cache with every export: what was exported is kept.
+"""
+
+import asyncio
+import time
+from dataclasses import replace
+from typing import Any, ClassVar
+
+from ..analyser.arrival import Arrived, NotArrived, Wanted, arrived
+from ..analyser.book import AlreadyBegun, Shot, ShotBook
+from ..analyser.exporting import Exporting
+from ..analyser.folder import FolderFault, folder_at
+from ..analyser.kept import Kept
+from ..analyser.settings import settings_of
+from ..driver import ActionFailed, Driver, GoalContext, Place
+from .answers import Meaning, meaning_of, text_of
+from .link import AnalyserLink, AnswerLost, NotSent
+from .settings import AecpSettings
+
+CACHE_LATE_S = 20.0
+"""The server gives a shot 15 s to appear in the cache; after that and a little more it will not."""
+LOOK_S = 0.2
+CALM_S = 8.0
+BUTTONS = 8
+
+
+class Aecp(Driver):
+    """One action is one event; see `answers` for what its answers mean."""
+
+    contract: ClassVar[str] = "libs_analyzer@1"
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.settings = settings_of(place, AecpSettings)
+        self._link = AnalyserLink(self.settings.url)
+        self._exports = folder_at(self.settings.exports)
+        self._cache = folder_at(self.settings.cache) if self.settings.cache else None
+        self._kept = Kept(place.folder / "spectra")
+        self._measuring = False
+        self._awaited: tuple[int, int] | None = None  # the shot and the connection of its answer
+
+    async def open(self) -> None:
+        self._book = ShotBook(self.place.folder / "shots.sqlite")
+        self._exporting = Exporting(
+            self.place.device, self._book, self._kept, self.settings.channels
+        )
+        try:
+            for folder in (self._exports, self._cache):
+                if folder is not None:
+                    await folder.names()
+            await self._link.open(self.settings.connect_s)
+            await self._set_export_path()
+        except BaseException:
+            await self.close()
+            raise
+
+    async def close(self) -> None:
+        await self._link.close()
+        self._book.close()
+
+    async def status(self) -> dict[str, Any]:
+        return {"armed": self._measuring, "shots": self._book.count(), "interlock": "unknown"}
+
+    async def safe(self) -> None:
+        """The laser fires only when it is told to; so: nothing is told, and what runs has ended.
+
+        The server offers no way to lock the laser; raises OSError where it does not say IDLE.
+        """
+        end = time.monotonic() + CALM_S
+        while self._link.idle is not True:
+            if time.monotonic() > end:
+                said = "is silent" if self._link.idle is None else "still says RUNNING"
+                raise OSError(
+                    f"the analyser server at {self.settings.url} {said}; it cannot be stopped from "
+                    f"here: use the analyser's own switch"
+                )
+            await asyncio.sleep(LOOK_S)
+
+    async def measure(self, goal: GoalContext) -> dict[str, Any]:
+        before = await self._cache_before()
+        shot = self._begun(goal, before)
+        self._measuring = True
+        self._awaited = shot.number, self._link.connections
+        try:
+            answer = await self._link.ask(
+                "measure", "data", self.settings.measure_s, late=lambda a: self._note_late(shot, a)
+            )
+        except NotSent as fault:
+            self._book.denied(shot)
+            raise self._failed("measure", "Rejected", f"{fault}; nothing was sent", "no") from fault
+        except AnswerLost as fault:
+            return await self._cleared_up(goal, shot, fault)
+        finally:
+            self._measuring = False
+        meaning = meaning_of(text_of(answer))
+        if meaning is not None:
+            return await self._refused(goal, shot, text_of(answer), meaning)
+        return await self._succeeded(shot)
+
+    async def _succeeded(self, shot: Shot) -> dict[str, Any]:
+        """The server takes any change of its cache for a shot; where we see it, so do we look."""
+        new = await self._new_entries(shot)
+        if new is None or len(new) == 1:
+            self._book.fired(shot, new[0] if new else None)
+            return {"shot_id": shot.name}
+        if new:
+            raise self._failed(
+                "measure", "Lost",
+                f"it says success, and {' and '.join(new)} are new in its cache: one is from another "
+                f"click, and which of them is this shot's cannot be told", "yes",
+            )  # fmt: skip
+        raise self._failed(
+            "measure", "Lost",
+            f"it says success, but {self.settings.cache} has no new entry: it takes any change there "
+            f"for a shot, also one that was deleted", "unknown",
+        )  # fmt: skip
+
+    async def _cache_before(self) -> set[str] | None:
+        try:
+            return None if self._cache is None else await self._cache.names()
+        except FolderFault as fault:
+            raise self._failed("measure", "Rejected", f"{fault}; nothing was sent", "no") from fault
+
+    def _begun(self, goal: GoalContext, before: set[str] | None) -> Shot:
+        if goal.cancelled.is_set():
+            raise self._failed("measure", "Rejected", "it was stopped; nothing was sent", "no")
+        try:
+            return self._book.begin(goal.id, time.time(), before)
+        except AlreadyBegun as fault:
+            raise self._failed("measure", "Rejected", str(fault), "unknown") from fault
+        except OSError as fault:
+            raise self._failed("measure", "Rejected", f"{fault}; nothing was sent", "no") from fault
+
+    async def _cleared_up(self, goal: GoalContext, shot: Shot, fault: AnswerLost) -> dict[str, Any]:
+        """After a lost answer only the cache folder can tell: one new entry is this shot."""
+        goal.feedback(None, f"{fault}; looking into the cache")
+        if await self._settled(shot):
+            return {"shot_id": shot.name}
+        seen = (
+            "the cache cannot be seen from here"
+            if self._cache is None
+            else "the cache has no new entry"
+        )
+        raise self._failed(
+            "measure", "Lost",
+            f"{fault}; {seen}, so nobody knows whether the laser fired. Look at the list in the "
+            f"analyser's program", "unknown",
+        )  # fmt: skip
+
+    async def _refused(
+        self, goal: GoalContext, shot: Shot, text: str, meaning: Meaning
+    ) -> dict[str, Any]:
+        if meaning.happened == "no":
+            self._book.denied(shot)
+        elif await self._settled(shot):
+            return {"shot_id": shot.name}
+        raise self._failed(
+            "measure", meaning.error, f"it answered {text!r}: {meaning.now}", meaning.happened
+        )
+
+    async def _settled(self, shot: Shot) -> bool:
+        """Wait until it shows that this shot was fired, or no longer can; True where it does."""
+        while True:
+            new = await self._new_entries(shot)
+            if new is not None and len(new) == 1:
+                self._book.fired(shot, new[0])
+                return True
+            if not self._may_still_show(shot):
+                kept = self._book.shot(shot.name)
+                return kept is not None and kept.fate == "fired"
+            await asyncio.sleep(LOOK_S)
+
+    def _may_still_show(self, shot: Shot) -> bool:
+        known = self._book.shot(shot.name)
+        if known is None or known.fate != "begun":
+            return False
+        age = time.time() - shot.at
+        if self._cache is not None and age < CACHE_LATE_S:
+            return True
+        answer_may_come = self._awaited == (shot.number, self._link.connections)
+        return answer_may_come and self._link.up.is_set() and age < 2 * self.settings.measure_s
+
+    async def _new_entries(self, shot: Shot) -> list[str] | None:
+        """What is new in the cache since before this shot; None where it cannot be seen."""
+        if self._cache is None or shot.before is None:
+            return None
+        try:
+            return sorted(await self._cache.names() - shot.before)
+        except FolderFault:
+            return None
+
+    def _note_late(self, shot: Shot, answer: tuple[Any, ...]) -> None:
+        """An answer that came after it was given up still says what happened."""
+        self._awaited = None
+        meaning = meaning_of(text_of(answer))
+        if meaning is None and self._cache is None:
+            self._book.fired(shot, None)
+        elif meaning is not None and meaning.happened == "no":
+            self._book.denied(shot)
+
+    async def last_shot(self, goal: GoalContext) -> dict[str, Any]:
+        newest = self._book.newest()
+        if newest is not None and newest.fate == "begun":
+            await self._settled(newest)
+            newest = self._book.newest()
+        if newest is None or newest.fate == "begun":
+            # An empty book may be a new one, and the server itself remembers nothing.
+            return {"shot_id": None, "goal_id": None}
+        return {"shot_id": newest.name, "goal_id": newest.goal}
+
+    async def export(self, goal: GoalContext, *, shot: str, file: str) -> dict[str, Any]:
+        wanted_shot = self._exporting.shot_to_export(shot)
+        data = self._exporting.kept_file(wanted_shot)
+        if data is None:
+            found = await self._earlier_export(wanted_shot) or await self._export(goal, wanted_shot)
+            self._exporting.keep(wanted_shot, found)
+            data = found.data
+        return self._exporting.handed_over(goal, data, file)
+
+    async def _earlier_export(self, shot: Shot) -> Arrived | None:
+        """What an export whose answer was lost has left; the server cannot make it a second time."""
+        if shot.asked is None or not await self._names_since(shot.asked):
+            return None
+        try:
+            return await arrived(self._exports, self._wanted(shot), self.settings.export_s / 2)
+        except NotArrived:
+            return None
+
+    async def _names_since(self, before: frozenset[str]) -> set[str]:
+        try:
+            return await self._exports.names() - before
+        except FolderFault as fault:
+            raise self._failed("export", "Rejected", f"{fault}; nothing was sent", "no") from fault
+
+    async def _export(self, goal: GoalContext, shot: Shot) -> Arrived:
+        before = await self._names_since(frozenset())
+        self._book.asked(shot, before)
+        shot = replace(shot, asked=frozenset(before))
+        meaning, said = None, "'success'"
+        try:
+            answer = await self._link.ask("export", "data", self.settings.export_s)
+            said, meaning = repr(text_of(answer)), meaning_of(text_of(answer))
+        except NotSent as fault:
+            raise self._failed("export", "Rejected", f"{fault}; nothing was sent", "no") from fault
+        except AnswerLost as fault:
+            said = str(fault)
+        if meaning is not None and meaning.happened == "no":
+            raise self._failed("export", meaning.error, f"it answered {said}: {meaning.now}", "no")
+        goal.feedback(0.5, "waiting until the file is whole")
+        try:
+            return await arrived(self._exports, self._wanted(shot), self.settings.export_s)
+        except NotArrived as fault:
+            error = "DiskFull" if fault.full else meaning.error if meaning else "Timeout"
+            raise self._failed(
+                "export", error,
+                f"it said {said}, but in {self.settings.exports} {fault}. It has deleted its cache: "
+                f"keep what is there, and look at the disk and the program", "unknown",
+            ) from fault  # fmt: skip
+
+    def _wanted(self, shot: Shot) -> Wanted:
+        return Wanted(
+            before=shot.asked or frozenset(),
+            pattern=self.settings.spectrum,
+            channels=self._exporting.channels(),
+            settle_s=self.settings.settle_s,
+        )
+
+    async def disarm(self, goal: GoalContext) -> dict[str, Any]:
+        try:
+            await self.safe()
+        except OSError as fault:
+            raise self._failed("disarm", "Timeout", str(fault), "unknown") from fault
+        return {}
+
+    async def locate(self, goal: GoalContext) -> dict[str, Any]:
+        try:
+            answer = await self._link.ask("find_buttons", "data", self.settings.locate_s)
+        except (NotSent, AnswerLost) as fault:
+            raise self._failed(
+                "find_buttons", "ButtonNotFound",
+                f"{fault}; its search ends so when a template is missing: see its window", "no",
+            ) from fault  # fmt: skip
+        places = answer[0] if answer else None
+        wrong = _fault_in_places(places)
+        if wrong is not None:
+            raise self._failed("find_buttons", "ButtonNotFound", wrong, "no")
+        return {}
+
+    async def reconnect(self, goal: GoalContext) -> dict[str, Any]:
+        try:
+            await self._link.renew(self.settings.connect_s)
+            await self._set_export_path()
+        except OSError as fault:
+            raise self._failed("reconnect", "Timeout", str(fault), "unknown") from fault
+        return {}
+
+    async def _set_export_path(self) -> None:
+        """Tell the server its export folder, where the lab names it; raises OSError."""
+        path = self.settings.export_path
+        if path is None or path == self._link.export_path:
+            return
+        try:
+            answer = await self._link.ask("change_export_path", path, self.settings.connect_s)
+        except (NotSent, AnswerLost) as fault:
+            raise OSError(f"change_export_path {path!r} at {self.settings.url}: {fault}") from fault
+        if text_of(answer) != "success":
+            raise OSError(
+                f"the analyser server at {self.settings.url} was asked to export into {path!r} and "
+                f"answered {text_of(answer)!r}; `export_path` is the folder as its machine names it"
+            )
+
+    def _failed(self, asked: str, error: str, words: str, happened: Any) -> ActionFailed:
+        where = f"{self.place.device} (analyser server {self.settings.url}), asked to {asked}"
+        return ActionFailed(error, f"{where}: {words}", happened)
+
+
+def _fault_in_places(places: Any) -> str | None:
+    """Its search takes the best place for every button however bad; two at one place gives it away."""
+    try:
+        points = [(int(x), int(y)) for x, y in places]
+    except (TypeError, ValueError):
+        return f"it answered {places!r}, where the places of {BUTTONS} buttons are expected"
+    if len(points) != BUTTONS:
+        return f"it found {len(points)} buttons, where {BUTTONS} are expected"
+    if len(set(points)) < len(points):
+        twice = next(p for p in points if points.count(p) > 1)
+        return (
+            f"it found two buttons at {twice[0]},{twice[1]}: at least one of them is not to be seen"
+        )
+    return None

@@ -1,0 +1,26 @@
+"""What a lab says about an analyser behind the paper's server."""
+
+from pydantic import Field
+
+from ...schemas.model import Model
+
+
+class AecpSettings(Model):
+    """`url` of the server; `exports`, its export folder as this machine sees it (a path or http://).
+
+    `cache`, the folder of the program's own shots, lets a lost answer be cleared up afterwards.
+    `export_path` is the same export folder as the server's machine calls it; given, the server is
+    told. `spectrum` is the name of the file that holds a shot's spectrum among those exported.
+    """
+
+    url: str = Field(default="http://localhost:1234", pattern=r"^https?://[^/\s]+/?$")
+    exports: str
+    cache: str | None = None
+    export_path: str | None = None
+    spectrum: str = "*1.csv"
+    channels: int | None = Field(default=None, gt=0)
+    connect_s: float = Field(default=15, gt=0, le=120)
+    measure_s: float = Field(default=30, gt=0, le=600)
+    export_s: float = Field(default=60, gt=0, le=600)
+    locate_s: float = Field(default=60, gt=0, le=600)
+    settle_s: float = Field(default=1, gt=0, le=60)

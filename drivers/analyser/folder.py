@@ -1,0 +1,164 @@
+"""An analyser's export folder: on a disk that both machines see, or read over HTTP.
+
+Over HTTP any server that lists a folder as a page of links will do; on the analyser's own computer
+`python -m http.server 8000 --directory C:/exports` is one.
+"""
+
+import asyncio
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Protocol
+from urllib.parse import quote, unquote
+
+ANSWER_S = 10.0
+DEPTH = 3
+
+
+class FolderFault(OSError):
+    """A folder that cannot be read; the sentence says which and why."""
+
+
+class Folder(Protocol):
+    """What is asked of an export folder; paths are relative to it, with `/`."""
+
+    place: str
+
+    async def names(self) -> set[str]:
+        """What lies in it, files and folders."""
+        ...
+
+    async def files(self, name: str) -> dict[str, int]:
+        """Path -> bytes of the file of that name, or of all files in the folder of that name."""
+        ...
+
+    async def read(self, path: str) -> bytes:
+        """The whole content of a file."""
+        ...
+
+    async def free_bytes(self) -> int | None:
+        """How much more it takes; None where that cannot be known."""
+        ...
+
+
+def folder_at(place: str) -> Folder:
+    """A folder by its path, or by its address (http or https)."""
+    return WebFolder(place) if place.startswith(("http://", "https://")) else SharedFolder(place)
+
+
+class SharedFolder:
+    """A folder of a disk or share of this machine; one that hangs is given up after a while."""
+
+    def __init__(self, place: str) -> None:
+        self.place = place
+        self._path = Path(place)
+
+    async def names(self) -> set[str]:
+        return await self._asked(lambda: {entry.name for entry in self._path.iterdir()})
+
+    async def files(self, name: str) -> dict[str, int]:
+        return await self._asked(lambda: dict(self._sizes(self._path / name)))
+
+    def _sizes(self, top: Path) -> list[tuple[str, int]]:
+        paths = sorted(top.rglob("*")) if top.is_dir() else [top]
+        return [
+            (path.relative_to(self._path).as_posix(), path.stat().st_size)
+            for path in paths
+            if path.is_file()
+        ]
+
+    async def read(self, path: str) -> bytes:
+        return await self._asked((self._path / path).read_bytes)
+
+    async def free_bytes(self) -> int | None:
+        return (await self._asked(lambda: shutil.disk_usage(self._path))).free
+
+    async def _asked(self, question):
+        try:
+            async with asyncio.timeout(ANSWER_S):
+                return await asyncio.to_thread(question)
+        except TimeoutError:
+            raise FolderFault(f"{self.place} gave no answer within {ANSWER_S:g} s") from None
+        except FileNotFoundError as fault:
+            raise FolderFault(f"there is no {fault.filename or self.place}") from fault
+        except OSError as fault:
+            raise FolderFault(f"{self.place} cannot be read: {fault.strerror or fault}") from fault
+
+
+class WebFolder:
+    """A folder that a web server lists as a page of links."""
+
+    def __init__(self, place: str) -> None:
+        self.place = place.rstrip("/") + "/"
+
+    async def names(self) -> set[str]:
+        return {link.rstrip("/") for link in await self._links("")}
+
+    async def files(self, name: str) -> dict[str, int]:
+        links = await self._links("")
+        if f"{name}/" in links:
+            paths = await self._below(f"{name}/", DEPTH)
+        else:
+            paths = [name] if name in links else []
+        return {path: await self._size(path) for path in paths}
+
+    async def _below(self, folder: str, depth: int) -> list[str]:
+        paths = []
+        for link in sorted(await self._links(folder)):
+            if not link.endswith("/"):
+                paths.append(folder + link)
+            elif depth:
+                paths += await self._below(folder + link, depth - 1)
+        return paths
+
+    async def read(self, path: str) -> bytes:
+        return (await self._got("GET", path))[0]
+
+    async def free_bytes(self) -> int | None:
+        return None
+
+    async def _size(self, path: str) -> int:
+        return (await self._got("HEAD", path))[1]
+
+    async def _links(self, folder: str) -> set[str]:
+        page = _Links()
+        page.feed((await self._got("GET", folder))[0].decode("utf-8", "replace"))
+        return page.links
+
+    async def _got(self, method: str, path: str) -> tuple[bytes, int]:
+        import aiohttp
+
+        url = self.place + quote(path)
+        try:
+            async with (
+                asyncio.timeout(ANSWER_S),
+                aiohttp.ClientSession() as session,
+                session.request(method, url) as answer,
+            ):
+                if answer.status != 200:
+                    raise FolderFault(f"{url} answers {answer.status} {answer.reason}")
+                length = int(answer.headers.get("Content-Length", -1))
+                return await answer.read(), length
+        except (aiohttp.ClientError, ValueError) as fault:
+            raise FolderFault(f"{url} cannot be read: {fault}") from fault
+        except TimeoutError:
+            raise FolderFault(f"{url} gave no answer within {ANSWER_S:g} s") from None
+
+
+class _Links(HTMLParser):
+    """The links of a listing that lead one step down."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.links: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        link = unquote(dict(attrs).get("href") or "") if tag == "a" else ""
+        link = link.removeprefix("./")
+        if (
+            link.rstrip("/")
+            and "/" not in link.rstrip("/")
+            and link[0] not in "?#."
+            and ":" not in link
+        ):
+            self.links.add(link)

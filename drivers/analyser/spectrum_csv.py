@@ -1,0 +1,52 @@
+"""Whether a CSV is a whole spectrum: every line readable, the last one ended, no channel missing."""
+
+import math
+
+LEAST_CHANNELS = 100
+HEADER_LINES = 50
+
+
+class Incomplete(Exception):
+    """A spectrum that is not whole, or none; the text says where it ends or what it holds."""
+
+
+def channels_of(data: bytes) -> int:
+    """How many channels a CSV holds; raises Incomplete where it is cut off or no spectrum.
+
+    Two columns, wavelength and intensity, after at most 50 lines of words; commas, semicolons or
+    tabs. A last line without its end may be half a number, so it is taken as cut off.
+    """
+    if not data:
+        raise Incomplete("it is still empty")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise Incomplete("it is no text") from None
+    if not text.endswith(("\n", "\r")):
+        raise Incomplete(f"it ends within line {text.count(chr(10)) + 1}")
+    lines = text.split("\n")
+    first = next((n for n, line in enumerate(lines[:HEADER_LINES]) if _pair(line)), None)
+    if first is None:
+        raise Incomplete(f"its first {HEADER_LINES} lines hold no wavelength and intensity")
+    count = 0
+    for number, line in enumerate(lines[first:], first + 1):
+        if line.strip():
+            if _pair(line) is None:
+                raise Incomplete(
+                    f"line {number} is no wavelength and intensity: {line.strip()[:40]!r}"
+                )
+            count += 1
+    if count < LEAST_CHANNELS:
+        raise Incomplete(f"it holds {count} channels only")
+    return count
+
+
+def _pair(line: str) -> tuple[float, float] | None:
+    parts = line.replace(";", ",").replace("\t", ",").split(",")
+    if len(parts) < 2:
+        return None
+    try:
+        wavelength, intensity = float(parts[0]), float(parts[1])
+    except ValueError:
+        return None
+    return (wavelength, intensity) if math.isfinite(wavelength) else None

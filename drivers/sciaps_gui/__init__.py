@@ -1,0 +1,1 @@
+"""The driver of an analyser's desktop program, by keyboard and mouse."""

@@ -1,0 +1,194 @@
+"""The buttons of one analyser program as a person recorded them: a folder of PNGs and buttons.yaml.
+
+    labrun_buttons: 1
+    title: Profile Builder            # part of the window's title; left out: the whole screen
+    buttons:
+      measure: {file: measure.png}
+      sample_name: {file: sample_name.png, at: [140, 0]}    # click this far from its middle
+      new_folder: {file: new_folder.png, on: new_folder.on.png, where: dialog}
+      error_interlock: {file: interlock.png, where: error, says: Interlock open, happened: no}
+    export: [{click: sample_name}, {type: "{name}"}, ...]   # left out: the paper's own order
+"""
+
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from ...schemas.contract import Happened
+from ...schemas.model import Model
+from .match import THRESHOLD, Picture, Template, unfit
+
+FILE = "buttons.yaml"
+VERSION = 1
+
+Where = Literal["main", "dialog", "error", "busy"]
+"""main: always in the main window; dialog: while exporting; error: the sign of a modal error, or the
+button that closes it; busy: a sign that is there while the analyser works."""
+
+STEP_WORDS = ("click", "type", "press", "tick", "untick", "wait", "gone")
+PAPER_EXPORT: tuple[dict[str, str], ...] = (
+    {"click": "sample_name"},
+    {"type": "{name}"},
+    {"click": "export"},
+    {"wait": "folder"},
+    {"type": "{folder}"},
+    {"press": "enter"},
+    {"tick": "separate_spectrum"},
+    {"tick": "new_folder"},
+    {"click": "export_finish"},
+)
+"""The order of the paper's analyser; a step whose button was not recorded is left out."""
+NEEDED = ("measure", "export")
+
+
+class ButtonsFault(ValueError):
+    """A folder of buttons that cannot be used; the sentence says which file and why."""
+
+
+class Button(Model):
+    """One recorded place; `at` is where to click, in pixels of the recording from its middle."""
+
+    file: str
+    on: str | None = None
+    at: tuple[int, int] = Field(default=(0, 0), strict=False)
+    where: Where = "main"
+    threshold: float = Field(default=THRESHOLD, ge=0.5, le=1.0)
+    says: str = ""
+    happened: Happened = "unknown"
+
+
+class Step(Model):
+    """One step of an export: exactly one of the words."""
+
+    click: str | None = None
+    type: str | None = None
+    press: str | None = None
+    tick: str | None = None
+    untick: str | None = None
+    wait: str | None = None
+    gone: str | None = None
+
+    @model_validator(mode="after")
+    def _one_word(self) -> "Step":
+        if len(self.words()) != 1:
+            raise ValueError(f"one step has one of {', '.join(STEP_WORDS)}")
+        return self
+
+    def words(self) -> list[tuple[str, str]]:
+        """The step as (word, what)."""
+        return [(w, what) for w in STEP_WORDS if (what := getattr(self, w)) is not None]
+
+
+class ButtonsFile(Model):
+    """What stands in buttons.yaml."""
+
+    labrun_buttons: Literal[1]
+    title: str = ""
+    buttons: dict[str, Button] = Field(min_length=1)
+    export: list[Step] | None = None
+    recorded: dict[str, Any] = Field(default_factory=dict)
+
+
+class Buttons:
+    """A folder of buttons, read and found fit for use."""
+
+    def __init__(self, folder: Path, said: ButtonsFile, templates: dict[str, Template]) -> None:
+        self.folder = folder
+        self.title = said.title
+        self.recorded = said.recorded
+        self._said = said
+        self._templates = templates
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._said.buttons
+
+    def button(self, name: str) -> Button:
+        return self._said.buttons[name]
+
+    def template(self, name: str) -> Template:
+        """What it looks like; `NAME.on` is a check box that is ticked."""
+        return self._templates[name]
+
+    def named(self, *places: Where) -> list[str]:
+        """Names of what is to be seen at these places."""
+        return [name for name, button in self._said.buttons.items() if button.where in places]
+
+    def steps(self) -> list[tuple[str, str]]:
+        """The steps of an export; those of the paper's order need no button that was not recorded."""
+        if self._said.export is not None:
+            return [pair for step in self._said.export for pair in step.words()]
+        pairs = [pair for step in PAPER_EXPORT for pair in step.items()]
+        kept = []
+        for n, (word, what) in enumerate(pairs):
+            if word in ("click", "tick", "untick", "wait") and what not in self:
+                continue
+            typed_into = pairs[n - 1][1] if n else ""
+            if word == "type" and what == "{name}" and typed_into not in self:
+                continue
+            kept.append((word, what))
+        return kept
+
+
+def read_buttons(folder: Path, needed: tuple[str, ...] = NEEDED) -> Buttons:
+    """The buttons in a folder; raises ButtonsFault with a sentence."""
+    said = _read_file(folder / FILE)
+    missing = [name for name in needed if name not in said.buttons]
+    if missing:
+        raise ButtonsFault(
+            f"{folder / FILE} has no {' and no '.join(missing)}; record it with "
+            f"`labrun record-buttons -o {folder}`"
+        )
+    templates: dict[str, Template] = {}
+    for name, button in said.buttons.items():
+        templates[name] = Template(name, _read_picture(folder / button.file, name), button.threshold)
+        if button.on is not None:
+            on = _read_picture(folder / button.on, f"{name}, ticked")
+            templates[f"{name}.on"] = Template(f"{name}.on", on, button.threshold)
+    buttons = Buttons(folder, said, templates)
+    _check_steps(folder, buttons)
+    return buttons
+
+
+def _check_steps(folder: Path, buttons: Buttons) -> None:
+    for word, what in buttons.steps():
+        if word in ("click", "tick", "untick", "wait", "gone") and what not in buttons:
+            raise ButtonsFault(f"{folder / FILE}: export: {word}: {what} is no recorded button")
+        if word in ("tick", "untick") and buttons.button(what).on is None:
+            raise ButtonsFault(
+                f"{folder / FILE}: {what} is to be ticked, but only its empty state was recorded; "
+                f"record {what}.on as well"
+            )
+
+
+def _read_file(path: Path) -> ButtonsFile:
+    from ruamel.yaml import YAML, YAMLError
+
+    try:
+        return ButtonsFile.model_validate(YAML(typ="safe").load(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise ButtonsFault(
+            f"there is no {path}; record the program's buttons with `labrun record-buttons -o "
+            f"{path.parent}`"
+        ) from None
+    except ValidationError as fault:
+        first = fault.errors()[0]
+        place = ".".join(str(part) for part in first["loc"]) or "the file"
+        raise ButtonsFault(f"{path}: {place}: {first['msg']}") from fault
+    except (OSError, UnicodeDecodeError, YAMLError) as fault:
+        raise ButtonsFault(f"{path} cannot be read: {' '.join(str(fault).split())}") from fault
+
+
+def _read_picture(path: Path, name: str) -> Picture:
+    import numpy as np
+    from PIL import Image
+
+    try:
+        with Image.open(path) as image:
+            picture = np.asarray(image.convert("RGB"))
+    except (OSError, ValueError) as fault:
+        raise ButtonsFault(f"the picture of {name}, {path}, cannot be read: {fault}") from fault
+    wrong = unfit(picture)
+    if wrong is not None:
+        raise ButtonsFault(f"the picture of {name}, {path}, is no good as a template: {wrong}")
+    return picture

@@ -1,0 +1,112 @@
+"""Eyes and hands: a picture of the screen, the mouse, the keyboard.
+
+pyautogui is loaded here and nowhere else: it wants a screen as soon as it is imported. Putting the
+mouse into a corner of the screen by hand stops everything (its fail-safe).
+"""
+
+import contextlib
+import os
+import sys
+import time
+from typing import Any
+
+from .match import Picture
+from .windows import NoScreen
+
+PAUSE_S = 0.05
+FLAT = 2.0
+"""Counts: a picture that varies less is a blank screen."""
+
+
+class NotClicked(Exception):
+    """The mouse button was surely not pressed; the text says why."""
+
+
+class Hands:
+    """The mouse and keyboard of one screen; raises NoScreen where there is none."""
+
+    def __init__(self) -> None:
+        self._gui = _pyautogui()
+
+    def picture(self) -> Picture:
+        """The whole screen; raises NoScreen where it is locked, blank or gone."""
+        import numpy as np
+        from PIL import ImageGrab
+
+        try:
+            image = ImageGrab.grab(xdisplay=os.environ.get("DISPLAY") or None)
+        except (OSError, RuntimeError) as fault:
+            raise NoScreen(
+                f"the screen cannot be looked at: {fault}; it may be locked, or its session ended"
+            ) from fault
+        picture = np.asarray(image.convert("RGB"))
+        if float(picture[::7, ::7].std()) < FLAT:
+            raise NoScreen("the screen is of one colour: it is blank, asleep or locked")
+        return picture
+
+    def picture_scale(self, picture: Picture) -> float:
+        """Pixels of a picture for one step of the mouse: 2 on screens that count points."""
+        return picture.shape[1] / self._gui.size()[0]
+
+    def move(self, x: int, y: int) -> None:
+        """Put the mouse there; raises NotClicked where it does not stay."""
+        self._safely(lambda: self._gui.moveTo(x, y))
+        time.sleep(PAUSE_S)
+        here = self._gui.position()
+        if (abs(here[0] - x), abs(here[1] - y)) > (1, 1):
+            raise NotClicked(
+                f"the mouse was sent to {x},{y} and is at {here[0]},{here[1]}: somebody else moves it"
+            )
+
+    def press_mouse(self) -> None:
+        """Click where the mouse is: once, and never again by itself."""
+        self._safely(self._check_corner)
+        self._gui.mouseDown(_pause=False)
+        time.sleep(PAUSE_S)
+        self._gui.mouseUp(_pause=False)
+
+    def type(self, text: str) -> None:
+        """Replace what a field holds by this text."""
+        self._safely(lambda: self._gui.hotkey("ctrl" if sys.platform != "darwin" else "command", "a"))
+        self._safely(lambda: self._gui.press("backspace"))
+        self._safely(lambda: self._gui.write(text, interval=0.01))
+
+    def press(self, key: str) -> None:
+        """Press one key, by pyautogui's name for it."""
+        self._safely(lambda: self._gui.press(key))
+
+    def _check_corner(self) -> None:
+        self._gui.failSafeCheck()
+
+    def _safely(self, act: Any) -> None:
+        try:
+            act()
+        except self._gui.FailSafeException:
+            raise NotClicked(
+                "the mouse is in a corner of the screen, which stops the driver; move it away to go on"
+            ) from None
+
+
+def _pyautogui() -> Any:
+    if sys.platform.startswith("linux"):
+        from .windows_x11 import have_cookies
+
+        have_cookies()
+    # mouseinfo, a toy of pyautogui's, ends the whole process where tkinter is missing.
+    sys.modules.setdefault("mouseinfo", None)  # type: ignore[arg-type]
+    try:
+        with contextlib.redirect_stdout(sys.stderr):  # python-xlib warns there
+            import pyautogui
+    except ImportError as fault:
+        raise NoScreen(
+            f"mouse and keyboard need pyautogui ({fault}): install it with "
+            f"`python -m pip install 'labrun[gui]'`"
+        ) from fault
+    except Exception as fault:  # Xlib and KeyError where there is no display, at import
+        raise NoScreen(
+            f"there is no screen to work on ({type(fault).__name__}: {fault}); start the device "
+            f"server on the analyser's own desktop"
+        ) from fault
+    pyautogui.FAILSAFE = True
+    pyautogui.PAUSE = PAUSE_S
+    return pyautogui

@@ -1,0 +1,317 @@
+"""Find recorded buttons in a picture of the screen, at whatever size the program is drawn today.
+
+Normalised correlation of the grey template (TM_CCOEFF_NORMED) over 25 sizes from half to double
+proposes places; each is then fitted more finely, in width and height by itself, since letters do
+not grow evenly. A place is believed where grey and edges both fit, colours and contrast are those
+of the template, no other recorded button fits better there, and the size is that of the program:
+all its buttons are drawn at one. Without the last two, a small "Sync" passes for "Delete".
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import cv2
+import numpy as np
+
+Picture = np.ndarray
+"""Rows x columns x 3, uint8, RGB."""
+Box = tuple[int, int, int, int]
+"""x, y, width, height in pixels."""
+
+SCALES = tuple(float(s) for s in np.geomspace(0.5, 2.0, 25))
+THRESHOLD = 0.7
+ALONE = 0.1
+"""How much better a button has to fit where no other one confirms the size."""
+ONE_PROGRAM = 0.09
+"""How far sizes of buttons of one program differ, as a part of it."""
+LEAST_SIDE, LEAST_AREA, LEAST_CONTRAST = 10, 300, 6.0
+GREY_BELOW, CONTRAST_ABOVE = 0.72, 1.7
+"""Contrast beside the template's: below the first the button is greyed out."""
+COLOUR_WITHIN = 40.0
+"""How far the mean colour may be from the template's, in RGB counts."""
+AGREE = 0.7
+"""Of all templates, the part that has to fit at one size before the others are believed for it."""
+TWIN_WITHIN = 0.06
+PLACES = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """What a button looks like, as it was recorded."""
+
+    name: str
+    picture: Picture
+    threshold: float = THRESHOLD
+
+
+@dataclass(frozen=True, slots=True)
+class Hit:
+    """A place where a template fits: how well (-1..1), at which size, and in which colours."""
+
+    name: str
+    score: float
+    scale: float
+    box: Box
+    contrast: float
+    colour: float
+    doubt: str = ""
+
+    @property
+    def grey(self) -> bool:
+        """True where it is there, but greyed out: pressing it does nothing."""
+        return self.contrast < GREY_BELOW
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        x, y, w, h = self.box
+        return x + w / 2, y + h / 2
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What was seen of one template: the places that are believed, best first, and the best other."""
+
+    name: str
+    hits: tuple[Hit, ...] = ()
+    nearest: Hit | None = None
+
+    @property
+    def sure(self) -> Hit | None:
+        """The one place, where there is exactly one."""
+        return self.hits[0] if len(self.hits) == 1 else None
+
+    def words(self) -> str:
+        """What was seen, for a person."""
+        if self.sure is not None:
+            hit, grey = self.sure, ", greyed out" if self.sure.grey else ""
+            x, y = hit.centre
+            return (
+                f"{self.name} at {x:.0f},{y:.0f} (fit {hit.score:.2f}, size {hit.scale:.2f}{grey})"
+            )
+        if self.hits:
+            places = " and ".join("{:.0f},{:.0f}".format(*hit.centre) for hit in self.hits)
+            return f"{self.name} is there {len(self.hits)} times, at {places}"
+        if self.nearest is None:
+            return f"{self.name} is not to be seen"
+        x, y = self.nearest.centre
+        return (
+            f"{self.name} is not to be seen; most alike is the place {x:.0f},{y:.0f} with "
+            f"{self.nearest.doubt or f'a fit of {self.nearest.score:.2f}'}"
+        )
+
+
+def unfit(picture: Picture) -> str | None:
+    """Why a picture is no good as a template; None where it is."""
+    height, width = picture.shape[:2]
+    if min(height, width) < LEAST_SIDE or height * width < LEAST_AREA:
+        return (
+            f"{width} x {height} pixels are too few to be told from other places; at least "
+            f"{LEAST_SIDE} each way and {LEAST_AREA} in all: take in the whole button"
+        )
+    if float(_grey(picture).std()) < LEAST_CONTRAST:
+        return "there is nothing in it but one colour; take in the button's words and border"
+    return None
+
+
+def look_for(
+    picture: Picture, templates: Sequence[Template], scale: float | None = None
+) -> dict[str, Sight]:
+    """Name -> what was seen of it. With `scale`, the program's size is known and only that is tried."""
+    grey = _grey(picture)
+    found = {t.name: _candidates(picture, grey, t, _near(scale)) for t in templates}
+    if scale is None and (scale := _common_scale(found)) is not None:
+        for template in templates:  # crowded out by places of another size, it may be there yet
+            if not any(_of_size(hit, scale) for hit in found[template.name]):
+                found[template.name] += _candidates(picture, grey, template, _near(scale))
+    return {t.name: _sight(t, _judged(t, found, scale)) for t in templates}
+
+
+def common_scale(sights: Iterable[Sight]) -> float | None:
+    """The size at which a program is drawn, from what was seen of it."""
+    sizes = sorted(sight.hits[0].scale for sight in sights if sight.hits)
+    return sizes[len(sizes) // 2] if sizes else None
+
+
+def differs(one: Picture, other: Picture) -> bool:
+    """Whether two pictures of the same place differ by more than a blinking cursor."""
+    if one.shape != other.shape:
+        return True
+    changed = (np.abs(one.astype(np.int16) - other.astype(np.int16)).max(axis=2) > 24).sum()
+    return int(changed) > 60
+
+
+def _near(scale: float | None) -> tuple[float, ...]:
+    if scale is None:
+        return SCALES
+    return tuple(scale * (1 + part) for part in (-0.05, 0.0, 0.05))
+
+
+def _grey(picture: Picture) -> np.ndarray:
+    return cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+
+
+def _resized(picture: Picture, across: float, down: float) -> Picture:
+    height, width = picture.shape[:2]
+    size = max(1, round(width * across)), max(1, round(height * down))
+    return cv2.resize(
+        picture, size, interpolation=cv2.INTER_AREA if across < 1 else cv2.INTER_CUBIC
+    )
+
+
+def _soft(grey: np.ndarray, height: int) -> np.ndarray:
+    """Blurred by a small part of the button's height: letters are never drawn twice the same."""
+    sigma = min(1.0, 0.035 * height)
+    return cv2.GaussianBlur(grey, (0, 0), sigma) if sigma > 0.2 else grey
+
+
+def _edges(grey: np.ndarray, height: int) -> np.ndarray:
+    soft = _soft(grey, height).astype(np.float32)
+    size = cv2.magnitude(cv2.Sobel(soft, cv2.CV_32F, 1, 0), cv2.Sobel(soft, cv2.CV_32F, 0, 1))
+    return _soft(size, height)
+
+
+def _candidates(
+    picture: Picture, grey: np.ndarray, template: Template, scales: Sequence[float]
+) -> list[Hit]:
+    """The best distinct places of one template, each finely fitted."""
+    proposed: list[tuple[float, float, Box]] = []
+    plain = _grey(template.picture)
+    for scale in scales:
+        shape = _resized(plain, scale, scale)
+        height, width = shape.shape
+        if height >= grey.shape[0] or width >= grey.shape[1] or min(height, width) < 5:
+            continue
+        fits = cv2.matchTemplate(_soft(grey, height), _soft(shape, height), cv2.TM_CCOEFF_NORMED)
+        proposed += _peaks(fits, scale, width, height)
+    proposed.sort(key=lambda p: p[0], reverse=True)
+    return [_fitted(picture, grey, template, place) for place in _distinct(proposed)]
+
+
+def _peaks(fits: np.ndarray, scale: float, width: int, height: int) -> list[Any]:
+    fits = np.nan_to_num(fits, nan=-1.0, posinf=-1.0, neginf=-1.0)
+    peaks = []
+    for _ in range(3):
+        _, score, _, (x, y) = cv2.minMaxLoc(fits)
+        peaks.append((float(score), scale, (x, y, width, height)))
+        rows, columns = (
+            slice(max(0, y - height // 2), y + height // 2 + 1),
+            slice(max(0, x - width // 2), x + width // 2 + 1),
+        )
+        fits[rows, columns] = -1.0
+    return peaks
+
+
+def _distinct(proposed: list[Any]) -> list[Any]:
+    """One proposal a place and rough size: the same place may be taken at a wrong size first."""
+    kept: list[Any] = []
+    for score, scale, box in proposed:
+        same = [k for k in kept if overlap(k[2], box) > 0.3 and abs(k[1] / scale - 1) < 0.15]
+        if not same and len(kept) < PLACES:
+            kept.append((score, scale, box))
+    return kept
+
+
+def _fitted(picture: Picture, grey: np.ndarray, template: Template, place: Any) -> Hit:
+    """The same place with width and height fitted by themselves, scored on grey and on edges."""
+    _, scale, (x, y, width, height) = place
+    pad = max(3, round(0.08 * max(width, height)))
+    left, top = max(0, x - pad), max(0, y - pad)
+    around = grey[top : y + height + pad, left : x + width + pad]
+    softened, edged = _soft(around, height), _edges(around, height)
+    plain = _grey(template.picture)
+    best: tuple[float, Box, float] = (-1.0, (x, y, width, height), scale)
+    for across in np.linspace(0.94, 1.06, 7):
+        for down in (0.95, 1.0, 1.05):
+            shape = _resized(plain, scale * across, scale * down)
+            rows, columns = shape.shape
+            if rows > around.shape[0] or columns > around.shape[1]:
+                continue
+            by_grey = cv2.matchTemplate(softened, _soft(shape, height), cv2.TM_CCOEFF_NORMED)
+            by_edge = cv2.matchTemplate(edged, _edges(shape, height), cv2.TM_CCOEFF_NORMED)
+            fits = np.nan_to_num(
+                (np.minimum(by_grey, by_edge) + (by_grey + by_edge) / 2) / 2, nan=-1.0
+            )
+            _, score, _, (dx, dy) = cv2.minMaxLoc(fits)
+            if score > best[0]:
+                size = scale * float(np.sqrt(across * down))
+                best = (float(score), (left + dx, top + dy, columns, rows), size)
+    return _coloured(picture, template, *best)
+
+
+def _coloured(picture: Picture, template: Template, score: float, box: Box, scale: float) -> Hit:
+    x, y, width, height = box
+    patch = picture[y : y + height, x : x + width]
+    own = template.picture
+    colour = float(np.linalg.norm(patch.mean(axis=(0, 1)) - own.mean(axis=(0, 1))))
+    shape = _resized(own, width / own.shape[1], height / own.shape[0])
+    contrast = float(_grey(patch).std() / max(1.0, _grey(shape).std()))
+    return Hit(template.name, min(score, 1.0), scale, box, contrast, colour)
+
+
+def _common_scale(found: dict[str, list[Hit]]) -> float | None:
+    """The size on which most templates agree; None where it is another program's window."""
+    good = [
+        [hit for hit in hits if hit.score >= THRESHOLD and hit.colour <= COLOUR_WITHIN]
+        for hits in found.values()
+    ]
+
+    def agreement(scale: float) -> tuple[int, float]:
+        bests = [max((h.score for h in hits if _of_size(h, scale)), default=0.0) for hits in good]
+        return sum(best > 0 for best in bests), sum(best**2 for best in bests)
+
+    sizes = [hit.scale for hits in good for hit in hits]
+    best = max(sizes, key=agreement, default=None)
+    needed = max(2, math.ceil(AGREE * len(found)))
+    return best if best is not None and agreement(best)[0] >= needed else None
+
+
+def _of_size(hit: Hit, scale: float) -> bool:
+    return abs(hit.scale / scale - 1) < ONE_PROGRAM
+
+
+def _judged(template: Template, found: dict[str, list[Hit]], scale: float | None) -> list[Hit]:
+    """Every candidate with its doubt in words, if there is one."""
+    return [replace(hit, doubt=_doubt(hit, template, found, scale)) for hit in found[template.name]]
+
+
+def _doubt(hit: Hit, template: Template, found: dict[str, list[Hit]], scale: float | None) -> str:
+    wanted = template.threshold + (ALONE if scale is None else 0.0)
+    if hit.score < wanted:
+        return f"a fit of {hit.score:.2f}, where {wanted:g} is wanted"
+    if scale is not None and not _of_size(hit, scale):
+        return f"size {hit.scale:.2f}, where the program's others are drawn at {scale:.2f}"
+    if hit.colour > COLOUR_WITHIN:
+        return f"another colour ({hit.colour:.0f} counts apart)"
+    if hit.contrast > CONTRAST_ABOVE:
+        return f"{hit.contrast:.1f} times the contrast"
+    for other, hits in found.items():
+        if other == template.name:
+            continue
+        for rival in hits:
+            if rival.score > hit.score and overlap(rival.box, hit.box) > 0.4:
+                return f"a fit of {hit.score:.2f}, but it is {other} ({rival.score:.2f})"
+    return ""
+
+
+def _sight(template: Template, hits: list[Hit]) -> Sight:
+    believed = sorted((h for h in hits if not h.doubt), key=lambda h: h.score, reverse=True)
+    if not believed:
+        nearest = max(hits, key=lambda h: h.score, default=None)
+        return Sight(template.name, (), nearest)
+    places: list[Hit] = []
+    for hit in believed:
+        apart = all(overlap(hit.box, other.box) < 0.2 for other in places)
+        if apart and hit.score >= believed[0].score - TWIN_WITHIN:
+            places.append(hit)
+    return Sight(template.name, tuple(places))
+
+
+def overlap(one: Box, other: Box) -> float:
+    """The common area as a part of the smaller box, 0..1."""
+    ax, ay, aw, ah = one
+    bx, by, bw, bh = other
+    across = min(ax + aw, bx + bw) - max(ax, bx)
+    down = min(ay + ah, by + bh) - max(ay, by)
+    return max(0, across) * max(0, down) / max(1, min(aw * ah, bw * bh))
