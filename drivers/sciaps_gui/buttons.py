@@ -1,13 +1,13 @@
 """The buttons of one analyser program as a person recorded them: a folder of PNGs and buttons.yaml.
 
-    labrun_buttons: 1
-    title: Profile Builder            # part of the window's title; left out: the whole screen
-    buttons:
-      measure: {file: measure.png}
-      sample_name: {file: sample_name.png, at: [140, 0]}    # click this far from its middle
-      new_folder: {file: new_folder.png, on: new_folder.on.png, where: dialog}
-      error_interlock: {file: interlock.png, where: error, says: Interlock open, happened: no}
-    export: [{click: sample_name}, {type: "{name}"}, ...]   # left out: the paper's own order
+labrun_buttons: 1
+title: Profile Builder            # part of the window's title; left out: the whole screen
+buttons:
+  measure: {file: measure.png}
+  sample_name: {file: sample_name.png, at: [140, 0]}    # click this far from its middle
+  new_folder: {file: new_folder.png, on: new_folder.on.png, where: dialog}
+  error_interlock: {file: interlock.png, where: error, says: Interlock open, happened: no}
+export: [{click: sample_name}, {type: "{name}"}, ...]   # left out: the paper's own order
 """
 
 from pathlib import Path
@@ -110,6 +110,11 @@ class Buttons:
         """What it looks like; `NAME.on` is a check box that is ticked."""
         return self._templates[name]
 
+    def all_but(self, templates: list[Template]) -> list[Template]:
+        """Everything else that was recorded."""
+        names = {template.name for template in templates}
+        return [template for name, template in self._templates.items() if name not in names]
+
     def named(self, *places: Where) -> list[str]:
         """Names of what is to be seen at these places."""
         return [name for name, button in self._said.buttons.items() if button.where in places]
@@ -141,7 +146,9 @@ def read_buttons(folder: Path, needed: tuple[str, ...] = NEEDED) -> Buttons:
         )
     templates: dict[str, Template] = {}
     for name, button in said.buttons.items():
-        templates[name] = Template(name, _read_picture(folder / button.file, name), button.threshold)
+        templates[name] = Template(
+            name, _read_picture(folder / button.file, name), button.threshold
+        )
         if button.on is not None:
             on = _read_picture(folder / button.on, f"{name}, ticked")
             templates[f"{name}.on"] = Template(f"{name}.on", on, button.threshold)

@@ -4,13 +4,13 @@ pyautogui is loaded here and nowhere else: it wants a screen as soon as it is im
 mouse into a corner of the screen by hand stops everything (its fail-safe).
 """
 
-import contextlib
 import os
 import sys
 import time
 from typing import Any
 
 from .match import Picture
+from .quiet import have_cookies, quiet_libraries
 from .windows import NoScreen
 
 PAUSE_S = 0.05
@@ -67,7 +67,9 @@ class Hands:
 
     def type(self, text: str) -> None:
         """Replace what a field holds by this text."""
-        self._safely(lambda: self._gui.hotkey("ctrl" if sys.platform != "darwin" else "command", "a"))
+        self._safely(
+            lambda: self._gui.hotkey("ctrl" if sys.platform != "darwin" else "command", "a")
+        )
         self._safely(lambda: self._gui.press("backspace"))
         self._safely(lambda: self._gui.write(text, interval=0.01))
 
@@ -89,13 +91,11 @@ class Hands:
 
 def _pyautogui() -> Any:
     if sys.platform.startswith("linux"):
-        from .windows_x11 import have_cookies
-
         have_cookies()
     # mouseinfo, a toy of pyautogui's, ends the whole process where tkinter is missing.
     sys.modules.setdefault("mouseinfo", None)  # type: ignore[arg-type]
     try:
-        with contextlib.redirect_stdout(sys.stderr):  # python-xlib warns there
+        with quiet_libraries():
             import pyautogui
     except ImportError as fault:
         raise NoScreen(
@@ -107,6 +107,15 @@ def _pyautogui() -> Any:
             f"there is no screen to work on ({type(fault).__name__}: {fault}); start the device "
             f"server on the analyser's own desktop"
         ) from fault
+    _close_leftovers()
     pyautogui.FAILSAFE = True
     pyautogui.PAUSE = PAUSE_S
     return pyautogui
+
+
+def _close_leftovers() -> None:
+    """pyscreeze asks at its import for a program called scrot, and leaves the pipes of that open."""
+    asked = getattr(sys.modules.get("pyscreeze"), "whichProc", None)
+    for pipe in (getattr(asked, "stdout", None), getattr(asked, "stderr", None)):
+        if pipe is not None:
+            pipe.close()

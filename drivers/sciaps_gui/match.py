@@ -34,7 +34,7 @@ COLOUR_WITHIN = 40.0
 AGREE = 0.7
 """Of all templates, the part that has to fit at one size before the others are believed for it."""
 TWIN_WITHIN = 0.06
-PLACES = 6
+PLACES, FEW_PLACES = 6, 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,16 +116,29 @@ def unfit(picture: Picture) -> str | None:
 
 
 def look_for(
-    picture: Picture, templates: Sequence[Template], scale: float | None = None
+    picture: Picture,
+    templates: Sequence[Template],
+    scale: float | None = None,
+    rivals: Sequence[Template] = (),
 ) -> dict[str, Sight]:
-    """Name -> what was seen of it. With `scale`, the program's size is known and only that is tried."""
+    """Name -> what was seen of it. With `scale`, the program's size is known and only that is tried.
+
+    `rivals` are not looked for; but a place that one of them fits better is not believed.
+    """
     grey = _grey(picture)
     found = {t.name: _candidates(picture, grey, t, _near(scale)) for t in templates}
     if scale is None and (scale := _common_scale(found)) is not None:
         for template in templates:  # crowded out by places of another size, it may be there yet
             if not any(_of_size(hit, scale) for hit in found[template.name]):
                 found[template.name] += _candidates(picture, grey, template, _near(scale))
-    return {t.name: _sight(t, _judged(t, found, scale)) for t in templates}
+    others = {t.name: t for t in (*templates, *rivals)}
+    judged = {
+        t.name: [replace(h, doubt=_doubt(h, t, scale)) for h in found[t.name]] for t in templates
+    }
+    return {
+        t.name: _sight(t.name, [_held_against(picture, grey, h, others) for h in judged[t.name]])
+        for t in templates
+    }
 
 
 def common_scale(sights: Iterable[Sight]) -> float | None:
@@ -186,7 +199,8 @@ def _candidates(
         fits = cv2.matchTemplate(_soft(grey, height), _soft(shape, height), cv2.TM_CCOEFF_NORMED)
         proposed += _peaks(fits, scale, width, height)
     proposed.sort(key=lambda p: p[0], reverse=True)
-    return [_fitted(picture, grey, template, place) for place in _distinct(proposed)]
+    places = _distinct(proposed, PLACES if len(scales) > 3 else FEW_PLACES)
+    return [_fitted(picture, grey, template, place) for place in places]
 
 
 def _peaks(fits: np.ndarray, scale: float, width: int, height: int) -> list[Any]:
@@ -203,12 +217,12 @@ def _peaks(fits: np.ndarray, scale: float, width: int, height: int) -> list[Any]
     return peaks
 
 
-def _distinct(proposed: list[Any]) -> list[Any]:
+def _distinct(proposed: list[Any], most: int) -> list[Any]:
     """One proposal a place and rough size: the same place may be taken at a wrong size first."""
     kept: list[Any] = []
     for score, scale, box in proposed:
         same = [k for k in kept if overlap(k[2], box) > 0.3 and abs(k[1] / scale - 1) < 0.15]
-        if not same and len(kept) < PLACES:
+        if not same and len(kept) < most:
             kept.append((score, scale, box))
     return kept
 
@@ -221,7 +235,7 @@ def _fitted(picture: Picture, grey: np.ndarray, template: Template, place: Any) 
     around = grey[top : y + height + pad, left : x + width + pad]
     softened, edged = _soft(around, height), _edges(around, height)
     plain = _grey(template.picture)
-    best: tuple[float, Box, float] = (-1.0, (x, y, width, height), scale)
+    best: tuple[float, Box, float] = (-1.0, (x, y, around.shape[1], around.shape[0]), scale)
     for across in np.linspace(0.94, 1.06, 7):
         for down in (0.95, 1.0, 1.05):
             shape = _resized(plain, scale * across, scale * down)
@@ -271,12 +285,7 @@ def _of_size(hit: Hit, scale: float) -> bool:
     return abs(hit.scale / scale - 1) < ONE_PROGRAM
 
 
-def _judged(template: Template, found: dict[str, list[Hit]], scale: float | None) -> list[Hit]:
-    """Every candidate with its doubt in words, if there is one."""
-    return [replace(hit, doubt=_doubt(hit, template, found, scale)) for hit in found[template.name]]
-
-
-def _doubt(hit: Hit, template: Template, found: dict[str, list[Hit]], scale: float | None) -> str:
+def _doubt(hit: Hit, template: Template, scale: float | None) -> str:
     wanted = template.threshold + (ALONE if scale is None else 0.0)
     if hit.score < wanted:
         return f"a fit of {hit.score:.2f}, where {wanted:g} is wanted"
@@ -286,26 +295,41 @@ def _doubt(hit: Hit, template: Template, found: dict[str, list[Hit]], scale: flo
         return f"another colour ({hit.colour:.0f} counts apart)"
     if hit.contrast > CONTRAST_ABOVE:
         return f"{hit.contrast:.1f} times the contrast"
-    for other, hits in found.items():
-        if other == template.name:
-            continue
-        for rival in hits:
-            if rival.score > hit.score and overlap(rival.box, hit.box) > 0.4:
-                return f"a fit of {hit.score:.2f}, but it is {other} ({rival.score:.2f})"
     return ""
 
 
-def _sight(template: Template, hits: list[Hit]) -> Sight:
+def _held_against(
+    picture: Picture, grey: np.ndarray, hit: Hit, others: dict[str, Template]
+) -> Hit:
+    """The hit, doubted where another template fits its place better than its own."""
+    if hit.doubt:
+        return hit
+    x, y = hit.centre
+    for name, other in others.items():
+        if name == hit.name:
+            continue
+        height, width = (round(n * hit.scale) for n in other.picture.shape[:2])
+        box = max(0, round(x - width / 2)), max(0, round(y - height / 2)), width, height
+        if overlap(box, hit.box) < 0.5 or box[2] >= grey.shape[1] or box[3] >= grey.shape[0]:
+            continue
+        rival = _fitted(picture, grey, other, (0.0, hit.scale, box))
+        if rival.score > hit.score:
+            words = f"a fit of {hit.score:.2f}, but it is {name} ({rival.score:.2f})"
+            return replace(hit, doubt=words)
+    return hit
+
+
+def _sight(name: str, hits: list[Hit]) -> Sight:
     believed = sorted((h for h in hits if not h.doubt), key=lambda h: h.score, reverse=True)
     if not believed:
         nearest = max(hits, key=lambda h: h.score, default=None)
-        return Sight(template.name, (), nearest)
+        return Sight(name, (), nearest)
     places: list[Hit] = []
     for hit in believed:
         apart = all(overlap(hit.box, other.box) < 0.2 for other in places)
         if apart and hit.score >= believed[0].score - TWIN_WITHIN:
             places.append(hit)
-    return Sight(template.name, tuple(places))
+    return Sight(name, tuple(places))
 
 
 def overlap(one: Box, other: Box) -> float:

@@ -13,11 +13,11 @@ LONGEST_TITLE = 512
 
 
 class _Rect(ctypes.Structure):
-    _fields_ = [(side, c_long) for side in ("left", "top", "right", "bottom")]  # noqa: RUF012 - ctypes
+    _fields_ = [(side, c_long) for side in ("left", "top", "right", "bottom")]
 
 
 class _Point(ctypes.Structure):
-    _fields_ = [("x", c_long), ("y", c_long)]  # noqa: RUF012 - ctypes wants a list
+    _fields_ = [("x", c_long), ("y", c_long)]
 
 
 class User32Windows:

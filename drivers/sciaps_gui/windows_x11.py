@@ -1,13 +1,11 @@
 """Windows of an X11 desktop, with or without a window manager."""
 
-import contextlib
 import os
 import select
-import sys
 import time
-from pathlib import Path
 from typing import Any
 
+from .quiet import have_cookies, quiet_libraries
 from .windows import NoScreen, Window
 
 MANY = 200
@@ -29,7 +27,7 @@ class X11Windows:
             )
         have_cookies()
         try:
-            with contextlib.redirect_stdout(sys.stderr):  # a warning that has no place in stdout
+            with quiet_libraries():
                 self._display = display.Display(name)
         except (DisplayError, OSError) as fault:
             raise NoScreen(f"the screen {name} cannot be opened: {fault}") from fault
@@ -131,10 +129,3 @@ class X11Windows:
 
         below = self._root.translate_coords(self._root, x, y).child
         return None if below == X.NONE else below.id
-
-
-def have_cookies() -> None:
-    """python-xlib fails where there is no cookie file, even for a display that wants none."""
-    cookies = Path.home() / ".Xauthority"
-    if not os.environ.get("XAUTHORITY") and not cookies.exists():
-        os.environ["XAUTHORITY"] = os.devnull

@@ -416,8 +416,15 @@ class Program:
         elif word == "set":
             name, value = rest.split(" ", 1)
             self.options[name] = json.loads(value)
-        self.root.update()
+        self.settle()
         print(f"done {json.dumps(self.places()) if word == 'places' else word}", flush=True)
+
+    def settle(self):
+        """Until all is drawn: each question to the X server brings what it wants redrawn meanwhile."""
+        for _ in range(6):
+            self.root.update()
+            self.root.winfo_pointerx()
+            time.sleep(0.005)
 
     def places(self):
         """Name -> x, y, width, height on the screen of everything that bears one of our words."""
@@ -450,7 +457,7 @@ class Program:
 
     def run(self):
         lines = []
-        threading.Thread(target=lambda: lines.extend([]) or listen(lines), daemon=True).start()
+        threading.Thread(target=listen, args=[lines], daemon=True).start()
 
         def poll():
             while lines:
@@ -461,9 +468,9 @@ class Program:
                 self.obey(line)
             self.root.after(20, poll)
 
-        self.root.update()
+        self.settle()
         self.show_entries()
-        self.root.update()
+        self.settle()
         print("ready", flush=True)
         poll()
         self.root.mainloop()

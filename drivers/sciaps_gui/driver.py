@@ -1,0 +1,339 @@
+"""Keeps libs_analyzer@1 with an analyser's desktop program, by keyboard and mouse.
+
+One goal is one click: it stands in the book of shots before it is made, and is never made again.
+Whether it fired is told by the one new entry in the program's cache, by its name. What was exported
+is copied and checked before anything is deleted.
+"""
+
+import asyncio
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar
+
+from ..analyser.book import AlreadyBegun, Shot, ShotBook
+from ..analyser.cache import Cache
+from ..analyser.exporting import Exporting
+from ..analyser.folder import FolderFault, SharedFolder
+from ..analyser.kept import Kept
+from ..analyser.settings import settings_of
+from ..driver import ActionFailed, Driver, GoalContext, Place
+from ..find import DriverFault
+from .buttons import Buttons, ButtonsFault, read_buttons
+from .exports import Exports
+from .faults import failure_of, put_picture
+from .program import NoScreen, NotClicked, Program, Seen, Trouble
+from .settings import SciapsGuiSettings
+
+LOOK_S = 0.25
+CALM_S = 8.0
+ANSWER_S = 45.0
+"""How long the probe waits for a shot that may still show itself."""
+
+T = TypeVar("T")
+
+
+class SciapsGui(Driver):
+    """Runs on the analyser's own computer, in the session whose screen shows the program."""
+
+    contract: ClassVar[str] = "libs_analyzer@1"
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.settings = settings_of(place, SciapsGuiSettings)
+        try:
+            self._buttons: Buttons = read_buttons(Path(self.settings.buttons).expanduser())
+        except ButtonsFault as fault:
+            raise DriverFault(str(fault)) from fault
+        self._cache = Cache(self.settings.cache, self.settings.cache_entry)
+        self._kept = Kept(place.folder / "spectra")
+        self._program: Program | None = None
+        self._measuring = False
+
+    async def open(self) -> None:
+        await self._cache.names()
+        await SharedFolder(self.settings.exports).names()
+        title = self._buttons.title if self.settings.title is None else self.settings.title
+        self._program = await asyncio.to_thread(Program, self._buttons, title)
+        self._book = ShotBook(self.place.folder / "shots.sqlite")
+        self._exporting = Exporting(
+            self.place.device, self._book, self._kept, self.settings.channels
+        )
+        self._exports = Exports(self)
+
+    async def close(self) -> None:
+        if self._program is not None:
+            self._program.halted = True
+            self._program.close()
+            self._book.close()
+
+    @property
+    def program(self) -> Program:
+        assert self._program is not None, "the driver is not open"
+        return self._program
+
+    @property
+    def book(self) -> ShotBook:
+        return self._book
+
+    @property
+    def exporting(self) -> Exporting:
+        return self._exporting
+
+    @property
+    def cache(self) -> Cache:
+        return self._cache
+
+    @property
+    def buttons(self) -> Buttons:
+        return self._buttons
+
+    async def on_screen(self, act: Callable[[], T]) -> T:
+        """Look or click, in a thread, one at a time."""
+        return await asyncio.to_thread(lambda: self.program.alone(act))  # type: ignore[return-value]
+
+    async def status(self) -> dict[str, Any]:
+        return {"armed": self._measuring, "shots": self._book.count(), "interlock": "unknown"}
+
+    async def safe(self) -> None:
+        """No click is made any more; a shot that is under way is waited for.
+
+        The laser fires only on a click. Where `disarm` was recorded it is clicked, too. Raises
+        OSError where a click may still be acted on.
+        """
+        self.program.halted = True
+        newest = self._book.newest()
+        if newest is not None and newest.fate == "begun":
+            await self._calm(newest)
+        if "disarm" in self._buttons:
+            self.program.halted = False
+            try:
+                await self.on_screen(lambda: self.program.click("disarm", self.settings.dialog_s))
+            except (Trouble, NoScreen, NotClicked) as fault:
+                raise OSError(f"its button `disarm` could not be clicked: {fault}") from fault
+            finally:
+                self.program.halted = True
+
+    async def _calm(self, shot: Shot) -> None:
+        """Wait until a begun shot is over: it shows in the cache, or its time has passed."""
+        end = time.monotonic() + CALM_S
+        while time.time() - shot.at < self.settings.measure_s:
+            if await self._found(shot):
+                return
+            if time.monotonic() > end:
+                raise OSError(
+                    f"a shot was clicked {time.time() - shot.at:.0f} s ago and has left nothing in the "
+                    f"cache yet; it cannot be called back from here: use the analyser's own switch"
+                )
+            await asyncio.sleep(LOOK_S)
+
+    async def measure(self, goal: GoalContext) -> dict[str, Any]:
+        self.program.halted = goal.cancelled.is_set()
+        await self.ready(goal, "measure")
+        aim = await self.tried("measure", "no", lambda: self.program.aim("measure", 0.0))
+        shot = self._begun(goal, await self._cache_before())
+        self._measuring = True
+        try:
+            await self._press(shot, aim)
+            return await self._watched(goal, shot)
+        finally:
+            self._measuring = False
+
+    async def _cache_before(self) -> set[str]:
+        try:
+            return await self._cache.names()
+        except FolderFault as fault:
+            raise self.failed(
+                "measure", "Rejected", f"{fault}; nothing was clicked", "no"
+            ) from fault
+
+    def _begun(self, goal: GoalContext, before: set[str]) -> Shot:
+        try:
+            return self._book.begin(goal.id, time.time(), before)
+        except AlreadyBegun as fault:
+            raise self.failed("measure", "Rejected", str(fault), "unknown") from fault
+        except OSError as fault:
+            raise self.failed(
+                "measure", "Rejected", f"{fault}; nothing was clicked", "no"
+            ) from fault
+
+    async def _press(self, shot: Shot, aim: Any) -> None:
+        try:
+            await self.on_screen(lambda: self.program.press(aim))
+        except NotClicked as fault:
+            self._book.denied(shot)
+            raise self.failed(
+                "measure", "Rejected", f"{fault}; nothing was clicked", "no"
+            ) from fault
+
+    async def _watched(self, goal: GoalContext, shot: Shot) -> dict[str, Any]:
+        """Follow one click until the cache shows its shot; never click again, whatever happens."""
+        left_s, hung_s = self.settings.measure_s, self.settings.hang_s
+        looked = time.monotonic()
+        while True:
+            if await self._found(shot):
+                await self._quiet(goal)
+                return {"shot_id": shot.name}
+            seen = await self._look()
+            now = time.monotonic()
+            if seen.state == "hung" and hung_s > 0:
+                hung_s -= now - looked
+                goal.feedback(None, f"{seen.words}; the click waits there and is not repeated")
+            else:
+                left_s -= now - looked
+            looked = now
+            if seen.state == "error":
+                await self._closed_error(shot, seen)
+            if left_s <= 0 or hung_s < 0:
+                raise self._nothing_came(seen)
+            await asyncio.sleep(LOOK_S)
+
+    def _nothing_came(self, seen: Seen) -> ActionFailed:
+        """After one click and no entry nobody knows whether the laser fired."""
+        words = f"it was clicked once, and {self.settings.cache} has no new entry"
+        if seen.state == "dialog":
+            return self.failed("measure", "DialogOpen", f"{words}: {seen.words}", "unknown")
+        if seen.state == "hung":
+            return self.failed("measure", "Timeout", f"{words}: {seen.words}", "unknown")
+        return self.failed(
+            "measure", "Lost", f"{words} after {self.settings.measure_s:g} s", "unknown"
+        )
+
+    async def _closed_error(self, shot: Shot, seen: Seen) -> None:
+        """A modal error after the click: read, closed, and told with what the lab says it means."""
+        picture = await self.picture()
+        try:
+            await self.on_screen(lambda: self.program.close_error(self.settings.dialog_s))
+            closed = "it was closed"
+        except (Trouble, NoScreen, NotClicked) as fault:
+            closed = f"it could not be closed: {fault}"
+        if await self._found(shot):
+            raise self.failed(
+                "measure", "DialogOpen", f"{seen.words}; it fired; {closed}{picture}", "yes"
+            )
+        happened = self._buttons.button(seen.sign).happened
+        if happened == "no":
+            self._book.denied(shot)
+        raise self.failed("measure", "DialogOpen", f"{seen.words}; {closed}{picture}", happened)
+
+    async def _look(self) -> Seen:
+        """The state; what cannot be seen is told as a dialog, since something hides the program."""
+        try:
+            return await self.on_screen(self.program.seen)
+        except (Trouble, NoScreen) as fault:
+            return Seen("dialog", str(fault))
+
+    async def _found(self, shot: Shot) -> bool:
+        """Whether the cache shows this shot; raises ActionFailed where it shows more than one."""
+        try:
+            new = sorted(await self._cache.names() - (shot.before or frozenset()))
+        except FolderFault:
+            return False
+        if len(new) > 1:
+            raise self.failed(
+                "measure", "Lost",
+                f"{' and '.join(new)} are new in the cache after one click: one is from another click, "
+                f"and which of them is this shot's cannot be told", "yes",
+            )  # fmt: skip
+        if new:
+            self._book.fired(shot, new[0])
+        return bool(new)
+
+    async def _quiet(self, goal: GoalContext) -> None:
+        """The shot is kept; wait a while until the program is ready for the next command."""
+        end = time.monotonic() + self.settings.busy_s
+        while (seen := await self._look()).state in ("busy", "hung") and time.monotonic() < end:
+            goal.feedback(0.9, seen.words)
+            await asyncio.sleep(LOOK_S)
+
+    async def last_shot(self, goal: GoalContext) -> dict[str, Any]:
+        newest = self._book.newest()
+        end = time.monotonic() + ANSWER_S
+        while newest is not None and newest.fate == "begun":
+            try:
+                if await self._found(newest):
+                    newest = self._book.newest()
+                    break
+            except ActionFailed:  # several are new: that it happened is sure, whose is whose is not
+                break
+            late = time.time() - newest.at > self.settings.measure_s + self.settings.hang_s
+            if late or time.monotonic() > end:
+                break
+            await asyncio.sleep(LOOK_S)
+        if newest is None or newest.fate == "begun":
+            return {"shot_id": None, "goal_id": None}
+        return {"shot_id": newest.name, "goal_id": newest.goal}
+
+    async def export(self, goal: GoalContext, *, shot: str, file: str) -> dict[str, Any]:
+        self.program.halted = goal.cancelled.is_set()
+        wanted = self._exporting.shot_to_export(shot)
+        data = self._exporting.kept_file(wanted)
+        if data is None:
+            data = await self._exports.spectrum(goal, wanted)
+        return self._exporting.handed_over(goal, data, file)
+
+    async def disarm(self, goal: GoalContext) -> dict[str, Any]:
+        try:
+            await self.safe()
+        except OSError as fault:
+            raise self.failed("disarm", "Timeout", str(fault), "unknown") from fault
+        return {}
+
+    async def locate(self, goal: GoalContext) -> dict[str, Any]:
+        self.program.halted = goal.cancelled.is_set()
+        sights = await self.tried("find its buttons", "no", self.program.locate)
+        lost = [sight.words() for sight in sights.values() if sight.sure is None]
+        if lost:
+            view = self.program.last_view
+            cover = f"; {view.cover}" if view is not None and view.cover else ""
+            words = "; ".join(lost) + cover + await self.picture()
+            raise self.failed("find its buttons", "ButtonNotFound", words, "no")
+        goal.feedback(1.0, "; ".join(sight.words() for sight in sights.values()))
+        return {}
+
+    async def reconnect(self, goal: GoalContext) -> dict[str, Any]:
+        self.program.halted = goal.cancelled.is_set()
+        await self.ready(goal, "reconnect")
+        if "sync" in self._buttons:
+            await self.tried(
+                "reconnect", "unknown", lambda: self.program.click("sync", self.settings.dialog_s)
+            )
+        return {}
+
+    async def ready(self, goal: GoalContext, asked: str) -> None:
+        """Wait until the program is idle; a known error is closed, an unknown dialog is not touched."""
+        end = time.monotonic() + self.settings.busy_s
+        while True:
+            seen: Seen = await self.tried(asked, "no", self.program.seen)
+            if seen.state == "idle":
+                return
+            words = f"{seen.words}; nothing was clicked"
+            if seen.state == "dialog":
+                raise self.failed(asked, "DialogOpen", words + await self.picture(), "no")
+            if seen.state == "error":
+                goal.feedback(None, f"{seen.words}; closing it")
+                await self.tried(
+                    asked, "no", lambda: self.program.close_error(self.settings.dialog_s)
+                )
+            elif time.monotonic() > end:
+                error = "Busy" if seen.state == "busy" else "Rejected"
+                raise self.failed(asked, error, f"{words}, after {self.settings.busy_s:g} s", "no")
+            await asyncio.sleep(LOOK_S)
+
+    async def tried(self, asked: str, happened: Any, act: Callable[[], T]) -> T:
+        """Something on the screen; its trouble becomes the contract's."""
+        try:
+            return await self.on_screen(act)
+        except (Trouble, NoScreen, NotClicked) as fault:
+            error, words = failure_of(fault)
+            raise self.failed(asked, error, words + await self.picture(), happened) from fault
+
+    async def picture(self) -> str:
+        """Put the last picture beside the book; the words that say where."""
+        view = self.program.last_view
+        return await asyncio.to_thread(put_picture, view, self.place.folder / "seen")
+
+    def failed(self, asked: str, error: str, words: str, happened: Any) -> ActionFailed:
+        title = self.settings.title or self._buttons.title or "the screen"
+        where = f"{self.place.device} (the program {title!r}), asked to {asked}"
+        return ActionFailed(error, f"{where}: {words}", happened)

@@ -1,0 +1,190 @@
+"""Export one shot through the program's dialogs, check and keep its spectrum, then delete."""
+
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ..analyser.arrival import NO_ROOM, Arrived, NotArrived, Wanted, arrived
+from ..analyser.book import Shot
+from ..analyser.folder import FolderFault, SharedFolder
+from ..driver import ActionFailed, GoalContext
+from .program import NoScreen, NotClicked, Trouble
+
+if TYPE_CHECKING:
+    from .driver import SciapsGui
+
+AGAIN_S = 3.0
+
+
+class Exports:
+    """The driver's part that deals with the export dialog and the export folder."""
+
+    def __init__(self, driver: "SciapsGui") -> None:
+        self._driver = driver
+        self._settings = driver.settings
+        self._folder = SharedFolder(self._settings.exports)
+
+    async def spectrum(self, goal: GoalContext, shot: Shot) -> bytes:
+        """The shot's whole spectrum, kept on this machine; only then may its cache entry go."""
+        found = await self._earlier(shot) or await self._made(goal, shot)
+        self._driver.exporting.keep(shot, found)
+        goal.feedback(0.9, f"{found.channels} channels kept")
+        if self._settings.delete == "file":
+            await self._delete_file(shot)
+        elif self._settings.delete == "button":
+            await self._delete_by_button(goal, shot)
+        if self._settings.sync and "sync" in self._driver.buttons:
+            await self._driver.tried(
+                "sync", "yes", lambda: self._program.click("sync", self._dialog_s)
+            )
+        return found.data
+
+    @property
+    def _program(self):
+        return self._driver.program
+
+    @property
+    def _dialog_s(self) -> float:
+        return self._settings.dialog_s
+
+    async def _earlier(self, shot: Shot) -> Arrived | None:
+        """What an earlier attempt has left in the folder after all."""
+        if shot.asked is None:
+            return None
+        try:
+            return await arrived(self._folder, self._wanted(shot, ""), AGAIN_S)
+        except NotArrived:
+            return None
+
+    async def _made(self, goal: GoalContext, shot: Shot) -> Arrived:
+        await self._driver.ready(goal, "export")
+        before = await self._room()
+        self._driver.book.asked(shot, before)
+        shot = replace(shot, asked=frozenset(before))
+        name = f"{shot.name}_{time.strftime('%Y%m%d_%H%M%S')}"
+        await self._steps(goal, name)
+        goal.feedback(0.6, "waiting until the file is whole")
+        try:
+            return await arrived(self._folder, self._wanted(shot, name), self._settings.export_s)
+        except NotArrived as fault:
+            seen = await self._error_words()
+            error = "DiskFull" if fault.full else "DialogOpen" if seen else "Timeout"
+            raise self._failed(error, f"{fault}{seen}; nothing was deleted", "unknown") from fault
+
+    async def _room(self) -> set[str]:
+        """What lies in the export folder; raises ActionFailed where it is missing or full."""
+        try:
+            free = await self._folder.free_bytes()
+            names = await self._folder.names()
+        except FolderFault as fault:
+            raise self._failed("Rejected", f"{fault}; nothing was clicked", "no") from fault
+        if free is not None and free < NO_ROOM:
+            raise self._failed(
+                "DiskFull",
+                f"{self._folder.place} has room for {free} bytes more; make room and ask again. Nothing "
+                f"was clicked", "no",
+            )  # fmt: skip
+        return names
+
+    async def _steps(self, goal: GoalContext, name: str) -> None:
+        steps = self._driver.buttons.steps()
+        texts = {"name": name, "folder": self._settings.export_path or self._folder.place}
+        for n, (word, what) in enumerate(steps):
+            goal.feedback(0.1 + 0.5 * n / len(steps), f"{word} {what}")
+            try:
+                await self._driver.on_screen(lambda w=word, t=what: self._step(w, t, texts))
+            except (Trouble, NoScreen, NotClicked) as fault:
+                raise await self._broken_off(f"{word} {what}", fault) from fault
+        word, last = steps[-1]
+        if word == "click" and self._driver.buttons.button(last).where == "dialog":
+            await self._driver.tried(
+                "export", "unknown", lambda: self._program.wait_until_gone(last, self._dialog_s)
+            )
+
+    def _step(self, word: str, what: str, texts: dict[str, str]) -> None:
+        program, dialog_s = self._program, self._dialog_s
+        match word:
+            case "click":
+                program.click(what, dialog_s)
+            case "type":
+                program.type(what.format(**texts))
+            case "press":
+                program.key(what)
+            case "tick" | "untick":
+                program.tick(what, word == "tick", dialog_s)
+            case "wait":
+                program.wait_for(what, dialog_s)
+            case "gone":
+                program.wait_until_gone(what, dialog_s)
+
+    async def _broken_off(self, step: str, fault: Exception) -> ActionFailed:
+        """Leave the dialog, so that the next command finds the program as it should be."""
+        from .faults import failure_of
+
+        error, words = failure_of(fault)  # type: ignore[arg-type]
+        picture = await self._driver.picture()
+        try:
+            if isinstance(fault, Trouble) and fault.state == "error":
+                await self._driver.on_screen(lambda: self._program.close_error(self._dialog_s))
+            await self._driver.on_screen(lambda: self._program.leave_dialogs(self._dialog_s))
+            left = "its dialogs were closed"
+        except (Trouble, NoScreen, NotClicked) as further:
+            left = f"its dialog may still be open ({further})"
+        return self._failed(error, f"at `{step}`: {words}; {left}{picture}", "no")
+
+    async def _error_words(self) -> str:
+        """A modal error that came instead of the file: read, and closed."""
+        try:
+            seen = await self._driver.on_screen(self._program.seen)
+            if seen.state != "error":
+                return ""
+            picture = await self._driver.picture()
+            await self._driver.on_screen(lambda: self._program.close_error(self._dialog_s))
+        except (Trouble, NoScreen, NotClicked) as fault:
+            return f"; {fault}"
+        return f"; {seen.words}{picture}"
+
+    def _wanted(self, shot: Shot, name: str) -> Wanted:
+        return Wanted(
+            before=shot.asked or frozenset(), pattern=self._settings.spectrum,
+            channels=self._driver.exporting.channels(), name=name or shot.name,
+            settle_s=self._settings.settle_s,
+        )  # fmt: skip
+
+    async def _delete_file(self, shot: Shot) -> None:
+        """Remove exactly the entry that was exported from the cache, by its name."""
+        if shot.entry is None:
+            return
+        try:
+            await self._driver.cache.remove(shot.entry)
+        except OSError as fault:
+            words = (
+                f"{shot.name} is exported and kept, but {shot.entry} could not be deleted: {fault}"
+            )
+            raise self._failed("Rejected", words, "yes") from fault
+
+    async def _delete_by_button(self, goal: GoalContext, shot: Shot) -> None:
+        """The program deletes what is selected in it; that this was the exported one is checked after."""
+        before = await self._driver.cache.names()
+        if shot.entry is None or shot.entry not in before:
+            return
+        await self._driver.ready(goal, "delete")
+        await self._driver.tried("delete", "yes", self._click_delete)
+        gone = before - await self._driver.cache.names_when_gone(shot.entry, self._dialog_s)
+        if gone != {shot.entry}:
+            words = ", ".join(sorted(gone)) or "nothing"
+            raise self._failed(
+                "Rejected",
+                f"{shot.name} is exported and kept, but the program deleted {words} where {shot.entry} "
+                f"was meant; look which entry is selected in its list", "yes",
+            )  # fmt: skip
+
+    def _click_delete(self) -> None:
+        program = self._program
+        program.click("delete", self._dialog_s)
+        if "delete_yes" in self._driver.buttons:
+            program.click("delete_yes", self._dialog_s)
+            program.wait_until_gone("delete_yes", self._dialog_s)
+
+    def _failed(self, error: str, words: str, happened: str) -> ActionFailed:
+        return self._driver.failed("export", error, words, happened)

@@ -1,0 +1,287 @@
+"""The analyser's program as a state machine that is read off the screen: nothing is clicked unseen.
+
+idle, busy, dialog (a window of its own that we did not open, or opened), error (a known sign of
+one), hung (it does not answer). Whoever calls it waits: it runs in a thread of its own.
+"""
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from .buttons import Button, Buttons
+from .check_box import ticked
+from .hands import Hands, NotClicked
+from .match import Hit, Sight, common_scale, differs, look_for
+from .view import Trouble, View, view_of
+from .windows import NoScreen, Windows, open_windows
+
+LOOK_S = 0.15
+PING_S = 1.0
+CHANGE_S = 1.0
+
+State = Literal["idle", "busy", "dialog", "error", "hung"]
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What the program is doing, in a word and in words; the name of the error's sign, if one is."""
+
+    state: State
+    words: str
+    sign: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """A verified place under the mouse: one press away from a click."""
+
+    name: str
+    x: int
+    y: int
+    view: View
+
+
+class Program:
+    """Looks at the program, and clicks in it; raises Trouble, NoScreen or NotClicked with a sentence."""
+
+    def __init__(self, buttons: Buttons, title: str) -> None:
+        self.buttons = buttons
+        self.title = title
+        self.scale: float | None = None
+        self.halted = False
+        self.last_view: View | None = None
+        self._hands = Hands()
+        self._windows: Windows = open_windows()
+        self._lock = threading.RLock()
+
+    def close(self) -> None:
+        self._windows.close()
+
+    def alone(self, act: Callable[[], object]) -> object:
+        """Do something while nobody else looks or clicks."""
+        with self._lock:
+            return act()
+
+    def view(self) -> View:
+        """A fresh look."""
+        screen = self._hands.picture()
+        ratio = self._hands.picture_scale(screen)
+        self.last_view = view_of(self.title, self._windows, screen, ratio)
+        return self.last_view
+
+    def locate(self) -> dict[str, Sight]:
+        """All buttons of the main window, and with them the size at which it is drawn."""
+        view = self.view()
+        names = self.buttons.named("main")
+        sights = look_for(view.picture, [self.buttons.template(n) for n in names])
+        self.scale = common_scale(sights.values())
+        return sights
+
+    def seen(self) -> Seen:
+        """What the program is doing."""
+        view = self.view()
+        if view.main is not None and self._windows.alive(view.main, PING_S) is False:
+            return Seen("hung", f"the program {view.main.title!r} does not answer")
+        signs = self._look(view, [*self._error_signs(), *self.buttons.named("busy"), "measure"])
+        for name in self._error_signs():
+            if signs[name].hits:
+                return Seen("error", self._error_words(name, view), name)
+        if any(signs[name].hits for name in self.buttons.named("busy")):
+            return Seen("busy", "the program shows that it works")
+        if view.dialogs:
+            return Seen("dialog", f"a window {view.dialogs[0].title!r} is open over the program")
+        hit = self._the_one("measure", signs["measure"], view)
+        return Seen("busy", "its button `measure` is greyed out") if hit.grey else Seen("idle", "")
+
+    def _error_signs(self) -> list[str]:
+        return [name for name in self.buttons.named("error") if name != "error_close"]
+
+    def _error_words(self, name: str, view: View) -> str:
+        title = f" in a window {view.dialogs[0].title!r}" if view.dialogs else ""
+        says = self.buttons.button(name).says
+        return f"the program shows an error{title}" + (f": {says}" if says else "")
+
+    def wait_for(self, name: str, timeout_s: float) -> tuple[View, Hit]:
+        """Look until a button is there, once and not greyed out; an error sign ends the wait."""
+        end = time.monotonic() + timeout_s
+        while True:
+            view = self.view()
+            try:
+                hit = self._the_one(name, self._look(view, [name])[name], view)
+                if not hit.grey:
+                    return view, hit
+                trouble = Trouble("busy", f"{name} is greyed out")
+            except Trouble as fault:
+                trouble = fault
+            if time.monotonic() >= end:
+                raise Trouble(trouble.state, f"{trouble}, {timeout_s:g} s after it was looked for")
+            self._no_error(view)
+            time.sleep(LOOK_S)
+
+    def wait_until_gone(self, name: str, timeout_s: float) -> None:
+        """Look until a button is no longer there; raises Trouble."""
+        end = time.monotonic() + timeout_s
+        while self._look(self.view(), [name])[name].hits:
+            if time.monotonic() >= end:
+                raise Trouble(
+                    "dialog", f"{name} was clicked and is still there after {timeout_s:g} s"
+                )
+            time.sleep(LOOK_S)
+
+    def _no_error(self, view: View) -> None:
+        for name, sight in self._look(view, self._error_signs()).items():
+            if sight.hits:
+                raise Trouble("error", self._error_words(name, view))
+
+    def _look(self, view: View, names: list[str]) -> dict[str, Sight]:
+        """What is seen of some buttons at the program's size; found anew where it has changed."""
+        if self.scale is None:
+            self._find_scale(view)
+        templates = [self.buttons.template(n) for n in dict.fromkeys(names)]
+        rivals = self.buttons.all_but(templates)
+        sights = look_for(view.picture, templates, self.scale, rivals) if templates else {}
+        missing = "measure" in sights and not sights["measure"].hits and not view.dialogs
+        if missing and self._find_scale(view):
+            sights = look_for(view.picture, templates, self.scale, rivals)
+        return sights
+
+    def _find_scale(self, view: View) -> bool:
+        """Learn the size from the main window's buttons; True where it is another than before."""
+        main = [self.buttons.template(n) for n in self.buttons.named("main")]
+        found = common_scale(look_for(view.picture, main).values())
+        changed = found is not None and found != self.scale
+        self.scale = found if found is not None else self.scale
+        return changed
+
+    def _the_one(self, name: str, sight: Sight, view: View) -> Hit:
+        if sight.sure is not None:
+            return sight.sure
+        state = "twice" if sight.hits else "unseen"
+        cover = f"; {view.cover}" if view.cover else ""
+        raise Trouble(state, sight.words() + cover)
+
+    def aim(self, name: str, timeout_s: float) -> Aim:
+        """Find a button, put the mouse over it, and see that a click would reach the program."""
+        view, hit = self.wait_for(name, timeout_s)
+        button: Button = self.buttons.button(name.removesuffix(".on"))
+        x, y = hit.centre
+        place = view.on_screen(x + button.at[0] * hit.scale, y + button.at[1] * hit.scale)
+        aim = Aim(name, *place, view)
+        self._hands.move(*place)
+        self._check(aim)
+        return aim
+
+    def _check(self, aim: Aim) -> None:
+        if self.halted:
+            raise NotClicked("it was stopped")
+        main = aim.view.main
+        if main is None:
+            return
+        below = self._windows.at(aim.x, aim.y)
+        if below not in (main.id, *(d.id for d in aim.view.dialogs)):
+            raise NotClicked(f"at {aim.x},{aim.y} something else lies over {aim.name} now")
+        if self._windows.alive(main, PING_S) is False:
+            raise NotClicked(f"the program {main.title!r} does not answer: a click would act later")
+
+    def press(self, aim: Aim) -> None:
+        """Click where the mouse was put; raises NotClicked where that surely was not done."""
+        self._check(aim)
+        self._hands.press_mouse()
+        with contextlib.suppress(NotClicked, NoScreen, Trouble):  # the click was made, whatever becomes of the mouse
+            self._park()
+
+    def _park(self) -> None:
+        """Take the mouse off the button, which would be drawn otherwise under it, but not out of the
+        window, which may then lose the keyboard: into the lower left corner."""
+        view = self.view()
+        windows = [*view.dialogs[:1], view.main]
+        if windows[0] is not None:
+            x, y, _, height = windows[0].box
+            self._hands.move(max(6, x + 3), max(6, y + height - 4))
+
+    def click(self, name: str, timeout_s: float) -> None:
+        """Aim, click, and give the program a moment to show it."""
+        aim = self.aim(name, timeout_s)
+        self.press(aim)
+        self._changed_since(aim.view)
+
+    def _changed_since(self, view: View) -> bool:
+        end = time.monotonic() + CHANGE_S
+        while time.monotonic() < end:
+            if differs(self.view().picture, view.picture):
+                return True
+            time.sleep(LOOK_S)
+        return False
+
+    def tick(self, name: str, wanted: bool, timeout_s: float) -> None:
+        """Read a check box, click it once if need be, and read it again."""
+        is_ticked, label = self._read_box(name, timeout_s)
+        if is_ticked == wanted:
+            return
+        self.press(self.aim(label, timeout_s))
+        end = time.monotonic() + timeout_s
+        while self._read_box(name, timeout_s)[0] != wanted:
+            if time.monotonic() >= end:
+                raise Trouble("dialog", f"the box {name} was clicked and did not change")
+            time.sleep(LOOK_S)
+
+    def _read_box(self, name: str, timeout_s: float) -> tuple[bool, str]:
+        """Whether a box is ticked, and under which name it is to be seen now."""
+        end = time.monotonic() + timeout_s
+        while True:
+            view = self.view()
+            sights = self._look(view, [name, f"{name}.on"])
+            hits = [h for s in sights.values() for h in s.hits]
+            if hits:
+                best = max(hits, key=lambda h: h.score)
+                state = ticked(
+                    view.picture,
+                    best,
+                    self.buttons.template(name),
+                    self.buttons.template(f"{name}.on"),
+                )
+                if state is not None and not any(len(s.hits) > 1 for s in sights.values()):
+                    return state, best.name
+            if time.monotonic() >= end:
+                words = "; ".join(s.words() for s in sights.values())
+                raise Trouble("unseen", f"the box {name} cannot be read: {words}")
+            self._no_error(view)
+            time.sleep(LOOK_S)
+
+    def type(self, text: str) -> None:
+        """Type into the field that was clicked; what it held is replaced."""
+        if self.halted:
+            raise NotClicked("it was stopped")
+        self._hands.type(text)
+
+    def key(self, name: str) -> None:
+        """Press a key."""
+        if self.halted:
+            raise NotClicked("it was stopped")
+        self._hands.press(name)
+
+    def close_error(self, timeout_s: float) -> None:
+        """Close a modal error by its recorded button, and see that it is gone."""
+        if "error_close" not in self.buttons:
+            raise Trouble("error", "no `error_close` was recorded; close it by hand")
+        self.click("error_close", timeout_s)
+        self.wait_until_gone("error_close", timeout_s)
+
+    def leave_dialogs(self, timeout_s: float) -> None:
+        """Close what an export that went wrong has left open: by `export_cancel`, else by Escape."""
+        end = time.monotonic() + timeout_s
+        while self.view().dialogs and time.monotonic() < end:
+            if (
+                "export_cancel" in self.buttons
+                and self._look(self.view(), ["export_cancel"])["export_cancel"].sure
+            ):
+                self.click("export_cancel", timeout_s)
+            else:
+                self._hands.press("escape")
+            time.sleep(LOOK_S)
+
+
+__all__ = ["Aim", "NoScreen", "NotClicked", "Program", "Seen", "Trouble"]

@@ -1,0 +1,24 @@
+"""Keep the libraries that talk to the screen from talking on stdout, and from failing over nothing."""
+
+import contextlib
+import os
+import sys
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+
+@contextlib.contextmanager
+def quiet_libraries() -> Iterator[None]:
+    """While they are loaded: stdout belongs to the device server's one line, and files left open
+    by python-xlib and pyscreeze are closed by the interpreter, not by us."""
+    with contextlib.redirect_stdout(sys.stderr), warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)
+        yield
+
+
+def have_cookies() -> None:
+    """python-xlib fails where there is no cookie file, even for a display that wants none."""
+    cookies = Path.home() / ".Xauthority"
+    if not os.environ.get("XAUTHORITY") and not cookies.exists():
+        os.environ["XAUTHORITY"] = os.devnull

@@ -1,0 +1,162 @@
+"""Record buttons from a picture of the screen: cut out, found again at once, and saved with their size."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from .buttons import FILE, VERSION, Buttons, ButtonsFault, Where, read_buttons
+from .match import Box, Picture, Sight, Template, look_for, overlap, unfit
+from .view import View
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A button that the driver knows: where it is to be seen, and what it is in words."""
+
+    where: Where
+    words: str
+
+
+KNOWN: dict[str, Known] = {
+    "measure": Known("main", "the button that fires"),
+    "sample_name": Known("main", "the label beside the field for the sample's name"),
+    "export": Known("main", "the button that opens the export dialog"),
+    "delete": Known("main", "the button that deletes the selected spectrum"),
+    "sync": Known("main", "the button that synchronises with the analyser"),
+    "disarm": Known("main", "a button that locks the laser, if there is one"),
+    "busy": Known("busy", "a sign that is only there while it measures"),
+    "folder": Known("dialog", "the label beside the field for the folder"),
+    "separate_spectrum": Known("dialog", "the box for a file for each spectrum, not ticked"),
+    "separate_spectrum.on": Known("dialog", "the same box, ticked"),
+    "new_folder": Known("dialog", "the box for a folder of its own, not ticked"),
+    "new_folder.on": Known("dialog", "the same box, ticked"),
+    "export_finish": Known("dialog", "the button that starts the export"),
+    "export_cancel": Known("dialog", "the button that leaves the dialog"),
+    "delete_yes": Known("dialog", "the button that confirms a deletion"),
+    "error": Known("error", "a sign that every error message shows"),
+    "error_close": Known("error", "the button that closes an error message"),
+}
+
+
+@dataclass(slots=True)
+class Marked:
+    """What a person has marked: where each button is in the picture, and where it is clicked."""
+
+    boxes: dict[str, Box]
+    at: dict[str, tuple[int, int]] = field(default_factory=dict)
+    where: dict[str, Where] = field(default_factory=dict)
+
+
+def place_of(name: str, marked: Marked) -> Where | None:
+    """Where a button is to be seen; None for a name that nobody knows."""
+    base = name.removesuffix(".on")
+    if name in marked.where or base in marked.where:
+        return marked.where.get(name) or marked.where[base]
+    if base in KNOWN:
+        return KNOWN[base].where
+    return "error" if base.startswith("error_") else "busy" if base.startswith("busy_") else None
+
+
+def cut(picture: Picture, marked: Marked) -> dict[str, Template]:
+    """The marked parts of a picture; raises ButtonsFault for one that is no good as a template."""
+    height, width = picture.shape[:2]
+    found = {}
+    for name, (x, y, w, h) in marked.boxes.items():
+        if w <= 0 or h <= 0 or x < 0 or y < 0 or x + w > width or y + h > height:
+            raise ButtonsFault(f"{name}: {x},{y},{w},{h} does not lie in the picture of {width} x {height}")
+        part = picture[y : y + h, x : x + w]
+        wrong = unfit(part)
+        if wrong is not None:
+            raise ButtonsFault(f"{name}: {wrong}")
+        found[name] = Template(name, part)
+    return found
+
+
+def found_again(picture: Picture, marked: Marked, templates: Mapping[str, Template]) -> dict[str, str]:
+    """Name -> what is wrong, for all that are not found again exactly once where they were marked."""
+    wrong = {}
+    for name, sight in look_for(picture, list(templates.values()), 1.0).items():
+        hit = sight.sure
+        if hit is None:
+            wrong[name] = sight.words()
+        elif overlap(hit.box, marked.boxes[name]) < 0.5:
+            wrong[name] = f"{sight.words()}, but it was marked at {marked.boxes[name][:2]}"
+    return wrong
+
+
+def save(
+    folder: Path, templates: Mapping[str, Template], marked: Marked, title: str, screen: Picture
+) -> None:
+    """Write the PNGs and buttons.yaml; what was recorded there before and not now stays."""
+    from PIL import Image
+    from ruamel.yaml import YAML
+
+    yaml = YAML()
+    path = folder / FILE
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        said: dict[str, Any] = yaml.load(path.read_text(encoding="utf-8")) if path.exists() else {}
+        said = said or {}
+        said["labrun_buttons"] = VERSION
+        if title:
+            said["title"] = title
+        said["recorded"] = {"screen": [screen.shape[1], screen.shape[0]]}
+        buttons = said.setdefault("buttons", {})
+        for name, template in templates.items():
+            file = f"{name}.png"
+            Image.fromarray(template.picture).save(folder / file)
+            _note(buttons, name, file, marked)
+        with path.open("w", encoding="utf-8") as out:
+            yaml.dump(said, out)
+    except OSError as fault:
+        raise ButtonsFault(f"{folder} cannot be written: {fault.strerror or fault}") from fault
+
+
+def _note(buttons: dict[str, Any], name: str, file: str, marked: Marked) -> None:
+    base, dot, _ = name.partition(".on")
+    if dot:
+        if base not in buttons:
+            raise ButtonsFault(f"{name}: record {base}, the box that is not ticked, first")
+        buttons[base]["on"] = file
+        return
+    entry = buttons.setdefault(name, {})
+    entry["file"] = file
+    where = place_of(name, marked)
+    if where not in (None, "main"):
+        entry["where"] = where
+    if name in marked.at:
+        entry["at"] = list(marked.at[name])
+
+
+def looked(folder: Path, view: View) -> tuple[Buttons, dict[str, Sight]]:
+    """What is found where, of all recorded buttons; raises ButtonsFault."""
+    buttons = read_buttons(folder, needed=())
+    main = buttons.named("main")
+    scale = None
+    if main:
+        sights = look_for(view.picture, [buttons.template(name) for name in main])
+        scale = next((s.hits[0].scale for s in sights.values() if s.hits), None)
+    else:
+        sights = {}
+    others = buttons.named("dialog", "error", "busy")
+    boxes = [f"{n}.on" for n in others if buttons.button(n).on is not None]
+    templates = [buttons.template(name) for name in [*others, *boxes]]
+    return buttons, sights | (look_for(view.picture, templates, scale) if templates else {})
+
+
+def drawn(view: View, sights: Mapping[str, Sight]) -> Picture:
+    """The picture with a box and a score round everything that was found; grey what only resembles."""
+    import cv2
+
+    picture = view.picture.copy()
+    for name, sight in sights.items():
+        for hit in sight.hits or ([sight.nearest] if sight.nearest is not None else []):
+            x, y, w, h = hit.box
+            colour = (20, 160, 40) if sight.sure is not None else (200, 30, 30) if sight.hits else (150,) * 3
+            cv2.rectangle(picture, (x, y), (x + w, y + h), colour, 2)
+            label = f"{name} {hit.score:.2f}"
+            at = (x, y - 4 if y > 14 else y + h + 12)
+            cv2.putText(picture, label, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, (255, 255, 255), 3, cv2.LINE_AA)
+            cv2.putText(picture, label, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv2.LINE_AA)
+    return picture
