@@ -36,10 +36,17 @@ COMMANDS = (
     "report",
     "rehearse",
     "torture",
+    "record-buttons",
+    "find-buttons",
 )
 """Each is a function of the same name in `engine/commands/`; others come as entry points."""
 
-MODULES = {"continue": "go_on", "calibrate-camera": "calibrate_camera"}
+MODULES = {
+    "continue": "go_on",
+    "calibrate-camera": "calibrate_camera",
+    "record-buttons": "record_buttons",
+    "find-buttons": "find_buttons",
+}
 SUMMARY = "Laboratory experiments as YAML: checked, run, and never lost."
 
 

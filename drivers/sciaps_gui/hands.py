@@ -14,8 +14,6 @@ from .quiet import have_cookies, quiet_libraries
 from .windows import NoScreen
 
 PAUSE_S = 0.05
-FLAT = 2.0
-"""Counts: a picture that varies less is a blank screen."""
 
 
 class NotClicked(Exception):
@@ -29,7 +27,7 @@ class Hands:
         self._gui = _pyautogui()
 
     def picture(self) -> Picture:
-        """The whole screen; raises NoScreen where it is locked, blank or gone."""
+        """The whole screen; raises NoScreen where it is locked or gone."""
         import numpy as np
         from PIL import ImageGrab
 
@@ -39,21 +37,23 @@ class Hands:
             raise NoScreen(
                 f"the screen cannot be looked at: {fault}; it may be locked, or its session ended"
             ) from fault
-        picture = np.asarray(image.convert("RGB"))
-        if float(picture[::7, ::7].std()) < FLAT:
-            raise NoScreen("the screen is of one colour: it is blank, asleep or locked")
-        return picture
+        return np.asarray(image.convert("RGB"))
 
     def picture_scale(self, picture: Picture) -> float:
         """Pixels of a picture for one step of the mouse: 2 on screens that count points."""
         return picture.shape[1] / self._gui.size()[0]
 
+    def where(self) -> tuple[int, int]:
+        """Where the mouse is."""
+        x, y = self._gui.position()
+        return int(x), int(y)
+
     def move(self, x: int, y: int) -> None:
         """Put the mouse there; raises NotClicked where it does not stay."""
         self._safely(lambda: self._gui.moveTo(x, y))
         time.sleep(PAUSE_S)
-        here = self._gui.position()
-        if (abs(here[0] - x), abs(here[1] - y)) > (1, 1):
+        here = self.where()
+        if max(abs(here[0] - x), abs(here[1] - y)) > 1:
             raise NotClicked(
                 f"the mouse was sent to {x},{y} and is at {here[0]},{here[1]}: somebody else moves it"
             )

@@ -29,6 +29,8 @@ ONE_PROGRAM = 0.09
 LEAST_SIDE, LEAST_AREA, LEAST_CONTRAST = 10, 300, 6.0
 GREY_BELOW, CONTRAST_ABOVE = 0.72, 1.7
 """Contrast beside the template's: below the first the button is greyed out."""
+FAINTEST, LEAST_INK = 0.08, 3.0
+EDGE_DOWN, EDGE_ACROSS = 0.2, 0.1
 COLOUR_WITHIN = 40.0
 """How far the mean colour may be from the template's, in RGB counts."""
 AGREE = 0.7
@@ -128,17 +130,24 @@ def look_for(
     grey = _grey(picture)
     found = {t.name: _candidates(picture, grey, t, _near(scale)) for t in templates}
     if scale is None and (scale := _common_scale(found)) is not None:
-        for template in templates:  # crowded out by places of another size, it may be there yet
-            if not any(_of_size(hit, scale) for hit in found[template.name]):
-                found[template.name] += _candidates(picture, grey, template, _near(scale))
+        # What was crowded out by places of another size may be there yet.
+        found = {t.name: _candidates(picture, grey, t, _near(scale)) for t in templates}
     others = {t.name: t for t in (*templates, *rivals)}
     judged = {
         t.name: [replace(h, doubt=_doubt(h, t, scale)) for h in found[t.name]] for t in templates
     }
-    return {
-        t.name: _sight(t.name, [_held_against(picture, grey, h, others) for h in judged[t.name]])
-        for t in templates
+    sights = {
+        name: _sight(name, [_held_against(picture, grey, h, others, found) for h in hits])
+        for name, hits in judged.items()
     }
+    if scale is not None:
+        inner = {name: _inner(template) for name, template in others.items()}
+        for template in templates:
+            if not sights[template.name].hits:
+                sights[template.name] = _greyed(
+                    picture, grey, template, scale, inner, sights[template.name]
+                )
+    return sights
 
 
 def common_scale(sights: Iterable[Sight]) -> float | None:
@@ -227,10 +236,12 @@ def _distinct(proposed: list[Any], most: int) -> list[Any]:
     return kept
 
 
-def _fitted(picture: Picture, grey: np.ndarray, template: Template, place: Any) -> Hit:
+def _fitted(
+    picture: Picture, grey: np.ndarray, template: Template, place: Any, reach: float = 0.08
+) -> Hit:
     """The same place with width and height fitted by themselves, scored on grey and on edges."""
     _, scale, (x, y, width, height) = place
-    pad = max(3, round(0.08 * max(width, height)))
+    pad = max(3, round(reach * max(width, height)))
     left, top = max(0, x - pad), max(0, y - pad)
     around = grey[top : y + height + pad, left : x + width + pad]
     softened, edged = _soft(around, height), _edges(around, height)
@@ -271,14 +282,31 @@ def _common_scale(found: dict[str, list[Hit]]) -> float | None:
         for hits in found.values()
     ]
 
-    def agreement(scale: float) -> tuple[int, float]:
-        bests = [max((h.score for h in hits if _of_size(h, scale)), default=0.0) for hits in good]
-        return sum(best > 0 for best in bests), sum(best**2 for best in bests)
-
     sizes = [hit.scale for hits in good for hit in hits]
-    best = max(sizes, key=agreement, default=None)
-    needed = max(2, math.ceil(AGREE * len(found)))
-    return best if best is not None and agreement(best)[0] >= needed else None
+    agreeing = max((_agreeing(good, scale) for scale in sizes), key=_weight, default=[])
+    if len(agreeing) < max(2, math.ceil(AGREE * len(found))):
+        return None
+    return sorted(hit.scale for hit in agreeing)[len(agreeing) // 2]
+
+
+def _agreeing(good: list[list[Hit]], scale: float) -> list[Hit]:
+    """The best hit of each template at a size, each at a place of its own."""
+    bests = [
+        max((h for h in hits if _of_size(h, scale)), key=_score, default=None) for hits in good
+    ]
+    taken: list[Hit] = []
+    for hit in sorted((h for h in bests if h is not None), key=_score, reverse=True):
+        if all(overlap(hit.box, other.box) < 0.4 for other in taken):
+            taken.append(hit)
+    return taken
+
+
+def _score(hit: Hit) -> float:
+    return hit.score
+
+
+def _weight(hits: list[Hit]) -> tuple[int, float]:
+    return len(hits), sum(hit.score**2 for hit in hits)
 
 
 def _of_size(hit: Hit, scale: float) -> bool:
@@ -299,24 +327,62 @@ def _doubt(hit: Hit, template: Template, scale: float | None) -> str:
 
 
 def _held_against(
-    picture: Picture, grey: np.ndarray, hit: Hit, others: dict[str, Template]
+    picture: Picture,
+    grey: np.ndarray,
+    hit: Hit,
+    others: dict[str, Template],
+    found: dict[str, list[Hit]],
 ) -> Hit:
     """The hit, doubted where another template fits its place better than its own."""
     if hit.doubt:
         return hit
-    x, y = hit.centre
     for name, other in others.items():
         if name == hit.name:
             continue
-        height, width = (round(n * hit.scale) for n in other.picture.shape[:2])
-        box = max(0, round(x - width / 2)), max(0, round(y - height / 2)), width, height
-        if overlap(box, hit.box) < 0.5 or box[2] >= grey.shape[1] or box[3] >= grey.shape[0]:
-            continue
-        rival = _fitted(picture, grey, other, (0.0, hit.scale, box))
-        if rival.score > hit.score:
-            words = f"a fit of {hit.score:.2f}, but it is {name} ({rival.score:.2f})"
+        fits = [r for r in found.get(name, ()) if overlap(r.box, hit.box) > 0.4]
+        fits += _fits_there(picture, grey, hit, other)
+        best = max(fits, key=lambda r: r.score, default=None)
+        if best is not None and best.score > hit.score:
+            words = f"a fit of {hit.score:.2f}, but it is {name} ({best.score:.2f})"
             return replace(hit, doubt=words)
     return hit
+
+
+def _fits_there(picture: Picture, grey: np.ndarray, hit: Hit, other: Template) -> list[Hit]:
+    """How another template fits about the place of a hit, at the same size."""
+    x, y = hit.centre
+    height, width = (round(n * hit.scale) for n in other.picture.shape[:2])
+    box = max(0, round(x - width / 2)), max(0, round(y - height / 2)), width, height
+    if overlap(box, hit.box) < 0.5 or width >= grey.shape[1] or height >= grey.shape[0]:
+        return []
+    return [_fitted(picture, grey, other, (0.0, hit.scale, box), reach=0.25)]
+
+
+def _inner(template: Template) -> Template:
+    """A button's words without its border, which stays as it is when the words are greyed out."""
+    height, width = template.picture.shape[:2]
+    down, across = round(EDGE_DOWN * height), round(EDGE_ACROSS * width)
+    part = template.picture[down : height - down, across : width - across]
+    return replace(template, picture=np.ascontiguousarray(part))
+
+
+def _greyed(
+    picture: Picture, grey: np.ndarray, template: Template, scale: float,
+    inner: dict[str, Template], sight: Sight,
+) -> Sight:  # fmt: skip
+    """The button greyed out: the same words, far fainter; what was seen before where it is not."""
+    found = []
+    for hit in _candidates(picture, grey, inner[template.name], _near(scale)):
+        x, y, w, h = hit.box
+        faint = FAINTEST < hit.contrast < GREY_BELOW
+        ink = float(grey[y : y + h, x : x + w].std()) > LEAST_INK
+        if hit.score < template.threshold or not (faint and ink) or hit.colour > 2 * COLOUR_WITHIN:
+            continue
+        if not _held_against(picture, grey, hit, inner, {}).doubt:
+            across, down = round(w * EDGE_ACROSS), round(h * EDGE_DOWN)
+            box = max(0, x - across), max(0, y - down), w + 2 * across, h + 2 * down
+            found.append(replace(hit, box=box))
+    return _sight(template.name, found) if found else sight
 
 
 def _sight(name: str, hits: list[Hit]) -> Sight:

@@ -190,7 +190,9 @@ class Program:
         """Click where the mouse was put; raises NotClicked where that surely was not done."""
         self._check(aim)
         self._hands.press_mouse()
-        with contextlib.suppress(NotClicked, NoScreen, Trouble):  # the click was made, whatever becomes of the mouse
+        with contextlib.suppress(
+            NotClicked, NoScreen, Trouble
+        ):  # the click was made, whatever becomes of the mouse
             self._park()
 
     def _park(self) -> None:

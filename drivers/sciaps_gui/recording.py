@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .buttons import FILE, VERSION, Buttons, ButtonsFault, Where, read_buttons
-from .match import Box, Picture, Sight, Template, look_for, overlap, unfit
+from .buttons import FILE, VERSION, Buttons, ButtonsFault, Where
+from .match import Box, Picture, Sight, Template, common_scale, look_for, overlap, unfit
 from .view import View
 
 
@@ -64,7 +64,9 @@ def cut(picture: Picture, marked: Marked) -> dict[str, Template]:
     found = {}
     for name, (x, y, w, h) in marked.boxes.items():
         if w <= 0 or h <= 0 or x < 0 or y < 0 or x + w > width or y + h > height:
-            raise ButtonsFault(f"{name}: {x},{y},{w},{h} does not lie in the picture of {width} x {height}")
+            raise ButtonsFault(
+                f"{name}: {x},{y},{w},{h} does not lie in the picture of {width} x {height}"
+            )
         part = picture[y : y + h, x : x + w]
         wrong = unfit(part)
         if wrong is not None:
@@ -73,7 +75,9 @@ def cut(picture: Picture, marked: Marked) -> dict[str, Template]:
     return found
 
 
-def found_again(picture: Picture, marked: Marked, templates: Mapping[str, Template]) -> dict[str, str]:
+def found_again(
+    picture: Picture, marked: Marked, templates: Mapping[str, Template]
+) -> dict[str, str]:
     """Name -> what is wrong, for all that are not found again exactly once where they were marked."""
     wrong = {}
     for name, sight in look_for(picture, list(templates.values()), 1.0).items():
@@ -129,20 +133,13 @@ def _note(buttons: dict[str, Any], name: str, file: str, marked: Marked) -> None
         entry["at"] = list(marked.at[name])
 
 
-def looked(folder: Path, view: View) -> tuple[Buttons, dict[str, Sight]]:
-    """What is found where, of all recorded buttons; raises ButtonsFault."""
-    buttons = read_buttons(folder, needed=())
-    main = buttons.named("main")
-    scale = None
-    if main:
-        sights = look_for(view.picture, [buttons.template(name) for name in main])
-        scale = next((s.hits[0].scale for s in sights.values() if s.hits), None)
-    else:
-        sights = {}
-    others = buttons.named("dialog", "error", "busy")
-    boxes = [f"{n}.on" for n in others if buttons.button(n).on is not None]
-    templates = [buttons.template(name) for name in [*others, *boxes]]
-    return buttons, sights | (look_for(view.picture, templates, scale) if templates else {})
+def looked(buttons: Buttons, view: View) -> dict[str, Sight]:
+    """Name -> what is seen of it, of all that was recorded, each held against all the others."""
+    main = [buttons.template(name) for name in buttons.named("main")]
+    others = buttons.all_but(main)
+    sights = look_for(view.picture, main, rivals=others)
+    scale = common_scale(sights.values())
+    return sights | look_for(view.picture, others, scale, rivals=main)
 
 
 def drawn(view: View, sights: Mapping[str, Sight]) -> Picture:
@@ -153,10 +150,18 @@ def drawn(view: View, sights: Mapping[str, Sight]) -> Picture:
     for name, sight in sights.items():
         for hit in sight.hits or ([sight.nearest] if sight.nearest is not None else []):
             x, y, w, h = hit.box
-            colour = (20, 160, 40) if sight.sure is not None else (200, 30, 30) if sight.hits else (150,) * 3
+            colour = (
+                (20, 160, 40)
+                if sight.sure is not None
+                else (200, 30, 30)
+                if sight.hits
+                else (150,) * 3
+            )
             cv2.rectangle(picture, (x, y), (x + w, y + h), colour, 2)
             label = f"{name} {hit.score:.2f}"
             at = (x, y - 4 if y > 14 else y + h + 12)
-            cv2.putText(picture, label, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, (255, 255, 255), 3, cv2.LINE_AA)
+            cv2.putText(
+                picture, label, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, (255, 255, 255), 3, cv2.LINE_AA
+            )
             cv2.putText(picture, label, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv2.LINE_AA)
     return picture

@@ -6,6 +6,8 @@ from .match import Box, Picture, overlap
 from .windows import Window, Windows
 
 FULL_SCREEN = 0.95
+FLAT = 2.0
+"""Counts: a picture that varies less is a blank screen."""
 
 
 class Trouble(Exception):
@@ -35,6 +37,7 @@ class View:
 def view_of(title: str, windows: Windows, screen: Picture, ratio: float) -> View:
     """The part of the screen that shows the program; raises Trouble where it cannot be made out."""
     if not title:
+        _not_blank(screen)
         return View(screen, (0, 0), ratio, None, (), "")
     listed = windows.listed()
     mains = [w for w in listed if title in w.title and not w.owned]
@@ -52,6 +55,7 @@ def view_of(title: str, windows: Windows, screen: Picture, ratio: float) -> View
             "twice", f"{len(mains)} windows are called {title!r}: {places}; close all but one, or give "
             f"a longer `title`",
         )  # fmt: skip
+    _not_blank(screen)
     main = mains[0]
     above = listed[: listed.index(main)]
     dialogs = tuple(w for w in above if w.owned and overlap(w.box, main.box) > 0)
@@ -61,6 +65,11 @@ def view_of(title: str, windows: Windows, screen: Picture, ratio: float) -> View
         raise Trouble("away", f"the window {main.title!r} lies outside the screen; bring it back")
     picture = screen[y : y + height, x : x + width]
     return View(picture, (x, y), ratio, main, dialogs, _cover(above, main, screen, ratio))
+
+
+def _not_blank(screen: Picture) -> None:
+    if float(screen[::7, ::7].std()) < FLAT:
+        raise Trouble("blank", "the screen is of one colour: it is blank, asleep or locked")
 
 
 def _cover(above: list[Window], main: Window, screen: Picture, ratio: float) -> str:

@@ -29,6 +29,7 @@ OPTIONS = {
     "dialog_s": 0.1,  # before a dialog opens
     "ticked": [],  # check boxes that are already ticked
     "steps": 2,  # 2: first the folder, then the boxes; 1: all in one dialog
+    "busy": False,  # from the start and for ever
     "keep": False,  # the cache entry of an earlier shot is selected, not the newest
 }
 
@@ -107,6 +108,8 @@ class Program:
         self.plot = tk.Canvas(body, bg=look["field"], highlightthickness=0)
         self.plot.pack(side="left", fill="both", expand=True, padx=self.px(8))
         self.show_entries()
+        if self.options["busy"]:
+            self.set_busy(True, "Working...")
 
     def button(self, parent, name, act):
         look = self.look
@@ -384,6 +387,16 @@ class Program:
             )
         self.others["cover"] = sheet
 
+    def cover_button(self):
+        """Another program's window over the buttons."""
+        other = tk.Toplevel(self.root, bg="#303050")
+        other.title("Clock")
+        other.geometry(f"200x60+{self.root.winfo_rootx()}+{self.root.winfo_rooty()}")
+        self.others["clock"] = other
+
+    def ask_boxes_here(self):
+        self.ask_boxes(str(self.exports))
+
     def second_window(self):
         other = tk.Toplevel(self.root)
         other.title(self.options["title"] + " (2)")
@@ -407,6 +420,8 @@ class Program:
             self.cover("#000000")
         elif word == "second":
             self.second_window()
+        elif word == "cover_button":
+            self.cover_button()
         elif word == "close":
             self.others.pop(rest).destroy()
         elif word == "minimise":

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from labrun.drivers.driver import Place
+from labrun.drivers.driver import ActionFailed, GoalContext, Place
 
 HERE = Path(__file__).parent
 PROGRAM = HERE / "analyser_program.py"
@@ -27,9 +27,14 @@ def python_with_tk() -> str:
     """Any Python of this machine that imports tkinter; the test's own may lack it."""
     for name in (sys.executable, "/usr/bin/python3", "python3"):
         path = shutil.which(name)
-        if path and subprocess.run([path, "-c", "import tkinter"], capture_output=True).returncode == 0:
+        if (
+            path
+            and subprocess.run([path, "-c", "import tkinter"], capture_output=True).returncode == 0
+        ):
             return path
-    pytest.fail(f"no Python here imports tkinter, which the test's analyser program needs; {INSTALL}")
+    pytest.fail(
+        f"no Python here imports tkinter, which the test's analyser program needs; {INSTALL}"
+    )
 
 
 @pytest.fixture(scope="session")
@@ -203,9 +208,38 @@ class GuiBench:
 
         return asyncio.run(played())
 
+    def fails(self, story, look: str = "grey", **config) -> ActionFailed:
+        """How a story fails."""
+        with pytest.raises(ActionFailed) as caught:
+            self.play(story, look, **config)
+        return caught.value
+
+    @staticmethod
+    async def spectrum(driver, shot: str, goal: str = "export") -> bytes:
+        context = GoalContext(goal)
+        await driver.export(context, shot=shot, file="a.csv")
+        return context.files["file"].data
+
     def end(self) -> None:
         for analyser in self.analysers:
             analyser.end()
+
+
+@pytest.fixture
+def seen_at(screen, tmp_path):
+    """The program's window in a look and at a size, and name -> where its parts are in it."""
+
+    def seen(look: str, scale: float, **options):
+        left, top = 60, 40
+        analyser = Analyser(tmp_path, look=look, scale=scale, at=[left, top], **options).start()
+        try:
+            places = {n: (x - left, y - top, w, h) for n, (x, y, w, h) in analyser.places().items()}
+            screen = grabbed()
+        finally:
+            analyser.end()
+        return screen[top : top + round(340 * scale), left : left + round(620 * scale)], places
+
+    return seen
 
 
 @pytest.fixture

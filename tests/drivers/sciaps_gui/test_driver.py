@@ -1,26 +1,12 @@
-"""The driver against a real program on a real screen: one click a goal, whole files, nothing unseen."""
-
-import asyncio
+"""The driver against a real program on a real screen: one click a goal, whole files, safe deletion."""
 
 import pytest
 
-from labrun.drivers.driver import ActionFailed, GoalContext
+from labrun.drivers.driver import GoalContext
 from labrun.drivers.find import check_driver, find_driver
 from labrun.schemas.contracts import shipped_contracts
 
 CHANNELS = 2000
-
-
-async def failing(action, *args, **named) -> ActionFailed:
-    with pytest.raises(ActionFailed) as caught:
-        await action(*args, **named)
-    return caught.value
-
-
-async def exported(driver, shot: str, goal: str = "export") -> bytes:
-    context = GoalContext(goal)
-    await driver.export(context, shot=shot, file="a.csv")
-    return context.files["file"].data
 
 
 def test_it_keeps_the_contract(tmp_path):
@@ -38,12 +24,118 @@ def test_shots_are_fired_and_exported_whatever_the_program_looks_like(gui, look,
         data = []
         for n in range(2):
             shot = (await driver.measure(GoalContext(f"m{n}")))["shot_id"]
-            data.append(await exported(driver, shot, f"e{n}"))
-        return data, await driver.last_shot(GoalContext("p"))
+            data.append(await gui.spectrum(driver, shot, f"e{n}"))
+        return data, await driver.last_shot(GoalContext("p")), await driver.status()
 
-    data, last = gui.play(story, look)
+    data, last, status = gui.play(story, look)
 
     assert analyser.shots() == 2
     assert [len(d.splitlines()) for d in data] == [CHANNELS + 1] * 2
     assert data[0] != data[1]
     assert last == {"shot_id": "shot-000002", "goal_id": "m1"}
+    assert status == {"armed": False, "shots": 2, "interlock": "unknown"}
+    assert len(analyser.entries()) == 2
+
+
+def test_boxes_that_are_ticked_already_stay_ticked(gui):
+    gui.start(ticked=["separate_spectrum", "new_folder"])
+
+    async def story(driver):
+        return await gui.spectrum(driver, (await driver.measure(GoalContext("m")))["shot_id"])
+
+    gui.play(story)
+    files = sorted(p for p in (gui.folder / "program" / "exports").rglob("*") if p.is_file())
+
+    assert [f.stem.rpartition("_")[2] for f in files] == ["1", "2"]
+    assert files[0].parent.name.startswith("shot-000001_")
+
+
+def test_a_file_that_grows_slowly_is_taken_when_it_is_whole(gui):
+    gui.start(write_s=3.0)
+
+    async def story(driver):
+        return await gui.spectrum(driver, (await driver.measure(GoalContext("m")))["shot_id"])
+
+    assert len(gui.play(story).splitlines()) == CHANNELS + 1
+
+
+def test_a_file_that_stays_half_is_not_handed_over_and_nothing_is_deleted(gui):
+    analyser = gui.start(write_s=100.0)
+
+    async def story(driver):
+        return await gui.spectrum(driver, (await driver.measure(GoalContext("m")))["shot_id"])
+
+    failure = gui.fails(story, delete="file", export_s=3)
+
+    assert (failure.name, failure.happened) == ("Timeout", "unknown")
+    assert "_1.csv" in failure.message and "nothing was deleted" in failure.message
+    assert len(analyser.entries()) == 1
+
+
+@pytest.mark.parametrize("delete", ["file", "button"])
+def test_what_was_exported_is_deleted_by_name_and_nothing_else(gui, delete):
+    analyser = gui.start()
+
+    async def story(driver):
+        kept = (await driver.measure(GoalContext("1")))["shot_id"]
+        newer = (await driver.measure(GoalContext("2")))["shot_id"]
+        data = await gui.spectrum(driver, newer)
+        return driver.book.shot(kept).entry, data, await gui.spectrum(driver, newer, "again")
+
+    entry, data, again = gui.play(story, delete=delete)
+
+    assert analyser.entries() == {entry}
+    assert data == again
+
+
+def test_the_spectrum_of_another_shot_is_noticed_before_anything_is_deleted(gui):
+    analyser = gui.start(keep=True)  # whatever is measured, the oldest shot stays selected
+
+    async def story(driver):
+        first = (await driver.measure(GoalContext("1")))["shot_id"]
+        await gui.spectrum(driver, first)
+        return await gui.spectrum(driver, (await driver.measure(GoalContext("2")))["shot_id"], "2e")
+
+    failure = gui.fails(story, delete="never")
+
+    assert "wrote the spectrum of shot-000001 again" in failure.message
+    assert len(analyser.entries()) == 2
+
+
+def test_a_goal_is_clicked_once_for_ever(gui):
+    analyser = gui.start()
+
+    async def story(driver):
+        await driver.measure(GoalContext("g"))
+        await driver.measure(GoalContext("g"))
+
+    failure = gui.fails(story)
+
+    assert failure.happened == "unknown"
+    assert "it is not made again" in failure.message
+    assert analyser.shots() == 1
+
+
+def test_a_goal_that_was_stopped_before_its_click_is_not_clicked(gui):
+    analyser = gui.start()
+
+    async def story(driver):
+        goal = GoalContext("g")
+        goal.cancelled.set()
+        await driver.measure(goal)
+
+    failure = gui.fails(story)
+
+    assert (failure.name, failure.happened) == ("Rejected", "no")
+    assert analyser.shots() == 0
+
+
+def test_an_old_shot_that_was_not_exported_cannot_be_any_more(gui):
+    gui.start()
+
+    async def story(driver):
+        first = (await driver.measure(GoalContext("1")))["shot_id"]
+        await driver.measure(GoalContext("2"))
+        await gui.spectrum(driver, first)
+
+    assert gui.fails(story).name == "UnknownShot"

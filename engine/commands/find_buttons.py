@@ -1,0 +1,54 @@
+"""`labrun find-buttons FOLDER`: which recorded buttons are to be seen now, where, how well."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..exit_status import FAILED, SUCCEEDED
+from .on_screen import Image, Title, told_plainly, view_of_image, view_of_screen
+from .options import WrongUsage, say
+
+Folder = Annotated[
+    Path, typer.Argument(help="The folder of `labrun record-buttons`.", metavar="FOLDER")
+]
+Output = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", metavar="PNG", help="A picture with a box round each."),
+]
+
+
+def find_buttons(
+    folder: Folder, image: Image = None, title: Title = None, output: Output = None
+) -> None:
+    """Look for the recorded buttons; status 1 if one of the main window is not there exactly once."""
+    told_plainly(lambda: _find(folder, image, title, output))
+
+
+def _find(folder: Path, image: Path | None, title: str | None, output: Path | None) -> int:
+    from ...drivers.sciaps_gui.buttons import read_buttons
+    from ...drivers.sciaps_gui.recording import drawn, looked
+
+    recorded = read_buttons(folder, needed=())
+    wanted = recorded.title if title is None else title
+    view = view_of_image(image) if image is not None else view_of_screen(wanted)
+    sights = looked(recorded, view)
+    for name, sight in sights.items():
+        where = recorded.button(name.removesuffix(".on")).where
+        typer.echo(f"{'ok ' if sight.sure else '-- '} {where:<6} {sight.words()}")
+    if view.cover:
+        say(view.cover)
+    if output is not None:
+        _write(output, drawn(view, sights))
+    main = recorded.named("main")
+    return SUCCEEDED if all(sights[name].sure for name in main) else FAILED
+
+
+def _write(path: Path, picture) -> None:
+    from PIL import Image as Images
+
+    try:
+        Images.fromarray(picture).save(path)
+    except (OSError, ValueError) as fault:
+        raise WrongUsage(f"-o {path}: the picture cannot be written: {fault}") from fault
+    say(f"{path} shows what was found where")
