@@ -14,7 +14,8 @@ def channels_of(data: bytes) -> int:
     """How many channels a CSV holds; raises Incomplete where it is cut off or no spectrum.
 
     Two columns, wavelength and intensity, after at most 50 lines of words; commas, semicolons or
-    tabs. A last line without its end may be half a number, so it is taken as cut off.
+    tabs. A last line without its end may be half a number: it counts only where it has as many
+    decimals as the line before.
     """
     if not data:
         raise Incomplete("it is still empty")
@@ -22,9 +23,9 @@ def channels_of(data: bytes) -> int:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise Incomplete("it is no text") from None
-    if not text.endswith(("\n", "\r")):
-        raise Incomplete(f"it ends within line {text.count(chr(10)) + 1}")
     lines = text.split("\n")
+    if lines[-1] and (len(lines) < 2 or _decimals(lines[-1]) != _decimals(lines[-2])):
+        raise Incomplete(f"it ends within line {len(lines)}")
     first = next((n for n, line in enumerate(lines[:HEADER_LINES]) if _pair(line)), None)
     if first is None:
         raise Incomplete(f"its first {HEADER_LINES} lines hold no wavelength and intensity")
@@ -50,3 +51,9 @@ def _pair(line: str) -> tuple[float, float] | None:
     except ValueError:
         return None
     return (wavelength, intensity) if math.isfinite(wavelength) else None
+
+
+def _decimals(line: str) -> tuple[int, ...]:
+    """Digits after the point in each field of a line; -1 where there is no point."""
+    fields = line.strip().replace(";", ",").replace("\t", ",").split(",")
+    return tuple(len(f.partition(".")[2]) if "." in f else -1 for f in fields)

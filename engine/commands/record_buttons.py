@@ -111,6 +111,6 @@ def _check_names(marked: Any) -> None:
     for name in marked.boxes:
         if place_of(name, marked) is None:
             raise WrongUsage(
-                f"--box {name}: the driver knows no such button{did_you_mean(name, KNOWN)}; for one of "
-                f"your own steps say where it is to be seen: --where {name}=dialog"
+                f"--box {name}: the driver knows no such button (for one of your own steps say where it "
+                f"is to be seen: --where {name}=dialog){did_you_mean(name, KNOWN)}"
             )

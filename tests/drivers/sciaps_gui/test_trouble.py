@@ -149,6 +149,16 @@ def test_a_button_that_is_not_there_is_told_with_what_resembles_it_most(gui):
     assert "measure is not to be seen; most alike is the place" in failure.message
 
 
+def test_a_program_that_is_busy_is_waited_for_and_not_clicked(gui):
+    analyser = gui.start(busy=True)
+
+    failure = gui.fails(shoot, busy_s=2)
+
+    assert (failure.name, failure.happened) == ("Busy", "no")
+    assert "its button `measure` is greyed out; nothing was clicked, after 2 s" in failure.message
+    assert analyser.shots() == 0
+
+
 def test_a_program_drawn_far_larger_than_recorded_is_not_guessed_at(gui):
     gui.start(scale=2.6)
 
