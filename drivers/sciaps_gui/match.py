@@ -241,9 +241,10 @@ def _fitted(
 ) -> Hit:
     """The same place with width and height fitted by themselves, scored on grey and on edges."""
     _, scale, (x, y, width, height) = place
-    pad = max(3, round(reach * max(width, height)))
-    left, top = max(0, x - pad), max(0, y - pad)
-    around = grey[top : y + height + pad, left : x + width + pad]
+    across_by = max(3, round(reach * width))
+    down_by = max(3, round(0.15 * height))
+    left, top = max(0, x - across_by), max(0, y - down_by)
+    around = grey[top : y + height + down_by, left : x + width + across_by]
     softened, edged = _soft(around, height), _edges(around, height)
     plain = _grey(template.picture)
     best: tuple[float, Box, float] = (-1.0, (x, y, around.shape[1], around.shape[0]), scale)
@@ -355,7 +356,8 @@ def _fits_there(picture: Picture, grey: np.ndarray, hit: Hit, other: Template) -
     box = max(0, round(x - width / 2)), max(0, round(y - height / 2)), width, height
     if overlap(box, hit.box) < 0.5 or width >= grey.shape[1] or height >= grey.shape[0]:
         return []
-    return [_fitted(picture, grey, other, (0.0, hit.scale, box), reach=0.25)]
+    fitted = _fitted(picture, grey, other, (0.0, hit.scale, box), reach=0.25)
+    return [fitted] if overlap(fitted.box, hit.box) > 0.4 else []
 
 
 def _inner(template: Template) -> Template:

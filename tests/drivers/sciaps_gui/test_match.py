@@ -123,6 +123,15 @@ def test_a_place_that_another_button_fits_better_is_that_button():
     assert look_for(picture, [FIRE], 1.0, rivals=[rival])["measure"].hits == ()
 
 
+def test_rows_that_stand_close_to_one_another_do_not_hide_one_another():
+    names = ("First row", "Second row", "Third row")
+    rows = [Template(name, button(name)[8:32]) for name in names]
+    picture = window(*((((30, 40 + 26 * n)), row.picture) for n, row in enumerate(rows)))
+
+    for row in rows:
+        assert look_for(picture, [row], 1.0, rivals=rows)[row.name].sure is not None
+
+
 @pytest.mark.parametrize(
     ("picture", "words"),
     [
