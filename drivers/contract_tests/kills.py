@@ -1,5 +1,6 @@
 """What is known of an action whose server was killed in the middle of it."""
 
+import asyncio
 from pathlib import Path
 
 from .stage import Stage, told
@@ -38,6 +39,7 @@ class Kills(Stage):
 
     async def _probe_after_kill(self, folder: Path, action: str, *, wait: bool) -> None:
         async with self._killed(folder, action, wait=wait) as (session, goal):
+            await asyncio.to_thread(self.rest, folder)
             happened = self.happened(folder, goal.id)
             probe = session.contract.actions[action].probe or ""
             told = (await session.do(probe)).result or {}

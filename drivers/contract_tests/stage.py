@@ -2,6 +2,7 @@
 
 import asyncio
 import functools
+import inspect
 import json
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
@@ -30,6 +31,10 @@ def told(story: Callable[..., Awaitable[None]]) -> Callable[..., None]:
     return test
 
 
+def _takes_action(test: Callable[..., None]) -> bool:
+    return "action" in inspect.signature(test).parameters
+
+
 class Stage:
     """What a subclass says of its driver: `case`, and where it has to, the methods that follow."""
 
@@ -54,17 +59,31 @@ class Stage:
         lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
         return any(json.loads(line).get("goal") == goal_id for line in lines)
 
+    def rest(self, folder: Path) -> None:
+        """Wait until the instrument has done what it was told; one of its own goes on when its server is
+        killed, and what it knows of a goal counts from then on."""
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        """A test that is about no action of this contract is none of this driver's."""
+        super().__init_subclass__(**more)
+        if "case" in cls.__dict__:
+            for name in [n for n in dir(cls) if n.startswith("test_")]:
+                if _takes_action(getattr(cls, name)) and not cls._about(name):
+                    setattr(cls, name, None)
+
     def pytest_generate_tests(self, metafunc: Any) -> None:
         """A test that takes `action` runs once for each action that it is about."""
-        if "action" not in metafunc.fixturenames:
-            return
-        actions = self.case.read_contract().actions
+        if "action" in metafunc.fixturenames:
+            metafunc.parametrize("action", self._about(metafunc.function.__name__))
+
+    @classmethod
+    def _about(cls, test: str) -> list[str]:
+        actions = cls.case.read_contract().actions
         about = {
             "cancellable": [n for n, a in actions.items() if a.cancel],
             "once": [n for n, a in actions.items() if a.effect == "once" and a.probe],
         }
-        kind = next((kind for kind in about if kind in metafunc.function.__name__), "")
-        metafunc.parametrize("action", about.get(kind, list(actions)))
+        return next((names for kind, names in about.items() if kind in test), list(actions))
 
     @asynccontextmanager
     async def _served(

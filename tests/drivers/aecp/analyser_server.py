@@ -71,12 +71,14 @@ class AnalyserServer:
         if self.status == "RUNNING":
             return BUSY
         self.status = "RUNNING"
+        (self.folder / "running").touch()
         try:
             act()
         except Exception as fault:
             return str(fault)
         finally:
             self.status = "IDLE"
+            (self.folder / "running").unlink()
         return "success"
 
     def measure(self, sid, data):

@@ -404,7 +404,7 @@ class Program:
         self.others["second"] = other
 
     def obey(self, line):
-        """One command; `place` tells where things are, the rest cause trouble."""
+        """One command; `places` and `state` tell what there is, the rest cause trouble."""
         word, _, rest = line.partition(" ")
         if word == "hang":
             time.sleep(float(rest))
@@ -424,6 +424,8 @@ class Program:
             self.cover_button()
         elif word == "close":
             self.others.pop(rest).destroy()
+        elif word == "state":
+            word = "busy" if self.busy else "idle"
         elif word == "minimise":
             self.root.withdraw()
         elif word == "open":
