@@ -25,7 +25,9 @@ THRESHOLD = 0.7
 ALONE = 0.1
 """How much better a button has to fit where no other one confirms the size."""
 ONE_PROGRAM = 0.09
-"""How far sizes of buttons of one program differ, as a part of it."""
+"""How far sizes of buttons of one program differ, as a part of it; more by this much where letters are
+drawn at half of it, by whole pixels."""
+MORE_WHERE_SMALL = 0.03
 LEAST_SIDE, LEAST_AREA, LEAST_CONTRAST = 10, 300, 6.0
 GREY_BELOW, CONTRAST_ABOVE = 0.72, 1.7
 """Contrast beside the template's: below the first the button is greyed out."""
@@ -36,7 +38,8 @@ COLOUR_WITHIN = 40.0
 AGREE = 0.7
 """Of all templates, the part that has to fit at one size before the others are believed for it."""
 TWIN_WITHIN = 0.06
-PLACES, FEW_PLACES = 6, 3
+HOPEFUL = 0.55
+PLACES, FEW_PLACES = 7, 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,9 +210,24 @@ def _candidates(
             continue
         fits = cv2.matchTemplate(_soft(grey, height), _soft(shape, height), cv2.TM_CCOEFF_NORMED)
         proposed += _peaks(fits, scale, width, height)
-    proposed.sort(key=lambda p: p[0], reverse=True)
-    places = _distinct(proposed, PLACES if len(scales) > 3 else FEW_PLACES)
-    return [_fitted(picture, grey, template, place) for place in places]
+    if not proposed:
+        return []
+    most = PLACES if len(scales) > 3 else FEW_PLACES
+    # Also what is most alike in another colour: where nothing is found, that is what is told.
+    alike = max(proposed, key=lambda p: p[0])
+    proposed.sort(
+        key=lambda p: (_apart(picture, template, p[2]) <= COLOUR_WITHIN, p[0]), reverse=True
+    )
+    places = _distinct([alike, *proposed], most)
+    return [_again(picture, grey, template, _fitted(picture, grey, template, p)) for p in places]
+
+
+def _again(picture: Picture, grey: np.ndarray, template: Template, hit: Hit) -> Hit:
+    """The hit fitted about its own size: the proposal's may have been off by more than a fit reaches."""
+    if hit.score < HOPEFUL or hit.colour > COLOUR_WITHIN:
+        return hit
+    finer = _fitted(picture, grey, template, (hit.score, hit.scale, hit.box))
+    return finer if finer.score > hit.score else hit
 
 
 def _peaks(fits: np.ndarray, scale: float, width: int, height: int) -> list[Any]:
@@ -237,12 +255,15 @@ def _distinct(proposed: list[Any], most: int) -> list[Any]:
 
 
 def _fitted(
-    picture: Picture, grey: np.ndarray, template: Template, place: Any, reach: float = 0.08
-) -> Hit:
-    """The same place with width and height fitted by themselves, scored on grey and on edges."""
+    picture: Picture, grey: np.ndarray, template: Template, place: Any,
+    reach: tuple[float, float] | None = None,
+) -> Hit:  # fmt: skip
+    """The same place with width and height fitted by themselves, scored on grey and on edges.
+
+    `reach` is how far it may lie off, across and down, in pixels.
+    """
     _, scale, (x, y, width, height) = place
-    across_by = max(3, round(reach * width))
-    down_by = max(3, round(0.15 * height))
+    across_by, down_by = (max(3, round(n)) for n in reach or (0.08 * width, 0.15 * height))
     left, top = max(0, x - across_by), max(0, y - down_by)
     around = grey[top : y + height + down_by, left : x + width + across_by]
     softened, edged = _soft(around, height), _edges(around, height)
@@ -266,11 +287,17 @@ def _fitted(
     return _coloured(picture, template, *best)
 
 
+def _apart(picture: Picture, template: Template, box: Box) -> float:
+    """How far the mean colour of a place is from the template's, in RGB counts."""
+    x, y, width, height = box
+    patch, own = picture[y : y + height, x : x + width], template.picture
+    return float(np.linalg.norm(np.array(cv2.mean(patch)) - np.array(cv2.mean(own))))
+
+
 def _coloured(picture: Picture, template: Template, score: float, box: Box, scale: float) -> Hit:
     x, y, width, height = box
-    patch = picture[y : y + height, x : x + width]
-    own = template.picture
-    colour = float(np.linalg.norm(patch.mean(axis=(0, 1)) - own.mean(axis=(0, 1))))
+    patch, own = picture[y : y + height, x : x + width], template.picture
+    colour = _apart(picture, template, box)
     shape = _resized(own, width / own.shape[1], height / own.shape[0])
     contrast = float(_grey(patch).std() / max(1.0, _grey(shape).std()))
     return Hit(template.name, min(score, 1.0), scale, box, contrast, colour)
@@ -311,7 +338,7 @@ def _weight(hits: list[Hit]) -> tuple[int, float]:
 
 
 def _of_size(hit: Hit, scale: float) -> bool:
-    return abs(hit.scale / scale - 1) < ONE_PROGRAM
+    return abs(hit.scale / scale - 1) < ONE_PROGRAM + MORE_WHERE_SMALL * (1 / scale - 1)
 
 
 def _doubt(hit: Hit, template: Template, scale: float | None) -> str:
@@ -342,21 +369,33 @@ def _held_against(
             continue
         fits = [r for r in found.get(name, ()) if overlap(r.box, hit.box) > 0.4]
         fits += _fits_there(picture, grey, hit, other)
-        best = max(fits, key=lambda r: r.score, default=None)
-        if best is not None and best.score > hit.score:
+        fits = [r for r in fits if r.colour <= max(COLOUR_WITHIN, hit.colour)]
+        best = max(fits, key=lambda r: _beside(r, hit), default=None)
+        if best is not None and _beside(best, hit) > hit.score:
             words = f"a fit of {hit.score:.2f}, but it is {name} ({best.score:.2f})"
             return replace(hit, doubt=words)
     return hit
 
 
+def _beside(rival: Hit, hit: Hit) -> float:
+    """A rival's fit, less where it fits only a part of the place: "folder" is in "In a new folder"."""
+    part = rival.box[2] * rival.box[3] / max(1, hit.box[2] * hit.box[3])
+    return rival.score * min(1.0, part) ** 0.25
+
+
 def _fits_there(picture: Picture, grey: np.ndarray, hit: Hit, other: Template) -> list[Hit]:
-    """How another template fits about the place of a hit, at the same size."""
+    """How another template fits over the place of a hit, at the same size.
+
+    Of a wider one the place may be any part: a label's last word is often alike to a shorter label.
+    """
     x, y = hit.centre
     height, width = (round(n * hit.scale) for n in other.picture.shape[:2])
     box = max(0, round(x - width / 2)), max(0, round(y - height / 2)), width, height
     if overlap(box, hit.box) < 0.5 or width >= grey.shape[1] or height >= grey.shape[0]:
         return []
-    fitted = _fitted(picture, grey, other, (0.0, hit.scale, box), reach=0.25)
+    wider, higher = max(0, width - hit.box[2]), max(0, height - hit.box[3])
+    reach = max(0.25 * width, 0.5 * wider + 0.25 * hit.box[2]), 0.15 * height + 0.5 * higher
+    fitted = _fitted(picture, grey, other, (0.0, hit.scale, box), reach)
     return [fitted] if overlap(fitted.box, hit.box) > 0.4 else []
 
 
@@ -398,6 +437,17 @@ def _sight(name: str, hits: list[Hit]) -> Sight:
         if apart and hit.score >= believed[0].score - TWIN_WITHIN:
             places.append(hit)
     return Sight(name, tuple(places))
+
+
+def moved(sight: Sight, across: int, down: int) -> Sight:
+    """The same sight, seen in a picture of which the one that was looked at is a part."""
+
+    def there(hit: Hit) -> Hit:
+        x, y, width, height = hit.box
+        return replace(hit, box=(x + across, y + down, width, height))
+
+    nearest = None if sight.nearest is None else there(sight.nearest)
+    return replace(sight, hits=tuple(map(there, sight.hits)), nearest=nearest)
 
 
 def overlap(one: Box, other: Box) -> float:

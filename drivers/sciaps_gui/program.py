@@ -8,12 +8,13 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from .buttons import Button, Buttons
 from .check_box import ticked
 from .hands import Hands, NotClicked
+from .looking import look_in
 from .match import Hit, Sight, common_scale, differs, look_for
 from .view import Trouble, View, view_of
 from .windows import NoScreen, Windows, open_windows
@@ -53,6 +54,7 @@ class Program:
         self.scale: float | None = None
         self.halted = False
         self.last_view: View | None = None
+        self._before: View | None = None  # when a button of the main window was last aimed at
         self._hands = Hands()
         self._windows: Windows = open_windows()
         self._lock = threading.RLock()
@@ -140,13 +142,25 @@ class Program:
         """What is seen of some buttons at the program's size; found anew where it has changed."""
         if self.scale is None:
             self._find_scale(view)
-        templates = [self.buttons.template(n) for n in dict.fromkeys(names)]
-        rivals = self.buttons.all_but(templates)
-        sights = look_for(view.picture, templates, self.scale, rivals) if templates else {}
+        names = list(dict.fromkeys(names))
+        sights = look_in(view, self.buttons, names, self.scale)
         missing = "measure" in sights and not sights["measure"].hits and not view.dialogs
         if missing and self._find_scale(view):
-            sights = look_for(view.picture, templates, self.scale, rivals)
-        return sights
+            sights = look_in(view, self.buttons, names, self.scale)
+        return {name: self._not_from_before(name, sight, view) for name, sight in sights.items()}
+
+    def _not_from_before(self, name: str, sight: Sight, view: View) -> Sight:
+        """A part of a dialog cannot have stood there when the click was made that opens the dialog."""
+        before = self._before
+        of_dialog = self.buttons.button(name.removesuffix(".on")).where == "dialog"
+        if not of_dialog or view.dialogs or before is None or before.dialogs:
+            return sight
+        if (before.corner, before.picture.shape) != (view.corner, view.picture.shape):
+            return sight
+        fresh = [hit for hit in sight.hits if _changed(before, view, hit)]
+        if len(fresh) == len(sight.hits):
+            return sight
+        return Sight(name, tuple(fresh), replace(sight.hits[0], doubt="what stood there before"))
 
     def _find_scale(self, view: View) -> bool:
         """Learn the size from the main window's buttons; True where it is another than before."""
@@ -167,6 +181,8 @@ class Program:
         """Find a button, put the mouse over it, and see that a click would reach the program."""
         view, hit = self.wait_for(name, timeout_s)
         button: Button = self.buttons.button(name.removesuffix(".on"))
+        if button.where == "main":
+            self._before = view
         x, y = hit.centre
         place = view.on_screen(x + button.at[0] * hit.scale, y + button.at[1] * hit.scale)
         aim = Aim(name, *place, view)
@@ -284,6 +300,12 @@ class Program:
             else:
                 self._hands.press("escape")
             time.sleep(LOOK_S)
+
+
+def _changed(before: View, now: View, hit: Hit) -> bool:
+    x, y, width, height = hit.box
+    rows, columns = slice(y, y + height), slice(x, x + width)
+    return differs(before.picture[rows, columns], now.picture[rows, columns])
 
 
 __all__ = ["Aim", "NoScreen", "NotClicked", "Program", "Seen", "Trouble"]

@@ -1,8 +1,8 @@
 """Keep the libraries that talk to the screen from talking on stdout, and from failing over nothing."""
 
 import contextlib
+import io
 import os
-import sys
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,9 +10,10 @@ from pathlib import Path
 
 @contextlib.contextmanager
 def quiet_libraries() -> Iterator[None]:
-    """While they are loaded: stdout belongs to the device server's one line, and files left open
-    by python-xlib and pyscreeze are closed by the interpreter, not by us."""
-    with contextlib.redirect_stdout(sys.stderr), warnings.catch_warnings():
+    """While they are loaded: stdout belongs to the device server's one line, python-xlib prints there
+    that it found no cookies, which is usual, and files that it and pyscreeze leave open are closed
+    by the interpreter, not by us."""
+    with contextlib.redirect_stdout(io.StringIO()), warnings.catch_warnings():
         warnings.simplefilter("ignore", ResourceWarning)
         yield
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from .buttons import FILE, VERSION, Buttons, ButtonsFault, Where
+from .looking import look_in
 from .match import Box, Picture, Sight, Template, common_scale, look_for, overlap, unfit
 from .view import View
 
@@ -139,7 +140,7 @@ def looked(buttons: Buttons, view: View) -> dict[str, Sight]:
     others = buttons.all_but(main)
     sights = look_for(view.picture, main, rivals=others)
     scale = common_scale(sights.values())
-    return sights | look_for(view.picture, others, scale, rivals=main)
+    return sights | look_in(view, buttons, [other.name for other in others], scale)
 
 
 def drawn(view: View, sights: Mapping[str, Sight]) -> Picture:

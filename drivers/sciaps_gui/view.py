@@ -29,6 +29,15 @@ class View:
     dialogs: tuple[Window, ...]
     cover: str
 
+    def dialog_box(self) -> Box:
+        """The part of the picture that the open dialogs fill; all of it where none is open."""
+        height, width = self.picture.shape[:2]
+        if not self.dialogs:
+            return 0, 0, width, height
+        x, y, w, h = (round(n * self.ratio) for n in _around([d.box for d in self.dialogs]))
+        left, top = max(0, x - self.corner[0]), max(0, y - self.corner[1])
+        return left, top, min(w, width - left), min(h, height - top)
+
     def on_screen(self, x: float, y: float) -> tuple[int, int]:
         """A place of the picture as the mouse counts."""
         return round((x + self.corner[0]) / self.ratio), round((y + self.corner[1]) / self.ratio)

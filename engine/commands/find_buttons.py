@@ -38,9 +38,10 @@ def _find(folder: Path, image: Path | None, title: str | None, output: Path | No
         typer.echo(f"{'ok ' if sight.sure else '-- '} {where:<6} {sight.words()}")
     if view.cover:
         say(view.cover)
-    if output is not None:
-        _write(output, drawn(view, sights))
     main = recorded.named("main")
+    if output is not None:
+        shown = {name: sight for name, sight in sights.items() if sight.hits or name in main}
+        _write(output, drawn(view, shown))
     return SUCCEEDED if all(sights[name].sure for name in main) else FAILED
 
 

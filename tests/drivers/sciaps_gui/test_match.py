@@ -132,6 +132,31 @@ def test_rows_that_stand_close_to_one_another_do_not_hide_one_another():
         assert look_for(picture, [row], 1.0, rivals=rows)[row.name].sure is not None
 
 
+def label(text: str) -> np.ndarray:
+    picture = np.full((26, 14 * len(text), 3), 245, np.uint8)
+    cv2.putText(picture, text, (4, 19), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (20,) * 3, 1, cv2.LINE_AA)
+    return picture
+
+
+def test_the_last_word_of_a_longer_label_is_not_a_shorter_one():
+    short, longer = (
+        Template("name", label("name:")),
+        Template("sample_name", label("The sample's own name:")),
+    )
+    picture = window(((30, 40), longer.picture))
+
+    assert look_for(picture, [short], 1.0)["name"].hits
+    assert look_for(picture, [short], 1.0, rivals=[longer])["name"].hits == ()
+    assert look_for(picture, [longer], 1.0, rivals=[short])["sample_name"].sure is not None
+
+
+def test_a_rival_in_another_colour_takes_nothing_away():
+    blurred = cv2.GaussianBlur(FIRE.picture, (0, 0), 1.0)
+    red = Template("red", blurred // np.array([1, 2, 2], np.uint8))
+
+    assert look_for(window(((30, 40), blurred)), [FIRE], 1.0, [red])["measure"].sure is not None
+
+
 @pytest.mark.parametrize(
     ("picture", "words"),
     [

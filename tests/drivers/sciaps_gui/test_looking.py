@@ -1,0 +1,79 @@
+"""Parts of a dialog are found in the dialog, and other words of the program are not taken for them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from labrun.drivers.sciaps_gui.buttons import read_buttons
+from labrun.drivers.sciaps_gui.looking import look_in
+from labrun.drivers.sciaps_gui.match import Hit, Sight
+from labrun.drivers.sciaps_gui.program import Program
+from labrun.drivers.sciaps_gui.recording import looked
+from labrun.drivers.sciaps_gui.view import View
+from labrun.drivers.sciaps_gui.windows import Window
+
+PARTS = ("folder", "separate_spectrum", "new_folder", "export_finish", "export_cancel")
+
+
+def program(gui, look: str = "grey") -> Program:
+    return Program(read_buttons(gui.recorded(look)), "Profile Builder")
+
+
+@pytest.mark.parametrize(("look", "scale"), [("grey", 0.7), ("dark", 1.3), ("paper", 1.9)])
+def test_all_parts_of_an_open_dialog_are_found(gui, look, scale):
+    analyser = gui.start(look=look, scale=scale)
+    analyser.order("open ask_all")
+    eyes = program(gui, look)
+    view, places = eyes.view(), analyser.places()
+    sights = looked(eyes.buttons, view)
+    eyes.close()
+    found = {name: sights[name].sure for name in PARTS}
+
+    assert None not in found.values(), [s.words() for s in sights.values()]
+    for name, (x, y, w, h) in ((name, places[name]) for name in PARTS):
+        across, down = found[name].centre
+        assert abs(across + view.corner[0] - x - w / 2) < w / 4, name
+        assert abs(down + view.corner[1] - y - h / 2) < h / 4, name
+
+
+@pytest.mark.parametrize("scale", [0.75, 1.0, 1.7])
+def test_words_of_the_main_window_are_no_labels_of_a_dialog(gui, scale):
+    gui.start(look="dark", scale=scale)  # its "Ready" is like "Folder:" to 0.75
+    eyes = program(gui, "dark")
+    sights = looked(eyes.buttons, eyes.view())
+    eyes.close()
+
+    assert [s.words() for name, s in sights.items() if name in PARTS and s.hits] == []
+
+
+def test_what_stood_there_before_the_click_is_no_part_of_a_dialog_drawn_into_the_window(gui):
+    eyes = program(gui)
+    eyes.close()
+    draw = np.random.default_rng(1)
+    picture = draw.integers(0, 255, (200, 300, 3), np.uint8)
+    main = Window(1, "Profile Builder", (0, 0, 300, 200), False)
+    before = View(picture, (0, 0), 1.0, main, (), "")
+    opened = picture.copy()
+    opened[100:140, 100:200] = 200
+    stood, new = (
+        Hit("folder", 0.9, 1.0, box, 1.0, 0.0) for box in ((10, 10, 60, 20), (110, 105, 60, 20))
+    )
+    eyes._before = before
+    now = replace(before, picture=opened)
+
+    assert eyes._not_from_before("folder", Sight("folder", (stood, new)), now).sure == new
+    assert (
+        eyes._not_from_before("folder", Sight("folder", (stood,)), now)
+        .words()
+        .endswith("what stood there before")
+    )
+    assert eyes._not_from_before("measure", Sight("measure", (stood,)), now).sure == stood
+
+
+def test_nothing_is_asked_for_and_nothing_found(gui):
+    eyes = program(gui)
+    eyes.close()
+    blank = View(np.zeros((50, 50, 3), np.uint8), (0, 0), 1.0, None, (), "")
+
+    assert look_in(blank, eyes.buttons, [], 1.0) == {}
