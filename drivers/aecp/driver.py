@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 from ..analyser.arrival import Arrived, NotArrived, Wanted, arrived
 from ..analyser.book import AlreadyBegun, Shot, ShotBook
 from ..analyser.exporting import Exporting
-from ..analyser.folder import FolderFault, folder_at
+from ..analyser.folder import FolderFault, folder_at, see_that_it_is_there
 from ..analyser.kept import Kept
 from ..analyser.settings import settings_of
 from ..driver import ActionFailed, Driver, GoalContext, Place
@@ -49,9 +49,9 @@ class Aecp(Driver):
             self.place.device, self._book, self._kept, self.settings.channels
         )
         try:
-            for folder in (self._exports, self._cache):
-                if folder is not None:
-                    await folder.names()
+            await see_that_it_is_there("exports", self._exports)
+            if self._cache is not None:
+                await see_that_it_is_there("cache", self._cache)
             await self._link.open(self.settings.connect_s)
             await self._set_export_path()
         except BaseException:

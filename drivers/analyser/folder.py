@@ -46,6 +46,17 @@ def folder_at(place: str) -> Folder:
     return WebFolder(place) if place.startswith(("http://", "https://")) else SharedFolder(place)
 
 
+async def see_that_it_is_there(word: str, folder: Folder) -> None:
+    """Look into a folder at the start; raises FolderFault with the configuration's word for it."""
+    try:
+        await folder.names()
+    except FolderFault as fault:
+        raise FolderFault(
+            f"config.{word} is {folder.place!r}, and was asked what lies there: {fault}; is the analyser's "
+            f"disk mounted, and is this how this machine calls it?"
+        ) from fault
+
+
 class SharedFolder:
     """A folder of a disk or share of this machine; one that hangs is given up after a while."""
 
@@ -80,7 +91,8 @@ class SharedFolder:
         except TimeoutError:
             raise FolderFault(f"{self.place} gave no answer within {ANSWER_S:g} s") from None
         except FileNotFoundError as fault:
-            raise FolderFault(f"there is no {fault.filename or self.place}") from fault
+            missing = Path(fault.filename or self.place).absolute()
+            raise FolderFault(f"there is no folder or file {missing}") from fault
         except OSError as fault:
             raise FolderFault(f"{self.place} cannot be read: {fault.strerror or fault}") from fault
 

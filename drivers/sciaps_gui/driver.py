@@ -14,7 +14,7 @@ from typing import Any, ClassVar, TypeVar
 from ..analyser.book import AlreadyBegun, Shot, ShotBook
 from ..analyser.cache import Cache
 from ..analyser.exporting import Exporting
-from ..analyser.folder import FolderFault, SharedFolder
+from ..analyser.folder import FolderFault, SharedFolder, see_that_it_is_there
 from ..analyser.kept import Kept
 from ..analyser.settings import settings_of
 from ..driver import ActionFailed, Driver, GoalContext, Place
@@ -51,8 +51,8 @@ class SciapsGui(Driver):
         self._measuring = False
 
     async def open(self) -> None:
-        await self._cache.names()
-        await SharedFolder(self.settings.exports).names()
+        await see_that_it_is_there("cache", SharedFolder(self.settings.cache))
+        await see_that_it_is_there("exports", SharedFolder(self.settings.exports))
         title = self._buttons.title if self.settings.title is None else self.settings.title
         self._program = await asyncio.to_thread(Program, self._buttons, title)
         self._book = ShotBook(self.place.folder / "shots.sqlite")

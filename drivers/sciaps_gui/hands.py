@@ -66,11 +66,15 @@ class Hands:
         self._gui.mouseUp(_pause=False)
 
     def type(self, text: str) -> None:
-        """Replace what a field holds by this text."""
-        self._safely(
-            lambda: self._gui.hotkey("ctrl" if sys.platform != "darwin" else "command", "a")
-        )
-        self._safely(lambda: self._gui.press("backspace"))
+        """Replace what a field holds by this text.
+
+        Select-all is not Ctrl+A everywhere (in Tk and Emacs-like fields that goes to the start), and
+        Shift+Home selects nothing on Windows while NumLock is on; one of the two empties any field.
+        """
+        for selected in (("end",), ("shift", "home")), (("ctrl", "a"),):
+            for keys in selected:
+                self._safely(lambda k=keys: self._gui.hotkey(*k))
+            self._safely(lambda: self._gui.press("backspace"))
         self._safely(lambda: self._gui.write(text, interval=0.01))
 
     def press(self, key: str) -> None:
@@ -104,13 +108,19 @@ def _pyautogui() -> Any:
         ) from fault
     except Exception as fault:  # Xlib and KeyError where there is no display, at import
         raise NoScreen(
-            f"there is no screen to work on ({type(fault).__name__}: {fault}); start the device "
-            f"server on the analyser's own desktop"
+            f"there is no screen to work on ({_said(fault)}); start the device server on the "
+            f"analyser's own desktop"
         ) from fault
     _close_leftovers()
     pyautogui.FAILSAFE = True
     pyautogui.PAUSE = PAUSE_S
     return pyautogui
+
+
+def _said(fault: Exception) -> str:
+    if isinstance(fault, KeyError) and fault.args == ("DISPLAY",):
+        return "DISPLAY is not set"
+    return f"{type(fault).__name__}: {fault}"
 
 
 def _close_leftovers() -> None:

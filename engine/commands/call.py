@@ -3,8 +3,10 @@
 import asyncio
 import json
 import secrets
+import shutil
 import sys
 import tempfile
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -82,7 +84,9 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
     contract = lab.contracts[lab.lab.devices[device].contract]
     role = BoundRole(device, device, contract, lab.lab.devices[device].limits)
     action = contract.actions[name]
-    with tempfile.TemporaryDirectory(prefix="labrun-call-") as folder:
+    with ExitStack() as leaving:
+        folder = tempfile.mkdtemp(prefix="labrun-call-")
+        leaving.callback(shutil.rmtree, folder, ignore_errors=True)
         owner = f"call-{secrets.token_hex(4)}"
         try:
             connections = await connect({device: role}, lab, Path(folder), owner)
@@ -100,6 +104,8 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
             outcome = await client.follow(goal, lambda report: None)
             for content in outcome.files.values():
                 write_content(Path(), content)
+            if outcome.error is not None and folder in outcome.error.message:
+                leaving.pop_all()  # a picture of what was seen lies there
         except FileFault as fault:
             say(str(fault))
             return PROBLEMS

@@ -83,7 +83,9 @@ def test_a_socketio_server_that_is_something_else(aecp):
 def test_an_export_folder_that_is_missing(aecp):
     aecp.start()
 
-    with pytest.raises(OSError, match=r"there is no .*/nowhere"):
+    with pytest.raises(
+        OSError, match=r"config.exports is '.*was asked .*there is no .*/nowhere; is"
+    ):
         opened(aecp.driver(exports=str(aecp.folder / "nowhere")))
 
 

@@ -1,5 +1,7 @@
 """The driver against a real program on a real screen: one click a goal, whole files, safe deletion."""
 
+import re
+
 import pytest
 
 from labrun.drivers.driver import GoalContext
@@ -35,6 +37,10 @@ def test_shots_are_fired_and_exported_whatever_the_program_looks_like(gui, look,
     assert last == {"shot_id": "shot-000002", "goal_id": "m1"}
     assert status == {"armed": False, "shots": 2, "interlock": "unknown"}
     assert len(analyser.entries()) == 2
+    named = sorted(path.name for path in (gui.folder / "program" / "exports").iterdir())
+    assert [re.sub(r"\d{8}_\d{6}$", "TIME", name) for name in named] == [
+        "shot-000001_TIME", "shot-000002_TIME",
+    ]  # fmt: skip
 
 
 def test_boxes_that_are_ticked_already_stay_ticked(gui):

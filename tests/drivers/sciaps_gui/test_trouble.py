@@ -1,7 +1,13 @@
 """Errors, hangs, dialogs, locked screens: what the driver does, and never a second click for a shot."""
 
 import asyncio
+import json
+import os
+import re
 import shutil
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -192,6 +198,46 @@ def test_an_export_into_a_folder_that_the_program_does_not_have_is_told_and_left
     assert "shows an error in a window 'Error'; its dialogs were closed" in failure.message
     assert following == {"shot_id": "shot-000002"}
     assert analyser.shots() == 2
+
+
+@pytest.mark.parametrize("word", ["exports", "cache"])
+def test_a_folder_that_is_missing_at_the_start_is_told_with_its_word(gui, word):
+    gui.start()
+
+    with pytest.raises(
+        OSError, match=rf"config.{word} is '/nowhere', and was asked .*: there is no"
+    ):
+        gui.play(shoot, **{word: "/nowhere"})
+
+
+def test_an_export_folder_that_is_gone_is_told_before_anything_is_clicked(gui):
+    gui.start()
+
+    async def story(driver):
+        shot = (await shoot(driver))["shot_id"]
+        (gui.folder / "program" / "exports").rmdir()
+        await gui.spectrum(driver, shot)
+
+    failure = gui.fails(story)
+
+    assert (failure.name, failure.happened) == ("Rejected", "no")
+    assert "asked to export: there is no folder or file" in failure.message
+    assert "nothing was clicked" in failure.message
+
+
+def test_a_picture_that_a_message_names_outlives_the_call(gui, tmp_path):
+    gui.start(without=["measure"])
+    config = {"contract": "libs_analyzer@1", "driver": "sciaps_gui", "config": gui.config()}
+    (tmp_path / "lab.json").write_text(json.dumps({"devices": {"libs": config}}))
+    done = subprocess.run(
+        [sys.executable, "-m", "labrun.engine", "call", "libs.locate", "--lab", "lab.json"],
+        cwd=tmp_path, capture_output=True, text=True, timeout=100,
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+    )  # fmt: skip
+
+    assert done.returncode == 1, done.stdout + done.stderr
+    (picture,) = re.findall(r"its picture: ([^)]+)", done.stderr)
+    assert Path(picture).is_file()
 
 
 def test_an_export_folder_without_room_is_told_before_anything_is_clicked(gui, monkeypatch):
