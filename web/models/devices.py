@@ -1,0 +1,171 @@
+"""Devices: how they are now, what they can do, one action by hand, jogging, and the stop."""
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from .told import Told
+
+DEAD_MAN_MS = 300
+BEAT_MS = 100
+
+Reach = Literal["starting", "online", "lost", "failed"]
+Axis = Literal["x", "y", "z"]
+
+
+class DeviceState(Told):
+    """A device now. `age_s` is the age of `status` when this was told."""
+
+    name: str
+    contract: str
+    driver: str | None
+    url: str | None
+    reach: Reach
+    word: str = Field(description="idle, moving, busy, SAFE ...: one word from its status.")
+    reason: str = Field(default="", description="Why it is lost or failed, in words.")
+    status: dict[str, Any] = Field(default_factory=dict)
+    status_at: str | None = None
+    age_s: float | None = None
+    changed_at: str = Field(description="Since when `reach` is what it is.")
+    used_by: str | None = Field(default=None, description="The run that holds it.")
+    goal: str | None = Field(default=None, description="The goal by hand that is under way.")
+    armed: str | None = Field(default=None, description="Who has armed a dangerous action of it.")
+
+
+class ActionForm(Told):
+    """An action as a form: `params` is its JSON Schema with this bench's limits put in."""
+
+    name: str
+    summary: str
+    params: dict[str, Any]
+    returns: dict[str, Any]
+    errors: dict[str, str] = Field(description="Error name -> its summary.")
+    effect: Literal["pure", "idempotent", "once"]
+    danger: str | None
+    level: Literal[0, 1, 2, 3] = Field(
+        description="0 reads, 1 is reversible, 2 moves (control and limits), 3 is a hazard "
+        "(arm, then hold)."
+    )
+    cancel: bool
+    duration_s: float | None
+    interlock: dict[str, Any] = Field(default_factory=dict)
+
+
+class DeviceDetail(DeviceState):
+    """A device with its contract."""
+
+    summary: str
+    concurrent: bool
+    versions: dict[str, str]
+    status_schema: dict[str, Any]
+    safe_state: list[str]
+    actions: list[ActionForm]
+    axes: list[Axis] = Field(description="That can be jogged; empty where none can.")
+    ranges_mm: dict[str, tuple[float, float]] = Field(description="Of each axis, on this bench.")
+
+
+class CallAction(Told):
+    """Parameters as values or texts with units; `armed` for a hazard, from `arm`."""
+
+    params: dict[str, Any] = Field(default_factory=dict)
+    armed: str | None = None
+
+
+class GoalError(Told):
+    """Why a goal did not succeed, and whether it happened all the same."""
+
+    name: str
+    message: str
+    happened: Literal["no", "yes", "unknown"]
+
+
+class GoalState(Told):
+    """One action by hand: under way until `ended_at` is set."""
+
+    id: str
+    device: str
+    action: str
+    params: dict[str, Any]
+    state: Literal["ACCEPTED", "EXECUTING", "CANCELING", "SUCCEEDED", "CANCELED", "ABORTED", "LOST"]
+    progress: float | None = None
+    message: str = ""
+    result: dict[str, Any] | None = None
+    error: GoalError | None = None
+    files: list[str] = Field(default_factory=list)
+    by: str
+    began_at: str
+    ended_at: str | None = None
+    step: str = Field(description="The same as a step of a protocol, in YAML.")
+
+
+class ArmAction(Told):
+    """The dangerous action that is to be armed."""
+
+    action: str
+
+
+class Armed(Told):
+    """An armed action: it may be called once with this id, after `hold_s`, until `ends_at`."""
+
+    id: str
+    device: str
+    action: str
+    danger: str
+    by: str
+    ends_at: str
+    hold_s: float
+
+
+class JogStep(Told):
+    """One bounded move along one axis from where the device says it stands."""
+
+    axis: Axis
+    distance_mm: float = Field(ge=-100, le=100)
+    feed_mm_min: float | None = Field(default=None, gt=0)
+
+
+class JogStart(Told):
+    """Move along an axis for as long as keep-alives come."""
+
+    axis: Axis
+    direction: Literal[1, -1]
+    feed_mm_min: float = Field(gt=0)
+
+
+class JogState(Told):
+    """A hold: send `jog` {id} on the socket each `beat_ms`; none for `dead_man_ms` stops it."""
+
+    id: str
+    device: str
+    axis: Axis
+    direction: Literal[1, -1]
+    moving: bool
+    reason: str = Field(default="", description="Why it ended, in words.")
+    beat_ms: int = BEAT_MS
+    dead_man_ms: int = DEAD_MAN_MS
+
+
+class StoppedDevice(Told):
+    """Whether a device confirmed its safe state within the second."""
+
+    device: str
+    confirmed: bool
+    message: str
+    seconds: float
+
+
+class StoppedRun(Told):
+    """Whether a live run was reached and told to abort."""
+
+    run: str
+    told: bool
+    message: str
+
+
+class Stopped(Told):
+    """The answer to STOP ALL, after one second at most."""
+
+    all_confirmed: bool
+    devices: list[StoppedDevice]
+    runs: list[StoppedRun]
+    at: str
