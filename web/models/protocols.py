@@ -1,6 +1,6 @@
 """Protocols on the shelf: listed, read, saved with a revision, kept in versions, thrown away."""
 
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import Field
 
@@ -302,6 +302,3 @@ class Rehearsed(Told):
     questions: list[str]
     players: dict[str, str]
     lines: list[str] = Field(description="The same as a person reads it.")
-
-
-Place = Literal["current", "version"]

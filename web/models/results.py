@@ -132,3 +132,4 @@ class AgainText(Told):
     name: str
     text: str
     points: int
+    params: dict[str, Any] = Field(description="What the run had set; give them to the new one.")

@@ -26,7 +26,7 @@ Name = Annotated[
 @router.get("/protocols")
 async def list_protocols(site: TheSite) -> list[ProtocolSummary]:
     """All protocols of the folder, with what is known of their runs."""
-    return await site.overview.list()
+    return await site.overview.every()
 
 
 @router.post("/protocols", status_code=201)

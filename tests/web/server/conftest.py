@@ -1,0 +1,293 @@
+"""Real `labrun web` processes on loopback, with the clients that a page and a program would be."""
+
+import contextlib
+import json
+import os
+import secrets
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import httpx
+import pytest
+import socketio
+
+LAB = """\
+name: small
+simulated: true
+devices:
+  gantry:
+    contract: gantry@1
+    driver: sim_gantry
+    config: {{clock: {clock}, homed: true}}
+    limits: {{x: {{minimum: 0, maximum: 730}}, y: {{minimum: 0, maximum: 400}}}}
+  libs:
+    contract: libs_analyzer@1
+    driver: sim_libs
+    config: {{clock: {clock}, gantry: gantry, core: 3, seed: 1}}
+"""
+GRID = """\
+# A small map
+labrun: 1
+name: grid
+summary: A few points
+params:
+  sample: {type: string, default: core}
+  pitch: {type: quantity, unit: mm, default: 1 mm, minimum: 0.1 mm}
+devices: {gantry: gantry@1, libs: libs_analyzer@1}
+defaults: {timeout: 60 s}
+steps:
+  - id: scan
+    foreach:
+      point: ${{ grid(x=span(0, 2 mm, params.pitch), y=span(0, 1 mm, params.pitch), order='snake') }}
+    key: ${{ point.ix }},${{ point.iy }}
+    keep_going: {max_failed: 3}
+    steps:
+      - {id: travel, do: gantry.move_to, with: {x: "${{ point.x }}", y: "${{ point.y }}", z: 0 mm}}
+      - {id: shoot, do: libs.measure, retry: 2}
+      - id: export
+        do: libs.export
+        with: {shot: "${{ steps.shoot.shot_id }}", file: "spectra/${{ point.ix }}_${{ point.iy }}.csv"}
+    collect: {x: "${{ point.x }}", y: "${{ point.y }}", Li: "${{ point.index + 0.5 }}"}
+finally:
+  - {do: gantry.move_to, with: {z: 5 mm}}
+"""
+TALK = """\
+labrun: 1
+name: talk
+devices: {gantry: gantry@1}
+defaults: {timeout: 60 s}
+steps:
+  - {id: ready, confirm: "Is the bench clear?"}
+  - {id: go, do: gantry.move_to, with: {x: 5 mm}}
+"""
+LONG = """\
+labrun: 1
+name: long
+devices: {gantry: gantry@1}
+defaults: {timeout: 60 s}
+steps:
+  - id: walk
+    foreach: {i: "${{ range(12) }}"}
+    steps:
+      - {id: there, do: gantry.move_to, with: {x: "${{ 20 * i + 20 }}", feed: 2500}}
+    collect: {i: "${{ i }}"}
+"""
+LASER_LIST = ["enclosure closed", "nobody in the beam path", "sample fixed"]
+
+
+@dataclass
+class House:
+    """One server process in its folder; it can be killed and started again."""
+
+    folder: Path
+    arguments: list[str] = field(default_factory=list)
+    url: str = ""
+    process: subprocess.Popen | None = None
+
+    def start(self, *, port=0):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "labrun.engine", "web", *self.arguments, "--no-browser",
+             "--port", str(port)],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=self.folder,
+        )  # fmt: skip
+        said = self.process.stdout.readline()
+        assert said.startswith("labrun web at "), said + self.process.stdout.read()
+        self.url = said.split()[-1]
+        self.process.stdout.readline()
+        return self
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait(timeout=20)
+        self.process.stdout.close()
+
+    def stop(self):
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        said, _ = self.process.communicate(timeout=40)
+        return said
+
+    def client(self, **more):
+        """A browser that is signed in."""
+        client = Client(self.url, **more)
+        client.get("/session")
+        return client
+
+    @property
+    def servers(self):
+        return self.folder / "protocols" / ".labrun" / "web" / "bench" / "servers"
+
+    def truth(self, device):
+        path = self.servers / "world" / "truth" / f"{device}.jsonl"
+        return [json.loads(line) for line in path.read_text().splitlines()]
+
+    def server_pid(self, device):
+        return json.loads((self.servers / device / "server.json").read_text())["pid"]
+
+
+class Client(httpx.Client):
+    """A browser: its cookie, and its commands with all their headers."""
+
+    def __init__(self, url, **more):
+        super().__init__(base_url=f"{url}/api/v1", timeout=60, **more)
+        self.lease = None
+
+    def take(self, name="Ada", **more):
+        answer = self.post("/control/take", json={"name": name, **more}, headers=self._leased())
+        if answer.status_code == 200:
+            self.lease = answer.json()["lease"]
+        return answer
+
+    def command(self, path, json=None, *, key=None, until=30.0, **headers):
+        told = {
+            "Idempotency-Key": key or secrets.token_hex(8),
+            "X-Deadline": str((time.time() + until) * 1000), **self._leased(), **headers,
+        }  # fmt: skip
+        return self.post(path, json=json, headers=told)
+
+    def _leased(self):
+        return {"X-Control-Lease": self.lease} if self.lease else {}
+
+    def reach(self, *devices):
+        """Wait until devices are online."""
+        wait_for(
+            lambda: all(self.get(f"/devices/{d}").json()["reach"] == "online" for d in devices),
+            f"{devices} online",
+        )
+        return self
+
+    def run_of(self, protocol, **more):
+        """Start a protocol and wait for the name of its run."""
+        asked = {"protocol": protocol, "checklist": LASER_LIST, **more}
+        launch = self.command("/runs", asked)
+        assert launch.status_code == 202, launch.text
+        id = launch.json()["id"]
+        wait_for(lambda: self.get(f"/launches/{id}").json()["run"], "a run")
+        return self.get(f"/launches/{id}").json()["run"]
+
+    def run(self, id):
+        return self.get(f"/runs/{id}").json()
+
+    def until(self, id, *fates):
+        wait_for(lambda: self.run(id)["fate"] in fates, f"{id} {fates}")
+        return self.run(id)
+
+
+def wait_for(true, what, seconds=60):
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        found = true()
+        if found:
+            return found
+        time.sleep(0.05)
+    raise AssertionError(f"waited {seconds} s for {what}")
+
+
+@pytest.fixture(name="wait_for")
+def _wait_for():
+    return wait_for
+
+
+def make_house(folder, clock="fast", protocols=None, arguments=()):
+    """Protocols and a lab in a folder, not served yet."""
+    shelf = folder / "protocols"
+    shelf.mkdir(parents=True)
+    for name, text in (
+        protocols or {"grid.yaml": GRID, "talk.yaml": TALK, "long.yaml": LONG}
+    ).items():
+        (shelf / name).parent.mkdir(parents=True, exist_ok=True)
+        (shelf / name).write_text(text)
+    (folder / "lab.yaml").write_text(LAB.format(clock=clock))
+    return House(folder, [str(shelf), "--lab", str(folder / "lab.yaml"), *arguments])
+
+
+def end(house):
+    """Stop the server, the runs that it left, and the device servers that they used."""
+    if house.process is not None and house.process.poll() is None:
+        with contextlib.suppress(httpx.HTTPError):
+            client = house.client()
+            client.post("/stop")
+            wait_for(lambda: not any(r["live"] for r in client.get("/runs").json()), "no run", 40)
+            client.close()
+        house.stop()
+    for path in house.servers.glob("*/server.json"):
+        with contextlib.suppress(OSError, ValueError):
+            os.kill(json.loads(path.read_text())["pid"], signal.SIGKILL)
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory):
+    """A server that the tests of a file share."""
+    house = make_house(tmp_path_factory.mktemp("shared")).start()
+    yield house
+    end(house)
+
+
+@pytest.fixture
+def house(tmp_path):
+    """Makes servers of a test's own: `house(clock=1)`; all are ended after it."""
+    made = []
+
+    def make(**more):
+        made.append(make_house(tmp_path / f"house{len(made)}", **more))
+        return made[-1].start()
+
+    yield make
+    for one in made:
+        end(one)
+
+
+@pytest.fixture
+def page(shared):
+    """A browser with control of the shared server."""
+    client = shared.client()
+    client.take("Ada", reason="a test begins")
+    yield client
+    client.post("/control/release", headers=client._leased())
+    client.close()
+
+
+class Socket:
+    """A page's socket: what it was told, in order."""
+
+    def __init__(self, house, client, **headers):
+        self.told = []
+        self.sio = socketio.Client(reconnection=False, handle_sigint=False)
+        for event in ("snapshot", "patch", "run_patch", "log", "notice"):
+            self.sio.on(event, lambda data, e=event: self.told.append((e, data)), namespace="/ui")
+        cookie = "; ".join(f"{c.name}={c.value}" for c in client.cookies.jar)
+        self.sio.connect(
+            house.url, headers={"Cookie": cookie, **headers}, transports=["websocket"],
+            namespaces=["/ui"], wait_timeout=10,
+        )  # fmt: skip
+
+    def all(self, event):
+        return [data for kind, data in list(self.told) if kind == event]
+
+    def call(self, event, data=None):
+        return self.sio.call(event, data or {}, namespace="/ui", timeout=20)
+
+    def emit(self, event, data):
+        self.sio.emit(event, data, namespace="/ui")
+
+    def close(self):
+        self.sio.disconnect()
+        self.sio.eio.wait()
+
+
+@pytest.fixture
+def socket():
+    """Opens sockets and closes them after the test."""
+    opened = []
+
+    def make(house, client, **headers):
+        opened.append(Socket(house, client, **headers))
+        return opened[-1]
+
+    yield make
+    for one in opened:
+        one.close()

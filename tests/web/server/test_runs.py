@@ -1,0 +1,204 @@
+"""Runs from the page: started, watched, paused, answered, aborted, resumed."""
+
+LASER_LIST = ["enclosure closed", "nobody in the beam path", "sample fixed"]
+
+
+def test_a_run_is_started_and_told_to_its_end(shared, page):
+    page.reach("gantry", "libs")
+    id = page.run_of("grid.yaml", operator="Ada L.", note="first light", params={"sample": "a"})
+    run = page.until(id, "succeeded", "failed")
+
+    assert run["fate"] == "succeeded", run["reason"]
+    assert run["done"] == run["total"] == 6
+    assert run["launch"]["operator"] == "Ada L."
+    assert run["launch"]["checklist"] == LASER_LIST
+    assert run["params"]["sample"] == "a"
+
+
+def test_the_points_of_a_run_have_places_keys_and_fates(shared, page):
+    page.reach("gantry", "libs")
+    id = page.run_of("grid.yaml")
+    page.until(id, "succeeded")
+    points = page.get(f"/runs/{id}/points", params={"loop": "main/scan", "limit": 4}).json()
+
+    assert points["total"] == 6
+    assert points["key"] == ["0,0", "1,0", "2,0", "2,1"]
+    assert points["x_mm"] == [0, 1, 2, 2] and points["y_mm"] == [0, 0, 0, 1]
+    assert points["status"] == ["ok"] * 4
+
+
+def test_a_point_leads_to_its_actions_their_lines_its_row_and_its_spectrum(shared, page):
+    page.reach("gantry", "libs")
+    id = page.run_of("grid.yaml")
+    run = page.until(id, "succeeded")
+    point = page.get(f"/runs/{id}/point", params={"loop": "main/scan", "key": "2,1"}).json()
+    lines = run["protocol_text"].splitlines()
+
+    assert [a["action"] for a in point["actions"]] == ["move_to", "measure", "export"]
+    assert "libs.measure" in lines[point["actions"][1]["line"] - 1]
+    assert point["actions"][1]["result"]["shot_id"]
+    assert point["row"]["x"] == {"$quantity": [2.0, "mm"]}
+    assert point["spectra"] == ["spectra/2_1.csv"]
+    assert [line["kind"] for line in point["log"]] == ["ended"] * 3
+
+
+def test_the_outline_has_a_row_a_step_with_its_line_and_what_became_of_it(shared, page):
+    page.reach("gantry", "libs")
+    id = page.run_of("grid.yaml")
+    run = page.until(id, "succeeded")
+    told = {node["path"]: node for node in run["outline"]}
+
+    assert list(told) == [
+        "main/scan", "main/scan/*/travel", "main/scan/*/shoot", "main/scan/*/export", "finally/0",
+    ]  # fmt: skip
+    assert told["main/scan/*/shoot"]["danger"] == "laser"
+    assert told["main/scan/*/shoot"]["pointer"] == "/steps/0/steps/1"
+    assert told["main/scan"]["title"].startswith("At each of 6 points of a 3 x 2 grid")
+    assert run["nodes"]["main/scan/*/shoot"]["ok"] == 6
+    assert run["nodes"]["main/scan"]["status"] == "ok"
+    assert run["nodes"]["finally/0"]["status"] == "ok"
+
+
+def test_the_log_comes_in_windows(shared, page):
+    page.reach("gantry", "libs")
+    id = page.run_of("grid.yaml")
+    page.until(id, "succeeded")
+    last = page.get(f"/runs/{id}/log", params={"limit": 5}).json()
+    before = page.get(
+        f"/runs/{id}/log", params={"limit": 5, "before": last["lines"][0]["n"]}
+    ).json()
+    libs = page.get(f"/runs/{id}/log", params={"device": "libs", "find": "MEASURE"}).json()
+
+    assert last["more_before"] and not last["more_after"]
+    assert before["lines"][-1]["n"] < last["lines"][0]["n"] and before["more_after"]
+    assert last["lines"][-1]["text"] == "run succeeded"
+    assert len(libs["lines"]) == 6 and all(line["device"] == "libs" for line in libs["lines"])
+
+
+def test_a_question_is_answered_from_the_page(shared, page, wait_for):
+    page.reach("gantry")
+    id = page.run_of("talk.yaml", checklist=[])
+    wait_for(lambda: page.run(id)["open_questions"], "a question")
+    question = page.run(id)["open_questions"][0]
+    wrong = page.command(f"/runs/{id}/questions/ready", {"choice": "perhaps"})
+    right = page.command(f"/runs/{id}/questions/ready", {"choice": "yes"})
+    run = page.until(id, "succeeded")
+
+    assert question["text"] == "Is the bench clear?" and question["choices"] == ["yes", "no"]
+    assert wrong.status_code == 409 and "choose yes, no" in wrong.json()["message"]
+    assert right.status_code == 200
+    assert run["nodes"]["main/ready"]["message"] == "yes (Ada)"
+
+
+def test_pausing_needs_no_control_and_going_on_does(house, wait_for):
+    made = house(clock=2)
+    client, other = made.client(), made.client()
+    client.take()
+    client.reach("gantry")
+    id = client.run_of("long.yaml", checklist=[])
+    wait_for(lambda: client.run(id)["live"], "live")
+    paused = other.post(f"/runs/{id}/pause", json={})
+    client.until(id, "paused")
+    refused = other.command(f"/runs/{id}/continue")
+    client.command(f"/runs/{id}/continue")
+    client.until(id, "running")
+    aborted = client.command(f"/runs/{id}/abort")
+    run = client.until(id, "aborted")
+
+    assert paused.status_code == 200 and "paused" in paused.json()["text"]
+    assert refused.status_code == 423
+    assert aborted.status_code == 200
+    assert run["reason"] == "aborted by Ada"
+    client.close(), other.close()
+
+
+def test_a_run_pauses_after_the_point_that_is_under_way(house, wait_for):
+    made = house(clock=3)
+    client = made.client()
+    client.take()
+    client.reach("gantry")
+    id = client.run_of("long.yaml", checklist=[])
+    wait_for(lambda: client.run(id)["loops"][0]["current"], "a point")
+    said = client.post(f"/runs/{id}/pause", json={"when": "after_point"})
+    run = client.until(id, "paused")
+    key = said.json()["text"].split()[5]
+    points = client.get(f"/runs/{id}/points", params={"loop": "main/walk"}).json()
+
+    assert points["status"][int(key)] == "ok"
+    assert 0 < run["done"] < 12 and not run["pausing"]
+    client.close()
+
+
+def test_an_aborted_run_goes_on_where_it_was(house, wait_for):
+    made = house(clock=4)
+    client = made.client()
+    client.take()
+    client.reach("gantry")
+    id = client.run_of("long.yaml", checklist=[])
+    wait_for(lambda: client.run(id)["done"] >= 2, "two points")
+    client.command(f"/runs/{id}/abort")
+    done = client.until(id, "aborted")["done"]
+    changes = client.post(f"/runs/{id}/changes", json={}).json()
+    launch = client.command(f"/runs/{id}/resume", {})
+    run = client.until(id, "succeeded")
+
+    assert launch.status_code == 202
+    assert changes == changes | {"same_text": True, "can_resume": True}
+    assert run["resumes"] == 1 and run["done"] == 12 > done
+    client.close()
+
+
+def test_a_run_goes_on_with_a_changed_protocol_and_the_difference_is_told_before(house, wait_for):
+    made = house(clock=4)
+    client = made.client()
+    client.take()
+    client.reach("gantry")
+    id = client.run_of("long.yaml", checklist=[])
+    wait_for(lambda: client.run(id)["done"] >= 2, "two points")
+    client.command(f"/runs/{id}/abort")
+    client.until(id, "aborted")
+    old = client.get("/protocols/long.yaml").json()
+    text = old["text"].replace("range(12)", "range(14)")
+    client.put("/protocols/long.yaml", json={"text": text, "base": old["revision"]})
+    changes = client.post(f"/runs/{id}/changes", json={"protocol": "long.yaml"}).json()
+    client.command(f"/runs/{id}/resume", {"protocol": "long.yaml"})
+    run = client.until(id, "succeeded")
+
+    assert any(line.startswith("+") and "range(14)" in line for line in changes["diff"])
+    assert changes["can_resume"] and not changes["in_the_way"]
+    assert run["done"] == run["total"] == 14 and run["changes"] == 1
+    client.close()
+
+
+def test_what_cannot_be_started_says_why(shared, page):
+    page.reach("gantry", "libs")
+    unticked = page.command("/runs", {"protocol": "grid.yaml", "checklist": ["enclosure closed"]})
+    wrong = page.command(
+        "/runs", {"protocol": "grid.yaml", "params": {"pitch": "1 s"}, "checklist": LASER_LIST}
+    )
+    changed = page.command(
+        "/runs", {"protocol": "grid.yaml", "revision": "0" * 64, "checklist": LASER_LIST}
+    )
+    missing = page.command("/runs", {"protocol": "none.yaml"})
+
+    assert (unticked.status_code, unticked.json()["code"]) == (422, "CHECKLIST")
+    assert unticked.json()["details"]["missing"] == LASER_LIST[1:]
+    assert (wrong.status_code, wrong.json()["code"]) == (422, "PROBLEMS")
+    assert wrong.json()["problems"][0]["message"]
+    assert (changed.status_code, changed.json()["code"]) == (409, "CHANGED")
+    assert missing.status_code == 404
+
+
+def test_runs_that_are_not_there_or_not_live_say_so(shared, page):
+    page.reach("gantry", "libs")
+    id = page.run_of("grid.yaml")
+    page.until(id, "succeeded")
+    told = [
+        page.get("/runs/none"), page.get("/runs/..%2f..%2fetc"),
+        page.get(f"/runs/{id}/point", params={"loop": "main/scan", "key": "9,9"}),
+        page.post(f"/runs/{id}/pause", json={}), page.command(f"/runs/{id}/abort"),
+        page.command(f"/runs/{id}/questions/ready", {"choice": "yes"}),
+    ]  # fmt: skip
+
+    assert [answer.status_code for answer in told] == [404, 404, 404, 409, 409, 409]
+    assert all(answer.json()["message"] for answer in told)

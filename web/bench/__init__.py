@@ -1,0 +1,1 @@
+"""The devices of the bench by hand: links, actions, arming, jogging, the stop."""

@@ -1,0 +1,129 @@
+"""`labrun web`: the page, and the API behind it, on one port."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from .site import Options
+
+PORT = 8321
+PROBLEMS, NOT_REACHED = 2, 4
+LEAST_TOKEN = 8
+
+Folder = Annotated[
+    Path | None, typer.Argument(help="The folder of the protocols; this one if none is given.")
+]
+Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="0 chooses a free one.")]
+Host = Annotated[str, typer.Option("--host", help="The address to listen on.")]
+Token = Annotated[
+    str | None,
+    typer.Option("--token", help="Wanted from every browser; or in LABRUN_WEB_TOKEN."),
+]
+Lab = Annotated[
+    Path | None, typer.Option("--lab", help="The lab file; without it the simulated lab is used.")
+]
+Runs = Annotated[
+    Path | None, typer.Option("--runs", help="The folder of the runs; `runs` beside the protocols.")
+]
+Demo = Annotated[
+    bool, typer.Option("--demo", help="A simulated bench with data in a temporary folder.")
+]
+Speed = Annotated[
+    float, typer.Option("--speed", min=0, help="Of the demo: so many times faster; 0: no waiting.")
+]
+NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")]
+
+
+def web(
+    folder: Folder = None,
+    port: Port = PORT,
+    host: Host = "127.0.0.1",
+    token: Token = None,
+    lab: Lab = None,
+    runs: Runs = None,
+    demo: Demo = False,
+    speed: Speed = 10.0,
+    no_browser: NoBrowser = False,
+) -> None:
+    """Serve the page: edit, launch, watch, look; runs go on without it."""
+    from .guard.gate import is_loopback
+
+    token = token or os.environ.get("LABRUN_WEB_TOKEN")
+    if token is not None and len(token) < LEAST_TOKEN:
+        _refuse(f"a token of {len(token)} characters is guessed soon; give {LEAST_TOKEN} or more")
+    if token is None and not is_loopback(host):
+        _refuse(
+            f"--host {host}: other machines can reach this address, so a token is required; "
+            'give --token "$(openssl rand -hex 16)", or serve on 127.0.0.1'
+        )
+    if demo and (folder is not None or lab is not None or runs is not None):
+        _refuse("--demo brings its own protocols, lab and runs: give no folder, --lab or --runs")
+    if demo:
+        from .demo.demo import demonstration
+
+        with demonstration(speed) as (protocols, demo_lab):
+            options = _options(protocols, host, port, token, demo_lab, None, demo=True)
+            _serve(options, browser=not no_browser)
+        return
+    chosen = (folder or Path()).resolve()
+    if not chosen.is_dir():
+        _refuse(f"{folder} is no folder; give the folder in which your protocols lie")
+    _serve(_options(chosen, host, port, token, lab, runs), browser=not no_browser)
+
+
+def _options(
+    protocols: Path, host: str, port: int, token: str | None, lab: Path | None,
+    runs: Path | None, *, demo: bool = False,
+) -> "Options":  # fmt: skip
+    from .opening import state_folder
+    from .site import Options
+
+    return Options(
+        protocols=protocols, runs=(runs or protocols / "runs").resolve(),
+        state=state_folder(protocols), lab=lab.resolve() if lab is not None else None,
+        host=host, port=port, token=token, demo=demo,
+    )  # fmt: skip
+
+
+def _serve(options: "Options", *, browser: bool) -> None:
+    import asyncio
+    import logging
+
+    from ..engine.lab import load_lab
+    from ..engine.print_problems import print_problems
+    from .serving import serve
+
+    logging.basicConfig(format="labrun: %(message)s", level=logging.WARNING)
+    lab, problems = load_lab(options.lab)
+    if problems:
+        print_problems(problems, format="text")
+    if lab is None or any(problem.severity == "error" for problem in problems):
+        raise typer.Exit(PROBLEMS)
+
+    def ready(url: str) -> None:
+        typer.echo(f"labrun web at {url}")
+        typer.echo(f"protocols in {options.protocols}, runs in {options.runs}; Ctrl-C ends it")
+        if browser:
+            import webbrowser
+
+            webbrowser.open(url)
+
+    try:
+        left = asyncio.run(serve(options, lab, ready))
+    except OSError as fault:
+        where = f"{options.host}:{options.port}"
+        words = fault.strerror or str(fault)
+        typer.echo(f"labrun: {where} or a folder cannot be used: {words}", err=True)
+        raise typer.Exit(NOT_REACHED) from None
+    if left:
+        typer.echo("a run is still going on; its engine and devices stay, `labrun runs` shows it")
+        # An orderly end of the interpreter would kill the device servers that the run needs.
+        os._exit(0)
+
+
+def _refuse(text: str) -> None:
+    typer.echo(f"labrun: {text}", err=True)
+    raise typer.Exit(PROBLEMS)

@@ -1,0 +1,1 @@
+"""`labrun web --demo`: a simulated bench with its own protocols, and faults to order."""

@@ -1,0 +1,1 @@
+"""Runs as the page sees them: journals followed, engines spoken to, runs started and resumed."""

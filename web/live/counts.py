@@ -1,0 +1,177 @@
+"""What has become of each step and each iteration, counted as records come."""
+
+from array import array
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ..clock import since_1970
+from ..models.runs import NodeState, PointState, Status
+
+FATES: dict[str, Status] = {
+    "succeeded": "ok", "failed": "failed", "skipped": "skipped", "cancelled": "cancelled",
+    "unknown": "unknown",
+}  # fmt: skip
+STATUSES: tuple[Status, ...] = (
+    "waiting",
+    "running",
+    "ok",
+    "retrying",
+    "skipped",
+    "failed",
+    "cancelled",
+    "unknown",
+)
+CODE = {status: index for index, status in enumerate(STATUSES)}
+PACE = 60
+"""Of so many of the last iterations, the pace is told."""
+
+
+End = Literal["", "ok", "failed", "skipped", "cancelled", "unknown"]
+ENDS: tuple[End, ...] = ("failed", "unknown", "cancelled")
+"""How a group ended that has one of these in it, the worst first."""
+
+
+@dataclass(slots=True)
+class NodeCount:
+    """One step over all its iterations."""
+
+    running: int = 0
+    retrying: int = 0
+    ok: int = 0
+    failed: int = 0
+    skipped: int = 0
+    unknown: int = 0
+    retries: int = 0
+    last_s: float | None = None
+    message: str = ""
+    last: End = ""
+
+    def end(self, status: Status, seconds: float | None, message: str) -> None:
+        """One more is over."""
+        self.last_s = seconds
+        self.last = status if status in ("ok", "failed", "skipped", "cancelled") else "unknown"
+        if status == "ok":
+            self.ok += 1
+        elif status == "skipped":
+            self.skipped += 1
+        elif status == "unknown":
+            self.unknown += 1
+        else:
+            self.failed += 1
+        if message:
+            self.message = message
+
+    def state(self) -> NodeState:
+        """As the page is told."""
+        status: Status = self.last or "waiting"
+        if self.running:
+            status = "retrying" if self.retrying else "running"
+        return NodeState(
+            status=status, running=self.running, ok=self.ok, failed=self.failed,
+            skipped=self.skipped, unknown=self.unknown, retries=self.retries, last_s=self.last_s,
+            message=self.message,
+        )  # fmt: skip
+
+
+@dataclass(slots=True)
+class Table:
+    """The iterations of one loop, within one iteration of the loops around it: columns of arrays.
+
+    `first` and `last` are the offsets in the journal between which the records of each lie.
+    """
+
+    loop: str
+    within: str
+    slots: dict[str, int] = field(default_factory=dict)
+    by_index: dict[int, int] = field(default_factory=dict)
+    keys: list[str] = field(default_factory=list)
+    index: array = field(default_factory=lambda: array("q"))
+    status: bytearray = field(default_factory=bytearray)
+    tries: array = field(default_factory=lambda: array("l"))
+    began: array = field(default_factory=lambda: array("d"))
+    ended: array = field(default_factory=lambda: array("d"))
+    first: array = field(default_factory=lambda: array("q"))
+    last: array = field(default_factory=lambda: array("q"))
+    messages: dict[int, str] = field(default_factory=dict)
+    total: int | None = None
+    counts: dict[Status, int] = field(default_factory=dict)
+    current: int | None = None
+    paces: deque[float] = field(default_factory=lambda: deque(maxlen=PACE))
+    ended_at: float | None = None
+
+    def touch(self, key: str, offset: int, at: float) -> int:
+        """The slot of an iteration that something happens in; a new one is running."""
+        slot = self.slots.get(key)
+        if slot is None:
+            slot = len(self.keys)
+            self.slots[key] = slot
+            self.keys.append(key)
+            self._place(slot, slot)
+            self.index.append(slot)
+            self.status.append(CODE["running"])
+            self.tries.append(0)
+            self.began.append(at)
+            self.ended.append(0.0)
+            self.first.append(offset)
+            self.last.append(offset)
+        elif not self.ended[slot]:
+            self.last[slot] = offset
+        if not self.ended[slot]:
+            self.current = slot
+        return slot
+
+    def reopen(self, slot: int) -> None:
+        """A change has taken a finished iteration up again."""
+        status = STATUSES[self.status[slot]]
+        if self.ended[slot]:
+            self.counts[status] = self.counts.get(status, 0) - 1
+            self.ended[slot] = 0.0
+        self.status[slot] = CODE["running"]
+
+    def end(self, slot: int, index: int, status: Status, at: float, message: str) -> None:
+        """An iteration is over."""
+        self._place(index, slot)
+        self.index[slot] = index
+        self.status[slot] = CODE[status]
+        self.ended[slot] = at
+        self.counts[status] = self.counts.get(status, 0) + 1
+        if message:
+            self.messages[slot] = message
+        if self.ended_at is not None and at >= self.ended_at:
+            self.paces.append(at - self.ended_at)
+        self.ended_at = at
+        if self.current == slot:
+            self.current = None
+
+    def cut(self) -> None:
+        """The engine has gone, or the run is paused: the pace begins anew."""
+        self.ended_at = None
+
+    @property
+    def done(self) -> int:
+        """Iterations that are over."""
+        return sum(self.counts.values())
+
+    def point(self, slot: int) -> PointState:
+        """One iteration as the page is told."""
+        ended = self.ended[slot]
+        return PointState(
+            loop=self.loop, within=self.within, index=self.index[slot], key=self.keys[slot],
+            status=STATUSES[self.status[slot]],
+            seconds=round(ended - self.began[slot], 3) if ended else None,
+            tries=self.tries[slot], message=self.messages.get(slot, ""),
+        )  # fmt: skip
+
+    def _place(self, index: int, slot: int) -> None:
+        self.by_index[index] = slot
+
+
+def worst_of(ends: list[End]) -> End:
+    """How a group ended whose steps ended so."""
+    return next((end for end in ENDS if end in ends), ends[-1])
+
+
+def instant(at: str) -> float:
+    """A record's time as seconds since 1970."""
+    return since_1970(at)

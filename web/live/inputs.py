@@ -1,0 +1,69 @@
+"""What a run goes by, from its own folder: protocol, roles, parameters, what its starter said."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from ...engine.check import Checked, check_file
+from ...engine.run_folder import ASKED, LAB, FolderFault, protocol_file
+from ..models.runs import Launch
+from .outline import Outline
+
+LAUNCH = "launch.json"
+
+
+@dataclass(slots=True)
+class Inputs:
+    """The newest copies of a run; `outline` is None where they cannot be read any more."""
+
+    text: str
+    file: str
+    checked: Checked | None
+    outline: Outline | None
+    launch: Launch
+
+
+def read_inputs(folder: Path) -> Inputs:
+    """Read and check a run's own copies; whatever is missing is left empty."""
+    place = _newest(folder)
+    asked = _json(place / ASKED) or _json(folder / ASKED)
+    try:
+        path = protocol_file(place)
+        text = path.read_text(encoding="utf-8", errors="replace")
+        checked = check_file(
+            path, lab=place / LAB, bind=asked.get("roles", {}), params=asked.get("params", {}),
+            needed=False,
+        )  # fmt: skip
+    except (FolderFault, OSError):
+        return Inputs("", str(asked.get("file", "")), None, None, read_launch(folder))
+    known = checked.protocol is not None and checked.survey is not None
+    outline = Outline(checked) if known else None
+    return Inputs(text, str(asked.get("file", "")), checked, outline, read_launch(folder))
+
+
+def _newest(folder: Path) -> Path:
+    """The copies that count: the last change that the run went on with."""
+    changes = folder / "changes"
+    if not changes.is_dir():
+        return folder
+    numbered = [path for path in changes.iterdir() if path.name.isdecimal()]
+    return max(numbered, key=lambda path: int(path.name), default=folder)
+
+
+def _json(path: Path) -> dict[str, Any]:
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        return told if isinstance(told, dict) else {}
+    except (OSError, ValueError):
+        return {}
+
+
+def read_launch(folder: Path) -> Launch:
+    """What the person who started it from the page said."""
+    try:
+        return Launch.model_validate_json((folder / LAUNCH).read_bytes())
+    except (OSError, ValidationError):
+        return Launch()

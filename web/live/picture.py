@@ -1,0 +1,338 @@
+"""One run as its journal tells it: steps, iterations, actions under way, questions, the log."""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..models.runs import Fate, NodeState, PointState, Question
+from .counts import FATES, End, NodeCount, Table, instant, worst_of
+from .log import Log
+from .outline import Found, Outline, Step, ancestors
+from .places import Items
+
+MOST_TIMES = 2000
+"""Of one action in one run, so many durations are kept."""
+
+
+@dataclass(slots=True)
+class Underway:
+    """A goal that was sent and has not ended."""
+
+    record: dict[str, Any]
+    offset: int
+    path: str
+    attempt: int
+    found: Found | None
+    since: float
+
+
+@dataclass(slots=True)
+class Changed:
+    """What a patch has to tell."""
+
+    nodes: set[str] = field(default_factory=set)
+    points: set[tuple[str, str, int]] = field(default_factory=set)
+    lines: list[int] = field(default_factory=list)
+    head: bool = False
+
+    def __bool__(self) -> bool:
+        return bool(self.head or self.nodes or self.points or self.lines)
+
+
+class Picture:
+    """Takes records one after the other; tells what has changed since it was last asked."""
+
+    def __init__(self, journal: Path, outline: Outline | None) -> None:
+        self.outline = outline
+        self.log = Log(journal)
+        self.nodes: dict[str, NodeCount] = defaultdict(NodeCount)
+        self.tables: dict[tuple[str, str], Table] = {}
+        self.under_way: dict[str, Underway] = {}
+        self.questions: dict[str, Question] = {}
+        self.times: dict[str, list[float]] = defaultdict(list)
+        self.files: dict[str, tuple[str, str, str]] = {}
+        """File -> (loop, within, key) of the iteration that it came with."""
+        self.changed = Changed()
+        self.started: dict[str, Any] = {}
+        self.finished: dict[str, Any] | None = None
+        self.phase = ""
+        self.paused = False
+        self.aborting = False
+        self.resumes = 0
+        self.changes = 0
+        self.holes = 0
+        self.retries = 0
+        self.last_at = 0.0
+        self.ended_at = ""
+        self.params: dict[str, Any] = {}
+        self.roles: dict[str, str] = {}
+        self._items: dict[str, Items] = {}
+
+    # --- what is told
+
+    def items(self, loop: str) -> Items | None:
+        """The items of a loop by its pattern, computed once."""
+        if loop not in self._items:
+            step = self.outline.steps.get(loop) if self.outline is not None else None
+            if step is None:
+                return None
+            self._items[loop] = Items(step)
+        return self._items[loop]
+
+    def table(self, loop: str, within: str) -> Table:
+        """The iterations of a loop; begun empty when it is first asked for."""
+        key = (loop, within)
+        if key not in self.tables:
+            items = self.items(loop)
+            self.tables[key] = Table(loop, within, total=items.total if items else None)
+        return self.tables[key]
+
+    @property
+    def fate(self) -> Fate:
+        """How it ended; `running` or `paused` as far as the journal can say."""
+        if self.finished is not None:
+            return self.finished["fate"]
+        return "paused" if self.paused else "running"
+
+    def take_changes(self) -> tuple[dict[str, NodeState], list[PointState], list[int]]:
+        """States of steps, iterations, and lines of the log that are new; forgets that they were."""
+        changed, self.changed = self.changed, Changed()
+        nodes = {path: self.nodes[path].state() for path in changed.nodes}
+        points = [self.tables[loop, within].point(slot) for loop, within, slot in changed.points]
+        return nodes, points, changed.lines
+
+    # --- records
+
+    def take(self, offset: int, record: dict[str, Any]) -> None:
+        """Learn from one record."""
+        self.changed.head = True
+        self.last_at = instant(record["at"])
+        kind = record["kind"]
+        sent_offset, device = -1, ""
+        if kind == "ended":
+            underway = self.under_way.get(record["id"])
+            if underway is not None:
+                sent_offset, device = underway.offset, underway.record["device"]
+        if self.log.take(offset, record, sent_offset, device):
+            self.changed.lines.append(len(self.log) - 1)
+        take = getattr(self, f"_{kind}", None)
+        if take is not None:
+            take(offset, record)
+
+    def _started(self, offset: int, record: dict[str, Any]) -> None:
+        self.started = record
+        self.params, self.roles = record.get("params", {}), record.get("roles", {})
+
+    def _resumed(self, offset: int, record: dict[str, Any]) -> None:
+        self.resumes = record["count"]
+        self.finished, self.paused, self.aborting, self.ended_at = None, False, False, ""
+        self._cut()
+        self.questions.clear()
+
+    def _changed(self, offset: int, record: dict[str, Any]) -> None:
+        self.changes += 1
+        self.params, self.roles = record.get("params", {}), record.get("roles", {})
+        for path in record.get("reopened", []):
+            loop_path, _, key = path.rpartition("/")
+            found = self._find(loop_path)
+            if found is not None:
+                table = self.table(found.step.told.path, _within(found))
+                if key in table.slots:
+                    table.reopen(table.slots[key])
+
+    def _phase(self, offset: int, record: dict[str, Any]) -> None:
+        self.phase = record["phase"]
+
+    def _goal(self, offset: int, record: dict[str, Any]) -> None:
+        path, attempt = _split(record["id"])
+        found = self._find(path)
+        at = self.last_at
+        again = attempt > 1 and record["id"] not in self.under_way
+        self.under_way[record["id"]] = Underway(record, offset, path, attempt, found, at)
+        self._touch(found, offset, at, tries=again)
+        self.retries += again
+        if found is not None:
+            count = self.nodes[found.step.told.path]
+            count.running += 1
+            count.retrying += again
+            count.retries += again
+            self._ran(found.step)
+
+    def _ended(self, offset: int, record: dict[str, Any]) -> None:
+        underway = self.under_way.pop(record["id"], None)
+        if underway is None:
+            return
+        found, at = underway.found, self.last_at
+        took = round(at - underway.since, 4)
+        sent = underway.record
+        if record["state"] == "SUCCEEDED":
+            times = self.times[f"{sent['device']}.{sent['action']}"]
+            if len(times) < MOST_TIMES:
+                times.append(took)
+        self._touch(found, offset, at)
+        if found is None:
+            return
+        loop = found.loops[-1] if found.loops else ("", "")
+        for file in record.get("files", {}):
+            self.files[file] = (loop[0], _within(found, inner=True), loop[1])
+        count = self.nodes[found.step.told.path]
+        count.running = max(0, count.running - 1)
+        count.retrying = max(0, count.retrying - (underway.attempt > 1))
+        error = record.get("error") or {}
+        words = f"{error.get('name', '')}: {error.get('message', '')}".strip(": ") if error else ""
+        count.end(_status(record, error), took, words)
+        self._ran(found.step)
+
+    def _step(self, offset: int, record: dict[str, Any]) -> None:
+        found = self._find(record["path"])
+        self._touch(found, offset, self.last_at)
+        if found is not None:
+            count = self.nodes[found.step.told.path]
+            count.end(FATES[record["fate"]], None, record.get("message", ""))
+            self._ran(found.step)
+
+    def _asked(self, offset: int, record: dict[str, Any]) -> None:
+        self.questions[record["path"]] = Question(
+            path=record["path"], id=record["id"], text=record["text"],
+            choices=record["choices"], asked_at=record["at"],
+        )  # fmt: skip
+        found = self._find(record["path"])
+        self._touch(found, offset, self.last_at)
+        if found is not None:
+            self.nodes[found.step.told.path].running = 1
+            self._ran(found.step)
+
+    def _answered(self, offset: int, record: dict[str, Any]) -> None:
+        self.questions.pop(record["path"], None)
+        found = self._find(record["path"])
+        self._touch(found, offset, self.last_at)
+        if found is not None:
+            count = self.nodes[found.step.told.path]
+            count.running = 0
+            count.end("ok", None, f"{record['choice']} ({record['by']})")
+            self._ran(found.step)
+
+    def _iteration(self, offset: int, record: dict[str, Any]) -> None:
+        found = self._find(record["loop"])
+        if found is None:
+            return
+        within = _within(found)
+        table = self.table(found.step.told.path, within)
+        slot = table.touch(record["key"], offset, self.last_at)
+        if table.ended[slot]:
+            return  # once more, after a change: what counts is the first end and the reopening
+        status = FATES[record["fate"]]
+        table.end(slot, record["index"], status, self.last_at, record.get("message", ""))
+        self.holes += status == "failed"
+        self._point(table, slot)
+        self._ran(found.step)
+
+    def _loop(self, offset: int, record: dict[str, Any]) -> None:
+        found = self._find(record["loop"])
+        if found is not None:
+            table = self.table(found.step.told.path, _within(found))
+            table.total = record["total"]
+            self.nodes[found.step.told.path].end(FATES[record["fate"]], None, "")
+            self._ran(found.step)
+
+    def _control(self, offset: int, record: dict[str, Any]) -> None:
+        verb = record["verb"]
+        self.aborting = self.aborting or verb.startswith("abort")
+        self.paused = verb == "pause"
+        self._cut()
+
+    def _finished(self, offset: int, record: dict[str, Any]) -> None:
+        self.finished, self.ended_at = record, record["at"]
+        self.holes = record.get("holes", self.holes)
+        self.paused = False
+        self.questions.clear()
+        self.close()
+
+    def close(self) -> None:
+        """Nothing is under way any more: the engine has ended or gone."""
+        for underway in self.under_way.values():
+            if underway.found is not None:
+                count = self.nodes[underway.found.step.told.path]
+                count.running = count.retrying = 0
+                self.changed.nodes.add(underway.found.step.told.path)
+        for count in self.nodes.values():
+            count.running = count.retrying = 0
+        if self.under_way or self.questions:
+            self.changed.head = True
+        self.under_way.clear()
+        for table in self.tables.values():
+            table.current = None
+
+    # --- the way to steps and iterations
+
+    def _find(self, path: str) -> Found | None:
+        return self.outline.find(path) if self.outline is not None else None
+
+    def _touch(self, found: Found | None, offset: int, at: float, *, tries: bool = False) -> None:
+        """Note that something happened in the iterations around a step."""
+        if found is None:
+            return
+        within = ""
+        for loop, key in found.loops:
+            table = self.table(loop, within)
+            known = key in table.slots
+            slot = table.touch(key, offset, at)
+            table.tries[slot] += tries
+            if not known or tries:
+                self._point(table, slot)
+            within = f"{within}/{key}" if within else key
+
+    def _point(self, table: Table, slot: int) -> None:
+        self.changed.points.add((table.loop, table.within, slot))
+
+    def _ran(self, step: Step) -> None:
+        """A step's state is another one, and so are those of the steps around it."""
+        assert self.outline is not None
+        path = step.told.path
+        self.changed.nodes.add(path)
+        for above in ancestors(self.outline.steps, path):
+            count = self.nodes[above]
+            below = [self.nodes[one] for one in self._children(above) if one in self.nodes]
+            count.running = sum(one.running for one in below)
+            count.retrying = sum(one.retrying for one in below)
+            ends: list[End] = [one.last for one in below if one.last]
+            if ends and not self.outline.steps[above].is_loop and not count.running:
+                count.last = worst_of(ends)  # a group is as its steps are
+            self.changed.nodes.add(above)
+
+    def _children(self, path: str) -> list[str]:
+        assert self.outline is not None
+        step = self.outline.steps[path]
+        found = []
+        for one in (*step.below.values(), *step.last.values()):
+            found += [one.told.path] if one.told.path != path else self._paths(one)
+        for alternative in step.alternatives:
+            found += [one.told.path for one in alternative.values()]
+        return found
+
+    def _paths(self, branch: Step) -> list[str]:
+        return [one.told.path for one in branch.below.values()]
+
+    def _cut(self) -> None:
+        for table in self.tables.values():
+            table.cut()
+
+
+def _split(goal_id: str) -> tuple[str, int]:
+    path, _, attempt = goal_id.partition("/")[2].rpartition("/")
+    return path, int(attempt) if attempt.isdecimal() else 1
+
+
+def _within(found: Found, *, inner: bool = False) -> str:
+    """The keys of the loops around; with `inner`, without that of the innermost."""
+    keys = [key for _, key in found.loops]
+    return "/".join(keys[:-1] if inner else keys)
+
+
+def _status(record: dict[str, Any], error: dict[str, Any]) -> Any:
+    if record["state"] == "SUCCEEDED":
+        return "ok"
+    if record["state"] == "CANCELED":
+        return "cancelled"
+    return "unknown" if error.get("happened") == "unknown" else "failed"

@@ -1,0 +1,1 @@
+"""What the server tells browsers by itself, over Socket.IO."""

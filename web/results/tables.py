@@ -1,0 +1,127 @@
+"""Tables of a run: `data.csv` and its like, read once as long as they do not grow."""
+
+import csv
+import io
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ..guard.refusal import Refusal, not_found
+from ..models.results import Column, TableHead, TableWindow
+
+PATTERN = "data*.csv"
+BESIDE = ("key", "fate")
+"""Columns that the engine puts to those of the protocol."""
+UNITS = {
+    "mm", "um", "nm", "m", "s", "ms", "min", "h", "mg", "g", "kg", "ul", "ml", "l", "K", "degC",
+    "bar", "mbar", "Pa", "kPa", "V", "mV", "A", "mA", "W", "J", "Hz", "kHz", "percent",
+    "mm_per_min", "mm_per_s", "count",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table: its columns of text, all of one length."""
+
+    name: str
+    columns: dict[str, list[str]]
+
+    @property
+    def rows(self) -> int:
+        """How many there are."""
+        return len(next(iter(self.columns.values()), []))
+
+    @cached_property
+    def numbers(self) -> dict[str, list[float | None]]:
+        """The columns that hold nothing but numbers and empty cells."""
+        found = {}
+        for name, cells in self.columns.items():
+            if name not in BESIDE:
+                read = [_number(cell) for cell in cells]
+                if not any(value is _NONE for value in read) and any(v is not None for v in read):
+                    found[name] = read
+        return found
+
+    def head(self) -> TableHead:
+        """As the page is told."""
+        columns = [
+            Column(name=name, unit=unit_of(name), numeric=name in self.numbers)
+            for name in self.columns
+        ]
+        return TableHead(name=self.name, columns=columns, rows=self.rows)
+
+    def window(self, offset: int, limit: int) -> TableWindow:
+        """Some rows, numbers as numbers."""
+        part = slice(offset, offset + limit)
+        told: dict[str, list[Any]] = {
+            name: self.numbers[name][part] if name in self.numbers
+            else [cell or None for cell in cells[part]]
+            for name, cells in self.columns.items()
+        }  # fmt: skip
+        return TableWindow(name=self.name, offset=offset, total=self.rows, columns=told)
+
+    def parquet(self) -> bytes:
+        """The table in Apache Parquet; raises Refusal (501) where pyarrow is not installed."""
+        try:
+            import pyarrow as pa
+            import pyarrow.parquet as pq
+        except ImportError:
+            raise Refusal(
+                501, "NO_PARQUET", "Parquet needs the package pyarrow, which is not installed",
+                "python -m pip install pyarrow, or take the CSV",
+            ) from None  # fmt: skip
+        made = {
+            name: pa.array(self.numbers[name], pa.float64()) if name in self.numbers
+            else pa.array([cell or None for cell in cells], pa.string())
+            for name, cells in self.columns.items()
+        }  # fmt: skip
+        out = io.BytesIO()
+        pq.write_table(pa.table(made), out)
+        return out.getvalue()
+
+
+_NONE: Any = object()
+
+
+def _number(cell: str) -> float | None:
+    if not cell:
+        return None
+    try:
+        value = float(cell)
+    except ValueError:
+        return _NONE
+    return value if math.isfinite(value) else None
+
+
+def unit_of(column: str) -> str | None:
+    """The unit in a column's name: `x_mm`, `feed_mm_per_min`."""
+    _, mark, suffix = column.partition("_")
+    while mark:
+        if suffix in UNITS:
+            return suffix
+        _, mark, suffix = suffix.partition("_")
+    return None
+
+
+def table_names(folder: Path) -> list[str]:
+    """The tables of a run, `data.csv` first."""
+    return sorted(path.name for path in folder.glob(PATTERN) if path.is_file())
+
+
+def read_table(folder: Path, name: str) -> Table:
+    """One table; raises Refusal (404). A row torn while it is written is left out."""
+    if name not in table_names(folder):
+        raise not_found("table", name, "a run has one for each loop that collects")
+    text = (folder / name).read_text(encoding="utf-8-sig")
+    whole = text[: text.rfind("\n") + 1]
+    rows = list(csv.reader(io.StringIO(whole)))
+    if not rows:
+        return Table(name, {})
+    header, *body = rows
+    columns: dict[str, list[str]] = {column: [] for column in header}
+    for row in body:
+        for index, column in enumerate(header):
+            columns[column].append(row[index] if index < len(row) else "")
+    return Table(name, columns)

@@ -1,0 +1,77 @@
+"""A run's folder as a zip that is made while it is sent, without the secrets of its lab."""
+
+import io
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+
+from ...engine.run_folder import LAB
+from ..files import is_working, walk
+
+PIECE = 256 * 1024
+PACKED = {".png", ".jpg", ".jpeg", ".zip", ".gz", ".npz", ".h5", ".pdf", ".tif"}
+
+
+class _Sink(io.RawIOBase):
+    """Takes what the zip writes until it is fetched."""
+
+    def __init__(self) -> None:
+        self._pieces: list[bytes] = []
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any) -> int:
+        self._pieces.append(bytes(data))
+        return len(data)
+
+    def fetched(self) -> bytes:
+        """Everything since the last time."""
+        data, self._pieces = b"".join(self._pieces), []
+        return data
+
+
+def zipped(folder: Path) -> Iterator[bytes]:
+    """Piece by piece; a file that cannot be read is left out, and named in `LEFT-OUT.txt`."""
+    sink, left_out = _Sink(), []
+    with zipfile.ZipFile(sink, "w", zipfile.ZIP_DEFLATED, compresslevel=5) as archive:
+        for name in walk(folder):
+            if is_working(name):
+                continue
+            try:
+                yield from _file(archive, sink, folder, name)
+            except OSError as fault:
+                left_out.append(f"{name}: {fault.strerror}")
+        if left_out:
+            archive.writestr(f"{folder.name}/LEFT-OUT.txt", "\n".join(left_out))
+    yield sink.fetched()
+
+
+def _file(archive: zipfile.ZipFile, sink: _Sink, folder: Path, name: str) -> Iterator[bytes]:
+    path, inside = folder / name, f"{folder.name}/{name}"
+    if Path(name).name == LAB:
+        archive.writestr(inside, without_tokens(path.read_text(encoding="utf-8")))
+        yield sink.fetched()
+        return
+    info = zipfile.ZipInfo.from_file(path, inside)
+    packed = path.suffix.lower() in PACKED
+    info.compress_type = zipfile.ZIP_STORED if packed else zipfile.ZIP_DEFLATED
+    with path.open("rb") as file, archive.open(info, "w") as target:
+        while piece := file.read(PIECE):
+            target.write(piece)
+            yield sink.fetched()
+
+
+def without_tokens(text: str) -> str:
+    """A lab file in which no device's token stands; as it is where there was none."""
+    if "token" not in text:
+        return text
+    data = YAML(typ="safe", pure=True).load(text)
+    for device in (data or {}).get("devices", {}).values():
+        device.pop("token", None)
+    out = io.StringIO()
+    YAML(typ="safe", pure=True).dump(data, out)
+    return "# tokens were taken out\n" + out.getvalue()

@@ -1,0 +1,70 @@
+"""New protocols: from a template, a text, another protocol, or what a past run went by."""
+
+from pathlib import Path
+
+from ...engine.check import check_text
+from ...engine.lab import LoadedLab
+from ...engine.new import TEMPLATES, CannotMake, new_protocol, protocol_name, template_text
+from ...engine.run_folder import FolderFault, protocol_file
+from ..guard.refusal import Refusal, not_found
+from ..models.protocols import NewProtocol, ProtocolText, Template
+from .shelf import Shelf
+
+
+class Making:
+    """Makes files on the shelf; `runs` is the folder of the runs."""
+
+    def __init__(self, shelf: Shelf, lab: LoadedLab, lab_file: Path | None, runs: Path) -> None:
+        self._shelf = shelf
+        self._lab = lab
+        self._lab_file = lab_file
+        self._runs = runs
+
+    def templates(self) -> list[Template]:
+        """What there is to begin with."""
+        return [Template(name=name, summary=summary) for name, summary in TEMPLATES.items()]
+
+    async def make(self, asked: NewProtocol) -> ProtocolText:
+        """A new file; its name gets a suffix where it has none."""
+        given = [asked.template, asked.text, asked.copy_of, asked.run]
+        if sum(one is not None for one in given) > 1:
+            raise Refusal(422, "INVALID", "give one of template, text, copy_of and run")
+        name, text = self._named(asked), self._text(asked)
+        return self._shelf.create(name, text)
+
+    def _named(self, asked: NewProtocol) -> str:
+        folder, mark, file = asked.name.rpartition("/")
+        try:
+            plain = protocol_name(file.removesuffix(".json"))
+        except CannotMake as fault:
+            raise Refusal(422, "WRONG_NAME", str(fault)) from fault
+        suffix = ".json" if file.endswith(".json") else ".yaml"
+        return f"{folder}{mark}{plain}{suffix}"
+
+    def _text(self, asked: NewProtocol) -> str:
+        if asked.text is not None:
+            return asked.text
+        if asked.copy_of is not None:
+            return self._shelf.read(asked.copy_of).text
+        if asked.run is not None:
+            return self._of_run(asked.run)
+        return self._from_template(asked.name, asked.template or "minimal")
+
+    def _of_run(self, run: str) -> str:
+        folder = self._runs / run
+        if Path(run).name != run or not folder.is_dir():
+            raise not_found("run", run)
+        try:
+            return protocol_file(folder).read_text(encoding="utf-8")
+        except (FolderFault, OSError) as fault:
+            raise Refusal(409, "UNREADABLE", f"the protocol of {run} is not there") from fault
+
+    def _from_template(self, name: str, template: str) -> str:
+        try:
+            example = check_text(template_text(template), f"{template}.yaml", lab=self._lab_file)
+            if example.protocol is None:
+                raise CannotMake(f"the template {template} does not fit this lab")
+            plain = protocol_name(name.rpartition("/")[2])
+            return new_protocol(plain, template, example.protocol, self._lab).text
+        except CannotMake as fault:
+            raise Refusal(422, "NO_TEMPLATE", str(fault)) from fault

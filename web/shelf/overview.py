@@ -1,0 +1,131 @@
+"""The list of protocols: each with what the checker says of it, and how its runs went."""
+
+import asyncio
+import re
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+
+from ...engine.check import Checked
+from ..guard.refusal import Refusal
+from ..models.protocols import CheckedText, CheckText, ProtocolSummary, ProtocolText
+from ..models.runs import RunSummary
+from .looking import Looking
+from .shelf import Shelf
+
+PATIENCE_S = 1.5
+"""So long the list waits for the checker; what is not checked by then is told the next time."""
+MARK = re.compile(r"""^\s*\{?\s*["']?labrun["']?\s*:""", re.MULTILINE)
+TITLE = re.compile(r"""^\s*["']?name["']?\s*:\s*["']?([^"'\n,#]*)""", re.MULTILINE)
+
+
+class Overview:
+    """Knows each text by its revision, so that it is checked once."""
+
+    def __init__(
+        self, shelf: Shelf, looking: Looking, runs: Callable[[], list[RunSummary]]
+    ) -> None:
+        self._shelf = shelf
+        self._looking = looking
+        self._runs = runs
+        self._known: dict[tuple[str, str, int], ProtocolSummary] = {}
+        self._looks: dict[tuple[str, str, int], asyncio.Task[None]] = {}
+
+    async def every(self) -> list[ProtocolSummary]:
+        """All files that are protocols, by name."""
+        found = []
+        texts = await asyncio.to_thread(self._texts)
+        newest = max((_newest(self._shelf.folder / text.name) for text in texts), default=0)
+        for text in texts:
+            key = (text.name, text.revision, newest)
+            if key not in self._known and key not in self._looks:
+                self._looks[key] = asyncio.create_task(self._look(key, text))
+        if self._looks:
+            await asyncio.wait(self._looks.values(), timeout=PATIENCE_S)
+        for text in texts:
+            known = self._known.get((text.name, text.revision, newest)) or _unchecked(text)
+            found.append(self._with_runs(known))
+        return found
+
+    def forget(self, name: str) -> None:
+        """A protocol was saved: drop what was known of its earlier texts."""
+        for key in [key for key in self._known if key[0] == name]:
+            del self._known[key]
+
+    async def close(self) -> None:
+        """Wait for no checks any more."""
+        looks = list(self._looks.values())
+        for look in looks:
+            look.cancel()
+        await asyncio.gather(*looks, return_exceptions=True)
+
+    def _texts(self) -> list[ProtocolText]:
+        texts = []
+        for name in self._shelf.names():
+            try:
+                text = self._shelf.read(name)
+            except Refusal:
+                continue  # gone in between, or no text: no protocol in any case
+            if MARK.search(text.text):
+                texts.append(text)
+        return texts
+
+    async def _look(self, key: tuple[str, str, int], text: ProtocolText) -> None:
+        try:
+            asked = CheckText(text=text.text, name=text.name)
+            told, checked = await self._looking.summary(asked)
+            if len(self._known) > 5000:
+                self._known.clear()
+            self._known[key] = _checked(text, told, checked)
+        finally:
+            del self._looks[key]
+
+    def _with_runs(self, known: ProtocolSummary) -> ProtocolSummary:
+        ours = [run for run in self._runs() if run.file == known.name]
+        good = [run for run in ours if run.fate == "succeeded"]
+        took = [_lasted(run) for run in good if run.ended_at]
+        return known.model_copy(
+            update={
+                "runs": len(ours),
+                "succeeded": len(good),
+                "median_s": median(took) if took else None,
+            }
+        )
+
+
+def _lasted(run: RunSummary) -> float:
+    from datetime import datetime
+
+    began, ended = datetime.fromisoformat(run.began_at), datetime.fromisoformat(run.ended_at or "")
+    return (ended - began).total_seconds()
+
+
+def _newest(path: Path) -> int:
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+def _unchecked(text: ProtocolText) -> ProtocolSummary:
+    said = TITLE.search(text.text)
+    return ProtocolSummary(
+        name=text.name, title=said[1].strip() if said else text.name, summary="", roles={},
+        revision=text.revision, modified=text.modified, size=len(text.text.encode()),
+    )  # fmt: skip
+
+
+def _checked(text: ProtocolText, told: CheckedText, checked: Checked) -> ProtocolSummary:
+    errors = [problem for problem in told.problems if problem.severity == "error"]
+    protocol = checked.protocol
+    plain = _unchecked(text)
+    return plain.model_copy(
+        update={
+            "title": protocol.name if protocol is not None else plain.title,
+            "summary": protocol.summary if protocol is not None else "",
+            "roles": dict(protocol.devices) if protocol is not None else {},
+            "errors": len(errors),
+            "warnings": len(told.problems) - len(errors),
+            "first_error": errors[0].message if errors else None,
+        }
+    )
