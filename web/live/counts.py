@@ -169,7 +169,10 @@ class Table:
 
 def worst_of(ends: list[End]) -> End:
     """How a group ended whose steps ended so."""
-    return next((end for end in ENDS if end in ends), ends[-1])
+    worst: End = ends[-1]
+    for end in reversed(ENDS):
+        worst = end if end in ends else worst
+    return worst
 
 
 def instant(at: str) -> float:

@@ -144,8 +144,7 @@ class Launching:
     ) -> LaunchState:
         """Let a run go on in a new engine."""
         run = await self._runs.opened(id)
-        if run.live:
-            raise Refusal(409, "LIVE", f"{id} is running")
+        await _until_gone(run)
         checked = run.inputs.checked
         if checked is not None and checked.survey is not None:
             self._check_list(hazards_of(checked), asked.checklist)
@@ -255,6 +254,16 @@ class Launching:
     def _release(self, devices: list[str]) -> None:
         for device in devices:
             self._runs.reserved.pop(device, None)
+
+
+async def _until_gone(run: Watched) -> None:
+    """Wait a moment for an engine that writes its report; raises Refusal while one is there."""
+    until = time.monotonic() + ANSWER_S
+    while run.live and run.picture.finished is not None and time.monotonic() < until:
+        await asyncio.sleep(LOOK_S)
+    if run.live:
+        words = "is still writing its report" if run.picture.finished else "is running"
+        raise Refusal(409, "LIVE", f"{run.id} {words}", "wait until it is over")
 
 
 def _devices(checked: Checked) -> list[str]:

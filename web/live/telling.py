@@ -90,7 +90,8 @@ class Telling:
         return Said(text=text)
 
     def _check_live(self, run: Watched) -> None:
-        if not run.live and not (run.folder / "control.json").exists():
+        there = run.live or (run.folder / "control.json").exists()
+        if run.picture.finished is not None or not there:
             raise Refusal(
                 409, "NOT_LIVE", f"{run.id} is not running", "a run that was stopped is resumed"
             )

@@ -87,6 +87,7 @@ class House:
     arguments: list[str] = field(default_factory=list)
     url: str = ""
     process: subprocess.Popen | None = None
+    clients: list = field(default_factory=list)
 
     def start(self, *, port=0):
         self.process = subprocess.Popen(
@@ -115,6 +116,7 @@ class House:
         """A browser that is signed in."""
         client = Client(self.url, **more)
         client.get("/session")
+        self.clients.append(client)
         return client
 
     @property
@@ -207,6 +209,8 @@ def make_house(folder, clock="fast", protocols=None, arguments=()):
 
 def end(house):
     """Stop the server, the runs that it left, and the device servers that they used."""
+    for client in house.clients:
+        client.close()
     if house.process is not None and house.process.poll() is None:
         with contextlib.suppress(httpx.HTTPError):
             client = house.client()

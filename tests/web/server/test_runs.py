@@ -109,7 +109,6 @@ def test_pausing_needs_no_control_and_going_on_does(house, wait_for):
     assert refused.status_code == 423
     assert aborted.status_code == 200
     assert run["reason"] == "aborted by Ada"
-    client.close(), other.close()
 
 
 def test_a_run_pauses_after_the_point_that_is_under_way(house, wait_for):
@@ -121,12 +120,11 @@ def test_a_run_pauses_after_the_point_that_is_under_way(house, wait_for):
     wait_for(lambda: client.run(id)["loops"][0]["current"], "a point")
     said = client.post(f"/runs/{id}/pause", json={"when": "after_point"})
     run = client.until(id, "paused")
-    key = said.json()["text"].split()[5]
+    key = said.json()["text"].split()[6]
     points = client.get(f"/runs/{id}/points", params={"loop": "main/walk"}).json()
 
     assert points["status"][int(key)] == "ok"
     assert 0 < run["done"] < 12 and not run["pausing"]
-    client.close()
 
 
 def test_an_aborted_run_goes_on_where_it_was(house, wait_for):
@@ -138,6 +136,7 @@ def test_an_aborted_run_goes_on_where_it_was(house, wait_for):
     wait_for(lambda: client.run(id)["done"] >= 2, "two points")
     client.command(f"/runs/{id}/abort")
     done = client.until(id, "aborted")["done"]
+    wait_for(lambda: not client.run(id)["live"], "the end of its engine")
     changes = client.post(f"/runs/{id}/changes", json={}).json()
     launch = client.command(f"/runs/{id}/resume", {})
     run = client.until(id, "succeeded")
@@ -145,7 +144,6 @@ def test_an_aborted_run_goes_on_where_it_was(house, wait_for):
     assert launch.status_code == 202
     assert changes == changes | {"same_text": True, "can_resume": True}
     assert run["resumes"] == 1 and run["done"] == 12 > done
-    client.close()
 
 
 def test_a_run_goes_on_with_a_changed_protocol_and_the_difference_is_told_before(house, wait_for):
@@ -157,6 +155,7 @@ def test_a_run_goes_on_with_a_changed_protocol_and_the_difference_is_told_before
     wait_for(lambda: client.run(id)["done"] >= 2, "two points")
     client.command(f"/runs/{id}/abort")
     client.until(id, "aborted")
+    wait_for(lambda: not client.run(id)["live"], "the end of its engine")
     old = client.get("/protocols/long.yaml").json()
     text = old["text"].replace("range(12)", "range(14)")
     client.put("/protocols/long.yaml", json={"text": text, "base": old["revision"]})
@@ -167,7 +166,6 @@ def test_a_run_goes_on_with_a_changed_protocol_and_the_difference_is_told_before
     assert any(line.startswith("+") and "range(14)" in line for line in changes["diff"])
     assert changes["can_resume"] and not changes["in_the_way"]
     assert run["done"] == run["total"] == 14 and run["changes"] == 1
-    client.close()
 
 
 def test_what_cannot_be_started_says_why(shared, page):

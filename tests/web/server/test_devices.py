@@ -1,0 +1,266 @@
+"""Devices by hand: forms, actions, arming, jogging, and the stop."""
+
+import os
+import signal
+import time
+
+
+def test_a_device_tells_its_state_and_its_actions_as_forms(shared, page):
+    page.reach("gantry", "libs")
+    states = {state["name"]: state for state in page.get("/devices").json()}
+    gantry = page.get("/devices/gantry").json()
+    move = next(form for form in gantry["actions"] if form["name"] == "move_to")
+    libs = page.get("/devices/libs").json()
+
+    assert list(states) == ["gantry", "libs"]
+    assert states["gantry"]["word"] == "idle" and states["gantry"]["age_s"] < 5
+    assert gantry["axes"] == ["x", "y", "z"] and gantry["ranges_mm"]["y"] == [0, 400]
+    assert move["params"]["properties"]["y"]["maximum"] == 400  # this bench's, not the contract's
+    assert move["params"]["properties"]["x"]["unit"] == "mm"
+    assert {form["name"]: form["level"] for form in libs["actions"]} == {
+        "measure": 3, "last_shot": 0, "export": 1, "disarm": 1, "locate": 0, "reconnect": 1,
+    }  # fmt: skip
+    assert page.get("/devices/none").status_code == 404
+
+
+def test_an_action_by_hand_is_done_and_told_as_a_step(shared, page):
+    page.reach("gantry")
+    done = page.command("/devices/gantry/actions/move_to", {"params": {"x": "2 cm", "z": 5}})
+    goal = done.json()
+
+    assert done.status_code == 202
+    assert goal["state"] == "SUCCEEDED" and goal["result"] == {
+        "x": 20.0,
+        "y": goal["result"]["y"],
+        "z": 5.0,
+    }
+    assert goal["step"] == "{do: gantry.move_to, with: {x: 20, z: 5}}" and goal["by"] == "Ada"
+    assert page.get(f"/goals/{goal['id']}").json() == goal
+
+
+def test_parameters_that_do_not_fit_are_refused_each_with_its_words(shared, page):
+    page.reach("gantry")
+    beyond = page.command("/devices/gantry/actions/move_to", {"params": {"y": 500}})
+    unit = page.command("/devices/gantry/actions/move_to", {"params": {"x": "4 s"}})
+    unknown = page.command("/devices/gantry/actions/jump", {})
+
+    assert beyond.status_code == 422 and "400" in beyond.json()["details"]["params"]["y"]
+    assert unit.status_code == 422 and "time" in unit.json()["details"]["params"]["x"]
+    assert unknown.status_code == 404
+
+
+def test_a_hazard_is_armed_held_and_done_once(shared, page):
+    page.reach("libs")
+    unarmed = page.command("/devices/libs/actions/measure", {})
+    armed = page.command("/devices/libs/arm", {"action": "measure"}).json()
+    state = page.get("/devices/libs").json()
+    other = shared.client()
+    taken = other.take("Bo", reason="my turn")
+    early = page.command("/devices/libs/actions/measure", {"armed": armed["id"]})
+    time.sleep(armed["hold_s"])
+    page.command("/devices/gantry/actions/move_to", {"params": {"x": 1, "y": 1, "z": 0}})
+    shots = len(shared.truth("libs"))
+    fired = page.command("/devices/libs/actions/measure", {"armed": armed["id"]})
+    again = page.command("/devices/libs/actions/measure", {"armed": armed["id"]})
+
+    assert (unarmed.status_code, unarmed.json()["code"]) == (409, "NOT_ARMED")
+    assert (early.status_code, early.json()["code"]) == (409, "NOT_HELD")
+    assert state["armed"] == "Ada" and armed["danger"] == "laser"
+    assert (taken.status_code, taken.json()["code"]) == (409, "ARMED")
+    assert fired.json()["state"] == "SUCCEEDED"
+    assert (again.status_code, again.json()["code"]) == (409, "NOT_ARMED")
+    assert len(shared.truth("libs")) == shots + 1
+
+
+def test_a_file_that_an_action_gives_can_be_fetched(shared, page):
+    page.reach("gantry", "libs")
+    page.command("/devices/gantry/actions/move_to", {"params": {"x": 2, "y": 2, "z": 0}})
+    armed = page.command("/devices/libs/arm", {"action": "measure"}).json()
+    time.sleep(armed["hold_s"])
+    shot = page.command("/devices/libs/actions/measure", {"armed": armed["id"]}).json()
+    asked = {"params": {"shot": shot["result"]["shot_id"], "file": "one.csv"}}
+    goal = page.command("/devices/libs/actions/export", asked).json()
+    outside = page.command(
+        "/devices/libs/actions/export", {"params": {"shot": "x", "file": "../../etc/x"}}
+    )
+    file = page.get(f"/goals/{goal['id']}/files/one.csv")
+
+    assert goal["files"] == ["one.csv"]
+    assert file.text.startswith("wavelength,intensity")
+    assert outside.status_code == 422
+    assert page.get(f"/goals/{goal['id']}/files/..%2f..%2fcommands.sqlite").status_code == 404
+
+
+def test_a_step_moves_from_where_the_device_stands_and_never_beyond_its_limits(shared, page):
+    page.reach("gantry")
+    page.command("/devices/gantry/actions/move_to", {"params": {"x": 10, "y": 10}})
+    steps = [
+        page.command("/devices/gantry/jog/step", {"axis": "x", "distance_mm": d}).json()
+        for d in (1, 1, 0.1)
+    ]
+    beyond = page.command("/devices/gantry/jog/step", {"axis": "y", "distance_mm": -50})
+    none = page.command("/devices/libs/jog/step", {"axis": "x", "distance_mm": 1})
+
+    assert [step["result"]["x"] for step in steps] == [11.0, 12.0, 12.1]
+    assert (beyond.status_code, beyond.json()["code"]) == (422, "LIMIT")
+    assert "-40.00 mm" in beyond.json()["message"]
+    assert (none.status_code, none.json()["code"]) == (422, "NO_AXIS")
+
+
+def moves(house):
+    return [entry for entry in house.truth("gantry") if entry["what"] == "move"]
+
+
+def test_a_hold_stops_by_itself_when_no_keep_alive_comes(house, wait_for):
+    made = house(clock=1)
+    client = made.client()
+    client.take()
+    client.reach("gantry")
+    asked = {"axis": "x", "direction": 1, "feed_mm_min": 600}  # 10 mm/s, 20 mm a stretch
+    jog = client.command("/devices/gantry/jog/start", asked).json()
+    wait_for(lambda: moves(made), "the end of the move")
+    told = client.post(f"/jogs/{jog['id']}/beat").json()
+    (move,) = moves(made)
+
+    assert jog["moving"] and jog["dead_man_ms"] == 300
+    assert told["moving"] is False and told["reason"] == "no keep-alive for 300 ms"
+    assert 0 < move["end"][0] - move["start"][0] < 19  # cut short: a stretch would be 20 mm
+
+
+def test_a_hold_goes_on_over_its_stretches_while_keep_alives_come(house, socket, wait_for):
+    made = house(clock=1)
+    client = made.client()
+    client.take()
+    client.reach("gantry")
+    ui = socket(made, client)
+    asked = {"axis": "y", "direction": 1, "feed_mm_min": 600}
+    jog = client.command("/devices/gantry/jog/start", asked).json()
+    until = time.monotonic() + 3.2
+    while time.monotonic() < until:
+        ui.emit("jog", {"id": jog["id"]})
+        time.sleep(0.1)
+    stopped = client.post(f"/jogs/{jog['id']}/stop").json()
+    wait_for(lambda: len(moves(made)) >= 2, "two stretches")
+
+    assert stopped["moving"] is False and stopped["reason"] == "let go"
+    assert abs(moves(made)[0]["end"][1] - 20) < 0.01  # the first stretch to its end
+    assert client.get("/devices/gantry").json()["status"]["state"] in ("idle", "moving")
+
+
+def test_a_hold_ends_with_the_connection_that_kept_it_alive(house, socket, wait_for):
+    made = house(clock=1)
+    client = made.client()
+    client.take()
+    client.reach("gantry")
+    ui = socket(made, client)
+    asked = {"axis": "x", "direction": 1, "feed_mm_min": 600}
+    jog = client.command("/devices/gantry/jog/start", asked).json()
+    ui.call(
+        "snapshot"
+    )  # the order on one socket is kept: the keep-alive arrived before this answer
+    ui.emit("jog", {"id": jog["id"]})
+    ui.call("snapshot")
+    ui.close()
+    wait_for(lambda: moves(made), "the end of the move")
+    (move,) = moves(made)
+
+    assert move["end"][0] - move["start"][0] < 19
+
+
+def test_a_hold_cannot_run_beyond_the_end_of_its_axis(shared, page, wait_for):
+    page.reach("gantry")
+    page.command("/devices/gantry/actions/move_to", {"params": {"x": 0}})
+    asked = {"axis": "x", "direction": -1, "feed_mm_min": 600}
+    jog = page.command("/devices/gantry/jog/start", asked).json()
+
+    assert jog["moving"] is False and jog["reason"] == "x is at its limit"
+
+
+def test_stop_all_needs_no_sign_in_and_breaks_off_what_moves(house, wait_for):
+    made = house(clock=1)
+    client = made.client()
+    client.take()
+    client.reach("gantry", "libs")
+    asked = {"params": {"x": 700, "feed": 1000}}
+    goal = client.command("/devices/gantry/actions/move_to", asked).json()
+    nobody = type(client)(made.url)
+    stopped = nobody.post("/stop").json()
+    nobody.close()
+    wait_for(lambda: client.get(f"/goals/{goal['id']}").json()["ended_at"], "the end")
+    over = client.get(f"/goals/{goal['id']}").json()
+    after = client.command("/devices/gantry/jog/step", {"axis": "x", "distance_mm": 1})
+
+    assert goal["state"] == "EXECUTING" and goal["ended_at"] is None
+    assert stopped["all_confirmed"] and {d["device"] for d in stopped["devices"]} == {
+        "gantry",
+        "libs",
+    }
+    assert over["state"] == "ABORTED" and over["error"]["name"] == "Alarm"
+    assert moves(made)[-2 if after.json().get("result") else -1]["end"][0] < 700
+    assert after.status_code == 202  # a person who acts again has decided to
+
+
+def test_stop_all_says_which_device_did_not_confirm(house, socket):
+    made = house()
+    client = made.client()
+    client.reach("gantry", "libs")
+    ui = socket(made, client)
+    pid = made.server_pid("libs")
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        began = time.monotonic()
+        stopped = client.post("/stop").json()
+        took = time.monotonic() - began
+        by_socket = ui.call("stop")
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    told = {one["device"]: one["confirmed"] for one in stopped["devices"]}
+
+    assert told == {"gantry": True, "libs": False} and not stopped["all_confirmed"]
+    assert took < 5  # not the ten seconds that a device server may take
+    assert not by_socket["all_confirmed"]
+    assert any("libs did not confirm" in notice["text"] for notice in ui.all("notice"))
+
+
+def test_a_device_server_that_dies_is_told_as_lost_and_started_again(house, socket, wait_for):
+    made = house()
+    client = made.client()
+    client.reach("gantry")
+    ui = socket(made, client)
+    os.kill(made.server_pid("gantry"), signal.SIGKILL)
+
+    def reaches():
+        return [
+            patch["devices"]["gantry"]["reach"]
+            for patch in ui.all("patch")
+            if patch["devices"].get("gantry")
+        ]
+
+    wait_for(lambda: "lost" in reaches(), "lost")
+    client.reach("gantry")
+
+    assert client.get("/devices/gantry").json()["reason"] == ""
+
+
+def test_a_device_of_a_run_is_not_for_hands(house, wait_for):
+    made = house(clock=3)
+    client = made.client()
+    client.take()
+    client.reach("gantry")
+    id = client.run_of("long.yaml", checklist=[])
+    wait_for(lambda: client.run(id)["live"], "live")
+    refused = client.command("/devices/gantry/actions/move_to", {"params": {"x": 1}})
+    jog = client.command(
+        "/devices/gantry/jog/start", {"axis": "x", "direction": 1, "feed_mm_min": 60}
+    )
+    second = client.command("/runs", {"protocol": "talk.yaml"})
+    stopped = client.post("/stop").json()
+    client.until(id, "aborted")
+    count = len(moves(made))
+
+    assert client.get("/devices/gantry").json()["used_by"] in (id, None)
+    for answer in (refused, jog, second):
+        assert (answer.status_code, answer.json()["code"]) == (409, "HELD")
+        assert answer.json()["details"]["run"] == id
+    assert stopped["runs"] == [{"run": id, "told": True, "message": stopped["runs"][0]["message"]}]
+    assert len(moves(made)) == count

@@ -1,0 +1,128 @@
+"""Commands: done once, in time, by one person."""
+
+import time
+
+
+def moves(house):
+    return [entry for entry in house.truth("gantry") if entry["what"] == "move"]
+
+
+def test_the_same_key_gives_the_same_answer_and_does_nothing(shared, page):
+    page.reach("gantry")
+    before = len(moves(shared))
+    asked = {"axis": "x", "distance_mm": 1}
+    first = page.command("/devices/gantry/jog/step", asked, key="once-and-never-again")
+    second = page.command("/devices/gantry/jog/step", asked, key="once-and-never-again")
+    late = page.command("/devices/gantry/jog/step", asked, key="once-and-never-again", until=-60)
+
+    assert len(moves(shared)) == before + 1
+    assert first.json() == second.json() == late.json()
+    assert second.headers["idempotent-replay"] == "true"
+
+
+def test_a_key_means_one_command(shared, page):
+    page.reach("gantry")
+    page.command("/devices/gantry/jog/step", {"axis": "x", "distance_mm": 1}, key="one-meaning")
+    other = page.command(
+        "/devices/gantry/jog/step", {"axis": "x", "distance_mm": 2}, key="one-meaning"
+    )
+
+    assert (other.status_code, other.json()["code"]) == (422, "KEY_USED")
+
+
+def test_keys_hold_over_a_restart_of_the_server(house):
+    made = house()
+    client = made.client()
+    client.take()
+    client.reach("gantry")
+    asked = {"axis": "x", "distance_mm": 3}
+    first = client.command("/devices/gantry/jog/step", asked, key="before-the-kill")
+    made.kill()
+    made.start()
+    again = made.client()
+    again.take()
+    again.reach("gantry")
+    second = again.command("/devices/gantry/jog/step", asked, key="before-the-kill")
+
+    assert second.json() == first.json() and first.json()["state"] == "SUCCEEDED"
+    assert len(moves(made)) == 1
+
+
+def test_what_was_being_done_when_the_server_was_killed_is_not_done_again(house, wait_for):
+    from concurrent.futures import ThreadPoolExecutor
+
+    import httpx
+
+    made = house(clock=1)
+    client = made.client()
+    client.take()
+    client.reach("gantry")
+    asked = {"params": {"x": 700, "feed": 1000}}
+    path = "/devices/gantry/actions/move_to"
+    with ThreadPoolExecutor(1) as pool:
+        asking = pool.submit(client.command, path, asked, key="in-the-middle")
+        wait_for(
+            lambda: client.get("/devices/gantry").json()["status"]["state"] == "moving", "moving"
+        )
+        made.kill()
+        error = asking.exception(timeout=20)
+    made.start()
+    again = made.client()
+    again.take()
+    second = again.command(path, asked, key="in-the-middle")
+
+    assert isinstance(error, httpx.HTTPError) or asking.result().status_code == 202
+    assert second.status_code in (202, 409)
+    assert second.headers.get("idempotent-replay") or second.json()["code"] == "UNKNOWN"
+
+
+def test_a_late_command_is_refused_and_not_done(shared, page):
+    page.reach("gantry")
+    before = len(moves(shared))
+    late = page.command("/devices/gantry/jog/step", {"axis": "x", "distance_mm": 1}, until=-2)
+    far = page.command("/devices/gantry/jog/step", {"axis": "x", "distance_mm": 1}, until=3600)
+    stopped = page.command("/stop", until=-5)
+
+    assert (late.status_code, late.json()["code"]) == (408, "LATE")
+    assert (far.status_code, far.json()["code"]) == (400, "FAR_DEADLINE")
+    assert (stopped.status_code, stopped.json()["code"]) == (408, "LATE")
+    assert len(moves(shared)) == before
+
+
+def test_commands_without_their_headers_are_refused(shared, page):
+    page.reach("gantry")
+    path, asked = "/devices/gantry/jog/step", {"axis": "x", "distance_mm": 1}
+    lease = {"X-Control-Lease": page.lease}
+    deadline = {"X-Deadline": str(time.time() * 1000 + 5000)}
+    no_key = page.post(path, json=asked, headers={**lease, **deadline})
+    no_deadline = page.post(path, json=asked, headers={**lease, "Idempotency-Key": "12345678"})
+    no_lease = page.post(path, json=asked, headers={**deadline, "Idempotency-Key": "12345678"})
+    short_key = page.post(path, json=asked, headers={**lease, **deadline, "Idempotency-Key": "1"})
+    nonsense = page.post(
+        path, json=asked, headers={**lease, "X-Deadline": "nan", "Idempotency-Key": "12345678"}
+    )
+
+    assert [a.status_code for a in (no_key, no_deadline, no_lease, short_key, nonsense)] == [
+        400, 400, 423, 422, 400,
+    ]  # fmt: skip
+
+
+def test_control_is_held_by_one_and_taken_over_with_a_reason(shared, page, socket):
+    other = shared.client()
+    ui = socket(shared, page)
+    told = other.get("/control").json()
+    refused = other.take("Bo")
+    asked = other.post("/control/ask", json={"name": "Bo"}).json()
+    taken = other.take("Bo", reason="Ada went home")
+    before = page.command("/devices/gantry/jog/step", {"axis": "x", "distance_mm": 1})
+    other.post("/control/release", headers=other._leased())
+    free = page.get("/control").json()
+
+    assert told["holder"] == "Ada" and told["ends_at"] > told["since"]
+    assert (refused.status_code, refused.json()["details"]) == (423, {"holder": "Ada"})
+    assert asked["text"] == "Ada was asked"
+    assert taken.json()["control"]["holder"] == "Bo"
+    assert before.status_code == 423 and "Bo" in before.json()["message"]
+    assert free["holder"] is None
+    texts = [notice["text"] for notice in ui.all("notice")]
+    assert texts == ["Bo asks Ada for control", "Bo took control over from Ada: Ada went home"]
