@@ -248,8 +248,7 @@ class Launching:
             return  # gone again: its folder was taken away
         run.learn_launch()
         if (folder / FILE).exists():
-            run.hear()
-            await asyncio.sleep(LOOK_S)
+            await run.hear()
 
     def _release(self, devices: list[str]) -> None:
         for device in devices:
@@ -259,7 +258,9 @@ class Launching:
 async def _until_gone(run: Watched) -> None:
     """Wait a moment for an engine that writes its report; raises Refusal while one is there."""
     until = time.monotonic() + ANSWER_S
-    while run.live and run.picture.finished is not None and time.monotonic() < until:
+    while run.live and run.picture.finished is not None:
+        if time.monotonic() > until:
+            break
         await asyncio.sleep(LOOK_S)
     if run.live:
         words = "is still writing its report" if run.picture.finished else "is running"

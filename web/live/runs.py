@@ -108,6 +108,7 @@ class Runs:
             if run is None:
                 run = Watched(folder, self._timings, self._changed)
                 await run.load()
+                await run.hear()
                 self._open[id] = run
         await run.read()
         return run
@@ -194,7 +195,7 @@ class Runs:
             if id in self._open:
                 run = self._open[id]
                 if live:
-                    run.hear()
+                    await run.hear()
                 continue
             if summary is not None and not live:
                 if self._known.get(id, (0, None))[0] != signature:
@@ -202,10 +203,7 @@ class Runs:
                     self._changed(id)
                 continue
             with contextlib.suppress(Refusal):  # gone in between
-                run = await self.opened(id)
-                if live:
-                    run.hear()
-                    await asyncio.sleep(0)
+                await self.opened(id)
         for id in [id for id in self._known if id not in found]:
             del self._known[id]
             self._changed(id)

@@ -34,6 +34,8 @@ from .picture import Picture, Underway
 BIG = 256 * 1024
 """Bytes of a journal beyond which reading it is left to a thread."""
 SLICE = 4 * BIG
+ANSWER_S = 5.0
+"""More than connecting to an engine may take."""
 
 
 class Watched:
@@ -56,6 +58,7 @@ class Watched:
         self._feedback: dict[str, tuple[float | None, str]] = {}
         self._reading = asyncio.Lock()
         self._listening: asyncio.Task[None] | None = None
+        self._answered = asyncio.Event()
         self._loaded = False
 
     # --- reading
@@ -110,10 +113,13 @@ class Watched:
 
     # --- the engine
 
-    def hear(self) -> None:
-        """Listen to the engine, where there is one and nobody listens yet."""
+    async def hear(self) -> None:
+        """Listen to the engine, where there is one; returns when it answers, or does not."""
         if (self._listening is None or self._listening.done()) and (self.folder / FILE).exists():
+            self._answered.clear()
             self._listening = asyncio.create_task(self._hear())
+            async with asyncio.timeout(ANSWER_S):
+                await self._answered.wait()
 
     async def close(self) -> None:
         """Listen no more."""
@@ -126,6 +132,7 @@ class Watched:
             try:
                 await listen(self.folder, self._heard, self._up)
             finally:
+                self._answered.set()
                 if self.live:
                     self.live = False
                     self._feedback.clear()
@@ -136,6 +143,7 @@ class Watched:
 
     def _up(self) -> None:
         self.live = True
+        self._answered.set()
         self._news()
 
     def _heard(self, event: dict[str, Any]) -> None:

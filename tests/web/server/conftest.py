@@ -1,5 +1,6 @@
 """Real `labrun web` processes on loopback, with the clients that a page and a program would be."""
 
+import asyncio
 import contextlib
 import json
 import os
@@ -7,6 +8,7 @@ import secrets
 import signal
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -256,31 +258,59 @@ def page(shared):
 
 
 class Socket:
-    """A page's socket: what it was told, in order."""
+    """A page's socket, in a thread of its own: what it was told, in order."""
 
-    def __init__(self, house, client, **headers):
+    def __init__(self, house, cookies, **headers):
         self.told = []
-        self.sio = socketio.Client(reconnection=False, handle_sigint=False)
+        self.loop = asyncio.new_event_loop()
+        self.thread = threading.Thread(target=self.loop.run_forever)
+        self.thread.start()
+        self.sio = self.do(self._client())
+        cookie = "; ".join(f"{name}={value}" for name, value in cookies.items())
+        try:
+            self.do(self._open(house.url, {"Cookie": cookie, **headers}))
+        except BaseException:
+            self.close()
+            raise
+
+    async def _client(self):
+        sio = socketio.AsyncClient(reconnection=False, handle_sigint=False)
         for event in ("snapshot", "patch", "run_patch", "log", "notice"):
-            self.sio.on(event, lambda data, e=event: self.told.append((e, data)), namespace="/ui")
-        cookie = "; ".join(f"{c.name}={c.value}" for c in client.cookies.jar)
-        self.sio.connect(
-            house.url, headers={"Cookie": cookie, **headers}, transports=["websocket"],
-            namespaces=["/ui"], wait_timeout=10,
-        )  # fmt: skip
+            sio.on(event, lambda data, e=event: self.told.append((e, data)), namespace="/ui")
+        return sio
+
+    async def _open(self, url, headers):
+        await self.sio.connect(
+            url, headers=headers, transports=["websocket"], namespaces=["/ui"], wait_timeout=10
+        )
+
+    def do(self, work):
+        return asyncio.run_coroutine_threadsafe(work, self.loop).result(timeout=30)
 
     def all(self, event):
         return [data for kind, data in list(self.told) if kind == event]
 
     def call(self, event, data=None):
-        return self.sio.call(event, data or {}, namespace="/ui", timeout=20)
+        return self.do(self.sio.call(event, data or {}, namespace="/ui", timeout=20))
 
     def emit(self, event, data):
-        self.sio.emit(event, data, namespace="/ui")
+        self.do(self.sio.emit(event, data, namespace="/ui"))
 
     def close(self):
-        self.sio.disconnect()
-        self.sio.eio.wait()
+        if self.loop.is_running():
+            self.do(self._close())
+            self.loop.call_soon_threadsafe(self.loop.stop)
+            self.thread.join(timeout=20)
+            self.loop.close()
+
+    async def _close(self):
+        await self.sio.disconnect()
+        if self.sio.eio.http is not None:
+            await self.sio.eio.http.close()
+        rest = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in rest:
+            task.cancel()
+        await asyncio.gather(*rest, return_exceptions=True)
 
 
 @pytest.fixture
@@ -289,7 +319,8 @@ def socket():
     opened = []
 
     def make(house, client, **headers):
-        opened.append(Socket(house, client, **headers))
+        cookies = client if isinstance(client, dict) else dict(client.cookies)
+        opened.append(Socket(house, cookies, **headers))
         return opened[-1]
 
     yield make
