@@ -83,7 +83,7 @@ def test_new_protocols_come_from_templates_texts_others_and_runs(shared, page):
     id = page.run_of("grid.yaml")
     page.until(id, "succeeded")
     templates = [one["name"] for one in page.get("/templates").json()]
-    template = page.post("/protocols", json={"name": "from template", "template": "single"})
+    template = page.post("/protocols", json={"name": "from template", "template": "minimal"})
     copy = page.post("/protocols", json={"name": "copy.yaml", "copy_of": "grid.yaml"})
     past = page.post("/protocols", json={"name": "past", "run": id})
     exists = page.post("/protocols", json={"name": "copy", "text": GOOD})

@@ -1,0 +1,153 @@
+"""Who may ask: hosts, origins, sessions, tokens; and what every answer says to the browser."""
+
+import os
+import stat
+import subprocess
+import sys
+
+import httpx
+import pytest
+
+SECRET = "correct-horse-battery"
+
+
+@pytest.fixture(scope="module")
+def guarded(tmp_path_factory):
+    """A server for other machines, with a token."""
+    from .conftest import end, make_house
+
+    folder = tmp_path_factory.mktemp("guarded")
+    house = make_house(folder, arguments=["--host", "0.0.0.0", "--token", SECRET]).start()
+    yield house
+    end(house)
+
+
+@pytest.mark.parametrize(
+    "host",
+    ["evil.example", "evil.example:8321", "127.0.0.1.evil.example", "192.168.1.7", "[::2]", ""],
+)
+def test_a_name_that_is_not_ours_is_refused_so_that_no_site_can_rebind_to_us(shared, host):
+    answer = httpx.get(f"{shared.url}/api/v1/session", headers={"Host": host})
+
+    assert answer.status_code in (400, 421)
+    assert "set-cookie" not in answer.headers
+
+
+@pytest.mark.parametrize("host", ["localhost", "LOCALHOST", "127.0.0.1", "127.0.0.9", "[::1]"])
+def test_names_of_this_machine_are_ours(shared, host):
+    answer = httpx.get(f"{shared.url}/api/v1/session", headers={"Host": host})
+
+    assert answer.status_code == 200
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "http://evil.example"}, {"Origin": "null"}, {"Sec-Fetch-Site": "cross-site"},
+        {"Origin": "http://127.0.0.1:1"},
+    ],
+)  # fmt: skip
+def test_pages_of_other_sites_may_ask_nothing_not_even_to_stop(shared, page, headers):
+    answers = [
+        page.post("/stop", headers=headers), page.get("/runs", headers=headers),
+        page.put("/protocols/x.yaml", json={"text": ""}, headers=headers),
+    ]  # fmt: skip
+
+    assert {answer.status_code for answer in answers} == {403}
+    assert page.get("/runs", headers={"Origin": shared.url}).status_code == 200
+
+
+def test_the_cookie_is_for_this_site_and_not_for_scripts(shared):
+    answer = httpx.get(f"{shared.url}/api/v1/session")
+    cookie = answer.headers["set-cookie"].lower()
+
+    assert "httponly" in cookie and "samesite=strict" in cookie and "path=/" in cookie
+
+
+def test_nothing_but_the_stop_is_answered_without_a_session(shared):
+    paths = ["devices", "runs", "protocols", "settings", "schema", "control", "trash"]
+    answers = [httpx.get(f"{shared.url}/api/v1/{path}") for path in paths]
+    forged = httpx.get(
+        f"{shared.url}/api/v1/runs", headers={"Cookie": "labrun_session=a.9999999999.0000"}
+    )
+
+    assert {answer.status_code for answer in answers} == {401} and forged.status_code == 401
+    assert httpx.post(f"{shared.url}/api/v1/stop").status_code == 200
+    assert httpx.get(f"{shared.url}/api/v1/openapi.json").status_code == 200
+
+
+def test_every_answer_forbids_scripts_of_others(shared, page):
+    for answer in (page.get("/runs"), page.get("/nowhere"), httpx.get(shared.url)):
+        policy = answer.headers["content-security-policy"]
+        assert "default-src 'self'" in policy and "script-src 'self';" in policy
+        assert "unsafe-eval" not in policy and "frame-ancestors 'none'" in policy
+        assert answer.headers["x-content-type-options"] == "nosniff"
+
+
+def test_elsewhere_the_token_is_wanted(guarded):
+    client = guarded.client()
+    before = client.get("/session").json()
+    refused = client.get("/devices")
+    wrong = client.post("/session", json={"token": "guess"})
+    right = client.post("/session", json={"token": SECRET})
+    inside = client.get("/devices")
+    program = httpx.get(
+        f"{guarded.url}/api/v1/devices", headers={"Authorization": f"Bearer {SECRET}"}
+    )
+    client.delete("/session")
+
+    assert before == before | {"signed_in": False, "token_needed": True}
+    assert (refused.status_code, wrong.status_code, right.status_code) == (401, 401, 200)
+    assert inside.status_code == program.status_code == 200
+    assert client.get("/devices").status_code == 401
+
+
+def test_addresses_are_ours_elsewhere_and_names_of_others_are_not(guarded):
+    url = f"{guarded.url}/api/v1/session"
+
+    assert httpx.get(url, headers={"Host": "10.0.0.7:8321"}).status_code == 200
+    assert httpx.get(url, headers={"Host": "evil.example"}).status_code == 421
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--host", "0.0.0.0"], "a token is required"),
+        (["--host", "0.0.0.0", "--token", "short"], "guessed soon"),
+        (["--demo", "--lab", "x.yaml"], "brings its own"),
+        (["no-such-folder"], "is no folder"),
+    ],
+)
+def test_a_careless_start_is_refused_with_a_sentence(tmp_path, options, words):
+    told = subprocess.run(
+        [sys.executable, "-m", "labrun.engine", "web", "--no-browser", "--port", "0", *options],
+        capture_output=True, text=True, timeout=60, cwd=tmp_path,
+        env={k: v for k, v in os.environ.items() if k != "LABRUN_WEB_TOKEN"},
+    )  # fmt: skip
+
+    assert told.returncode == 2
+    assert words in told.stderr and "Traceback" not in told.stderr
+
+
+def test_no_secret_is_in_what_the_server_says_or_leaves_readable(guarded):
+    state = guarded.folder / "protocols" / ".labrun" / "web"
+    client = guarded.client()
+    client.post("/session", json={"token": SECRET})
+    client.get("/devices")
+    texts = [
+        path.read_bytes() for path in state.rglob("*")
+        if path.is_file() and path.suffix in (".log", ".json", ".yaml")
+    ]  # fmt: skip
+
+    assert all(SECRET.encode() not in text for text in texts)
+    assert stat.S_IMODE((state / "secret").stat().st_mode) == 0o600
+    assert stat.S_IMODE((state / "bench" / "lab.yaml").stat().st_mode) == 0o600
+    assert SECRET not in guarded.stop()
+
+
+def test_a_page_that_is_not_built_says_how(shared):
+    answer = httpx.get(shared.url)
+
+    assert answer.status_code in (200, 503)
+    assert answer.status_code == 200 or "npm ci" in answer.text
+    assert httpx.post(shared.url).status_code == 405
