@@ -89,6 +89,7 @@ class House:
     arguments: list[str] = field(default_factory=list)
     url: str = ""
     process: subprocess.Popen | None = None
+    shelf: Path | None = None
     clients: list = field(default_factory=list)
 
     def start(self, *, port=0):
@@ -100,7 +101,7 @@ class House:
         said = self.process.stdout.readline()
         assert said.startswith("labrun web at "), said + self.process.stdout.read()
         self.url = said.split()[-1]
-        self.process.stdout.readline()
+        self.shelf = Path(self.process.stdout.readline().split()[2].rstrip(","))
         return self
 
     def kill(self):
@@ -123,7 +124,7 @@ class House:
 
     @property
     def servers(self):
-        return self.folder / "protocols" / ".labrun" / "web" / "bench" / "servers"
+        return self.shelf / ".labrun" / "web" / "bench" / "servers"
 
     def truth(self, device):
         path = self.servers / "world" / "truth" / f"{device}.jsonl"
@@ -226,11 +227,31 @@ def end(house):
 
 
 @pytest.fixture(scope="module")
-def shared(tmp_path_factory):
-    """A server that the tests of a file share."""
-    house = make_house(tmp_path_factory.mktemp("shared")).start()
+def lasting(tmp_path_factory):
+    """Makes servers that the tests of a file share."""
+    made = []
+
+    def make(**more):
+        made.append(make_house(tmp_path_factory.mktemp("lasting"), **more))
+        return made[-1].start()
+
+    yield make
+    for one in made:
+        end(one)
+
+
+@pytest.fixture(scope="module")
+def lasting_demo(tmp_path_factory):
+    """The demonstration, twenty times faster than real."""
+    house = House(tmp_path_factory.mktemp("demo"), ["--demo", "--speed", "20"]).start()
     yield house
     end(house)
+
+
+@pytest.fixture(scope="module")
+def shared(lasting):
+    """A server that the tests of a file share."""
+    return lasting()
 
 
 @pytest.fixture

@@ -12,14 +12,9 @@ SECRET = "correct-horse-battery"
 
 
 @pytest.fixture(scope="module")
-def guarded(tmp_path_factory):
+def guarded(lasting):
     """A server for other machines, with a token."""
-    from .conftest import end, make_house
-
-    folder = tmp_path_factory.mktemp("guarded")
-    house = make_house(folder, arguments=["--host", "0.0.0.0", "--token", SECRET]).start()
-    yield house
-    end(house)
+    return lasting(arguments=["--host", "0.0.0.0", "--token", SECRET])
 
 
 @pytest.mark.parametrize(

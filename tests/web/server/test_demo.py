@@ -1,0 +1,91 @@
+"""`labrun web --demo`: a bench without hardware, the same each time, with faults to order."""
+
+import pytest
+
+LASER_LIST = ["enclosure closed", "nobody in the beam path", "sample fixed"]
+SMALL = {"width": "0.4 mm", "height": "0.4 mm"}
+
+
+@pytest.fixture
+def control(lasting_demo):
+    """A browser with control of the demonstration."""
+    client = lasting_demo.client()
+    client.take("Ada", reason="a test begins")
+    client.command("/demo/fault", {"device": "libs", "kind": "clear"})
+    return client
+
+
+def test_the_shipped_protocols_run_on_the_demonstration(control):
+    control.reach("gantry", "libs", "reduce")
+    names = [one["name"] for one in control.get("/protocols").json()]
+    id = control.run_of("pegmatite_map.yaml", params=SMALL)
+    run = control.until(id, "succeeded", "failed")
+    maps = {head["column"] for head in control.get(f"/runs/{id}/maps").json()["maps"]}
+
+    assert "pegmatite_map.yaml" in names and "weigh_and_dispense.json" in names
+    assert run["fate"] == "succeeded", run["reason"]
+    assert run["done"] == 9 and {"Li", "K", "Si"} <= maps
+
+
+def test_a_fault_that_was_ordered_happens_and_is_told(control):
+    control.reach("gantry", "libs", "reduce")
+    ordered = control.command(
+        "/demo/fault",
+        {"device": "libs", "action": "measure", "error": "ButtonNotFound", "count": 2},
+    )
+    id = control.run_of("pegmatite_map.yaml", params=SMALL)
+    run = control.until(id, "succeeded", "failed")
+    problems = control.get(f"/runs/{id}/log", params={"problems": True}).json()["lines"]
+
+    assert ordered.status_code == 200
+    assert run["fate"] == "succeeded" and run["retries"] == 2
+    assert sum("ButtonNotFound" in line["text"] for line in problems) == 2
+    assert run["nodes"]["main/scan/*/shoot"]["retries"] == 2
+
+
+def test_a_server_is_killed_to_order_and_comes_back(control, lasting_demo, wait_for):
+    control.reach("camera")
+    pid = lasting_demo.server_pid("camera")
+    control.command("/demo/fault", {"device": "camera", "kind": "kill"})
+    wait_for(lambda: lasting_demo.server_pid("camera") != pid, "another server")
+
+    control.reach("camera")
+
+
+def test_a_frozen_device_does_not_confirm_the_stop_until_it_thaws(control):
+    control.reach("balance")
+    control.command("/demo/fault", {"device": "balance", "kind": "freeze"})
+    frozen = control.post("/stop").json()
+    control.command("/demo/fault", {"device": "balance", "kind": "thaw"})
+    control.reach("balance")
+    thawed = control.post("/stop").json()
+
+    def silent(stopped):
+        return [one["device"] for one in stopped["devices"] if not one["confirmed"]]
+
+    assert silent(frozen) == ["balance"] and silent(thawed) == []
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        {"device": "none", "kind": "kill"}, {"device": "libs", "action": "fire"},
+        {"device": "libs", "action": "measure", "error": "Sneeze"},
+        {"device": "libs", "action": "disarm"},
+    ],
+)  # fmt: skip
+def test_faults_that_there_are_not_are_refused(control, order):
+    assert control.command("/demo/fault", order).status_code in (404, 422)
+
+
+def test_faults_are_for_the_demonstration_only(shared, page):
+    answer = page.command("/demo/fault", {"device": "libs", "kind": "kill"})
+
+    assert (answer.status_code, answer.json()["code"]) == (404, "NO_DEMO")
+
+
+def test_the_demonstration_leaves_nothing_behind(lasting_demo, control):
+    folder = lasting_demo.shelf
+    lasting_demo.stop()
+
+    assert not folder.exists()
