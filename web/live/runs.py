@@ -68,7 +68,7 @@ class Runs:
     def used_by(self, device: str) -> str | None:
         """The run, or launch, that has a device."""
         for run in self.live():
-            if device in run.picture.roles.values() and run.picture.finished is None:
+            if device in run.picture.roles.values():
                 return run.id
         return self.reserved.get(device)
 

@@ -29,7 +29,7 @@ from .follower import Damaged, Follower
 from .inputs import Inputs, read_inputs, read_launch
 from .outline import Found
 from .pace import eta, per_minute
-from .picture import Picture, Underway
+from .picture import Changed, Picture, Underway
 
 BIG = 256 * 1024
 """Bytes of a journal beyond which reading it is left to a thread."""
@@ -71,6 +71,7 @@ class Watched:
                 self.picture = Picture(self.folder / JOURNAL, self.inputs.outline)
                 self._loaded = True
         await self.read()
+        self.picture.changed = Changed()  # nobody has seen anything that it could differ from
 
     async def read(self) -> bool:
         """Take what is new in the journal; whether there was anything."""

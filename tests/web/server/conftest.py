@@ -179,6 +179,8 @@ class Client(httpx.Client):
 
     def until(self, id, *fates):
         wait_for(lambda: self.run(id)["fate"] in fates, f"{id} {fates}")
+        if set(fates) & {"succeeded", "failed", "aborted"}:  # its engine still writes the report
+            wait_for(lambda: not self.run(id)["live"], f"{id} to be over")
         return self.run(id)
 
 
