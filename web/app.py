@@ -9,6 +9,7 @@ from starlette.exceptions import HTTPException
 
 from .. import __version__
 from .guard import refusal
+from .guard.fault import answer_fault
 from .models.push import Notice, Patch, RunLog, RunPatch, Snapshot, Watched
 from .models.told import Fault
 from .routes import check, demo, devices, protocols, results, runs, session
@@ -50,6 +51,7 @@ def make_app(site: Any) -> FastAPI:
     app.include_router(whole)
     for fault in (refusal.Refusal, RequestValidationError, HTTPException):
         app.add_exception_handler(fault, refusal.answer)
+    app.add_exception_handler(Exception, answer_fault)
     _describe_push(app)
     return app
 

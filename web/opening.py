@@ -15,6 +15,7 @@ from .bench.bench_lab import bench_lab
 from .bench.jogging import Jogging
 from .bench.stopping import Stopping
 from .guard.control import Control
+from .guard.fault import FaultLog
 from .guard.once import Keys
 from .guard.refusal import Refusal
 from .guard.sessions import Sessions
@@ -96,9 +97,10 @@ def _site(
     return Site(
         options=options, lab=lab,
         sessions=Sessions(state / "secret", options.token), keys=Keys(state / "commands.sqlite"),
+        faults=FaultLog(state / "faults.log"),
         settings=settings, control=Control(push.touch_control, any_armed, tell), push=push,
         shelf=shelf, overview=Overview(shelf, looking, runs.all),
-        making=Making(shelf, lab, options.lab, options.runs), looking=looking,
+        making=Making(shelf, lab, options.lab, runs.place), looking=looking,
         rehearsals=Rehearsals(workers[0], looking, folder, options.lab),
         bench=bench, acting=acting, arming=arming, jogging=jogging,
         stopping=Stopping(lambda: stations, jogging, arming, telling.abort_all, tell),

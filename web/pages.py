@@ -49,9 +49,12 @@ class Pages:
         return self._packed(path, _accepted(scope))
 
     def _file(self, name: str) -> Path | None:
-        path = (self._folder / name).resolve()
-        inside = path.is_relative_to(self._folder.resolve())
-        return path if name and inside and path.is_file() else None
+        try:
+            path = (self._folder / name).resolve()
+            inside = path.is_relative_to(self._folder.resolve())
+            return path if name and inside and path.is_file() else None
+        except (OSError, ValueError):  # too long for a name, or no name at all
+            return None
 
     def _packed(self, path: Path, accepted: set[str]) -> Response:
         kind = KINDS.get(path.suffix.lower(), "application/octet-stream")

@@ -27,11 +27,17 @@ def application(site: Site) -> Gate:
     """The ASGI application of a site."""
     api, pages = make_app(site), Pages(site.options.page)
 
+    async def told(scope: MutableMapping[str, Any], receive: Any, send: Any) -> None:
+        try:
+            await api(scope, receive, send)
+        except Exception as fault:  # it was answered: the connection serves the next request
+            site.faults.note(f"{scope['method']} {scope['path']}", fault)
+
     async def rest(scope: MutableMapping[str, Any], receive: Any, send: Any) -> None:
         if scope["type"] == "http" and not str(scope["path"]).startswith(API):
             await pages(scope, receive, send)
         elif scope["type"] == "http":
-            await api(scope, receive, send)
+            await told(scope, receive, send)
         else:
             await send({"type": "websocket.close", "code": 1000})
 

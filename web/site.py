@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .bench.stopping import Stopping
     from .demo.trouble import Trouble
     from .guard.control import Control
+    from .guard.fault import FaultLog
     from .guard.once import Keys
     from .guard.sessions import Sessions
     from .live.launching import Launching
@@ -59,6 +60,7 @@ class Site:
     lab: LoadedLab
     sessions: Sessions
     keys: Keys
+    faults: FaultLog
     settings: SettingsFile
     control: Control
     push: Push

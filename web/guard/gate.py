@@ -9,7 +9,7 @@ import ipaddress
 import socket
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
 
 from .refusal import Refusal, as_response
 from .sessions import Sessions
@@ -66,7 +66,7 @@ class Gate:
         if not self._is_ours(host):
             raise Refusal(421, "WRONG_HOST", f"this server is not {host[:100]!r}")
         origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+        if origin is not None and _split(origin).netloc.lower() != host.lower():
             raise Refusal(403, "WRONG_ORIGIN", "pages of other sites may not ask this server")
         if headers.get("sec-fetch-site") == "cross-site" and scope.get("path") != "/":
             raise Refusal(403, "WRONG_ORIGIN", "pages of other sites may not ask this server")
@@ -81,7 +81,7 @@ class Gate:
             raise Refusal(401, "SIGN_IN", "sign in first", hint)
 
     def _is_ours(self, host: str) -> bool:
-        name = urlsplit(f"//{host}").hostname or ""
+        name = _split(f"//{host}").hostname or ""
         if name in self._names:
             return True
         try:
@@ -125,6 +125,14 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: Refusal) 
         await send({"type": "websocket.close", "code": 1008, "reason": refusal.fault.code})
         return
     await as_response(refusal)(scope, receive, _with_headers(send))
+
+
+def _split(address: str) -> SplitResult:
+    """The parts of an address; of one that cannot be understood, nothing."""
+    try:
+        return urlsplit(address)
+    except ValueError:
+        return urlsplit("")
 
 
 def is_loopback(host: str) -> bool:

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import os
 import subprocess
 import time
 from collections.abc import Callable
@@ -33,6 +34,7 @@ ANSWER_S = 2.0
 UP_S = 60.0
 LOOK_S = 0.03
 KEPT_S = 24 * 3600.0
+LONGEST_ARGUMENT = 100_000
 
 
 @dataclass(slots=True)
@@ -191,6 +193,7 @@ class Launching:
         self, arguments: list[str], key: str, devices: list[str], said: Launch | None,
         run: Watched | None = None,
     ) -> LaunchState:  # fmt: skip
+        _check_arguments(arguments)
         id = sha256(key.encode()).hexdigest()[:16]
         log = self._state / f"{id}.log"
         self._runs.reserved |= dict.fromkeys(devices, "a run that is starting")
@@ -273,6 +276,21 @@ def _devices(checked: Checked) -> list[str]:
 
 def _options(option: str, given: dict[str, str]) -> list[str]:
     return [part for name, value in given.items() for part in (option, f"{name}={value}")]
+
+
+def _check_arguments(arguments: list[str]) -> None:
+    """Raise Refusal (422) for a text that no process can be given."""
+    for text in arguments:
+        try:
+            fits = "\0" not in text and len(os.fsencode(text)) <= LONGEST_ARGUMENT
+        except UnicodeEncodeError:
+            fits = False
+        if not fits:
+            name = ascii(text[:60])
+            raise Refusal(
+                422, "INVALID", f"{name} is too long, or has a character that is none in it",
+                f"parameters and answers are text of at most {LONGEST_ARGUMENT:,} bytes",
+            )  # fmt: skip
 
 
 def text_of(value: Any) -> str:

@@ -96,8 +96,9 @@ class Runs:
     def place(self, id: str) -> Path:
         """The folder of a run; raises Refusal (404)."""
         folder = self.folder / id
-        if Path(id).name != id or id.startswith(".") or not (folder / JOURNAL).is_file():
-            raise not_found("run", id, "GET /runs lists what there is")
+        named = id.isprintable() and Path(id).name == id and not id.startswith(".")
+        if not named or not _is_file(folder / JOURNAL):
+            raise not_found("run", id[:80], "GET /runs lists what there is")
         return folder
 
     async def opened(self, id: str) -> Watched:
@@ -248,3 +249,10 @@ class Runs:
     def tell(self, text: str, run: str | None = None) -> None:
         """A notice to everybody."""
         self._push.notice(Notice(level="problem", text=text, run=run))
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name too long for any file
+        return False

@@ -121,7 +121,7 @@ class JogStep(Told):
 
     axis: Axis
     distance_mm: float = Field(ge=-100, le=100)
-    feed_mm_min: float | None = Field(default=None, gt=0)
+    feed_mm_min: float | None = Field(default=None, gt=0, allow_inf_nan=False)
 
 
 class JogStart(Told):
@@ -129,7 +129,7 @@ class JogStart(Told):
 
     axis: Axis
     direction: Literal[1, -1]
-    feed_mm_min: float = Field(gt=0)
+    feed_mm_min: float = Field(gt=0, allow_inf_nan=False)
 
 
 class JogState(Told):

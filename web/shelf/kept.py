@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from hashlib import sha256
 from pathlib import Path
 from urllib.parse import quote
 
 from ..durable import write_durable
 
 MOST = 200
+LONGEST = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +60,10 @@ class KeptTexts:
         )
 
     def _of(self, name: str) -> Path:
-        return self._folder / quote(name, safe="")
+        plain = quote(name, safe="")
+        if len(plain) > LONGEST:  # many characters of other scripts, each of nine letters by now
+            plain = f"{plain[:100]}%-{sha256(name.encode()).hexdigest()[:24]}"
+        return self._folder / plain
 
 
 def iso(time_ns: int) -> str:

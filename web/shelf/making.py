@@ -1,24 +1,27 @@
 """New protocols: from a template, a text, another protocol, or what a past run went by."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from ...engine.check import check_text
 from ...engine.lab import LoadedLab
 from ...engine.new import TEMPLATES, CannotMake, new_protocol, protocol_name, template_text
 from ...engine.run_folder import FolderFault, protocol_file
-from ..guard.refusal import Refusal, not_found
+from ..guard.refusal import Refusal
 from ..models.protocols import NewProtocol, ProtocolText, Template
 from .shelf import Shelf
 
 
 class Making:
-    """Makes files on the shelf; `runs` is the folder of the runs."""
+    """Makes files on the shelf; `run_place` gives the folder of a run, or refuses."""
 
-    def __init__(self, shelf: Shelf, lab: LoadedLab, lab_file: Path | None, runs: Path) -> None:
+    def __init__(
+        self, shelf: Shelf, lab: LoadedLab, lab_file: Path | None, run_place: Callable[[str], Path]
+    ) -> None:
         self._shelf = shelf
         self._lab = lab
         self._lab_file = lab_file
-        self._runs = runs
+        self._run_place = run_place
 
     def templates(self) -> list[Template]:
         """What there is to begin with."""
@@ -51,9 +54,7 @@ class Making:
         return self._from_template(asked.name, asked.template or "minimal")
 
     def _of_run(self, run: str) -> str:
-        folder = self._runs / run
-        if Path(run).name != run or not folder.is_dir():
-            raise not_found("run", run)
+        folder = self._run_place(run)
         try:
             return protocol_file(folder).read_text(encoding="utf-8")
         except (FolderFault, OSError) as fault:

@@ -12,7 +12,7 @@ LONGEST = 200
 def wrong_name(name: str) -> str:
     """Why a name cannot be that of a protocol; empty where it can."""
     pure = PurePosixPath(name)
-    if len(name) > LONGEST or not name.isprintable():
+    if not name.isprintable() or len(name.encode()) > LONGEST:
         return "it is too long, or has characters that cannot be seen"
     if "\\" in name or ":" in name or pure.is_absolute() or str(pure) != name:
         return "it is relative to the folder of protocols, with / between folders"

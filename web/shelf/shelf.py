@@ -1,11 +1,11 @@
 """Protocols as files in one folder: read and saved with revisions, thrown away into a trash."""
 
 import secrets
+import shutil
 import time
 from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
-from urllib.parse import quote, unquote
 
 from ...engine.run_folder import JOURNAL
 from ..durable import write_durable
@@ -120,35 +120,41 @@ class Shelf:
         """Move a protocol into the trash."""
         data, modified_ns = self._data(name)
         self._kept.keep(name, data, revision_of(data), modified_ns)
-        self._trash.mkdir(parents=True, exist_ok=True)
         now_ns = time.time_ns()
         id = f"{now_ns}-{secrets.token_hex(3)}"
-        target = self._trash / f"{id}_{quote(name, safe='')}"
-        write_durable(target, data)
+        write_durable(self._trash / id / name, data)
         place_of(self.folder, name).unlink()
         return Thrown(id=id, name=name, thrown_at=iso(now_ns), size=len(data))
 
     def trash(self) -> list[Thrown]:
         """What was thrown away, newest first."""
-        return [self._thrown(path) for path in sorted(self._trashed(), reverse=True)]
+        return [
+            self._thrown(id, path) for id, path in sorted(self._trashed().items(), reverse=True)
+        ]
 
     def restore(self, id: str) -> ProtocolText:
         """Take one back under its name."""
-        path = next((path for path in self._trashed() if path.name.startswith(f"{id}_")), None)
-        if path is None or "_" in id:
+        path = self._trashed().get(id)
+        if path is None:
             raise not_found("protocol in the trash", id)
-        thrown = self._thrown(path)
+        thrown = self._thrown(id, path)
         restored = self.create(thrown.name, _text(thrown.name, path.read_bytes()))
-        path.unlink()
+        shutil.rmtree(self._trash / id)
         return restored
 
-    def _trashed(self) -> list[Path]:
-        return list(self._trash.iterdir()) if self._trash.is_dir() else []
+    def _trashed(self) -> dict[str, Path]:
+        """Id -> the file; each lies in a folder of its own, under the name that it had."""
+        found: dict[str, Path] = {}
+        for folder in self._trash.iterdir() if self._trash.is_dir() else ():
+            path = next((p for p in folder.rglob("*") if p.is_file() and p.name[0] != "."), None)
+            if path is not None and folder.name.partition("-")[0].isdecimal():
+                found[folder.name] = path
+        return found
 
-    def _thrown(self, path: Path) -> Thrown:
-        id, _, name = path.name.partition("_")
+    def _thrown(self, id: str, path: Path) -> Thrown:
+        name = path.relative_to(self._trash / id).as_posix()
         at_ns = int(id.partition("-")[0])
-        return Thrown(id=id, name=unquote(name), thrown_at=iso(at_ns), size=path.stat().st_size)
+        return Thrown(id=id, name=name, thrown_at=iso(at_ns), size=path.stat().st_size)
 
     def _data(self, name: str) -> tuple[bytes, int]:
         path = place_of(self.folder, name)

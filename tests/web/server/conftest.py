@@ -147,12 +147,16 @@ class Client(httpx.Client):
             self.lease = answer.json()["lease"]
         return answer
 
-    def command(self, path, json=None, *, key=None, until=30.0, **headers):
+    def command(
+        self, path, json=None, *, content=None, method="post", key=None, until=30.0, **headers
+    ):
         told = {
             "Idempotency-Key": key or secrets.token_hex(8),
             "X-Deadline": str((time.time() + until) * 1000), **self._leased(), **headers,
         }  # fmt: skip
-        return self.post(path, json=json, headers=told)
+        if content is not None:
+            told = {"Content-Type": "application/json", **told}
+        return self.request(method, path, json=json, content=content, headers=told)
 
     def _leased(self):
         return {"X-Control-Lease": self.lease} if self.lease else {}
