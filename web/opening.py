@@ -24,9 +24,11 @@ from .live.resuming import Resuming
 from .live.runs import Runs
 from .live.telling import Telling
 from .models.push import Notice
+from .models.results import Reduction
 from .models.settings import Settings
 from .push.push import Push, Sources
 from .results.again import Again
+from .results.reducing import Reducing
 from .results.results import Results
 from .settings_file import SettingsFile
 from .shelf.looking import Looking
@@ -66,6 +68,13 @@ def _site(
 
     def tell(text: str) -> None:
         push.notice(Notice(level="problem", text=text))
+
+    def reduced(id: str, told: Reduction) -> None:
+        good = told.state == "done"
+        words = (
+            "maps and classes are made" if good else f"its spectra were not reduced: {told.text}"
+        )
+        push.notice(Notice(level="info" if good else "problem", text=f"{id}: {words}", run=id))
 
     timings = Timings(state / "timings.json")
     settings = SettingsFile(state / "settings.json", _first_settings(lab))
@@ -111,6 +120,7 @@ def _site(
         ),
         telling=telling, resuming=Resuming(runs, shelf, looking),
         results=Results(runs, workers[1]), again=Again(runs),
+        reducing=Reducing(runs.place, runs.is_live, reduced),
     )  # fmt: skip
 
 
@@ -161,6 +171,7 @@ def _sources(site: Site) -> Sources:
 
 async def _close(site: Site, workers: tuple[Worker, Worker]) -> None:
     """Axes first; runs and their engines go on."""
+    await site.stopping.close()
     await site.jogging.close()
     await site.acting.close()
     site.arming.disarm()
@@ -168,6 +179,7 @@ async def _close(site: Site, workers: tuple[Worker, Worker]) -> None:
     await site.launching.close()
     await site.runs.close()
     await site.overview.close()
+    await site.reducing.close()
     await asyncio.gather(*(worker.close() for worker in workers))
     await site.push.close()
     site.looking.close()

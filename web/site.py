@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .live.telling import Telling
     from .push.push import Push
     from .results.again import Again
+    from .results.reducing import Reducing
     from .results.results import Results
     from .settings_file import SettingsFile
     from .shelf.looking import Looking
@@ -79,6 +80,7 @@ class Site:
     telling: Telling
     resuming: Resuming
     results: Results
+    reducing: Reducing
     again: Again
     trouble: Trouble | None = None
 

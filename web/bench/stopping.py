@@ -26,8 +26,24 @@ class Stopping:
         self._arming = arming
         self._abort = abort
         self._tell = tell
+        self._under_way: asyncio.Task[Stopped] | None = None
 
     async def stop_all(self) -> Stopped:
+        """Stop; whoever asks while that is under way gets the same answer.
+
+        A page asks by two ways at once, and an engine that is told twice to abort leaves out
+        `finally`. The stop goes on when its asker has gone.
+        """
+        if self._under_way is None or self._under_way.done():
+            self._under_way = asyncio.create_task(self._stop_all())
+        return await asyncio.shield(self._under_way)
+
+    async def close(self) -> None:
+        """Wait for the end of a stop."""
+        if self._under_way is not None:
+            await asyncio.wait({self._under_way})
+
+    async def _stop_all(self) -> Stopped:
         """Devices first; runs are aborted beside, so that none goes on when its device is calm."""
         stopping = [asyncio.create_task(_stop(station)) for station in self._stations()]
         aborting = asyncio.ensure_future(self._abort(ANSWER_S))

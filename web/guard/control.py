@@ -67,7 +67,10 @@ class Control:
         return holder.name
 
     def take(self, name: str, reason: str, lease: str | None) -> ControlTaken:
-        """Take control; from somebody else only with a reason, and never while something is armed."""
+        """Take control; from somebody else only with a reason, and never while something is armed.
+
+        The holder's own lease is renewed and stays the same.
+        """
         holder, name = self.holder, " ".join(name.split())
         if not name:
             raise Refusal(422, "INVALID", "a name is needed: it stands in the log of what is done")
@@ -81,7 +84,10 @@ class Control:
                 )
             self._tell(f"{name} took control over from {holder.name}: {reason.strip()}")
         now = time.time()
-        self._holder = Holder(name, secrets.token_urlsafe(24), now, now)
+        if holder is not None and ours:  # what is under way with this lease stays theirs
+            self._holder = Holder(name, holder.lease, holder.since, now)
+        else:
+            self._holder = Holder(name, secrets.token_urlsafe(24), now, now)
         self._changed()
         return ControlTaken(lease=self._holder.lease, control=self.state())
 

@@ -4,11 +4,16 @@ import os
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
+
+from ...drivers.presence import alive
 
 RUN = re.compile(r"^run (\S+)$", re.MULTILINE)
 OURS = re.compile(r"^labrun: ", re.MULTILINE)
 LAST_LINES = 12
+UP_S = 60.0
+"""So long an engine may take until it is heard."""
 FLAGS = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 
@@ -34,6 +39,20 @@ def last_words(log: Path) -> str:
     """What the engine said at last, for a person."""
     lines = [line for line in OURS.sub("", _words(log)).splitlines() if line.strip()]
     return "\n".join(lines[-LAST_LINES:]) or "the engine ended without a word"
+
+
+def began_at(folder: Path) -> float | None:
+    """When an engine took a run's folder that is there still but is not heard yet; else None.
+
+    For a minute only: afterwards its process number may be that of somebody else.
+    """
+    lock = folder / "engine.lock"
+    try:
+        took = lock.stat().st_mtime
+        pid = int(lock.read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return None
+    return took if time.time() - took < UP_S and alive(pid) else None
 
 
 def _words(log: Path) -> str:

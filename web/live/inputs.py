@@ -25,6 +25,12 @@ class Inputs:
     outline: Outline | None
     launch: Launch
 
+    @property
+    def title(self) -> str:
+        """The protocol's own name; empty where it cannot be read."""
+        protocol = self.checked.protocol if self.checked is not None else None
+        return protocol.name if protocol is not None else ""
+
 
 def read_inputs(folder: Path) -> Inputs:
     """Read and check a run's own copies; whatever is missing is left empty."""

@@ -5,7 +5,7 @@ import json
 import os
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -25,14 +25,14 @@ from ..models.settings import Settings
 from ..shelf.form import hazards_of
 from ..shelf.looking import Looking
 from ..shelf.shelf import Shelf
-from .engine import last_words, run_told, start_engine
+from .engine import UP_S, last_words, run_told, start_engine
 from .inputs import LAUNCH
 from .runs import Runs
 from .watched import Watched
 
 ANSWER_S = 2.0
-UP_S = 60.0
 LOOK_S = 0.03
+OVER_S = 0.5
 KEPT_S = 24 * 3600.0
 LONGEST_ARGUMENT = 100_000
 
@@ -147,6 +147,8 @@ class Launching:
         """Let a run go on in a new engine."""
         run = await self._runs.opened(id)
         await _until_gone(run)
+        if run.fate == "starting":
+            raise Refusal(409, "LIVE", f"{run.id} is starting", "wait until its engine is heard")
         checked = run.inputs.checked
         if checked is not None and checked.survey is not None:
             self._check_list(hazards_of(checked), asked.checklist)
@@ -214,7 +216,10 @@ class Launching:
         return found.told()
 
     def _follow(self, found: _Launched) -> "asyncio.Task[None]":
-        task = asyncio.create_task(self._until_up(found))
+        return self._begin(self._until_up(found))
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
+        task = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
         return task
@@ -229,6 +234,7 @@ class Launching:
                 if found.run is not None:
                     found.state = "running" if living else "ended"
                     await self._arrived(found)
+                    self._begin(self._until_over(found))
                     return
                 if not living:
                     break
@@ -237,6 +243,14 @@ class Launching:
         finally:
             self._release(found.devices)
             self._changed(found.id)
+
+    async def _until_over(self, found: _Launched) -> None:
+        """Until the engine has ended; one that was our child leaves nothing behind then."""
+        while True:
+            if not found.is_alive:
+                self._changed(found.id)
+                return
+            await asyncio.sleep(OVER_S)
 
     async def _arrived(self, found: _Launched) -> None:
         """The run is there: write down what its starter said, and begin to listen."""

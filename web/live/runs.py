@@ -65,6 +65,11 @@ class Runs:
         """Those whose engine answers."""
         return [run for run in self._open.values() if run.live]
 
+    def is_live(self, id: str) -> bool:
+        """True while a run's engine is there."""
+        run = self._open.get(id)
+        return run is not None and (run.live or run.fate == "starting")
+
     def used_by(self, device: str) -> str | None:
         """The run, or launch, that has a device."""
         for run in self.live():
@@ -197,6 +202,8 @@ class Runs:
                 run = self._open[id]
                 if live:
                     await run.hear()
+                if run.news:
+                    run.picture.changed.head = True
                 continue
             if summary is not None and not live:
                 if self._known.get(id, (0, None))[0] != signature:

@@ -25,6 +25,7 @@ from ..models.runs import (
 from ..shelf.timings import Timings
 from .counts import STATUSES, Table
 from .endpoint import listen
+from .engine import began_at
 from .follower import Damaged, Follower
 from .inputs import Inputs, read_inputs, read_launch
 from .outline import Found
@@ -60,6 +61,7 @@ class Watched:
         self._listening: asyncio.Task[None] | None = None
         self._answered = asyncio.Event()
         self._loaded = False
+        self._told_fate = ""
 
     # --- reading
 
@@ -178,7 +180,14 @@ class Watched:
             return "unreadable"
         if self.picture.finished is not None:
             return self.picture.fate
-        return self.picture.fate if self.live else "interrupted"
+        if self.live:
+            return self.picture.fate
+        return "interrupted" if self._coming_up is None else "starting"
+
+    @property
+    def _coming_up(self) -> float | None:
+        """When an engine has begun that is not heard yet."""
+        return began_at(self.folder)
 
     def summary(self) -> RunSummary:
         """As the list of runs tells it."""
@@ -186,13 +195,15 @@ class Watched:
         loops = [t for t in picture.tables.values() if "*" not in t.loop and t.loop[:4] == "main"]
         totals = [table.total for table in loops]
         over = self._eta()
+        fate, began = self.fate, self._coming_up
         reason = (picture.finished or {}).get("reason", "") or self.damage
-        if self.fate == "interrupted":
+        if fate == "interrupted":
             reason = reason or "its engine is gone: resume it"
+        at = picture.started.get("began") or picture.started.get("at", "")
         return RunSummary(
-            id=self.id, protocol=picture.started.get("protocol", ""), file=self.inputs.file,
-            fate=self.fate, reason=reason, live=self.live,
-            began_at=picture.started.get("began") or picture.started.get("at", ""),
+            id=self.id, protocol=picture.started.get("protocol") or self.inputs.title,
+            file=self.inputs.file, fate=fate, reason=reason, live=self.live,
+            began_at=at or (iso(began) if began is not None else ""),
             ended_at=picture.ended_at or None, done=sum(table.done for table in loops),
             failed=sum(table.counts.get("failed", 0) for table in loops),
             total=sum(t or 0 for t in totals) if totals and None not in totals else None,
@@ -224,6 +235,12 @@ class Watched:
             outputs=(picture.finished or {}).get("outputs", {}), launch=self.inputs.launch,
             protocol_text=self.inputs.text, changes=picture.changes, seq=self.seq,
         )  # fmt: skip
+
+    @property
+    def news(self) -> bool:
+        """Whether it is another thing by now than when this was asked last, without any record."""
+        before, self._told_fate = self._told_fate, self.fate
+        return before != self._told_fate
 
     def learn_launch(self) -> None:
         """What its starter said has been written down."""

@@ -126,6 +126,16 @@ class MeasureAgain(Selection):
     name: str | None = Field(default=None, description="What it is to be called.", max_length=200)
 
 
+class Reduction(Told):
+    """What became of reducing a run's spectra to peaks, plasma, maps and classes."""
+
+    state: Literal["none", "waiting", "working", "done", "failed"]
+    text: str = Field(default="", description="What it does now, has made, or why it failed.")
+    tables: list[str] = Field(
+        default_factory=list, description="Names for `tables` and `maps` that are there by now."
+    )
+
+
 class AgainText(Told):
     """The text; it is in no file yet."""
 

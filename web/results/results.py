@@ -28,6 +28,7 @@ from ..models.results import (
 )
 from ..workers import Worker, WorkFailed
 from .mapping import Plane, plane_of
+from .reduced import NAMES, csv_text, places, read_reduced, reduced_names
 from .spectra import SUFFIXES, SpectrumShelf
 from .tables import Table, read_table, table_names
 from .zipped import without_tokens, zipped
@@ -82,9 +83,7 @@ class Results:
 
     async def tables(self, id: str) -> list[TableHead]:
         """All tables."""
-        folder = self._runs.place(id)
-        names = await asyncio.to_thread(table_names, folder)
-        return [(await self._table(id, name))[0].head() for name in names]
+        return [(await self._table(id, name))[0].head() for name in await self._names(id)]
 
     async def table(self, id: str, name: str, offset: int, limit: int) -> TableWindow:
         """Some rows of one."""
@@ -98,15 +97,16 @@ class Results:
             data = await asyncio.to_thread(table.parquet)
             headers = _attached(f"{id}_{stem}.parquet")
             return Response(data, media_type="application/vnd.apache.parquet", headers=headers)
-        path = self._runs.place(id) / name
-        return FileResponse(path, media_type="text/csv", headers=_attached(f"{id}_{stem}.csv"))
+        headers = _attached(f"{id}_{stem}.csv")
+        if name in NAMES:
+            return Response(csv_text(table), media_type="text/csv", headers=headers)
+        return FileResponse(self._runs.place(id) / name, media_type="text/csv", headers=headers)
 
     async def maps(self, id: str) -> Maps:
         """All maps, with the keys of their cells."""
-        folder = self._runs.place(id)
         heads: list[MapHead] = []
         keys: dict[str, list[str | None]] = {}
-        for name in await asyncio.to_thread(table_names, folder):
+        for name in await self._names(id):
             _, plane = await self._table(id, name)
             if plane is not None:
                 heads += await asyncio.to_thread(lambda p=plane: [p.head(c) for c in p.columns])
@@ -120,16 +120,31 @@ class Results:
             raise not_found("map", f"{name} {column}")
         return plane.head(column), plane.values(column).tobytes()
 
-    async def _table(self, id: str, name: str) -> tuple[Table, Plane | None]:
-        return await asyncio.to_thread(self._read_table, self._runs.place(id), name)
+    async def _names(self, id: str) -> list[str]:
+        """The tables that the run collected, then those that its spectra were reduced to."""
+        folder = self._runs.place(id)
+        return await asyncio.to_thread(lambda: table_names(folder) + reduced_names(folder))
 
-    def _read_table(self, folder: Path, name: str) -> tuple[Table, Plane | None]:
-        if name not in table_names(folder):
+    async def _table(self, id: str, name: str) -> tuple[Table, Plane | None]:
+        folder = self._runs.place(id)
+        spectra: list[tuple[str, str | None]] = []
+        if name in NAMES:
+            spectra = [(one.file, one.key) for one in spectra_of(await self._runs.opened(id))]
+        return await asyncio.to_thread(self._read_table, folder, name, spectra)
+
+    def _read_table(
+        self, folder: Path, name: str, spectra: list[tuple[str, str | None]]
+    ) -> tuple[Table, Plane | None]:
+        if name not in table_names(folder) + reduced_names(folder):
             raise not_found("table", name, "a run has one for each loop that collects")
         stat = (folder / name).stat()
         key = (str(folder), name, stat.st_size, stat.st_mtime_ns)
         if key not in self._tables:
-            table = read_table(folder, name)
+            if name in NAMES:
+                collected = [read_table(folder, one) for one in table_names(folder)]
+                table = read_reduced(folder, name, places(spectra, collected))
+            else:
+                table = read_table(folder, name)
             self._tables[key] = (table, plane_of(table))
             while len(self._tables) > KEPT:
                 self._tables.popitem(last=False)

@@ -114,14 +114,19 @@ def read_table(folder: Path, name: str) -> Table:
     """One table; raises Refusal (404). A row torn while it is written is left out."""
     if name not in table_names(folder):
         raise not_found("table", name, "a run has one for each loop that collects")
-    text = (folder / name).read_text(encoding="utf-8-sig")
+    return Table(name, read_rows(folder / name))
+
+
+def read_rows(path: Path) -> dict[str, list[str]]:
+    """The columns of a CSV file, all of one length."""
+    text = path.read_text(encoding="utf-8-sig")
     whole = text[: text.rfind("\n") + 1]
     rows = list(csv.reader(io.StringIO(whole)))
     if not rows:
-        return Table(name, {})
+        return {}
     header, *body = rows
     columns: dict[str, list[str]] = {column: [] for column in header}
     for row in body:
         for index, column in enumerate(header):
             columns[column].append(row[index] if index < len(row) else "")
-    return Table(name, columns)
+    return columns

@@ -11,6 +11,7 @@ from ..models.results import (
     Maps,
     MeasureAgain,
     Peaks,
+    Reduction,
     RunFile,
     Selection,
     Spectra,
@@ -43,11 +44,20 @@ async def get_zip(id: str, site: TheSite) -> StreamingResponse:
 
 @router.get("/runs/{id}/tables")
 async def list_tables(id: str, site: TheSite) -> list[TableHead]:
-    """The tables that the run's loops collected."""
+    """The tables that the run's loops collected; and, where its spectra were reduced, plasma,
+    classes and areas of elements by point (`reduced/plasma.csv`, `maps/classes.csv`, ...)."""
     return await site.results.tables(id)
 
 
-@router.get("/runs/{id}/tables/{table}")
+@router.get("/runs/{id}/tables/{table:path}/download")
+async def download_table(
+    id: str, table: str, site: TheSite, format: Literal["csv", "parquet"] = "csv"
+) -> Response:
+    """A table as a file, named after the run."""
+    return await site.results.download(id, table, format)
+
+
+@router.get("/runs/{id}/tables/{table:path}")
 async def get_table(
     id: str, table: str, site: TheSite, offset: Annotated[int, Query(ge=0)] = 0,
     limit: Annotated[int, Query(ge=1, le=10_000)] = 1000,
@@ -56,21 +66,15 @@ async def get_table(
     return await site.results.table(id, table, offset, limit)
 
 
-@router.get("/runs/{id}/tables/{table}/download")
-async def download_table(
-    id: str, table: str, site: TheSite, format: Literal["csv", "parquet"] = "csv"
-) -> Response:
-    """A table as a file, named after the run."""
-    return await site.results.download(id, table, format)
-
-
 @router.get("/runs/{id}/maps")
 async def list_maps(id: str, site: TheSite) -> Maps:
     """The columns that can be drawn over the plane."""
     return await site.results.maps(id)
 
 
-@router.get("/runs/{id}/maps/{table}/{column}", response_class=Float32Response, responses=BINARY)
+@router.get(
+    "/runs/{id}/maps/{table:path}/{column}", response_class=Float32Response, responses=BINARY
+)
 async def get_map(id: str, table: str, column: str, site: TheSite) -> Response:
     """Float32, width x height, row by row from the lowest y; NaN is a hole."""
     head, cells = await site.results.map(id, table, column)
@@ -127,3 +131,19 @@ async def mean_spectrum(id: str, asked: Selection, site: TheSite) -> Response:
 async def measure_again(id: str, asked: MeasureAgain, site: TheSite) -> AgainText:
     """A protocol like the run's own, with only the selected points."""
     return await site.again.text(id, asked)
+
+
+@router.post("/runs/{id}/reduce", status_code=202)
+async def reduce_run(id: str, site: TheSite) -> Reduction:
+    """Reduce its spectra to peaks, plasma, maps and classes, as `labrun reduce` and `labrun map` do.
+
+    It goes on in a process of its own, and is not begun twice; a notice tells of its end. 409 while
+    the run is live.
+    """
+    return site.reducing.start(id)
+
+
+@router.get("/runs/{id}/reduction")
+async def get_reduction(id: str, site: TheSite) -> Reduction:
+    """How far that is."""
+    return site.reducing.state(id)

@@ -110,6 +110,8 @@ def test_commands_without_their_headers_are_refused(shared, page):
 def test_control_is_held_by_one_and_taken_over_with_a_reason(shared, page, socket):
     other = shared.client()
     ui = socket(shared, page)
+    lease = page.lease
+    renewed = page.take("Ada").json()["lease"]
     told = other.get("/control").json()
     refused = other.take("Bo")
     asked = other.post("/control/ask", json={"name": "Bo"}).json()
@@ -118,6 +120,7 @@ def test_control_is_held_by_one_and_taken_over_with_a_reason(shared, page, socke
     other.post("/control/release", headers=other._leased())
     free = page.get("/control").json()
 
+    assert renewed == lease
     assert told["holder"] == "Ada" and told["ends_at"] > told["since"]
     assert (refused.status_code, refused.json()["details"]) == (423, {"holder": "Ada"})
     assert asked["text"] == "Ada was asked"

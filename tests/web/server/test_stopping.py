@@ -1,0 +1,53 @@
+"""STOP ALL while a run is live: asked by two ways at once, as the page does, it is one stop."""
+
+import json
+import threading
+
+
+def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order(
+    house, wait_for, socket
+):
+    made = house(clock=3)
+    client = made.client()
+    client.take()
+    client.reach("gantry", "libs")
+    id = client.run_of("grid.yaml")
+    wait_for(lambda: client.run(id)["under_way"], "an action")
+    ui = socket(made, client)
+    by_socket = []
+    other = threading.Thread(target=lambda: by_socket.append(ui.call("stop")))
+    other.start()
+    by_post = client.post("/stop").json()
+    other.join()
+    run = client.until(id, "aborted")
+    journal = (made.shelf / "runs" / id / "journal.jsonl").read_text().splitlines()
+    verbs = [r["verb"] for r in map(json.loads, journal) if r["kind"] == "control"]
+
+    assert by_socket == [by_post]
+    assert by_post["runs"][0]["told"] and by_post["all_confirmed"]
+    assert verbs == ["abort"]
+    assert run["fate"] == "aborted" and run["nodes"]["finally/0"]
+
+
+def test_a_run_that_comes_up_is_never_told_as_interrupted(house, wait_for):
+    made = house(clock=3)
+    client = made.client()
+    client.take()
+    client.reach("gantry", "libs")
+    seen = []
+    over = threading.Event()
+
+    def look():
+        eye = made.client()
+        while not over.is_set():
+            seen.extend((run["fate"], run["protocol"]) for run in eye.get("/runs").json())
+
+    watching = threading.Thread(target=look)
+    watching.start()
+    id = client.run_of("long.yaml", checklist=[])
+    wait_for(lambda: client.run(id)["live"], "live")
+    over.set()
+    watching.join()
+
+    assert {fate for fate, _ in seen} <= {"starting", "running"}
+    assert {name for _, name in seen} <= {"long"}
