@@ -106,6 +106,12 @@ def _serve(options: "Options", *, browser: bool) -> None:
     def ready(url: str) -> None:
         typer.echo(f"labrun web at {url}")
         typer.echo(f"protocols in {options.protocols}, runs in {options.runs}; Ctrl-C ends it")
+        if not (options.page / "index.html").is_file():
+            typer.echo(
+                f"the page is not built: `npm ci && npm run build` in {options.page.parent}, with "
+                "Node 20 or newer; until then the API answers, and its address says so",
+                err=True,
+            )
         if browser:
             import webbrowser
 
@@ -114,14 +120,27 @@ def _serve(options: "Options", *, browser: bool) -> None:
     try:
         left = asyncio.run(serve(options, lab, ready))
     except OSError as fault:
-        where = f"{options.host}:{options.port}"
-        words = fault.strerror or str(fault)
-        typer.echo(f"labrun: {where} or a folder cannot be used: {words}", err=True)
+        typer.echo(f"labrun: {_why_not(fault, options)}", err=True)
         raise typer.Exit(NOT_REACHED) from None
     if left:
         typer.echo("a run is still going on; its engine and devices stay, `labrun runs` shows it")
         # An orderly end of the interpreter would kill the device servers that the run needs.
         os._exit(0)
+
+
+def _why_not(fault: OSError, options: "Options") -> str:
+    import errno
+
+    words = fault.strerror or str(fault)
+    where = f"{options.host}:{options.port}"
+    if fault.errno == errno.EADDRINUSE:
+        return (
+            f"something listens at {where} already, perhaps another `labrun web`: open it, or "
+            "take a free port with --port 0"
+        )
+    if fault.filename is not None:
+        return f"{fault.filename} cannot be used: {words}"
+    return f"{where} cannot be listened at, or a folder cannot be used: {words}"
 
 
 def _refuse(text: str) -> None:

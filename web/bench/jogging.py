@@ -11,8 +11,10 @@ from ..models.devices import GoalState, JogStart, JogState, JogStep
 from .acting import Acting
 from .arming import Arming
 from .form import Moving, moving_of
+from .held import JOG, Held, OwnJog, jogging_by_itself
 from .jog import Jog
 from .station import Station
+from .stretched import Stretched
 from .where import where_mm
 
 KEPT = 20
@@ -52,6 +54,10 @@ class Jogging:
     ) -> GoalState:
         """One move from where the device stands; refused beyond the limits."""
         station, moving = self._ready(device, asked.axis)
+        jogging = jogging_by_itself(station, asked.axis)
+        if jogging is not None and station.status.get("homed") is False:
+            # To get off a switch: the device itself bounds what it does before it knows its place.
+            return await self._step_by(station, jogging, asked, by, key, deadline)
         low, high = moving.ranges_mm[asked.axis]
         target = where_mm(station, asked.axis) + asked.distance_mm
         if not low <= round(target, 6) <= high:
@@ -59,17 +65,34 @@ class Jogging:
                 422, "LIMIT",
                 f"{asked.axis} would be at {target:.2f} mm, outside {low:g} to {high:g} mm",
             )  # fmt: skip
+        if jogging is not None:
+            return await self._step_by(station, jogging, asked, by, key, deadline)
         params: dict[str, Any] = {asked.axis: f"{round(target, 6)!r} mm"}
         if asked.feed_mm_min is not None and moving.feed_unit is not None:
             params["feed"] = magnitude_in(f"{asked.feed_mm_min!r} mm/min", moving.feed_unit)
         checked = self._acting.checked(station, moving.action, params)
         return await self._acting.do(station, moving.action, checked, by, key, deadline)
 
+    async def _step_by(
+        self, station: Station, jogging: OwnJog, asked: JogStep, by: str, key: str,
+        deadline: Deadline,
+    ) -> GoalState:  # fmt: skip
+        """By a distance, which the device adds to where it truly stands."""
+        params: dict[str, Any] = {"axis": asked.axis, "distance": f"{asked.distance_mm!r} mm"}
+        if asked.feed_mm_min is not None:
+            params["feed"] = magnitude_in(f"{asked.feed_mm_min!r} mm/min", jogging.feed_unit)
+        checked = self._acting.checked(station, JOG, params)
+        return await self._acting.do(station, JOG, checked, by, key, deadline)
+
     async def start(self, device: str, asked: JogStart, by: str, deadline: Deadline) -> JogState:
-        """Begin a hold; returns when its first stretch is under way."""
+        """Begin a hold; returns when the axis is on its way."""
         station, moving = self._ready(device, asked.axis)
         deadline.check()
-        jog = Jog(station, moving, asked, by, self._changed)
+        jogging = jogging_by_itself(station, asked.axis)
+        if jogging is not None:
+            jog: Jog = Held(station, jogging, asked, by, self._changed)
+        else:
+            jog = Stretched(station, moving, asked, by, self._changed)
         begun: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         task = asyncio.create_task(jog.run(begun))
         self._tasks.add(task)
@@ -99,8 +122,14 @@ class Jogging:
         if jog is None:
             raise not_found("hold", id)
         jog.end("let go")
-        async with asyncio.timeout(REST_S):
-            await jog.over.wait()
+        try:
+            async with asyncio.timeout(REST_S):
+                await jog.over.wait()
+        except TimeoutError:
+            raise Refusal(
+                503, "NOT_AT_REST", f"{jog.station.name} has not come to rest in {REST_S:g} s",
+                "STOP ALL; if that is not confirmed, the hardware's emergency stop",
+            ) from None  # fmt: skip
         return jog.state()
 
     def gone(self, session: str) -> None:

@@ -1,0 +1,147 @@
+"""Jogging a device that jogs by itself: its own dead-man, fed with what the browser says."""
+
+import importlib.util
+import time
+from pathlib import Path
+
+import pytest
+from ruamel.yaml import YAML
+
+from labrun.schemas.contract import Contract
+from labrun.web.bench.held import jogging_of
+
+PEER = importlib.util.spec_from_file_location("jog_peer", Path(__file__).with_name("jog_peer.py"))
+jog_peer = importlib.util.module_from_spec(PEER)
+PEER.loader.exec_module(jog_peer)
+
+LAB = """\
+name: elsewhere
+contracts: [./stage.yaml]
+devices:
+  stage: {{contract: stage@1, url: "{url}", limits: {{y: {{minimum: 0, maximum: 60}}}}}}
+"""
+HOLD = {"axis": "x", "direction": 1, "feed_mm_min": 600}
+
+
+@pytest.fixture
+def stage():
+    made = jog_peer.Stage()
+    made.url = made.open()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def hand(house, stage, tmp_path):
+    """A server whose lab has the stage, and a browser with control of it."""
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    with (folder / "stage.yaml").open("w") as file:
+        YAML(typ="safe", pure=True).dump(jog_peer.CONTRACT, file)
+    (folder / "lab.yaml").write_text(LAB.format(url=stage.url))
+    made = house(arguments=["--lab", str(folder / "lab.yaml")])
+    client = made.client()
+    client.take()
+    return made, client.reach("stage")
+
+
+def say(client, jog, seconds):
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        told = client.post(f"/jogs/{jog['id']}/beat").json()
+        if not told["moving"]:
+            return told
+        time.sleep(0.05)
+    return told
+
+
+def test_a_hold_is_one_goal_that_goes_on_while_the_browser_says_so(hand, stage):
+    _, client = hand
+    jog = client.command("/devices/stage/jog/start", HOLD).json()
+    told = say(client, jog, 1.5)
+    stopped = client.post(f"/jogs/{jog['id']}/stop").json()
+    place = stage.place["x"]
+    time.sleep(0.3)
+
+    assert told["moving"] and (stopped["moving"], stopped["reason"]) == (False, "let go")
+    ((action, params),) = stage.goals
+    assert action == "jog"
+    assert params == {"axis": "x", "direction": "+", "feed": 600, "lease": 0.3}
+    assert stage.sent_again >= 5
+    assert place > 55 and stage.place["x"] == place
+
+
+def test_a_silent_browser_is_nobody_and_the_server_does_not_speak_for_it(hand, stage, wait_for):
+    _, client = hand
+    jog = client.command("/devices/stage/jog/start", HOLD).json()
+    wait_for(lambda: stage.ended, "the end of the jog")
+    told = client.post(f"/jogs/{jog['id']}/beat").json()
+
+    assert told["moving"] is False and "no keep-alive" in told["reason"]
+    assert stage.sent_again == 0
+    assert stage.place["x"] < 60
+
+
+def test_the_device_stops_by_itself_when_the_server_is_killed(hand, stage, wait_for):
+    made, client = hand
+    jog = client.command("/devices/stage/jog/start", HOLD).json()
+    say(client, jog, 0.5)
+    running = bool(stage.running)
+    made.kill()
+    wait_for(lambda: not stage.running, "rest")
+
+    assert running
+    assert next(iter(stage.ended.values()))["state"] == "SUCCEEDED"  # its lease lapsed: nobody asked
+
+
+def test_a_device_that_hears_no_keep_alive_stops_and_that_is_told(hand, stage):
+    _, client = hand
+    stage.deaf = True
+    jog = client.command("/devices/stage/jog/start", HOLD).json()
+    told = say(client, jog, 5)
+
+    assert told["moving"] is False
+    assert stage.place["x"] < 60
+
+
+def test_a_hold_ends_at_the_end_of_the_axis(hand, stage):
+    _, client = hand
+    stage.place["z"] = 1.0
+    jog = client.command("/devices/stage/jog/start", HOLD | {"axis": "z", "direction": -1}).json()
+    told = say(client, jog, 5)
+
+    assert (told["moving"], told["reason"]) == (False, "z is at its limit")
+    assert stage.place["z"] == 0
+
+
+def test_a_step_is_a_distance_that_the_device_adds_to_its_own_place(hand, stage, wait_for):
+    _, client = hand
+    step = client.command("/devices/stage/jog/step", {"axis": "y", "distance_mm": 1.5}).json()
+    beyond = client.command("/devices/stage/jog/step", {"axis": "y", "distance_mm": 20})
+    fast = client.command("/devices/stage/jog/start", HOLD | {"feed_mm_min": 9000})
+    stage.homed = False
+    wait_for(lambda: client.get("/devices/stage").json()["status"]["homed"] is False, "no home")
+    creep = client.command("/devices/stage/jog/step", {"axis": "z", "distance_mm": -2})
+
+    assert step["state"] == "SUCCEEDED" and step["step"].startswith("{do: stage.jog")
+    assert stage.goals[0] == ("jog", {"axis": "y", "distance": 1.5})
+    assert (beyond.status_code, beyond.json()["code"]) == (422, "LIMIT")
+    assert (fast.status_code, fast.json()["code"]) == (422, "PARAMS")
+    assert creep.json()["state"] == "SUCCEEDED" and stage.place["z"] == 48
+
+
+def test_only_what_both_sides_know_as_a_jog_is_one():
+    contract = Contract.model_validate(jog_peer.CONTRACT)
+    other = {**jog_peer.CONTRACT, "actions": {"move_to": {}}}
+    endless = jog_peer.CONTRACT["actions"]["jog"] | {"cancel": False}
+    actions = jog_peer.CONTRACT["actions"] | {"jog": endless}
+
+    assert jogging_of(contract, jog_peer.CONTRACT).most_feed == 2500
+    assert jogging_of(contract, other) is None
+    assert jogging_of(contract.model_copy(update={"actions": {}}), jog_peer.CONTRACT) is None
+    assert (
+        jogging_of(
+            Contract.model_validate(jog_peer.CONTRACT | {"actions": actions}), jog_peer.CONTRACT
+        )
+        is None
+    )
