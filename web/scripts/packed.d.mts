@@ -1,0 +1,4 @@
+import type { Plugin } from 'vite'
+
+export function packed(): Plugin
+export function filesOf(folder: string): Promise<string[]>

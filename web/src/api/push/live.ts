@@ -1,0 +1,108 @@
+// What the page knows of the bench right now, and whether it still hears the server.
+import { defineStore } from 'pinia'
+import { computed, reactive, ref } from 'vue'
+import type { Socket } from 'socket.io-client'
+import { heardTime } from '../clock'
+import { commandsNeed } from '../client'
+import type { Notice, Patch, Snapshot } from '../types'
+import { applyPatch, emptyBench, fromSnapshot } from './bench'
+import { askSocket, openSocket } from './socket'
+
+/** Devices tell their status once a second: so long without a word means that the line is dead. */
+export const SILENT_MS = 3_000
+const PROBE_MS = 1_000
+
+/** The one store of what the server tells to everybody. `bench` is only read by others. */
+export const useLive = defineStore('live', () => {
+  const bench = reactive(emptyBench())
+  const heard_at = ref(0)
+  const now = ref(Date.now())
+  const connected = ref(false)
+  const latency_ms = ref<number | null>(null)
+  const begun_at = Date.now()
+  const live = computed(() => connected.value && now.value - heard_at.value < SILENT_MS)
+  const silent_s = computed(() => Math.max(0, (now.value - (heard_at.value || begun_at)) / 1000))
+  const told = new Set<(notice: Notice) => void>()
+  let socket: Socket | null = null
+  let asking = false
+
+  function heard(): void {
+    heard_at.value = now.value = Date.now()
+  }
+
+  function takeAll(snapshot: Snapshot): void {
+    heard()
+    heardTime(snapshot.server_time_ms)
+    Object.assign(bench, fromSnapshot(snapshot))
+  }
+
+  async function askAll(): Promise<void> {
+    if (asking || socket === null) return
+    asking = true
+    try {
+      takeAll(await askSocket<Snapshot>(socket, 'snapshot', {}))
+    } catch {
+      // Silence: the connection goes down by itself, and a new one begins with a snapshot.
+      socket.disconnect().connect()
+    } finally {
+      asking = false
+    }
+  }
+
+  function takePatch(patch: Patch): void {
+    heard()
+    heardTime(patch.server_time_ms)
+    if (!applyPatch(bench, patch)) void askAll()
+  }
+
+  /** `unwatch` of nothing is the smallest question that the server acknowledges. */
+  async function probe(): Promise<void> {
+    if (socket?.connected !== true) return
+    const began = performance.now()
+    try {
+      await askSocket(socket, 'unwatch', {}, SILENT_MS)
+      latency_ms.value = Math.round(performance.now() - began)
+      heard()
+    } catch {
+      latency_ms.value = null
+    }
+  }
+
+  /** Begin to listen; gives back the end of it. */
+  function listen(open: () => Socket = openSocket): () => void {
+    socket = open()
+    socket.on('connect', () => (connected.value = true))
+    socket.on('disconnect', () => (connected.value = false))
+    socket.on('snapshot', takeAll)
+    socket.on('patch', takePatch)
+    socket.on('notice', (notice: Notice) => told.forEach((tell) => tell(notice)))
+    socket.connect()
+    commandsNeed(() => (now.value = Date.now()) - heard_at.value < SILENT_MS && connected.value)
+    const ticking = setInterval(() => (now.value = Date.now()), 250)
+    const probing = setInterval(() => void probe(), PROBE_MS)
+    return () => {
+      clearInterval(ticking)
+      clearInterval(probing)
+      socket?.disconnect()
+      socket = null
+    }
+  }
+
+  /** Be told of notices; gives back the end of it. */
+  function onNotice(tell: (notice: Notice) => void): () => void {
+    told.add(tell)
+    return () => told.delete(tell)
+  }
+
+  /** The line itself, for watching a run (`askSocket`) and for keep-alives (`say`). */
+  function line(): Socket | null {
+    return socket
+  }
+
+  /** Try to connect now. */
+  function retry(): void {
+    socket?.disconnect().connect()
+  }
+
+  return { bench, live, now, heard_at, silent_s, latency_ms, listen, onNotice, line, retry }
+})
