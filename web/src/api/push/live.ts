@@ -3,7 +3,7 @@ import { defineStore } from 'pinia'
 import { computed, reactive, ref } from 'vue'
 import type { Socket } from 'socket.io-client'
 import { heardTime } from '../clock'
-import { commandsNeed } from '../client'
+import { api, commandsNeed, read } from '../client'
 import type { Notice, Patch, Snapshot } from '../types'
 import { applyPatch, emptyBench, fromSnapshot } from './bench'
 import { askSocket, openSocket } from './socket'
@@ -11,6 +11,7 @@ import { askSocket, openSocket } from './socket'
 /** Devices tell their status once a second: so long without a word means that the line is dead. */
 export const SILENT_MS = 3_000
 const PROBE_MS = 1_000
+const ENTER_MS = 2_000
 
 /** The one store of what the server tells to everybody. `bench` is only read by others. */
 export const useLive = defineStore('live', () => {
@@ -25,6 +26,7 @@ export const useLive = defineStore('live', () => {
   const told = new Set<(notice: Notice) => void>()
   let socket: Socket | null = null
   let asking = false
+  let entered_at = 0
 
   function heard(): void {
     heard_at.value = now.value = Date.now()
@@ -68,11 +70,20 @@ export const useLive = defineStore('live', () => {
     }
   }
 
+  async function enterAgain(): Promise<void> {
+    if (socket === null || Date.now() - entered_at < ENTER_MS) return
+    entered_at = Date.now()
+    const signed_in = await read(api.GET('/api/v1/session')).then((told) => told.signed_in, () => false)
+    if (signed_in && socket !== null && !socket.connected) socket.disconnect().connect()
+  }
+
   /** Begin to listen; gives back the end of it. */
   function listen(open: () => Socket = openSocket): () => void {
     socket = open()
     socket.on('connect', () => (connected.value = true))
     socket.on('disconnect', () => (connected.value = false))
+    // The server is another one by now, or knows this browser no more: ask to be let in again.
+    socket.on('connect_error', () => void enterAgain())
     socket.on('snapshot', takeAll)
     socket.on('patch', takePatch)
     socket.on('notice', (notice: Notice) => told.forEach((tell) => tell(notice)))

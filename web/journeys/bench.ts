@@ -1,0 +1,86 @@
+// A simulated bench of its own for each file of journeys: `labrun web --demo` on a free port.
+import { type ChildProcess, spawn } from 'node:child_process'
+import { existsSync } from 'node:fs'
+import { fileURLToPath } from 'node:url'
+
+const ROOT = fileURLToPath(new URL('../..', import.meta.url))
+const READY_MS = 90_000
+const END_MS = 20_000
+
+export interface Bench {
+  address: string
+  port: number
+  process: ChildProcess
+  /** Send a signal to the server alone, for example SIGSTOP or SIGKILL. */
+  signal(name: NodeJS.Signals): void
+  close(): Promise<void>
+}
+
+/** Which `labrun` is tried: LABRUN, the repository's own environment, or the one on the path. */
+function command(): string {
+  const own = `${ROOT}.venv/bin/labrun`
+  return process.env['LABRUN'] ?? (existsSync(own) ? own : 'labrun')
+}
+
+/** Start a bench; `speed` is how fast its seconds go by. */
+export async function startBench({ speed = 50, port = 0, args = ['--demo', '--speed', String(speed)], cwd = ROOT } = {}): Promise<Bench> {
+  const child = spawn(command(), ['web', ...args, '--no-browser', '--port', String(port)], {
+    cwd, stdio: ['ignore', 'pipe', 'pipe'],
+  })
+  const address = await firstAddress(child)
+  return {
+    address,
+    port: Number(new URL(address).port),
+    process: child,
+    signal: (name) => child.kill(name),
+    close: () => end(child),
+  }
+}
+
+function firstAddress(child: ChildProcess): Promise<string> {
+  return new Promise((resolve, reject) => {
+    let said = ''
+    const late = setTimeout(() => reject(new Error(`labrun web did not come up:\n${said}`)), READY_MS)
+    const hear = (chunk: Buffer): void => {
+      said += chunk.toString()
+      const found = /http:\/\/[^\s;]+/.exec(said)
+      if (found === null) return
+      clearTimeout(late)
+      resolve(found[0].replace(/\/$/, ''))
+    }
+    child.stdout?.on('data', hear)
+    child.stderr?.on('data', hear)
+    child.once('exit', (code) => {
+      clearTimeout(late)
+      reject(new Error(`labrun web ended with ${code}:\n${said}`))
+    })
+  })
+}
+
+async function end(child: ChildProcess): Promise<void> {
+  if (child.exitCode !== null || child.signalCode !== null) return
+  const over = new Promise<void>((resolve) => child.once('exit', () => resolve()))
+  child.kill('SIGCONT')
+  child.kill('SIGTERM')
+  const late = setTimeout(() => child.kill('SIGKILL'), END_MS)
+  await over
+  clearTimeout(late)
+}
+
+/** Ask the API as a program does. */
+export async function ask<T>(bench: Bench, path: string, body?: unknown, headers: Record<string, string> = {}): Promise<T> {
+  const session = await fetch(`${bench.address}/api/v1/session`)
+  const cookie = session.headers.getSetCookie().map((one) => one.split(';')[0]).join('; ')
+  const response = await fetch(`${bench.address}/api/v1${path}`, {
+    method: body === undefined ? 'GET' : 'POST',
+    headers: { cookie, 'content-type': 'application/json', ...headers },
+    ...(body === undefined ? {} : { body: JSON.stringify(body) }),
+  })
+  if (!response.ok) throw new Error(`${path}: ${response.status} ${await response.text()}`)
+  return (await response.json()) as T
+}
+
+/** Let something go wrong on the simulated bench. */
+export async function orderFault(bench: Bench, fault: Record<string, unknown>): Promise<void> {
+  await ask(bench, '/demo/fault', fault, { 'Idempotency-Key': crypto.randomUUID() })
+}

@@ -1,0 +1,43 @@
+// The browser of the journeys: Debian's chromium, one context for each person.
+import { existsSync } from 'node:fs'
+import { type Browser, type BrowserContext, type BrowserContextOptions, chromium, type Page } from 'playwright-core'
+
+const PLACES = [process.env['CHROMIUM'], '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
+
+export const NARROW = { width: 390, height: 844 }
+export const WIDE = { width: 1360, height: 860 }
+
+export async function openBrowser(): Promise<Browser> {
+  const path = PLACES.find((one) => one !== undefined && existsSync(one))
+  if (path === undefined) throw new Error('no chromium: apt-get install chromium, or set CHROMIUM')
+  return chromium.launch({ executablePath: path, args: ['--no-sandbox', '--disable-dev-shm-usage'] })
+}
+
+export interface Person {
+  context: BrowserContext
+  page: Page
+  /** What went wrong in the page itself, by its own words. */
+  faults: string[]
+}
+
+/** A person with a browser of their own; `known` is what it remembers of them. */
+export async function aPerson(
+  browser: Browser, address: string, options: BrowserContextOptions = {}, known: Record<string, unknown> = { welcomed: true },
+): Promise<Person> {
+  const context = await browser.newContext({ viewport: WIDE, baseURL: address, reducedMotion: 'reduce', ...options })
+  context.setDefaultTimeout(15_000)
+  await context.addInitScript((preferences) => {
+    if (localStorage.getItem('labrun.preferences') === null) {
+      localStorage.setItem('labrun.preferences', JSON.stringify(preferences))
+    }
+  }, known)
+  const page = await context.newPage()
+  const faults: string[] = []
+  page.on('pageerror', (error) => faults.push(error.message))
+  return { context, page, faults }
+}
+
+/** Wait until the page hears the server. */
+export async function isLive(page: Page): Promise<void> {
+  await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'live' }).waitFor()
+}

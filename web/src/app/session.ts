@@ -1,0 +1,50 @@
+// Whether this browser is let in, and what the server is.
+import { defineStore } from 'pinia'
+import { ref } from 'vue'
+import { api, read } from '../api/client'
+import { heardTime } from '../api/clock'
+import type { AllSettings, Session, Settings } from '../api/types'
+
+const AGAIN_MS = 2_000
+
+export const useSession = defineStore('session', () => {
+  const session = ref<Session | null>(null)
+  const all = ref<AllSettings | null>(null)
+
+  /** Ask until the server answers; on loopback that signs in. */
+  async function enter(): Promise<Session> {
+    for (;;) {
+      try {
+        return await take(read(api.GET('/api/v1/session')) as Promise<Session>)
+      } catch {
+        await new Promise((resolve) => setTimeout(resolve, AGAIN_MS))
+      }
+    }
+  }
+
+  /** Sign in with the token that `labrun web` was started with. */
+  async function signIn(token: string): Promise<void> {
+    await take(read(api.POST('/api/v1/session', { body: { token } })) as Promise<Session>)
+  }
+
+  async function signOut(): Promise<void> {
+    await take(read(api.DELETE('/api/v1/session')) as Promise<Session>)
+  }
+
+  async function loadSettings(): Promise<void> {
+    all.value = (await read(api.GET('/api/v1/settings'))) as AllSettings
+  }
+
+  async function saveSettings(settings: Settings): Promise<void> {
+    all.value = (await read(api.PUT('/api/v1/settings', { body: settings as never }))) as AllSettings
+  }
+
+  async function take(asked: Promise<Session>): Promise<Session> {
+    const told = await asked
+    heardTime(told.server_time_ms)
+    session.value = told
+    return told
+  }
+
+  return { session, all, enter, signIn, signOut, loadSettings, saveSettings }
+})

@@ -1,0 +1,82 @@
+// STOP ALL: asked for at once on two ways, and never quiet about a device that did not confirm.
+import { defineStore } from 'pinia'
+import { computed, ref } from 'vue'
+import { newKey } from '../api/client'
+import { useLive } from '../api/push/live'
+import { askSocket } from '../api/push/socket'
+import type { Stopped } from '../api/types'
+
+/** Without an answer for so long it is an alarm; an answer that comes later is still shown. */
+export const ALARM_MS = 1_000
+const PATIENCE_MS = 5_000
+const DONE_MS = 10_000
+
+export type StopState = 'calm' | 'stopping' | 'confirmed' | 'alarm'
+
+export const useStop = defineStore('stop', () => {
+  const live = useLive()
+  const state = ref<StopState>('calm')
+  const answer = ref<Stopped | null>(null)
+  const failure = ref('')
+  let latest = 0
+
+  /** No question, no control, no sign-in; each press is one stop, and none is ever kept for later. */
+  async function stopAll(): Promise<void> {
+    const mine = ++latest
+    state.value = 'stopping'
+    answer.value = null
+    failure.value = ''
+    const alarm = setTimeout(() => {
+      if (mine === latest && state.value === 'stopping') state.value = 'alarm'
+    }, ALARM_MS)
+    try {
+      const told = await Promise.any([byPost(), bySocket()])
+      if (mine === latest) took(told)
+    } catch {
+      if (mine !== latest) return
+      failure.value = 'the server did not answer'
+      state.value = 'alarm'
+    } finally {
+      clearTimeout(alarm)
+    }
+  }
+
+  /** Straight past everything that could hold it up; it goes out even while the page is left. */
+  async function byPost(): Promise<Stopped> {
+    const response = await fetch('/api/v1/stop', {
+      method: 'POST', keepalive: true, headers: { 'Idempotency-Key': newKey() },
+      signal: AbortSignal.timeout(PATIENCE_MS),
+    })
+    if (!response.ok) throw new Error(`the server answered ${response.status}`)
+    return (await response.json()) as Stopped
+  }
+
+  async function bySocket(): Promise<Stopped> {
+    const socket = live.line()
+    if (socket === null) throw new Error('there is no connection')
+    return askSocket<Stopped>(socket, 'stop', {}, PATIENCE_MS)
+  }
+
+  function took(told: Stopped): void {
+    answer.value = told
+    const runs_told = told.runs.every((run) => run.told)
+    state.value = told.all_confirmed && runs_told ? 'confirmed' : 'alarm'
+    if (state.value === 'confirmed') {
+      const mine = latest
+      setTimeout(() => mine === latest && calm(), DONE_MS)
+    }
+  }
+
+  function calm(): void {
+    state.value = 'calm'
+  }
+
+  /** Who has not confirmed: by the answer, or all of them where there is none. */
+  const silent = computed(() =>
+    answer.value === null
+      ? Object.keys(live.bench.devices)
+      : answer.value.devices.filter((one) => !one.confirmed).map((one) => one.device),
+  )
+
+  return { state, answer, failure, silent, stopAll, calm }
+})

@@ -1,0 +1,51 @@
+// Numbers and times as people read them.
+
+/** `12 s`, `4 min`, `2 h 05 min`, `3 d`. */
+export function duration(seconds: number): string {
+  const s = Math.max(0, Math.round(seconds))
+  if (s < 60) return `${s} s`
+  if (s < 3600) return `${Math.floor(s / 60)} min${s < 600 && s % 60 ? ` ${s % 60} s` : ''}`
+  if (s < 48 * 3600) return `${Math.floor(s / 3600)} h ${String(Math.floor((s % 3600) / 60)).padStart(2, '0')} min`
+  return `${Math.floor(s / 86_400)} d`
+}
+
+/** `4:51`. */
+export function countdown(seconds: number): string {
+  const s = Math.max(0, Math.ceil(seconds))
+  return `${Math.floor(s / 60)}:${String(s % 60).padStart(2, '0')}`
+}
+
+/** The time of day of a moment; with the day where it is not today. */
+export function clock(iso: string | null, now = new Date()): string {
+  if (iso === null) return '–'
+  const at = new Date(iso)
+  if (Number.isNaN(at.getTime())) return '–'
+  const time = at.toLocaleTimeString([], { hour: '2-digit', minute: '2-digit', hourCycle: 'h23' })
+  if (at.toDateString() === now.toDateString()) return time
+  return `${at.toLocaleDateString([], { day: 'numeric', month: 'short' })} ${time}`
+}
+
+/** With seconds, for what just happened. */
+export function clockSeconds(iso: string | null): string {
+  if (iso === null) return '–'
+  return new Date(iso).toLocaleTimeString([], { hourCycle: 'h23' })
+}
+
+/** At most `digits` after the point, without zeros that say nothing. */
+export function number(value: number, digits = 3): string {
+  if (!Number.isFinite(value)) return String(value)
+  const size = Math.abs(value)
+  if (size !== 0 && (size >= 1e7 || size < 10 ** -digits)) return value.toExponential(2)
+  return String(Number(value.toFixed(digits))).replace('-', '−')
+}
+
+/** A millimetre read-out: always two digits, so that it stands still while it changes. */
+export function mm(value: number): string {
+  return value.toFixed(2).replace('-', '−')
+}
+
+export function bytes(size: number): string {
+  if (size < 1000) return `${size} B`
+  if (size < 1e6) return `${(size / 1e3).toFixed(1)} kB`
+  return `${(size / 1e6).toFixed(1)} MB`
+}
