@@ -50,6 +50,10 @@ function firstAddress(child: ChildProcess): Promise<string> {
     }
     child.stdout?.on('data', hear)
     child.stderr?.on('data', hear)
+    child.once('error', (error) => {
+      clearTimeout(late)
+      reject(new Error(`labrun was not found (${error.message}): install it, or set LABRUN`))
+    })
     child.once('exit', (code) => {
       clearTimeout(late)
       reject(new Error(`labrun web ended with ${code}:\n${said}`))

@@ -1,0 +1,24 @@
+// The contracts of the bench's devices: asked for once each, for they do not change while a server lives.
+import { defineStore } from 'pinia'
+import { reactive, ref } from 'vue'
+import { api, read } from '../api/client'
+import { sentenceOf } from '../api/refused'
+import type { DeviceDetail } from '../api/types'
+
+export const useContracts = defineStore('contracts', () => {
+  const details = reactive<Record<string, DeviceDetail>>({})
+  const failed = ref('')
+
+  /** Ask for one; what is known stays until the answer is there. */
+  async function load(device: string): Promise<void> {
+    try {
+      const asked = api.GET('/api/v1/devices/{device}', { params: { path: { device } } })
+      details[device] = (await read(asked)) as DeviceDetail
+      failed.value = ''
+    } catch (failure) {
+      failed.value = sentenceOf(failure)
+    }
+  }
+
+  return { details, failed, load }
+})

@@ -1,0 +1,30 @@
+// The axes of a device that can be jogged: where it stands, how far it goes, which action moves it.
+import type { ActionForm, DeviceDetail, DeviceState } from '../../api/types'
+import type { Schema } from '../form/schema'
+
+export type Axis = 'x' | 'y' | 'z'
+export type Place = Partial<Record<Axis, number>>
+
+/** Where it stands, in mm, by its own latest word; an axis that it does not know is left out. */
+export function placeOf(device: DeviceState, axes: readonly Axis[]): Place {
+  const place: Place = {}
+  for (const axis of axes) {
+    const value = device.status[axis]
+    if (typeof value === 'number') place[axis] = value
+  }
+  return place
+}
+
+/** The action that goes to a place: it moves, can be cancelled, and takes the axes. */
+export function movingOf(detail: DeviceDetail): ActionForm | undefined {
+  return detail.actions.find((action) => {
+    const known = (action.params as Schema).properties ?? {}
+    return action.danger === 'motion' && action.cancel && detail.axes.some((axis) => axis in known)
+  })
+}
+
+/** The largest feed that the move takes, in mm/min; null where it takes none. */
+export function mostFeed(moving: ActionForm | undefined): number | null {
+  const feed = (moving?.params as Schema | undefined)?.properties?.['feed']
+  return feed?.unit === 'mm/min' ? (feed.maximum ?? null) : null
+}

@@ -1,0 +1,112 @@
+// Jogging: one bounded step a press, or a hold that lasts only as long as somebody keeps saying so.
+import { computed, onScopeDispose, ref } from 'vue'
+import { onBeforeRouteLeave } from 'vue-router'
+import { api, command } from '../../api/client'
+import { useLive } from '../../api/push/live'
+import { say } from '../../api/push/socket'
+import { sentenceOf } from '../../api/refused'
+import type { JogState } from '../../api/types'
+import type { Axis } from './axes'
+
+interface Press {
+  released: boolean
+  id: string | null
+  beating: ReturnType<typeof setInterval> | undefined
+}
+
+/** Holds are let go when anything at all takes the hand or the eye away. */
+export function useJogging(device: () => string) {
+  const live = useLive()
+  const said = ref('')
+  const sending = ref(false)
+  let press: Press | null = null
+  const held = ref<string | null>(null)
+  const moving = computed(() => held.value !== null && live.bench.jogs[held.value]?.moving !== false)
+
+  /** The move is relative to where the server knows the device to be, and checked there. */
+  async function step(axis: Axis, distance_mm: number, feed_mm_min: number | null): Promise<void> {
+    if (sending.value) return
+    sending.value = true
+    said.value = ''
+    const path = { device: device() }
+    try {
+      const goal = await command(() =>
+        api.POST('/api/v1/devices/{device}/jog/step', { params: { path }, body: { axis, distance_mm, feed_mm_min } }),
+      )
+      if (goal.error != null) said.value = goal.error.message
+    } catch (failure) {
+      said.value = sentenceOf(failure)
+    } finally {
+      sending.value = false
+    }
+  }
+
+  async function hold(axis: Axis, direction: 1 | -1, feed_mm_min: number): Promise<void> {
+    if (press !== null) return
+    const mine: Press = { released: false, id: null, beating: undefined }
+    press = mine
+    said.value = ''
+    const path = { device: device() }
+    try {
+      const jog = (await command(() =>
+        api.POST('/api/v1/devices/{device}/jog/start', { params: { path }, body: { axis, direction, feed_mm_min } }),
+      )) as JogState
+      mine.id = jog.id
+      if (mine.released) await end(mine)
+      else {
+        held.value = jog.id
+        beat(jog.id)
+        mine.beating = setInterval(() => beat(jog.id), jog.beat_ms)
+      }
+    } catch (failure) {
+      said.value = sentenceOf(failure)
+      if (press === mine) press = null
+    }
+  }
+
+  /** Without a line nothing is said, and the server's dead man stops the axis. */
+  function beat(id: string): void {
+    const socket = live.line()
+    if (socket !== null) say(socket, 'jog', { id })
+    if (live.bench.jogs[id]?.moving === false) letGo()
+  }
+
+  function letGo(): void {
+    const mine = press
+    if (mine === null) return
+    press = null
+    held.value = null
+    mine.released = true
+    clearInterval(mine.beating)
+    void end(mine)
+  }
+
+  async function end(mine: Press): Promise<void> {
+    if (mine.id === null) return
+    const path = { id: mine.id }
+    try {
+      const jog = (await command(() => api.POST('/api/v1/jogs/{id}/stop', { params: { path } }))) as JogState
+      if (jog.reason !== '' && jog.reason !== 'let go') said.value = jog.reason
+    } catch {
+      said.value = 'the stop of the hold was not confirmed; without keep-alives the server stops the axis'
+    }
+  }
+
+  const hidden = (): void => {
+    if (document.hidden) letGo()
+  }
+  window.addEventListener('blur', letGo)
+  window.addEventListener('pointerup', letGo)
+  window.addEventListener('pointercancel', letGo)
+  document.addEventListener('visibilitychange', hidden)
+  onBeforeRouteLeave(() => letGo())
+  onScopeDispose(() => {
+    letGo()
+    window.removeEventListener('blur', letGo)
+    window.removeEventListener('pointerup', letGo)
+    window.removeEventListener('pointercancel', letGo)
+    document.removeEventListener('visibilitychange', hidden)
+  })
+
+  return { said, sending, moving, step, hold, letGo }
+}

@@ -1,0 +1,41 @@
+// A status as values with units, for the list and for the detail.
+import { number } from '../ui/format'
+import type { Schema } from './form/schema'
+
+export interface StatusValue {
+  name: string
+  value: string
+  unit: string
+  about: string
+}
+
+/** Every value in the contract's order, then what the contract does not name. */
+export function statusValues(status: Readonly<Record<string, unknown>>, schema: Schema | undefined): StatusValue[] {
+  const known = schema?.properties ?? {}
+  const names = [...Object.keys(known), ...Object.keys(status).filter((name) => !(name in known))]
+  return names.map((name) => ({
+    name,
+    value: valueWord(status[name], known[name]),
+    unit: known[name]?.unit ?? '',
+    about: known[name]?.description ?? '',
+  }))
+}
+
+/** One value as a word; a length stands still with two digits. */
+export function valueWord(value: unknown, schema?: Schema): string {
+  if (value === undefined || value === null) return '–'
+  if (typeof value === 'boolean') return value ? 'yes' : 'no'
+  if (typeof value === 'number') {
+    return schema?.unit === 'mm' ? value.toFixed(2).replace('-', '−') : number(value)
+  }
+  return typeof value === 'string' ? value : JSON.stringify(value)
+}
+
+/** One line for the list: `x 104.20 · y 201.00 · z 0.00`. */
+export function statusLine(status: Readonly<Record<string, unknown>>, schema: Schema | undefined, word: string): string {
+  return statusValues(status, schema)
+    .filter((one) => one.value !== '–' && one.value !== word)
+    .slice(0, 4)
+    .map((one) => `${one.name} ${one.value}${one.unit && one.unit !== 'mm' ? ` ${one.unit}` : ''}`)
+    .join(' · ')
+}
