@@ -1,0 +1,14 @@
+// Lists as people write them: one a line, nothing twice, nothing empty.
+
+/** The lines of a text. */
+export function linesOf(text: string): string[] {
+  return [...new Set(text.split('\n').map((line) => line.trim()).filter((line) => line !== ''))]
+}
+
+/** Step sizes as they are typed: `0.1 1 10` or `0,1; 1; 10`; null where one is no size. */
+export function sizesOf(text: string): number[] | null {
+  const parts = text.split(/[\s;]+/).filter((part) => part !== '')
+  const sizes = parts.map((part) => Number(part.replace(/,$/, '').replace(',', '.')))
+  const fine = sizes.length > 0 && sizes.length <= 8 && sizes.every((size) => size > 0 && size <= 100)
+  return fine ? [...new Set(sizes)].sort((a, b) => a - b) : null
+}
