@@ -3,7 +3,7 @@ import createClient, { type Middleware } from 'openapi-fetch'
 import { serverNow } from './clock'
 import { keptLease } from './lease'
 import { noAnswer, Refused } from './refused'
-import type { Fault } from './types'
+import type { Fault, Whole } from './types'
 import type { paths } from './types.gen'
 
 /** A command that reaches the server later than this is refused there and not done. */
@@ -40,7 +40,7 @@ interface Answer<T> {
 }
 
 /** The answer, or a `Refused`. For what only reads, and for edits, which carry a revision. */
-export async function read<T>(asked: Promise<Answer<T>>): Promise<T> {
+export async function read<T>(asked: Promise<Answer<T>>): Promise<Whole<T>> {
   let answer: Answer<T>
   try {
     answer = await within(asked, READ_MS)
@@ -48,7 +48,7 @@ export async function read<T>(asked: Promise<Answer<T>>): Promise<T> {
     if (failure instanceof Refused) throw failure
     throw noAnswer('OFFLINE', 'the server did not answer', 'it is asked again when you try again')
   }
-  if (answer.response.ok) return answer.data as T
+  if (answer.response.ok) return answer.data as Whole<T>
   throw refusal(answer)
 }
 
@@ -63,7 +63,7 @@ export function commandsNeed(connected: () => boolean): void {
  * Do something to the bench or a run, once, now, or not at all: nothing is sent while offline,
  * and nothing is ever sent again. Takes a function, so that not even the request is made before.
  */
-export async function command<T>(ask: () => Promise<Answer<T>>): Promise<T> {
+export async function command<T>(ask: () => Promise<Answer<T>>): Promise<Whole<T>> {
   if (!live()) {
     throw noAnswer('OFFLINE', 'not sent: there is no connection', 'do it again when the page is live')
   }
@@ -78,7 +78,7 @@ export async function command<T>(ask: () => Promise<Answer<T>>): Promise<T> {
       'look at the device or the run; it is not sent again',
     )
   }
-  if (answer.response.ok) return answer.data as T
+  if (answer.response.ok) return answer.data as Whole<T>
   throw refusal(answer)
 }
 

@@ -4,195 +4,195 @@
  */
 
 export interface paths {
-    readonly "/api/v1/check": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/check": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Check Protocol
          * @description Every problem of a text, with its place; and the form with which it would be started.
          */
-        readonly post: operations["check_protocol"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["check_protocol"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/control": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/control": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Control
          * @description Who has control.
          */
-        readonly get: operations["get_control"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_control"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/control/ask": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/control/ask": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Ask Control
          * @description Ask the holder for it.
          */
-        readonly post: operations["ask_control"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["ask_control"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/control/release": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/control/release": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Release Control
          * @description Give control back.
          */
-        readonly post: operations["release_control"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["release_control"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/control/take": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/control/take": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Take Control
          * @description Take control, or renew your own; 423 where somebody has it and no reason is given.
          */
-        readonly post: operations["take_control"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["take_control"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/demo/fault": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/demo/fault": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Order Fault
          * @description Let something go wrong, to see what happens then; 404 without `--demo`.
          */
-        readonly post: operations["order_fault"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["order_fault"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/devices": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/devices": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * List Devices
          * @description Every device of the lab, as it is now.
          */
-        readonly get: operations["list_devices"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["list_devices"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/devices/scan": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/devices/scan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Scan Devices
          * @description Look for all devices anew: those that are lost or failed are tried at once.
          */
-        readonly post: operations["scan_devices"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["scan_devices"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/devices/{device}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/devices/{device}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Device
          * @description A device with its contract.
          */
-        readonly get: operations["get_device"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_device"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/devices/{device}/actions/{action}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/devices/{device}/actions/{action}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Call Action
          * @description Do one action; answers within 2 s, with `ended_at` set if it is over by then.
@@ -200,1226 +200,1270 @@ export interface paths {
          *     422 with a problem for each parameter that does not fit; 409 `HELD` while a run has the device,
          *     `BUSY` while another action is under way, `NOT_ARMED` for a hazard that was not armed.
          */
-        readonly post: operations["call_action"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["call_action"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/devices/{device}/arm": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/devices/{device}/arm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Arm Action
          * @description Arm a dangerous action for 60 s; it may be called once, after `hold_s`.
          */
-        readonly post: operations["arm_action"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["arm_action"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/devices/{device}/disarm": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/devices/{device}/disarm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Disarm Device
          * @description Disarm; needs no control.
          */
-        readonly post: operations["disarm_device"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["disarm_device"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/devices/{device}/jog/start": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/devices/{device}/jog/start": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Jog Start
          * @description Move for as long as keep-alives come: event `jog` {id} on `/ui`, or POST `beat`.
          */
-        readonly post: operations["jog_start"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["jog_start"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/devices/{device}/jog/step": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/devices/{device}/jog/step": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Jog Step
          * @description One bounded move from where the device says it stands, checked against the limits.
          */
-        readonly post: operations["jog_step"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["jog_step"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/explain": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/explain": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Explain Protocol
          * @description The protocol as P = [A1, ..., AT].
          */
-        readonly post: operations["explain_protocol"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["explain_protocol"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/goals/{id}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/goals/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Goal
          * @description An action by hand, under way or over.
          */
-        readonly get: operations["get_goal"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_goal"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/goals/{id}/cancel": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/goals/{id}/cancel": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Cancel Goal
          * @description Ask an action by hand to end; needs no control.
          */
-        readonly post: operations["cancel_goal"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["cancel_goal"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/goals/{id}/files/{file}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/goals/{id}/files/{file}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Goal File
          * @description A file that an action by hand gave.
          */
-        readonly get: operations["get_goal_file"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_goal_file"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/graph": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/graph": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Protocol Graph
          * @description The tree that it becomes.
          */
-        readonly post: operations["protocol_graph"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["protocol_graph"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/jogs/{id}/beat": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/jogs/{id}/beat": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Jog Beat
          * @description Keep a hold alive.
          */
-        readonly post: operations["jog_beat"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["jog_beat"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/jogs/{id}/stop": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/jogs/{id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Jog Stop
          * @description End a hold; answers when the axis stands still. Needs no control.
          */
-        readonly post: operations["jog_stop"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["jog_stop"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/launches/{id}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/launches/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Launch
          * @description An engine that was started: which run it is, or why it did not come up.
          */
-        readonly get: operations["get_launch"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_launch"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/preview": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/preview": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Preview Protocol
          * @description Its points over the work area, its actions, its time; points outside are no obstacle.
          */
-        readonly post: operations["preview_protocol"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["preview_protocol"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/protocols": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/protocols": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * List Protocols
          * @description All protocols of the folder, with what is known of their runs.
          */
-        readonly get: operations["list_protocols"];
-        readonly put?: never;
+        get: operations["list_protocols"];
+        put?: never;
         /**
          * New Protocol
          * @description A new file; 409 where one of that name is there.
          */
-        readonly post: operations["new_protocol"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["new_protocol"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/protocols/{name}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/protocols/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Read Protocol
          * @description A protocol's text with its revision.
          */
-        readonly get: operations["read_protocol"];
+        get: operations["read_protocol"];
         /**
          * Save Protocol
          * @description Save over the revision that was read; 409 with both texts where another is there.
          */
-        readonly put: operations["save_protocol"];
-        readonly post?: never;
+        put: operations["save_protocol"];
+        post?: never;
         /**
          * Throw Away Protocol
          * @description Into the trash.
          */
-        readonly delete: operations["throw_away_protocol"];
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        delete: operations["throw_away_protocol"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/protocols/{name}/versions": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/protocols/{name}/versions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * List Versions
          * @description The present text and the earlier ones, newest first.
          */
-        readonly get: operations["list_versions"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["list_versions"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/protocols/{name}/versions/{revision}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/protocols/{name}/versions/{revision}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Read Version
          * @description An earlier text.
          */
-        readonly get: operations["read_version"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["read_version"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/rehearse": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/rehearse": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Rehearse Protocol
          * @description The whole protocol with simulated devices on a virtual clock, in a process of its own.
          */
-        readonly post: operations["rehearse_protocol"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["rehearse_protocol"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * List Runs
          * @description All runs, newest first; live ones are those whose engine answers.
          */
-        readonly get: operations["list_runs"];
-        readonly put?: never;
+        get: operations["list_runs"];
+        put?: never;
         /**
          * Start Run
          * @description Check and start a protocol in an engine of its own; 422 with all problems.
          *
          *     The answer comes when the run has a name, or after 2 s; then `GET /launches/{id}` tells it.
          */
-        readonly post: operations["start_run"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["start_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Run
          * @description A run, live or finished, from its journal.
          */
-        readonly get: operations["get_run"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_run"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/abort": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/abort": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Abort Run
          * @description Cancel, run `finally`, put the devices into their safe state; a second time: at once.
          */
-        readonly post: operations["abort_run"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["abort_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/again": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/again": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Measure Again
          * @description A protocol like the run's own, with only the selected points.
          */
-        readonly post: operations["measure_again"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["measure_again"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/axes/{axis}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/axes/{axis}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Axis
          * @description The wavelengths in nm, Float32; the same id is always the same axis.
          */
-        readonly get: operations["get_axis"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_axis"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/changes": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/changes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Run Changes
          * @description What is different in the protocol (or parameters) with which the run could go on.
          */
-        readonly post: operations["run_changes"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["run_changes"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/continue": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/continue": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Continue Run
          * @description Go on after a pause; also takes back a pause that was to come after this point.
          */
-        readonly post: operations["continue_run"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["continue_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/files": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/files": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * List Files
          * @description The files of a run's folder, without the working state of engine and servers.
          */
-        readonly get: operations["list_files"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["list_files"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/files/{file}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/files/{file}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get File
          * @description One file of the run's folder; pages come without scripts.
          */
-        readonly get: operations["get_file"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_file"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/fit": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/fit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Fit
          * @description Float32, three after the other, each as long as the axis: background, fit, residual.
          */
-        readonly get: operations["get_fit"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_fit"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/log": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/log": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Log
          * @description A window of the log: the last lines, or those before or after a line's `n`.
          */
-        readonly get: operations["get_log"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_log"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/maps": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/maps": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * List Maps
          * @description The columns that can be drawn over the plane.
          */
-        readonly get: operations["list_maps"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["list_maps"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/maps/{table}/{column}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/maps/{table}/{column}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Map
          * @description Float32, width x height, row by row from the lowest y; NaN is a hole.
          */
-        readonly get: operations["get_map"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_map"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/mean": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/mean": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Mean Spectrum
          * @description The mean of the selected points' spectra, Float32; `X-Count` says of how many.
          */
-        readonly post: operations["mean_spectrum"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["mean_spectrum"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/pause": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/pause": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Pause Run
          * @description Pause; needs no control.
          */
-        readonly post: operations["pause_run"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["pause_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/peaks": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/peaks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Peaks
          * @description The fitted peaks of one spectrum, those of elements with their names.
          */
-        readonly get: operations["get_peaks"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_peaks"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/point": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/point": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Point
          * @description Everything about one iteration.
          */
-        readonly get: operations["get_point"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_point"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/points": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/points": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Points
          * @description A window of a loop's iterations; `loop` is its pattern, `within` the keys around it.
          */
-        readonly get: operations["get_points"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_points"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/questions/{question}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/questions/{question}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Answer Question
          * @description Answer an open question, by its id or path.
          */
-        readonly post: operations["answer_question"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["answer_question"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/report": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/reduce": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
+        /**
+         * Reduce Run
+         * @description Reduce its spectra to peaks, plasma, maps and classes, as `labrun reduce` and `labrun map` do.
+         *
+         *     It goes on in a process of its own, and is not begun twice; a notice tells of its end. 409 while
+         *     the run is live.
+         */
+        post: operations["reduce_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{id}/reduction": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Reduction
+         * @description How far that is.
+         */
+        get: operations["get_reduction"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{id}/report": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
         /**
          * Make Report
          * @description Make report and figures again.
          */
-        readonly post: operations["make_report"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["make_report"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/resume": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/resume": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Resume Run
          * @description Go on at the first unfinished action, in a new engine.
          */
-        readonly post: operations["resume_run"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["resume_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/spectra": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/spectra": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * List Spectra
          * @description The spectra of a run, each with its iteration.
          */
-        readonly get: operations["list_spectra"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["list_spectra"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/spectrum": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/spectrum": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Spectrum
          * @description Counts, Float32; the header `X-Axis` names the wavelengths.
          */
-        readonly get: operations["get_spectrum"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_spectrum"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/tables": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/tables": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * List Tables
-         * @description The tables that the run's loops collected.
+         * @description The tables that the run's loops collected; and, where its spectra were reduced, plasma,
+         *     classes and areas of elements by point (`reduced/plasma.csv`, `maps/classes.csv`, ...).
          */
-        readonly get: operations["list_tables"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["list_tables"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/tables/{table}": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/tables/{table}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Table
          * @description Rows of a table, as columns.
          */
-        readonly get: operations["get_table"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/tables/{table}/download": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/tables/{table}/download": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Download Table
          * @description A table as a file, named after the run.
          */
-        readonly get: operations["download_table"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["download_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/runs/{id}/zip": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/runs/{id}/zip": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Zip
          * @description The run's folder as a zip, without working state and without the lab's tokens.
          */
-        readonly get: operations["get_zip"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["get_zip"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/schema": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/schema": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Lab Schema
          * @description The JSON Schema of protocols for this lab, from which editors complete.
          */
-        readonly get: operations["lab_schema"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["lab_schema"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/session": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/session": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Session
          * @description Whether this browser is signed in; on loopback without a token it is from now on.
          */
-        readonly get: operations["get_session"];
-        readonly put?: never;
+        get: operations["get_session"];
+        put?: never;
         /**
          * Sign In
          * @description Sign in with the token; the answer sets an HttpOnly cookie.
          */
-        readonly post: operations["sign_in"];
+        post: operations["sign_in"];
         /**
          * Sign Out
          * @description Forget the cookie.
          */
-        readonly delete: operations["sign_out"];
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        delete: operations["sign_out"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/settings": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/settings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * Get Settings
          * @description Settings, and what this server is.
          */
-        readonly get: operations["get_settings"];
+        get: operations["get_settings"];
         /**
          * Put Settings
          * @description Change the settings; they are kept beside the protocols.
          */
-        readonly put: operations["put_settings"];
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        put: operations["put_settings"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/stop": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Stop All
          * @description STOP ALL: every device into its safe state, live runs aborted. No control, key or sign-in.
          *
          *     Answers within a second which devices confirmed.
          */
-        readonly post: operations["stop_all"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["stop_all"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/templates": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/templates": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * List Templates
          * @description What a new protocol can begin with.
          */
-        readonly get: operations["list_templates"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["list_templates"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/trash": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/trash": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
         /**
          * List Trash
          * @description Protocols that were thrown away.
          */
-        readonly get: operations["list_trash"];
-        readonly put?: never;
-        readonly post?: never;
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        get: operations["list_trash"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/trash/{id}/restore": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/trash/{id}/restore": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Restore Protocol
          * @description Take one back; 409 where its name is taken by now.
          */
-        readonly post: operations["restore_protocol"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["restore_protocol"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly "/api/v1/words": {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    "/api/v1/words": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Protocol Words
          * @description The protocol in plain sentences; 422 with the problems where it has errors.
          */
-        readonly post: operations["protocol_words"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["protocol_words"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
 }
 export interface webhooks {
-    readonly log: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    log: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Log
          * @description New lines of a run that is watched.
          */
-        readonly post: operations["loglog_post"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["loglog_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly notice: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    notice: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Notice
          * @description For a person to know.
          */
-        readonly post: operations["noticenotice_post"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["noticenotice_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly patch: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    patch: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Patch
          * @description What has changed since the last one.
          */
-        readonly post: operations["patchpatch_post"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["patchpatch_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly run_patch: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    run_patch: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Run Patch
          * @description A run that is watched.
          */
-        readonly post: operations["run_patchrun_patch_post"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["run_patchrun_patch_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly snapshot: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    snapshot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Snapshot
          * @description On every connection, and as the acknowledgement of `snapshot`.
          */
-        readonly post: operations["snapshotsnapshot_post"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["snapshotsnapshot_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
-    readonly watch: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    watch: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly get?: never;
-        readonly put?: never;
+        get?: never;
+        put?: never;
         /**
          * Watch
          * @description The acknowledgement of `watch {run}`.
          */
-        readonly post: operations["watchwatch_post"];
-        readonly delete?: never;
-        readonly options?: never;
-        readonly head?: never;
-        readonly patch?: never;
-        readonly trace?: never;
+        post: operations["watchwatch_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
     };
 }
 export interface components {
@@ -1428,390 +1472,390 @@ export interface components {
          * About
          * @description What this server is, and where it keeps things.
          */
-        readonly About: {
+        About: {
             /** Demo */
-            readonly demo: boolean;
+            demo: boolean;
             /** Lab */
-            readonly lab: string;
+            lab: string;
             /** Lab File */
-            readonly lab_file: string | null;
+            lab_file: string | null;
             /** Labrun */
-            readonly labrun: string;
+            labrun: string;
             /** Protocols */
-            readonly protocols: string;
+            protocols: string;
             /** Python */
-            readonly python: string;
+            python: string;
             /** Runs */
-            readonly runs: string;
+            runs: string;
             /** Simulated */
-            readonly simulated: boolean;
+            simulated: boolean;
         };
         /**
          * ActionForm
          * @description An action as a form: `params` is its JSON Schema with this bench's limits put in.
          */
-        readonly ActionForm: {
+        ActionForm: {
             /** Cancel */
-            readonly cancel: boolean;
+            cancel: boolean;
             /** Danger */
-            readonly danger: string | null;
+            danger: string | null;
             /** Duration S */
-            readonly duration_s: number | null;
+            duration_s: number | null;
             /**
              * Effect
              * @enum {string}
              */
-            readonly effect: "pure" | "idempotent" | "once";
+            effect: "pure" | "idempotent" | "once";
             /**
              * Errors
              * @description Error name -> its summary.
              */
-            readonly errors: {
-                readonly [key: string]: string;
+            errors: {
+                [key: string]: string;
             };
             /** Interlock */
-            readonly interlock?: {
-                readonly [key: string]: unknown;
+            interlock?: {
+                [key: string]: unknown;
             };
             /**
              * Level
              * @description 0 reads, 1 is reversible, 2 moves (control and limits), 3 is a hazard (arm, then hold).
              * @enum {integer}
              */
-            readonly level: 0 | 1 | 2 | 3;
+            level: 0 | 1 | 2 | 3;
             /** Name */
-            readonly name: string;
+            name: string;
             /** Params */
-            readonly params: {
-                readonly [key: string]: unknown;
+            params: {
+                [key: string]: unknown;
             };
             /** Returns */
-            readonly returns: {
-                readonly [key: string]: unknown;
+            returns: {
+                [key: string]: unknown;
             };
             /** Summary */
-            readonly summary: string;
+            summary: string;
         };
         /**
          * ActionTold
          * @description One attempt at one action, from the journal.
          */
-        readonly ActionTold: {
+        ActionTold: {
             /** Action */
-            readonly action: string;
+            action: string;
             /** Attempt */
-            readonly attempt: number;
+            attempt: number;
             /** Device */
-            readonly device: string;
+            device: string;
             /** Ended At */
-            readonly ended_at: string | null;
+            ended_at: string | null;
             /** Error */
-            readonly error: {
-                readonly [key: string]: unknown;
+            error: {
+                [key: string]: unknown;
             } | null;
             /** Files */
-            readonly files: readonly string[];
+            files: string[];
             /** Id */
-            readonly id: string;
+            id: string;
             /** Line */
-            readonly line: number | null;
+            line: number | null;
             /** Node */
-            readonly node: string;
+            node: string;
             /** Params */
-            readonly params: {
-                readonly [key: string]: unknown;
+            params: {
+                [key: string]: unknown;
             };
             /** Result */
-            readonly result: {
-                readonly [key: string]: unknown;
+            result: {
+                [key: string]: unknown;
             } | null;
             /** Seconds */
-            readonly seconds: number | null;
+            seconds: number | null;
             /** Sent At */
-            readonly sent_at: string;
+            sent_at: string;
             /** State */
-            readonly state: string;
+            state: string;
         };
         /**
          * AgainText
          * @description The text; it is in no file yet.
          */
-        readonly AgainText: {
+        AgainText: {
             /** Name */
-            readonly name: string;
+            name: string;
             /**
              * Params
              * @description What the run had set; give them to the new one.
              */
-            readonly params: {
-                readonly [key: string]: unknown;
+            params: {
+                [key: string]: unknown;
             };
             /** Points */
-            readonly points: number;
+            points: number;
             /** Text */
-            readonly text: string;
+            text: string;
         };
         /**
          * AllSettings
          * @description What can be set and what cannot.
          */
-        readonly AllSettings: {
-            readonly about: components["schemas"]["About"];
-            readonly settings: components["schemas"]["Settings"];
+        AllSettings: {
+            about: components["schemas"]["About"];
+            settings: components["schemas"]["Settings"];
         };
         /**
          * AnswerQuestion
          * @description One of the choices.
          */
-        readonly AnswerQuestion: {
+        AnswerQuestion: {
             /** Choice */
-            readonly choice: string;
+            choice: string;
         };
         /**
          * Area
          * @description A rectangle in mm; an edge is null where nothing bounds it.
          */
-        readonly Area: {
+        Area: {
             /** X0 */
-            readonly x0: number | null;
+            x0: number | null;
             /** X1 */
-            readonly x1: number | null;
+            x1: number | null;
             /** Y0 */
-            readonly y0: number | null;
+            y0: number | null;
             /** Y1 */
-            readonly y1: number | null;
+            y1: number | null;
         };
         /**
          * ArmAction
          * @description The dangerous action that is to be armed.
          */
-        readonly ArmAction: {
+        ArmAction: {
             /** Action */
-            readonly action: string;
+            action: string;
         };
         /**
          * Armed
          * @description An armed action: it may be called once with this id, after `hold_s`, until `ends_at`.
          */
-        readonly Armed: {
+        Armed: {
             /** Action */
-            readonly action: string;
+            action: string;
             /** By */
-            readonly by: string;
+            by: string;
             /** Danger */
-            readonly danger: string;
+            danger: string;
             /** Device */
-            readonly device: string;
+            device: string;
             /** Ends At */
-            readonly ends_at: string;
+            ends_at: string;
             /** Hold S */
-            readonly hold_s: number;
+            hold_s: number;
             /** Id */
-            readonly id: string;
+            id: string;
         };
         /**
          * AskControl
          * @description Ask whoever has control for it; they see a notice.
          */
-        readonly AskControl: {
+        AskControl: {
             /** Name */
-            readonly name: string;
+            name: string;
         };
         /**
          * Axis
          * @description The wavelengths that spectra share; get them once by their id.
          */
-        readonly Axis: {
+        Axis: {
             /** Channels */
-            readonly channels: number;
+            channels: number;
             /** From Nm */
-            readonly from_nm: number;
+            from_nm: number;
             /** Id */
-            readonly id: string;
+            id: string;
             /** To Nm */
-            readonly to_nm: number;
+            to_nm: number;
         };
         /**
          * CallAction
          * @description Parameters as values or texts with units; `armed` for a hazard, from `arm`.
          */
-        readonly CallAction: {
+        CallAction: {
             /** Armed */
-            readonly armed?: string | null;
+            armed?: string | null;
             /** Params */
-            readonly params?: {
-                readonly [key: string]: unknown;
+            params?: {
+                [key: string]: unknown;
             };
         };
         /**
          * Changes
          * @description What is different between a run's own protocol and one with which it could go on.
          */
-        readonly Changes: {
+        Changes: {
             /**
              * Agreeing
              * @default 0
              */
-            readonly agreeing: number;
+            agreeing: number;
             /** Can Resume */
-            readonly can_resume: boolean;
+            can_resume: boolean;
             /**
              * Diff
              * @description A unified diff, line by line.
              */
-            readonly diff: readonly string[];
+            diff: string[];
             /** Different */
-            readonly different?: readonly string[];
+            different?: string[];
             /**
              * Doubtful
              * @description Kept only with `yes`.
              */
-            readonly doubtful?: readonly string[];
+            doubtful?: string[];
             /**
              * In The Way
              * @description Done once, wanted otherwise: it cannot go on so.
              */
-            readonly in_the_way?: readonly string[];
+            in_the_way?: string[];
             /**
              * Reopened
              * @description Finished iterations that get something new.
              * @default 0
              */
-            readonly reopened: number;
+            reopened: number;
             /** Same Text */
-            readonly same_text: boolean;
+            same_text: boolean;
         };
         /**
          * CheckText
          * @description A text to look at, as it stands in the editor; `name` says where `use` and `csv` look.
          */
-        readonly CheckText: {
+        CheckText: {
             /**
              * Bind
              * @description Role -> device.
              */
-            readonly bind?: {
-                readonly [key: string]: string;
+            bind?: {
+                [key: string]: string;
             };
             /**
              * Name
              * @default protocol.yaml
              */
-            readonly name: string;
+            name: string;
             /**
              * Params
              * @description Texts or values.
              */
-            readonly params?: {
-                readonly [key: string]: unknown;
+            params?: {
+                [key: string]: unknown;
             };
             /** Text */
-            readonly text: string;
+            text: string;
         };
         /**
          * CheckedText
          * @description What the checker says; `ok` where it could run.
          */
-        readonly CheckedText: {
+        CheckedText: {
             /** Hazards */
-            readonly hazards?: readonly components["schemas"]["Hazard"][];
+            hazards?: components["schemas"]["Hazard"][];
             /** Ok */
-            readonly ok: boolean;
+            ok: boolean;
             /** Params */
-            readonly params?: readonly components["schemas"]["ParamForm"][];
+            params?: components["schemas"]["ParamForm"][];
             /** Problems */
-            readonly problems: readonly components["schemas"]["FoundProblem"][];
+            problems: components["schemas"]["FoundProblem"][];
             /** Questions */
-            readonly questions?: readonly string[];
+            questions?: string[];
             /** Revision */
-            readonly revision: string;
+            revision: string;
             /** Roles */
-            readonly roles?: readonly components["schemas"]["RoleForm"][];
+            roles?: components["schemas"]["RoleForm"][];
             /** Title */
-            readonly title: string | null;
+            title: string | null;
         };
         /**
          * Column
          * @description A column of a table; its unit is in its name's suffix.
          */
-        readonly Column: {
+        Column: {
             /** Name */
-            readonly name: string;
+            name: string;
             /** Numeric */
-            readonly numeric: boolean;
+            numeric: boolean;
             /** Unit */
-            readonly unit: string | null;
+            unit: string | null;
         };
         /**
          * ControlState
          * @description The holder now; `ends_at` moves on with each command.
          */
-        readonly ControlState: {
+        ControlState: {
             /**
              * Armed
              * @description True: it cannot be taken over now.
              * @default false
              */
-            readonly armed: boolean;
+            armed: boolean;
             /** Ends At */
-            readonly ends_at?: string | null;
+            ends_at?: string | null;
             /** Holder */
-            readonly holder?: string | null;
+            holder?: string | null;
             /** Since */
-            readonly since?: string | null;
+            since?: string | null;
         };
         /**
          * ControlTaken
          * @description `lease` goes into `X-Control-Lease` with each command; nobody else is told it.
          */
-        readonly ControlTaken: {
-            readonly control: components["schemas"]["ControlState"];
+        ControlTaken: {
+            control: components["schemas"]["ControlState"];
             /** Lease */
-            readonly lease: string;
+            lease: string;
         };
         /**
          * DeviceDetail
          * @description A device with its contract.
          */
-        readonly DeviceDetail: {
+        DeviceDetail: {
             /** Actions */
-            readonly actions: readonly components["schemas"]["ActionForm"][];
+            actions: components["schemas"]["ActionForm"][];
             /** Age S */
-            readonly age_s?: number | null;
+            age_s?: number | null;
             /**
              * Armed
              * @description Who has armed a dangerous action of it.
              */
-            readonly armed?: string | null;
+            armed?: string | null;
             /**
              * Axes
              * @description That can be jogged; empty where none can.
              */
-            readonly axes: readonly ("x" | "y" | "z")[];
+            axes: ("x" | "y" | "z")[];
             /**
              * Changed At
              * @description Since when `reach` is what it is.
              */
-            readonly changed_at: string;
+            changed_at: string;
             /** Concurrent */
-            readonly concurrent: boolean;
+            concurrent: boolean;
             /** Contract */
-            readonly contract: string;
+            contract: string;
             /** Driver */
-            readonly driver: string | null;
+            driver: string | null;
             /**
              * Goal
              * @description The goal by hand that is under way.
              */
-            readonly goal?: string | null;
+            goal?: string | null;
             /** Name */
-            readonly name: string;
+            name: string;
             /**
              * Ranges Mm
              * @description Of each axis, on this bench.
              */
-            readonly ranges_mm: {
-                readonly [key: string]: readonly [
+            ranges_mm: {
+                [key: string]: [
                     number,
                     number
                 ];
@@ -1820,674 +1864,674 @@ export interface components {
              * Reach
              * @enum {string}
              */
-            readonly reach: "starting" | "online" | "lost" | "failed";
+            reach: "starting" | "online" | "lost" | "failed";
             /**
              * Reason
              * @description Why it is lost or failed, in words.
              * @default
              */
-            readonly reason: string;
+            reason: string;
             /** Safe State */
-            readonly safe_state: readonly string[];
+            safe_state: string[];
             /** Status */
-            readonly status?: {
-                readonly [key: string]: unknown;
+            status?: {
+                [key: string]: unknown;
             };
             /** Status At */
-            readonly status_at?: string | null;
+            status_at?: string | null;
             /** Status Schema */
-            readonly status_schema: {
-                readonly [key: string]: unknown;
+            status_schema: {
+                [key: string]: unknown;
             };
             /** Summary */
-            readonly summary: string;
+            summary: string;
             /** Url */
-            readonly url: string | null;
+            url: string | null;
             /**
              * Used By
              * @description The run that holds it.
              */
-            readonly used_by?: string | null;
+            used_by?: string | null;
             /** Versions */
-            readonly versions: {
-                readonly [key: string]: string;
+            versions: {
+                [key: string]: string;
             };
             /**
              * Word
              * @description idle, moving, busy, SAFE ...: one word from its status.
              */
-            readonly word: string;
+            word: string;
         };
         /**
          * DeviceState
          * @description A device now. `age_s` is the age of `status` when this was told.
          */
-        readonly DeviceState: {
+        DeviceState: {
             /** Age S */
-            readonly age_s?: number | null;
+            age_s?: number | null;
             /**
              * Armed
              * @description Who has armed a dangerous action of it.
              */
-            readonly armed?: string | null;
+            armed?: string | null;
             /**
              * Changed At
              * @description Since when `reach` is what it is.
              */
-            readonly changed_at: string;
+            changed_at: string;
             /** Contract */
-            readonly contract: string;
+            contract: string;
             /** Driver */
-            readonly driver: string | null;
+            driver: string | null;
             /**
              * Goal
              * @description The goal by hand that is under way.
              */
-            readonly goal?: string | null;
+            goal?: string | null;
             /** Name */
-            readonly name: string;
+            name: string;
             /**
              * Reach
              * @enum {string}
              */
-            readonly reach: "starting" | "online" | "lost" | "failed";
+            reach: "starting" | "online" | "lost" | "failed";
             /**
              * Reason
              * @description Why it is lost or failed, in words.
              * @default
              */
-            readonly reason: string;
+            reason: string;
             /** Status */
-            readonly status?: {
-                readonly [key: string]: unknown;
+            status?: {
+                [key: string]: unknown;
             };
             /** Status At */
-            readonly status_at?: string | null;
+            status_at?: string | null;
             /** Url */
-            readonly url: string | null;
+            url: string | null;
             /**
              * Used By
              * @description The run that holds it.
              */
-            readonly used_by?: string | null;
+            used_by?: string | null;
             /**
              * Word
              * @description idle, moving, busy, SAFE ...: one word from its status.
              */
-            readonly word: string;
+            word: string;
         };
         /**
          * Explained
          * @description The protocol as P = [A1, ..., AT], line by line.
          */
-        readonly Explained: {
+        Explained: {
             /** Lines */
-            readonly lines: readonly string[];
+            lines: string[];
         };
         /**
          * Fault
          * @description Every refusal: what, in words, and what now. The HTTP status says which kind it is.
          */
-        readonly Fault: {
+        Fault: {
             /**
              * Code
              * @description A word for programs, such as `LATE`, `NO_CONTROL`, `HELD`.
              */
-            readonly code: string;
+            code: string;
             /** Details */
-            readonly details?: {
-                readonly [key: string]: unknown;
+            details?: {
+                [key: string]: unknown;
             };
             /**
              * Hint
              * @default
              */
-            readonly hint: string;
+            hint: string;
             /**
              * Message
              * @description A sentence for people.
              */
-            readonly message: string;
+            message: string;
             /** Problems */
-            readonly problems?: readonly components["schemas"]["FoundProblem"][];
+            problems?: components["schemas"]["FoundProblem"][];
         };
         /**
          * FoundProblem
          * @description A problem as the one checker gives it; line and column start at 1.
          */
-        readonly FoundProblem: {
+        FoundProblem: {
             /** Code */
-            readonly code: string;
+            code: string;
             /** Column */
-            readonly column: number;
+            column: number;
             /** File */
-            readonly file: string;
+            file: string;
             /**
              * Hint
              * @default
              */
-            readonly hint: string;
+            hint: string;
             /** Length */
-            readonly length: number;
+            length: number;
             /** Line */
-            readonly line: number;
+            line: number;
             /** Message */
-            readonly message: string;
+            message: string;
             /**
              * Pointer
              * @description JSON Pointer (RFC 6901) of the value or key in the protocol; null where the problem is in another file or the text is no YAML.
              */
-            readonly pointer?: string | null;
+            pointer?: string | null;
             /**
              * Severity
              * @enum {string}
              */
-            readonly severity: "error" | "warning";
+            severity: "error" | "warning";
         };
         /**
          * GoalError
          * @description Why a goal did not succeed, and whether it happened all the same.
          */
-        readonly GoalError: {
+        GoalError: {
             /**
              * Happened
              * @enum {string}
              */
-            readonly happened: "no" | "yes" | "unknown";
+            happened: "no" | "yes" | "unknown";
             /** Message */
-            readonly message: string;
+            message: string;
             /** Name */
-            readonly name: string;
+            name: string;
         };
         /**
          * GoalState
          * @description One action by hand: under way until `ended_at` is set.
          */
-        readonly GoalState: {
+        GoalState: {
             /** Action */
-            readonly action: string;
+            action: string;
             /** Began At */
-            readonly began_at: string;
+            began_at: string;
             /** By */
-            readonly by: string;
+            by: string;
             /** Device */
-            readonly device: string;
+            device: string;
             /** Ended At */
-            readonly ended_at?: string | null;
-            readonly error?: components["schemas"]["GoalError"] | null;
+            ended_at?: string | null;
+            error?: components["schemas"]["GoalError"] | null;
             /** Files */
-            readonly files?: readonly string[];
+            files?: string[];
             /** Id */
-            readonly id: string;
+            id: string;
             /**
              * Message
              * @default
              */
-            readonly message: string;
+            message: string;
             /** Params */
-            readonly params: {
-                readonly [key: string]: unknown;
+            params: {
+                [key: string]: unknown;
             };
             /** Progress */
-            readonly progress?: number | null;
+            progress?: number | null;
             /** Result */
-            readonly result?: {
-                readonly [key: string]: unknown;
+            result?: {
+                [key: string]: unknown;
             } | null;
             /**
              * State
              * @enum {string}
              */
-            readonly state: "ACCEPTED" | "EXECUTING" | "CANCELING" | "SUCCEEDED" | "CANCELED" | "ABORTED" | "LOST";
+            state: "ACCEPTED" | "EXECUTING" | "CANCELING" | "SUCCEEDED" | "CANCELED" | "ABORTED" | "LOST";
             /**
              * Step
              * @description The same as a step of a protocol, in YAML.
              */
-            readonly step: string;
+            step: string;
         };
         /**
          * Graph
          * @description The tree that the protocol becomes, as data and as text for others to draw.
          */
-        readonly Graph: {
+        Graph: {
             /** Dot */
-            readonly dot: string;
+            dot: string;
             /** Mermaid */
-            readonly mermaid: string;
+            mermaid: string;
             /** Phases */
-            readonly phases: {
-                readonly [key: string]: components["schemas"]["GraphNode"];
+            phases: {
+                [key: string]: components["schemas"]["GraphNode"];
             };
         };
         /**
          * GraphNode
          * @description A node of the tree; `step` is the path of the step it stands for.
          */
-        readonly GraphNode: {
+        GraphNode: {
             /** Below */
-            readonly below?: readonly components["schemas"]["GraphNode"][];
+            below?: components["schemas"]["GraphNode"][];
             /**
              * Edge
              * @default
              */
-            readonly edge: string;
+            edge: string;
             /** Kind */
-            readonly kind: string;
+            kind: string;
             /** Lines */
-            readonly lines: readonly string[];
+            lines: string[];
             /** Step */
-            readonly step?: string | null;
+            step?: string | null;
         };
         /** HTTPValidationError */
-        readonly HTTPValidationError: {
+        HTTPValidationError: {
             /** Detail */
-            readonly detail?: readonly components["schemas"]["ValidationError"][];
+            detail?: components["schemas"]["ValidationError"][];
         };
         /**
          * Hazard
          * @description An action of the protocol that its contract calls dangerous.
          */
-        readonly Hazard: {
+        Hazard: {
             /** Action */
-            readonly action: string;
+            action: string;
             /** Danger */
-            readonly danger: string;
+            danger: string;
             /** Device */
-            readonly device: string;
+            device: string;
             /** Pointer */
-            readonly pointer: string;
+            pointer: string;
         };
         /**
          * JogStart
          * @description Move along an axis for as long as keep-alives come.
          */
-        readonly JogStart: {
+        JogStart: {
             /**
              * Axis
              * @enum {string}
              */
-            readonly axis: "x" | "y" | "z";
+            axis: "x" | "y" | "z";
             /**
              * Direction
              * @enum {integer}
              */
-            readonly direction: 1 | -1;
+            direction: 1 | -1;
             /** Feed Mm Min */
-            readonly feed_mm_min: number;
+            feed_mm_min: number;
         };
         /**
          * JogState
          * @description A hold: send `jog` {id} on the socket each `beat_ms`; none for `dead_man_ms` stops it.
          */
-        readonly JogState: {
+        JogState: {
             /**
              * Axis
              * @enum {string}
              */
-            readonly axis: "x" | "y" | "z";
+            axis: "x" | "y" | "z";
             /**
              * Beat Ms
              * @default 100
              */
-            readonly beat_ms: number;
+            beat_ms: number;
             /**
              * Dead Man Ms
              * @default 300
              */
-            readonly dead_man_ms: number;
+            dead_man_ms: number;
             /** Device */
-            readonly device: string;
+            device: string;
             /**
              * Direction
              * @enum {integer}
              */
-            readonly direction: 1 | -1;
+            direction: 1 | -1;
             /** Id */
-            readonly id: string;
+            id: string;
             /** Moving */
-            readonly moving: boolean;
+            moving: boolean;
             /**
              * Reason
              * @description Why it ended, in words.
              * @default
              */
-            readonly reason: string;
+            reason: string;
         };
         /**
          * JogStep
          * @description One bounded move along one axis from where the device says it stands.
          */
-        readonly JogStep: {
+        JogStep: {
             /**
              * Axis
              * @enum {string}
              */
-            readonly axis: "x" | "y" | "z";
+            axis: "x" | "y" | "z";
             /** Distance Mm */
-            readonly distance_mm: number;
+            distance_mm: number;
             /** Feed Mm Min */
-            readonly feed_mm_min?: number | null;
+            feed_mm_min?: number | null;
         };
         /**
          * Launch
          * @description What the person who started it said.
          */
-        readonly Launch: {
+        Launch: {
             /**
              * At
              * @default
              */
-            readonly at: string;
+            at: string;
             /** Checklist */
-            readonly checklist?: readonly string[];
+            checklist?: string[];
             /**
              * Note
              * @default
              */
-            readonly note: string;
+            note: string;
             /**
              * Operator
              * @default
              */
-            readonly operator: string;
+            operator: string;
         };
         /**
          * LaunchState
          * @description An engine that was started; `run` is null until it has told its run's id.
          */
-        readonly LaunchState: {
+        LaunchState: {
             /** Id */
-            readonly id: string;
+            id: string;
             /**
              * Message
              * @default
              */
-            readonly message: string;
+            message: string;
             /** Run */
-            readonly run: string | null;
+            run: string | null;
             /**
              * State
              * @enum {string}
              */
-            readonly state: "starting" | "running" | "failed" | "ended";
+            state: "starting" | "running" | "failed" | "ended";
         };
         /**
          * LogLine
          * @description One line of the log; `n` is the number of its journal record.
          */
-        readonly LogLine: {
+        LogLine: {
             /** At */
-            readonly at: string;
+            at: string;
             /** Device */
-            readonly device?: string | null;
+            device?: string | null;
             /** Key */
-            readonly key?: string | null;
+            key?: string | null;
             /** Kind */
-            readonly kind: string;
+            kind: string;
             /**
              * Level
              * @enum {string}
              */
-            readonly level: "info" | "problem";
+            level: "info" | "problem";
             /** Line */
-            readonly line?: number | null;
+            line?: number | null;
             /** Loop */
-            readonly loop?: string | null;
+            loop?: string | null;
             /** N */
-            readonly n: number;
+            n: number;
             /** Node */
-            readonly node?: string | null;
+            node?: string | null;
             /**
              * Path
              * @default
              */
-            readonly path: string;
+            path: string;
             /** Text */
-            readonly text: string;
+            text: string;
         };
         /**
          * LogWindow
          * @description Lines in order; ask with `before` the first or `after` the last for more.
          */
-        readonly LogWindow: {
+        LogWindow: {
             /** Lines */
-            readonly lines: readonly components["schemas"]["LogLine"][];
+            lines: components["schemas"]["LogLine"][];
             /** More After */
-            readonly more_after: boolean;
+            more_after: boolean;
             /** More Before */
-            readonly more_before: boolean;
+            more_before: boolean;
             /** Total */
-            readonly total: number;
+            total: number;
         };
         /**
          * Loop
          * @description One loop: how far it is; `x_mm`, `y_mm` where its items have places.
          */
-        readonly Loop: {
+        Loop: {
             /**
              * Current
              * @description Key of the newest that is under way.
              */
-            readonly current?: string | null;
+            current?: string | null;
             /** Done */
-            readonly done: number;
+            done: number;
             /** Failed */
-            readonly failed: number;
+            failed: number;
             /**
              * Path
              * @description Pattern with `*` for the keys of loops around it.
              */
-            readonly path: string;
+            path: string;
             /**
              * Placed
              * @description True where `points` gives x and y.
              */
-            readonly placed: boolean;
+            placed: boolean;
             /** Skipped */
-            readonly skipped: number;
+            skipped: number;
             /** Succeeded */
-            readonly succeeded: number;
+            succeeded: number;
             /** Title */
-            readonly title: string;
+            title: string;
             /** Total */
-            readonly total: number | null;
+            total: number | null;
         };
         /**
          * MapHead
          * @description One column over the plane. Its cells come as Float32, row by row from the lowest y.
          */
-        readonly MapHead: {
+        MapHead: {
             /** Column */
-            readonly column: string;
+            column: string;
             /** Element */
-            readonly element: boolean;
+            element: boolean;
             /** Height */
-            readonly height: number;
+            height: number;
             /** Maximum */
-            readonly maximum: number | null;
+            maximum: number | null;
             /** Measured */
-            readonly measured: number;
+            measured: number;
             /** Minimum */
-            readonly minimum: number | null;
+            minimum: number | null;
             /** P2 */
-            readonly p2: number | null;
+            p2: number | null;
             /** P98 */
-            readonly p98: number | null;
+            p98: number | null;
             /** Table */
-            readonly table: string;
+            table: string;
             /** Unit */
-            readonly unit: string;
+            unit: string;
             /** Width */
-            readonly width: number;
+            width: number;
             /** X */
-            readonly x: readonly number[];
+            x: number[];
             /** Y */
-            readonly y: readonly number[];
+            y: number[];
         };
         /**
          * Maps
          * @description All maps of a run; those of one table share x, y and the index of cells.
          */
-        readonly Maps: {
+        Maps: {
             /**
              * Cell Keys
              * @description Table -> key of each cell, in the order of the cells; null where none is.
              */
-            readonly cell_keys: {
-                readonly [key: string]: readonly (string | null)[];
+            cell_keys: {
+                [key: string]: (string | null)[];
             };
             /** Maps */
-            readonly maps: readonly components["schemas"]["MapHead"][];
+            maps: components["schemas"]["MapHead"][];
         };
         /**
          * MeasureAgain
          * @description A new protocol with just those points.
          */
-        readonly MeasureAgain: {
+        MeasureAgain: {
             /** Keys */
-            readonly keys: readonly string[];
+            keys: string[];
             /**
              * Loop
              * @description Needed where several loops have points.
              */
-            readonly loop?: string | null;
+            loop?: string | null;
             /**
              * Name
              * @description What it is to be called.
              */
-            readonly name?: string | null;
+            name?: string | null;
         };
         /**
          * NeedsYou
          * @description The next step that asks a person: between which times.
          */
-        readonly NeedsYou: {
+        NeedsYou: {
             /** High */
-            readonly high: string;
+            high: string;
             /** Low */
-            readonly low: string;
+            low: string;
             /** Text */
-            readonly text: string;
+            text: string;
         };
         /**
          * NewProtocol
          * @description A new protocol: from a template, a text, another protocol, or what a past run went by.
          */
-        readonly NewProtocol: {
+        NewProtocol: {
             /**
              * Copy Of
              * @description The name of another protocol.
              */
-            readonly copy_of?: string | null;
+            copy_of?: string | null;
             /** Name */
-            readonly name: string;
+            name: string;
             /**
              * Run
              * @description The id of a run.
              */
-            readonly run?: string | null;
+            run?: string | null;
             /** Template */
-            readonly template?: string | null;
+            template?: string | null;
             /** Text */
-            readonly text?: string | null;
+            text?: string | null;
         };
         /**
          * NodeState
          * @description What has become of a step, over all the points of its loops.
          */
-        readonly NodeState: {
+        NodeState: {
             /**
              * Failed
              * @default 0
              */
-            readonly failed: number;
+            failed: number;
             /** Last S */
-            readonly last_s?: number | null;
+            last_s?: number | null;
             /**
              * Message
              * @default
              */
-            readonly message: string;
+            message: string;
             /**
              * Ok
              * @default 0
              */
-            readonly ok: number;
+            ok: number;
             /**
              * Retries
              * @default 0
              */
-            readonly retries: number;
+            retries: number;
             /**
              * Running
              * @default 0
              */
-            readonly running: number;
+            running: number;
             /**
              * Skipped
              * @default 0
              */
-            readonly skipped: number;
+            skipped: number;
             /**
              * Status
              * @enum {string}
              */
-            readonly status: "waiting" | "running" | "ok" | "retrying" | "skipped" | "failed" | "cancelled" | "unknown";
+            status: "waiting" | "running" | "ok" | "retrying" | "skipped" | "failed" | "cancelled" | "unknown";
             /**
              * Unknown
              * @default 0
              */
-            readonly unknown: number;
+            unknown: number;
         };
         /**
          * Notice
          * @description Event `notice`: something for a person to know.
          */
-        readonly Notice: {
+        Notice: {
             /** Device */
-            readonly device?: string | null;
+            device?: string | null;
             /**
              * Level
              * @enum {string}
              */
-            readonly level: "info" | "problem";
+            level: "info" | "problem";
             /** Run */
-            readonly run?: string | null;
+            run?: string | null;
             /** Text */
-            readonly text: string;
+            text: string;
         };
         /**
          * Now
          * @description An action under way.
          */
-        readonly Now: {
+        Now: {
             /** Action */
-            readonly action: string;
+            action: string;
             /** Attempt */
-            readonly attempt: number;
+            attempt: number;
             /** Device */
-            readonly device: string;
+            device: string;
             /** Id */
-            readonly id: string;
+            id: string;
             /** Key */
-            readonly key: string | null;
+            key: string | null;
             /** Loop */
-            readonly loop: string | null;
+            loop: string | null;
             /**
              * Message
              * @default
              */
-            readonly message: string;
+            message: string;
             /** Node */
-            readonly node: string;
+            node: string;
             /** Path */
-            readonly path: string;
+            path: string;
             /** Progress */
-            readonly progress?: number | null;
+            progress?: number | null;
             /** Since */
-            readonly since: string;
+            since: string;
             /** Usual S */
-            readonly usual_s?: readonly [
+            usual_s?: [
                 number,
                 number
             ] | null;
@@ -2496,567 +2540,589 @@ export interface components {
          * OrderFault
          * @description `error`: the next `count` goals of the action end so. The others act on the server process.
          */
-        readonly OrderFault: {
+        OrderFault: {
             /** Action */
-            readonly action?: string | null;
+            action?: string | null;
             /**
              * Count
              * @default 1
              */
-            readonly count: number;
+            count: number;
             /** Device */
-            readonly device: string;
+            device: string;
             /**
              * Error
              * @description A name of the contract; any if null.
              */
-            readonly error?: string | null;
+            error?: string | null;
             /**
              * Kind
              * @default error
              * @enum {string}
              */
-            readonly kind: "error" | "kill" | "freeze" | "thaw" | "clear";
+            kind: "error" | "kill" | "freeze" | "thaw" | "clear";
         };
         /**
          * OutlineNode
          * @description A step of the protocol; `path` is a pattern, `*` stands for the keys of loops.
          */
-        readonly OutlineNode: {
+        OutlineNode: {
             /** Action */
-            readonly action?: string | null;
+            action?: string | null;
             /** Danger */
-            readonly danger?: string | null;
+            danger?: string | null;
             /** Depth */
-            readonly depth: number;
+            depth: number;
             /** Id */
-            readonly id: string | null;
+            id: string | null;
             /** Kind */
-            readonly kind: string;
+            kind: string;
             /**
              * Line
              * @description In the run's own copy of the protocol.
              */
-            readonly line?: number | null;
+            line?: number | null;
             /**
              * Loop
              * @default false
              */
-            readonly loop: boolean;
+            loop: boolean;
             /** Parent */
-            readonly parent: string | null;
+            parent: string | null;
             /** Path */
-            readonly path: string;
+            path: string;
             /** Pointer */
-            readonly pointer?: string | null;
+            pointer?: string | null;
             /** Role */
-            readonly role?: string | null;
+            role?: string | null;
             /** Title */
-            readonly title: string;
+            title: string;
         };
         /**
          * ParamForm
          * @description One parameter, as the form before a run asks for it.
          */
-        readonly ParamForm: {
+        ParamForm: {
             /** Default */
-            readonly default?: unknown;
+            default?: unknown;
             /** Enum */
-            readonly enum?: readonly unknown[] | null;
+            enum?: unknown[] | null;
             /** Maximum */
-            readonly maximum?: unknown;
+            maximum?: unknown;
             /** Minimum */
-            readonly minimum?: unknown;
+            minimum?: unknown;
             /** Name */
-            readonly name: string;
+            name: string;
             /** Pattern */
-            readonly pattern?: string | null;
+            pattern?: string | null;
             /** Required */
-            readonly required: boolean;
+            required: boolean;
             /**
              * Summary
              * @default
              */
-            readonly summary: string;
+            summary: string;
             /** Type */
-            readonly type: string;
+            type: string;
             /** Unit */
-            readonly unit?: string | null;
+            unit?: string | null;
         };
         /**
          * Patch
          * @description Event `patch`: what has changed, each entry whole; null for one that is gone.
          */
-        readonly Patch: {
+        Patch: {
             /** @description Null: unchanged. */
-            readonly control?: components["schemas"]["ControlState"] | null;
+            control?: components["schemas"]["ControlState"] | null;
             /** Devices */
-            readonly devices?: {
-                readonly [key: string]: components["schemas"]["DeviceState"] | null;
+            devices?: {
+                [key: string]: components["schemas"]["DeviceState"] | null;
             };
             /** Goals */
-            readonly goals?: {
-                readonly [key: string]: components["schemas"]["GoalState"] | null;
+            goals?: {
+                [key: string]: components["schemas"]["GoalState"] | null;
             };
             /** Jogs */
-            readonly jogs?: {
-                readonly [key: string]: components["schemas"]["JogState"] | null;
+            jogs?: {
+                [key: string]: components["schemas"]["JogState"] | null;
             };
             /** Launches */
-            readonly launches?: {
-                readonly [key: string]: components["schemas"]["LaunchState"] | null;
+            launches?: {
+                [key: string]: components["schemas"]["LaunchState"] | null;
             };
             /** Runs */
-            readonly runs?: {
-                readonly [key: string]: components["schemas"]["RunSummary"] | null;
+            runs?: {
+                [key: string]: components["schemas"]["RunSummary"] | null;
             };
             /** Seq */
-            readonly seq: number;
+            seq: number;
             /** Server Time Ms */
-            readonly server_time_ms: number;
+            server_time_ms: number;
         };
         /**
          * PauseRun
          * @description `now`: what runs is finished, then it holds. `after_point`: when this iteration is over.
          */
-        readonly PauseRun: {
+        PauseRun: {
             /**
              * When
              * @default now
              * @enum {string}
              */
-            readonly when: "now" | "after_point";
+            when: "now" | "after_point";
         };
         /**
          * Peak
          * @description A fitted peak; `element` where one was found for it.
          */
-        readonly Peak: {
+        Peak: {
             /** Area */
-            readonly area: number;
+            area: number;
             /** Element */
-            readonly element?: string | null;
+            element?: string | null;
             /** Height */
-            readonly height: number;
+            height: number;
             /** Nm */
-            readonly nm: number;
+            nm: number;
             /** Width Nm */
-            readonly width_nm: number;
+            width_nm: number;
         };
         /**
          * Peaks
          * @description What the reduction says of one spectrum.
          */
-        readonly Peaks: {
+        Peaks: {
             /** Areas */
-            readonly areas: {
-                readonly [key: string]: number;
+            areas: {
+                [key: string]: number;
             };
-            readonly axis: components["schemas"]["Axis"];
+            axis: components["schemas"]["Axis"];
             /** File */
-            readonly file: string;
+            file: string;
             /**
              * Noise
              * @description Median of the residual's size, counts.
              */
-            readonly noise?: number | null;
+            noise?: number | null;
             /** Peaks */
-            readonly peaks: readonly components["schemas"]["Peak"][];
+            peaks: components["schemas"]["Peak"][];
             /** Temperature K */
-            readonly temperature_k: number | null;
+            temperature_k: number | null;
         };
         /**
          * PointDetail
          * @description Everything about one iteration: actions with their attempts, the row, the log.
          */
-        readonly PointDetail: {
+        PointDetail: {
             /** Actions */
-            readonly actions: readonly components["schemas"]["ActionTold"][];
+            actions: components["schemas"]["ActionTold"][];
             /** Log */
-            readonly log: readonly components["schemas"]["LogLine"][];
-            readonly point: components["schemas"]["PointState"];
+            log: components["schemas"]["LogLine"][];
+            point: components["schemas"]["PointState"];
             /** Row */
-            readonly row: {
-                readonly [key: string]: unknown;
+            row: {
+                [key: string]: unknown;
             } | null;
             /** Spectra */
-            readonly spectra: readonly string[];
+            spectra: string[];
             /** X Mm */
-            readonly x_mm: number | null;
+            x_mm: number | null;
             /** Y Mm */
-            readonly y_mm: number | null;
+            y_mm: number | null;
         };
         /**
          * PointState
          * @description One iteration, as patches tell it.
          */
-        readonly PointState: {
+        PointState: {
             /** Index */
-            readonly index: number;
+            index: number;
             /** Key */
-            readonly key: string;
+            key: string;
             /** Loop */
-            readonly loop: string;
+            loop: string;
             /**
              * Message
              * @default
              */
-            readonly message: string;
+            message: string;
             /** Seconds */
-            readonly seconds?: number | null;
+            seconds?: number | null;
             /**
              * Status
              * @enum {string}
              */
-            readonly status: "waiting" | "running" | "ok" | "retrying" | "skipped" | "failed" | "cancelled" | "unknown";
+            status: "waiting" | "running" | "ok" | "retrying" | "skipped" | "failed" | "cancelled" | "unknown";
             /**
              * Tries
              * @default 0
              */
-            readonly tries: number;
+            tries: number;
             /**
              * Within
              * @description Keys of the iterations around it, separated by slashes.
              */
-            readonly within: string;
+            within: string;
         };
         /**
          * Points
          * @description A window of a loop's iterations, as columns of one length; waiting ones are told, too.
          */
-        readonly Points: {
+        Points: {
             /** Index */
-            readonly index: readonly number[];
+            index: number[];
             /**
              * Key
              * @description Null for one that has not begun.
              */
-            readonly key: readonly (string | null)[];
+            key: (string | null)[];
             /** Loop */
-            readonly loop: string;
+            loop: string;
             /** Message */
-            readonly message: readonly string[];
+            message: string[];
             /** Offset */
-            readonly offset: number;
+            offset: number;
             /** Seconds */
-            readonly seconds: readonly (number | null)[];
+            seconds: (number | null)[];
             /** Status */
-            readonly status: readonly ("waiting" | "running" | "ok" | "retrying" | "skipped" | "failed" | "cancelled" | "unknown")[];
+            status: ("waiting" | "running" | "ok" | "retrying" | "skipped" | "failed" | "cancelled" | "unknown")[];
             /** Total */
-            readonly total: number | null;
+            total: number | null;
             /**
              * Tries
              * @description Goals that were sent again.
              */
-            readonly tries: readonly number[];
+            tries: number[];
             /** X Mm */
-            readonly x_mm: readonly (number | null)[];
+            x_mm: (number | null)[];
             /** Y Mm */
-            readonly y_mm: readonly (number | null)[];
+            y_mm: (number | null)[];
         };
         /**
          * Preview
          * @description Where a protocol goes, how often it acts and how long it takes, before anything moves.
          */
-        readonly Preview: {
+        Preview: {
             /**
              * Actions
              * @description device.action -> times; null: unknown.
              */
-            readonly actions: {
-                readonly [key: string]: number | null;
+            actions: {
+                [key: string]: number | null;
             };
             /** Actions Text */
-            readonly actions_text: string;
+            actions_text: string;
             /**
              * Full
              * @description True where there are more points than are told.
              */
-            readonly full: boolean;
+            full: boolean;
             /**
              * Needs You
              * @description Questions to a person, in order.
              */
-            readonly needs_you: readonly string[];
+            needs_you: string[];
             /** Notes */
-            readonly notes: readonly string[];
+            notes: string[];
             /**
              * Shots
              * @description Actions with a laser; null where not known.
              */
-            readonly shots: number | null;
-            readonly time_s: components["schemas"]["SpanS"] | null;
+            shots: number | null;
+            time_s: components["schemas"]["SpanS"] | null;
             /** Tracks */
-            readonly tracks: readonly components["schemas"]["Track"][];
+            tracks: components["schemas"]["Track"][];
         };
         /**
          * ProtocolSummary
          * @description One protocol in the list; `errors` and `warnings` are null until it was checked.
          */
-        readonly ProtocolSummary: {
+        ProtocolSummary: {
             /** Errors */
-            readonly errors?: number | null;
+            errors?: number | null;
             /** First Error */
-            readonly first_error?: string | null;
+            first_error?: string | null;
             /**
              * Median S
              * @description Of its runs that succeeded.
              */
-            readonly median_s?: number | null;
+            median_s?: number | null;
             /** Modified */
-            readonly modified: string;
+            modified: string;
             /**
              * Name
              * @description File name relative to the folder of protocols, with suffix.
              */
-            readonly name: string;
+            name: string;
             /** Revision */
-            readonly revision: string;
+            revision: string;
             /**
              * Roles
              * @description Role -> contract.
              */
-            readonly roles: {
-                readonly [key: string]: string;
+            roles: {
+                [key: string]: string;
             };
             /**
              * Runs
              * @default 0
              */
-            readonly runs: number;
+            runs: number;
             /** Size */
-            readonly size: number;
+            size: number;
             /**
              * Succeeded
              * @default 0
              */
-            readonly succeeded: number;
+            succeeded: number;
             /** Summary */
-            readonly summary: string;
+            summary: string;
             /** Title */
-            readonly title: string;
+            title: string;
             /** Warnings */
-            readonly warnings?: number | null;
+            warnings?: number | null;
         };
         /**
          * ProtocolText
          * @description A protocol's text; `revision` is the sha256 of its bytes, in hex.
          */
-        readonly ProtocolText: {
+        ProtocolText: {
             /** Modified */
-            readonly modified: string;
+            modified: string;
             /** Name */
-            readonly name: string;
+            name: string;
             /** Revision */
-            readonly revision: string;
+            revision: string;
             /** Text */
-            readonly text: string;
+            text: string;
         };
         /**
          * Question
          * @description A person is asked.
          */
-        readonly Question: {
+        Question: {
             /** Asked At */
-            readonly asked_at: string;
+            asked_at: string;
             /** Choices */
-            readonly choices: readonly string[];
+            choices: string[];
             /** Id */
-            readonly id: string;
+            id: string;
             /** Path */
-            readonly path: string;
+            path: string;
             /** Text */
-            readonly text: string;
+            text: string;
+        };
+        /**
+         * Reduction
+         * @description What became of reducing a run's spectra to peaks, plasma, maps and classes.
+         */
+        Reduction: {
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "none" | "waiting" | "working" | "done" | "failed";
+            /**
+             * Tables
+             * @description Names for `tables` and `maps` that are there by now.
+             */
+            tables?: string[];
+            /**
+             * Text
+             * @description What it does now, has made, or why it failed.
+             * @default
+             */
+            text: string;
         };
         /**
          * RehearseText
          * @description A text to play through on a virtual clock, with faults to order.
          */
-        readonly RehearseText: {
+        RehearseText: {
             /**
              * Bind
              * @description Role -> device.
              */
-            readonly bind?: {
-                readonly [key: string]: string;
+            bind?: {
+                [key: string]: string;
             };
             /**
              * Fail
              * @description `libs.measure:0.05`, as on the shell.
              */
-            readonly fail?: readonly string[];
+            fail?: string[];
             /**
              * Name
              * @default protocol.yaml
              */
-            readonly name: string;
+            name: string;
             /**
              * Params
              * @description Texts or values.
              */
-            readonly params?: {
-                readonly [key: string]: unknown;
+            params?: {
+                [key: string]: unknown;
             };
             /** Seed */
-            readonly seed?: number | null;
+            seed?: number | null;
             /** Text */
-            readonly text: string;
+            text: string;
         };
         /**
          * Rehearsed
          * @description How a rehearsal came out.
          */
-        readonly Rehearsed: {
+        Rehearsed: {
             /** Actions */
-            readonly actions: {
-                readonly [key: string]: number;
+            actions: {
+                [key: string]: number;
             };
             /** Fate */
-            readonly fate: string;
+            fate: string;
             /** Holes */
-            readonly holes: number;
+            holes: number;
             /** Lasts S */
-            readonly lasts_s: number;
+            lasts_s: number;
             /**
              * Lines
              * @description The same as a person reads it.
              */
-            readonly lines: readonly string[];
+            lines: string[];
             /** Once */
-            readonly once: {
-                readonly [key: string]: number;
+            once: {
+                [key: string]: number;
             };
             /** Parts */
-            readonly parts: readonly components["schemas"]["RehearsedPart"][];
+            parts: components["schemas"]["RehearsedPart"][];
             /** Path Mm */
-            readonly path_mm: {
-                readonly [key: string]: number;
+            path_mm: {
+                [key: string]: number;
             };
             /** Players */
-            readonly players: {
-                readonly [key: string]: string;
+            players: {
+                [key: string]: string;
             };
             /** Questions */
-            readonly questions: readonly string[];
+            questions: string[];
             /** Reason */
-            readonly reason: string;
+            reason: string;
             /** Rehearsed S */
-            readonly rehearsed_s: number;
+            rehearsed_s: number;
             /** Seconds */
-            readonly seconds: {
-                readonly [key: string]: number;
+            seconds: {
+                [key: string]: number;
             };
             /** Sent Again */
-            readonly sent_again: number;
+            sent_again: number;
             /** Slow */
-            readonly slow: {
-                readonly [key: string]: readonly [
+            slow: {
+                [key: string]: [
                     number,
                     number
                 ];
             };
             /** Troubles */
-            readonly troubles: readonly components["schemas"]["RehearsedTrouble"][];
+            troubles: components["schemas"]["RehearsedTrouble"][];
         };
         /**
          * RehearsedPart
          * @description One step of the top level.
          */
-        readonly RehearsedPart: {
+        RehearsedPart: {
             /** Begins S */
-            readonly begins_s: number;
+            begins_s: number;
             /** Ends S */
-            readonly ends_s: number;
+            ends_s: number;
             /** Goals */
-            readonly goals: number;
+            goals: number;
             /** Iterations */
-            readonly iterations: number;
+            iterations: number;
             /** Name */
-            readonly name: string;
+            name: string;
         };
         /**
          * RehearsedTrouble
          * @description Failures of one kind.
          */
-        readonly RehearsedTrouble: {
+        RehearsedTrouble: {
             /** Action */
-            readonly action: string;
+            action: string;
             /** Count */
-            readonly count: number;
+            count: number;
             /** Error */
-            readonly error: string;
+            error: string;
             /** First At S */
-            readonly first_at_s: number;
+            first_at_s: number;
             /** First Path */
-            readonly first_path: string;
+            first_path: string;
             /** Message */
-            readonly message: string;
+            message: string;
         };
         /**
          * ResumeRun
          * @description Go on; with `protocol` (or -p parameters) that have changed, where finished work fits.
          */
-        readonly ResumeRun: {
+        ResumeRun: {
             /** Answers */
-            readonly answers?: {
-                readonly [key: string]: string;
+            answers?: {
+                [key: string]: string;
             };
             /** Checklist */
-            readonly checklist?: readonly string[];
+            checklist?: string[];
             /** Params */
-            readonly params?: {
-                readonly [key: string]: unknown;
+            params?: {
+                [key: string]: unknown;
             };
             /**
              * Protocol
              * @description Name of the changed protocol.
              */
-            readonly protocol?: string | null;
+            protocol?: string | null;
             /**
              * Yes
              * @description Keep work that was done after a changed step.
              * @default false
              */
-            readonly yes: boolean;
+            yes: boolean;
         };
         /**
          * RoleForm
          * @description A role, the device that plays it, and those that could.
          */
-        readonly RoleForm: {
+        RoleForm: {
             /** Choices */
-            readonly choices: readonly string[];
+            choices: string[];
             /** Contract */
-            readonly contract: string;
+            contract: string;
             /** Device */
-            readonly device: string | null;
+            device: string | null;
             /** Role */
-            readonly role: string;
+            role: string;
         };
         /**
          * RunDetail
          * @description A run with everything that does not change while it lives, and the states of its steps.
          */
-        readonly RunDetail: {
+        RunDetail: {
             /** Began At */
-            readonly began_at: string;
+            began_at: string;
             /**
              * Changes
              * @description How often it went on with a changed protocol.
              */
-            readonly changes: number;
+            changes: number;
             /**
              * Done
              * @description Iterations of the outermost loops that are over.
              */
-            readonly done: number;
+            done: number;
             /** Ended At */
-            readonly ended_at?: string | null;
+            ended_at?: string | null;
             /**
              * Eta
              * @description Between these times (20th to 80th percentile) it will be over.
              */
-            readonly eta?: readonly [
+            eta?: [
                 string,
                 string
             ] | null;
@@ -3064,153 +3130,153 @@ export interface components {
              * Failed
              * @default 0
              */
-            readonly failed: number;
+            failed: number;
             /**
              * Fate
              * @enum {string}
              */
-            readonly fate: "starting" | "running" | "paused" | "succeeded" | "failed" | "aborted" | "interrupted" | "unreadable";
+            fate: "starting" | "running" | "paused" | "succeeded" | "failed" | "aborted" | "interrupted" | "unreadable";
             /**
              * File
              * @description The file it was started from.
              */
-            readonly file: string;
+            file: string;
             /**
              * Holes
              * @default 0
              */
-            readonly holes: number;
+            holes: number;
             /** Id */
-            readonly id: string;
-            readonly launch: components["schemas"]["Launch"];
+            id: string;
+            launch: components["schemas"]["Launch"];
             /**
              * Lines
              * @description Lines of its log so far.
              * @default 0
              */
-            readonly lines: number;
+            lines: number;
             /** Live */
-            readonly live: boolean;
+            live: boolean;
             /** Loops */
-            readonly loops?: readonly components["schemas"]["Loop"][];
-            readonly needs_you?: components["schemas"]["NeedsYou"] | null;
+            loops?: components["schemas"]["Loop"][];
+            needs_you?: components["schemas"]["NeedsYou"] | null;
             /** Nodes */
-            readonly nodes: {
-                readonly [key: string]: components["schemas"]["NodeState"];
+            nodes: {
+                [key: string]: components["schemas"]["NodeState"];
             };
             /**
              * Now
              * @default
              */
-            readonly now: string;
+            now: string;
             /** Open Questions */
-            readonly open_questions?: readonly components["schemas"]["Question"][];
+            open_questions?: components["schemas"]["Question"][];
             /**
              * Operator
              * @default
              */
-            readonly operator: string;
+            operator: string;
             /** Outline */
-            readonly outline: readonly components["schemas"]["OutlineNode"][];
+            outline: components["schemas"]["OutlineNode"][];
             /** Outputs */
-            readonly outputs: {
-                readonly [key: string]: unknown;
+            outputs: {
+                [key: string]: unknown;
             };
             /** Params */
-            readonly params: {
-                readonly [key: string]: unknown;
+            params: {
+                [key: string]: unknown;
             };
             /**
              * Pausing
              * @description It will pause after this point.
              * @default false
              */
-            readonly pausing: boolean;
+            pausing: boolean;
             /**
              * Per Minute
              * @description Iterations of the first loop.
              */
-            readonly per_minute?: number | null;
+            per_minute?: number | null;
             /**
              * Phase
              * @default
              */
-            readonly phase: string;
+            phase: string;
             /**
              * Protocol
              * @description The protocol's own name.
              */
-            readonly protocol: string;
+            protocol: string;
             /** Protocol Text */
-            readonly protocol_text: string;
+            protocol_text: string;
             /**
              * Questions
              * @default 0
              */
-            readonly questions: number;
+            questions: number;
             /**
              * Reason
              * @default
              */
-            readonly reason: string;
+            reason: string;
             /**
              * Resumes
              * @default 0
              */
-            readonly resumes: number;
+            resumes: number;
             /**
              * Retries
              * @default 0
              */
-            readonly retries: number;
+            retries: number;
             /** Roles */
-            readonly roles: {
-                readonly [key: string]: string;
+            roles: {
+                [key: string]: string;
             };
             /**
              * Seq
              * @description Of the last patch that is in this.
              */
-            readonly seq: number;
+            seq: number;
             /** Total */
-            readonly total?: number | null;
+            total?: number | null;
             /** Under Way */
-            readonly under_way?: readonly components["schemas"]["Now"][];
+            under_way?: components["schemas"]["Now"][];
         };
         /**
          * RunFile
          * @description A file in the run's folder.
          */
-        readonly RunFile: {
+        RunFile: {
             /**
              * Kind
              * @enum {string}
              */
-            readonly kind: "protocol" | "journal" | "table" | "spectrum" | "figure" | "report" | "other";
+            kind: "protocol" | "journal" | "table" | "spectrum" | "figure" | "report" | "other";
             /** Name */
-            readonly name: string;
+            name: string;
             /** Size */
-            readonly size: number;
+            size: number;
         };
         /**
          * RunHead
          * @description A run as it is now; small, and sent whole with each patch.
          */
-        readonly RunHead: {
+        RunHead: {
             /** Began At */
-            readonly began_at: string;
+            began_at: string;
             /**
              * Done
              * @description Iterations of the outermost loops that are over.
              */
-            readonly done: number;
+            done: number;
             /** Ended At */
-            readonly ended_at?: string | null;
+            ended_at?: string | null;
             /**
              * Eta
              * @description Between these times (20th to 80th percentile) it will be over.
              */
-            readonly eta?: readonly [
+            eta?: [
                 string,
                 string
             ] | null;
@@ -3218,139 +3284,139 @@ export interface components {
              * Failed
              * @default 0
              */
-            readonly failed: number;
+            failed: number;
             /**
              * Fate
              * @enum {string}
              */
-            readonly fate: "starting" | "running" | "paused" | "succeeded" | "failed" | "aborted" | "interrupted" | "unreadable";
+            fate: "starting" | "running" | "paused" | "succeeded" | "failed" | "aborted" | "interrupted" | "unreadable";
             /**
              * File
              * @description The file it was started from.
              */
-            readonly file: string;
+            file: string;
             /**
              * Holes
              * @default 0
              */
-            readonly holes: number;
+            holes: number;
             /** Id */
-            readonly id: string;
+            id: string;
             /**
              * Lines
              * @description Lines of its log so far.
              * @default 0
              */
-            readonly lines: number;
+            lines: number;
             /** Live */
-            readonly live: boolean;
+            live: boolean;
             /** Loops */
-            readonly loops?: readonly components["schemas"]["Loop"][];
-            readonly needs_you?: components["schemas"]["NeedsYou"] | null;
+            loops?: components["schemas"]["Loop"][];
+            needs_you?: components["schemas"]["NeedsYou"] | null;
             /**
              * Now
              * @default
              */
-            readonly now: string;
+            now: string;
             /** Open Questions */
-            readonly open_questions?: readonly components["schemas"]["Question"][];
+            open_questions?: components["schemas"]["Question"][];
             /**
              * Operator
              * @default
              */
-            readonly operator: string;
+            operator: string;
             /**
              * Pausing
              * @description It will pause after this point.
              * @default false
              */
-            readonly pausing: boolean;
+            pausing: boolean;
             /**
              * Per Minute
              * @description Iterations of the first loop.
              */
-            readonly per_minute?: number | null;
+            per_minute?: number | null;
             /**
              * Phase
              * @default
              */
-            readonly phase: string;
+            phase: string;
             /**
              * Protocol
              * @description The protocol's own name.
              */
-            readonly protocol: string;
+            protocol: string;
             /**
              * Questions
              * @default 0
              */
-            readonly questions: number;
+            questions: number;
             /**
              * Reason
              * @default
              */
-            readonly reason: string;
+            reason: string;
             /**
              * Resumes
              * @default 0
              */
-            readonly resumes: number;
+            resumes: number;
             /**
              * Retries
              * @default 0
              */
-            readonly retries: number;
+            retries: number;
             /** Total */
-            readonly total?: number | null;
+            total?: number | null;
             /** Under Way */
-            readonly under_way?: readonly components["schemas"]["Now"][];
+            under_way?: components["schemas"]["Now"][];
         };
         /**
          * RunLog
          * @description Event `log`: new lines of a run that is watched.
          */
-        readonly RunLog: {
+        RunLog: {
             /** Lines */
-            readonly lines: readonly components["schemas"]["LogLine"][];
+            lines: components["schemas"]["LogLine"][];
             /** Run */
-            readonly run: string;
+            run: string;
         };
         /**
          * RunPatch
          * @description Event `run_patch`: of a run that is watched, ten times a second at most.
          */
-        readonly RunPatch: {
-            readonly head: components["schemas"]["RunHead"];
+        RunPatch: {
+            head: components["schemas"]["RunHead"];
             /** Nodes */
-            readonly nodes?: {
-                readonly [key: string]: components["schemas"]["NodeState"];
+            nodes?: {
+                [key: string]: components["schemas"]["NodeState"];
             };
             /** Points */
-            readonly points?: readonly components["schemas"]["PointState"][];
+            points?: components["schemas"]["PointState"][];
             /** Run */
-            readonly run: string;
+            run: string;
             /** Seq */
-            readonly seq: number;
+            seq: number;
         };
         /**
          * RunSummary
          * @description One run in the list.
          */
-        readonly RunSummary: {
+        RunSummary: {
             /** Began At */
-            readonly began_at: string;
+            began_at: string;
             /**
              * Done
              * @description Iterations of the outermost loops that are over.
              */
-            readonly done: number;
+            done: number;
             /** Ended At */
-            readonly ended_at?: string | null;
+            ended_at?: string | null;
             /**
              * Eta
              * @description Between these times (20th to 80th percentile) it will be over.
              */
-            readonly eta?: readonly [
+            eta?: [
                 string,
                 string
             ] | null;
@@ -3358,532 +3424,532 @@ export interface components {
              * Failed
              * @default 0
              */
-            readonly failed: number;
+            failed: number;
             /**
              * Fate
              * @enum {string}
              */
-            readonly fate: "starting" | "running" | "paused" | "succeeded" | "failed" | "aborted" | "interrupted" | "unreadable";
+            fate: "starting" | "running" | "paused" | "succeeded" | "failed" | "aborted" | "interrupted" | "unreadable";
             /**
              * File
              * @description The file it was started from.
              */
-            readonly file: string;
+            file: string;
             /**
              * Holes
              * @default 0
              */
-            readonly holes: number;
+            holes: number;
             /** Id */
-            readonly id: string;
+            id: string;
             /** Live */
-            readonly live: boolean;
+            live: boolean;
             /**
              * Now
              * @default
              */
-            readonly now: string;
+            now: string;
             /**
              * Operator
              * @default
              */
-            readonly operator: string;
+            operator: string;
             /**
              * Protocol
              * @description The protocol's own name.
              */
-            readonly protocol: string;
+            protocol: string;
             /**
              * Questions
              * @default 0
              */
-            readonly questions: number;
+            questions: number;
             /**
              * Reason
              * @default
              */
-            readonly reason: string;
+            reason: string;
             /**
              * Resumes
              * @default 0
              */
-            readonly resumes: number;
+            resumes: number;
             /** Total */
-            readonly total?: number | null;
+            total?: number | null;
         };
         /**
          * Said
          * @description What was answered to something that was asked for, in words.
          */
-        readonly Said: {
+        Said: {
             /** Text */
-            readonly text: string;
+            text: string;
         };
         /**
          * SaveConflict
          * @description 409: somebody saved in between. `base` is null where that version is not kept.
          */
-        readonly SaveConflict: {
+        SaveConflict: {
             /** Base */
-            readonly base: string | null;
+            base: string | null;
             /**
              * Code
              * @description A word for programs, such as `LATE`, `NO_CONTROL`, `HELD`.
              */
-            readonly code: string;
+            code: string;
             /** Details */
-            readonly details?: {
-                readonly [key: string]: unknown;
+            details?: {
+                [key: string]: unknown;
             };
             /**
              * Hint
              * @default
              */
-            readonly hint: string;
+            hint: string;
             /**
              * Message
              * @description A sentence for people.
              */
-            readonly message: string;
+            message: string;
             /** Mine */
-            readonly mine: string;
+            mine: string;
             /** Problems */
-            readonly problems?: readonly components["schemas"]["FoundProblem"][];
+            problems?: components["schemas"]["FoundProblem"][];
             /** Theirs */
-            readonly theirs: string;
+            theirs: string;
             /** Theirs Revision */
-            readonly theirs_revision: string;
+            theirs_revision: string;
         };
         /**
          * SaveProtocol
          * @description Save over `base`, the revision that was read; null only for a file that is not there yet.
          */
-        readonly SaveProtocol: {
+        SaveProtocol: {
             /** Base */
-            readonly base?: string | null;
+            base?: string | null;
             /** Text */
-            readonly text: string;
+            text: string;
         };
         /**
          * SavedProtocol
          * @description Saved; the revision before it is kept as a version.
          */
-        readonly SavedProtocol: {
+        SavedProtocol: {
             /** Modified */
-            readonly modified: string;
+            modified: string;
             /** Name */
-            readonly name: string;
+            name: string;
             /** Revision */
-            readonly revision: string;
+            revision: string;
         };
         /**
          * Selection
          * @description Iterations by their keys, as `points` and maps give them (`A/0,0` in a loop in a loop).
          */
-        readonly Selection: {
+        Selection: {
             /** Keys */
-            readonly keys: readonly string[];
+            keys: string[];
             /**
              * Loop
              * @description Needed where several loops have points.
              */
-            readonly loop?: string | null;
+            loop?: string | null;
         };
         /**
          * Session
          * @description `server_time_ms`: the clock by which `X-Deadline` counts; compare it with your own.
          */
-        readonly Session: {
+        Session: {
             /** Demo */
-            readonly demo: boolean;
+            demo: boolean;
             /** Labrun */
-            readonly labrun: string;
+            labrun: string;
             /** Server Time Ms */
-            readonly server_time_ms: number;
+            server_time_ms: number;
             /** Signed In */
-            readonly signed_in: boolean;
+            signed_in: boolean;
             /** Token Needed */
-            readonly token_needed: boolean;
+            token_needed: boolean;
         };
         /**
          * Settings
          * @description What can be set; `checklists` are asked before a run with that danger.
          */
-        readonly Settings: {
+        Settings: {
             /**
              * Bench
              * @default bench
              */
-            readonly bench: string;
+            bench: string;
             /** Checklists */
-            readonly checklists?: {
-                readonly [key: string]: readonly string[];
+            checklists?: {
+                [key: string]: string[];
             };
             /** Operators */
-            readonly operators?: readonly string[];
+            operators?: string[];
             /** Step Sizes Mm */
-            readonly step_sizes_mm?: readonly number[];
+            step_sizes_mm?: number[];
         };
         /**
          * SignIn
          * @description The token with which the server was started, where it was.
          */
-        readonly SignIn: {
+        SignIn: {
             /** Token */
-            readonly token: string;
+            token: string;
         };
         /**
          * Snapshot
          * @description Event `snapshot`: everything but the runs' insides.
          */
-        readonly Snapshot: {
+        Snapshot: {
             /** Bench */
-            readonly bench: string;
-            readonly control: components["schemas"]["ControlState"];
+            bench: string;
+            control: components["schemas"]["ControlState"];
             /** Devices */
-            readonly devices: {
-                readonly [key: string]: components["schemas"]["DeviceState"];
+            devices: {
+                [key: string]: components["schemas"]["DeviceState"];
             };
             /** Goals */
-            readonly goals: {
-                readonly [key: string]: components["schemas"]["GoalState"];
+            goals: {
+                [key: string]: components["schemas"]["GoalState"];
             };
             /** Jogs */
-            readonly jogs: {
-                readonly [key: string]: components["schemas"]["JogState"];
+            jogs: {
+                [key: string]: components["schemas"]["JogState"];
             };
             /** Launches */
-            readonly launches: {
-                readonly [key: string]: components["schemas"]["LaunchState"];
+            launches: {
+                [key: string]: components["schemas"]["LaunchState"];
             };
             /** Runs */
-            readonly runs: {
-                readonly [key: string]: components["schemas"]["RunSummary"];
+            runs: {
+                [key: string]: components["schemas"]["RunSummary"];
             };
             /** Seq */
-            readonly seq: number;
+            seq: number;
             /** Server Time Ms */
-            readonly server_time_ms: number;
+            server_time_ms: number;
         };
         /**
          * SpanS
          * @description Seconds: the 20th and 80th percentile, and how many runs they were measured on.
          */
-        readonly SpanS: {
+        SpanS: {
             /** High */
-            readonly high: number;
+            high: number;
             /** Low */
-            readonly low: number;
+            low: number;
             /**
              * Runs
              * @description 0: from the typical durations in the contracts.
              */
-            readonly runs: number;
+            runs: number;
         };
         /**
          * Spectra
          * @description All spectra of a run; `axis` is that of the first.
          */
-        readonly Spectra: {
-            readonly axis: components["schemas"]["Axis"] | null;
+        Spectra: {
+            axis: components["schemas"]["Axis"] | null;
             /** Spectra */
-            readonly spectra: readonly components["schemas"]["SpectrumHead"][];
+            spectra: components["schemas"]["SpectrumHead"][];
         };
         /**
          * SpectrumHead
          * @description One spectrum file of a run, and the iteration that it belongs to.
          */
-        readonly SpectrumHead: {
+        SpectrumHead: {
             /** File */
-            readonly file: string;
+            file: string;
             /** Index */
-            readonly index: number | null;
+            index: number | null;
             /** Key */
-            readonly key: string | null;
+            key: string | null;
             /** Loop */
-            readonly loop: string | null;
+            loop: string | null;
         };
         /**
          * StartRun
          * @description Start a protocol; `checklist` are the points that a person has ticked.
          */
-        readonly StartRun: {
+        StartRun: {
             /** Answers */
-            readonly answers?: {
-                readonly [key: string]: string;
+            answers?: {
+                [key: string]: string;
             };
             /** Bind */
-            readonly bind?: {
-                readonly [key: string]: string;
+            bind?: {
+                [key: string]: string;
             };
             /** Checklist */
-            readonly checklist?: readonly string[];
+            checklist?: string[];
             /**
              * Note
              * @default
              */
-            readonly note: string;
+            note: string;
             /**
              * Operator
              * @default
              */
-            readonly operator: string;
+            operator: string;
             /** Params */
-            readonly params?: {
-                readonly [key: string]: unknown;
+            params?: {
+                [key: string]: unknown;
             };
             /** Protocol */
-            readonly protocol: string;
+            protocol: string;
             /**
              * Revision
              * @description Refused where it is another by now.
              */
-            readonly revision?: string | null;
+            revision?: string | null;
         };
         /**
          * Stopped
          * @description The answer to STOP ALL, after one second at most.
          */
-        readonly Stopped: {
+        Stopped: {
             /** All Confirmed */
-            readonly all_confirmed: boolean;
+            all_confirmed: boolean;
             /** At */
-            readonly at: string;
+            at: string;
             /** Devices */
-            readonly devices: readonly components["schemas"]["StoppedDevice"][];
+            devices: components["schemas"]["StoppedDevice"][];
             /** Runs */
-            readonly runs: readonly components["schemas"]["StoppedRun"][];
+            runs: components["schemas"]["StoppedRun"][];
         };
         /**
          * StoppedDevice
          * @description Whether a device confirmed its safe state within the second.
          */
-        readonly StoppedDevice: {
+        StoppedDevice: {
             /** Confirmed */
-            readonly confirmed: boolean;
+            confirmed: boolean;
             /** Device */
-            readonly device: string;
+            device: string;
             /** Message */
-            readonly message: string;
+            message: string;
             /** Seconds */
-            readonly seconds: number;
+            seconds: number;
         };
         /**
          * StoppedRun
          * @description Whether a live run was reached and told to abort.
          */
-        readonly StoppedRun: {
+        StoppedRun: {
             /** Message */
-            readonly message: string;
+            message: string;
             /** Run */
-            readonly run: string;
+            run: string;
             /** Told */
-            readonly told: boolean;
+            told: boolean;
         };
         /**
          * TableHead
          * @description A table of collected rows.
          */
-        readonly TableHead: {
+        TableHead: {
             /** Columns */
-            readonly columns: readonly components["schemas"]["Column"][];
+            columns: components["schemas"]["Column"][];
             /** Name */
-            readonly name: string;
+            name: string;
             /** Rows */
-            readonly rows: number;
+            rows: number;
         };
         /**
          * TableWindow
          * @description Some rows, as columns of one length; an empty cell is null.
          */
-        readonly TableWindow: {
+        TableWindow: {
             /** Columns */
-            readonly columns: {
-                readonly [key: string]: readonly unknown[];
+            columns: {
+                [key: string]: unknown[];
             };
             /** Name */
-            readonly name: string;
+            name: string;
             /** Offset */
-            readonly offset: number;
+            offset: number;
             /** Total */
-            readonly total: number;
+            total: number;
         };
         /**
          * TakeControl
          * @description Take control under a name; taking it from somebody needs a reason, which is logged.
          */
-        readonly TakeControl: {
+        TakeControl: {
             /** Name */
-            readonly name: string;
+            name: string;
             /**
              * Reason
              * @default
              */
-            readonly reason: string;
+            reason: string;
         };
         /**
          * Template
          * @description What a new protocol can begin with.
          */
-        readonly Template: {
+        Template: {
             /** Name */
-            readonly name: string;
+            name: string;
             /** Summary */
-            readonly summary: string;
+            summary: string;
         };
         /**
          * Thrown
          * @description A protocol in the trash, from which it can be taken back.
          */
-        readonly Thrown: {
+        Thrown: {
             /** Id */
-            readonly id: string;
+            id: string;
             /** Name */
-            readonly name: string;
+            name: string;
             /** Size */
-            readonly size: number;
+            size: number;
             /** Thrown At */
-            readonly thrown_at: string;
+            thrown_at: string;
         };
         /**
          * Track
          * @description The points of one device in their order; equal indexes belong together.
          */
-        readonly Track: {
+        Track: {
             /** @description What its contract allows. */
-            readonly allowed: components["schemas"]["Area"];
+            allowed: components["schemas"]["Area"];
             /** @description Where it may go on this bench. */
-            readonly area: components["schemas"]["Area"];
+            area: components["schemas"]["Area"];
             /** Contract */
-            readonly contract: string;
+            contract: string;
             /** Device */
-            readonly device: string;
+            device: string;
             /**
              * Joined
              * @description Whether it comes there from the point before.
              */
-            readonly joined: readonly boolean[];
+            joined: boolean[];
             /** Length Mm */
-            readonly length_mm: number;
+            length_mm: number;
             /**
              * Outside
              * @description Indexes of points outside the area.
              */
-            readonly outside: readonly number[];
+            outside: number[];
             /**
              * Track
              * @description Index into `tracks`.
              */
-            readonly track: readonly number[];
+            track: number[];
             /** Tracks */
-            readonly tracks: readonly string[];
+            tracks: string[];
             /**
              * Unknown
              * @description Places that are known only in the run.
              */
-            readonly unknown: number;
+            unknown: number;
             /** X Mm */
-            readonly x_mm: readonly number[];
+            x_mm: number[];
             /** Y Mm */
-            readonly y_mm: readonly number[];
+            y_mm: number[];
         };
         /** ValidationError */
-        readonly ValidationError: {
+        ValidationError: {
             /** Context */
-            readonly ctx?: Record<string, never>;
+            ctx?: Record<string, never>;
             /** Input */
-            readonly input?: unknown;
+            input?: unknown;
             /** Location */
-            readonly loc: readonly (string | number)[];
+            loc: (string | number)[];
             /** Message */
-            readonly msg: string;
+            msg: string;
             /** Error Type */
-            readonly type: string;
+            type: string;
         };
         /**
          * Version
          * @description An earlier text of a protocol.
          */
-        readonly Version: {
+        Version: {
             /** Current */
-            readonly current: boolean;
+            current: boolean;
             /** Revision */
-            readonly revision: string;
+            revision: string;
             /** Saved At */
-            readonly saved_at: string;
+            saved_at: string;
             /** Size */
-            readonly size: number;
+            size: number;
         };
         /**
          * Watched
          * @description The acknowledgement of `watch`: the run as it is now, or why not.
          */
-        readonly Watched: {
+        Watched: {
             /** Ok */
-            readonly ok: boolean;
-            readonly run?: components["schemas"]["RunDetail"] | null;
+            ok: boolean;
+            run?: components["schemas"]["RunDetail"] | null;
             /**
              * Text
              * @default
              */
-            readonly text: string;
+            text: string;
         };
         /**
          * WordItem
          * @description A sentence, the steps inside it, and what is said after them.
          */
-        readonly WordItem: {
+        WordItem: {
             /**
              * After
              * @default
              */
-            readonly after: string;
+            after: string;
             /** Below */
-            readonly below?: readonly components["schemas"]["WordItem"][];
+            below?: components["schemas"]["WordItem"][];
             /**
              * Numbered
              * @default true
              */
-            readonly numbered: boolean;
+            numbered: boolean;
             /** Text */
-            readonly text: string;
+            text: string;
         };
         /**
          * WordSection
          * @description A part of the protocol in plain words.
          */
-        readonly WordSection: {
+        WordSection: {
             /** Items */
-            readonly items?: readonly components["schemas"]["WordItem"][];
+            items?: components["schemas"]["WordItem"][];
             /** Terms */
-            readonly terms?: readonly components["schemas"]["WordTerm"][];
+            terms?: components["schemas"]["WordTerm"][];
             /**
              * Text
              * @default
              */
-            readonly text: string;
+            text: string;
             /** Title */
-            readonly title: string;
+            title: string;
         };
         /**
          * WordTerm
          * @description A name and its meaning.
          */
-        readonly WordTerm: {
+        WordTerm: {
             /** Meaning */
-            readonly meaning: string;
+            meaning: string;
             /** Name */
-            readonly name: string;
+            name: string;
         };
         /**
          * Words
          * @description The protocol as plain sentences; the same as Markdown, for the lab book.
          */
-        readonly Words: {
+        Words: {
             /** Markdown */
-            readonly markdown: string;
+            markdown: string;
             /** Sections */
-            readonly sections: readonly components["schemas"]["WordSection"][];
+            sections: components["schemas"]["WordSection"][];
         };
     };
     responses: never;
@@ -3894,2546 +3960,2608 @@ export interface components {
 }
 export type $defs = Record<string, never>;
 export interface operations {
-    readonly check_protocol: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    check_protocol: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["CheckText"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CheckText"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["CheckedText"];
+                    "application/json": components["schemas"]["CheckedText"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_control: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    get_control: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["ControlState"];
+                    "application/json": components["schemas"]["ControlState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly ask_control: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    ask_control: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["AskControl"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AskControl"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Said"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly release_control: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    release_control: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
             };
-            readonly path?: never;
-            readonly cookie?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["ControlState"];
+                    "application/json": components["schemas"]["ControlState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly take_control: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    take_control: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
             };
-            readonly path?: never;
-            readonly cookie?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["TakeControl"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TakeControl"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["ControlTaken"];
+                    "application/json": components["schemas"]["ControlTaken"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly order_fault: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    order_fault: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description New for each click. The same key again gives the same answer and does nothing. */
-                readonly "Idempotency-Key"?: string | null;
+                "Idempotency-Key"?: string | null;
             };
-            readonly path?: never;
-            readonly cookie?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["OrderFault"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OrderFault"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Said"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly list_devices: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    list_devices: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": readonly components["schemas"]["DeviceState"][];
+                    "application/json": components["schemas"]["DeviceState"][];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly scan_devices: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    scan_devices: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": readonly components["schemas"]["DeviceState"][];
+                    "application/json": components["schemas"]["DeviceState"][];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_device: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly device: string;
+    get_device: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                device: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["DeviceDetail"];
+                    "application/json": components["schemas"]["DeviceDetail"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly call_action: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    call_action: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
                 /** @description New for each click. The same key again gives the same answer and does nothing. */
-                readonly "Idempotency-Key"?: string | null;
+                "Idempotency-Key"?: string | null;
             };
-            readonly path: {
-                readonly device: string;
-                readonly action: string;
+            path: {
+                device: string;
+                action: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["CallAction"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CallAction"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 202: {
+            202: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["GoalState"];
+                    "application/json": components["schemas"]["GoalState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly arm_action: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    arm_action: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
                 /** @description New for each click. The same key again gives the same answer and does nothing. */
-                readonly "Idempotency-Key"?: string | null;
+                "Idempotency-Key"?: string | null;
             };
-            readonly path: {
-                readonly device: string;
+            path: {
+                device: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["ArmAction"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ArmAction"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Armed"];
+                    "application/json": components["schemas"]["Armed"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly disarm_device: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly device: string;
+    disarm_device: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                device: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["DeviceState"];
+                    "application/json": components["schemas"]["DeviceState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly jog_start: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    jog_start: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
                 /** @description New for each click. The same key again gives the same answer and does nothing. */
-                readonly "Idempotency-Key"?: string | null;
+                "Idempotency-Key"?: string | null;
             };
-            readonly path: {
-                readonly device: string;
+            path: {
+                device: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["JogStart"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["JogStart"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["JogState"];
+                    "application/json": components["schemas"]["JogState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly jog_step: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    jog_step: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
                 /** @description New for each click. The same key again gives the same answer and does nothing. */
-                readonly "Idempotency-Key"?: string | null;
+                "Idempotency-Key"?: string | null;
             };
-            readonly path: {
-                readonly device: string;
+            path: {
+                device: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["JogStep"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["JogStep"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 202: {
+            202: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["GoalState"];
+                    "application/json": components["schemas"]["GoalState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly explain_protocol: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    explain_protocol: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["CheckText"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CheckText"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Explained"];
+                    "application/json": components["schemas"]["Explained"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_goal: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    get_goal: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["GoalState"];
+                    "application/json": components["schemas"]["GoalState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly cancel_goal: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    cancel_goal: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["GoalState"];
+                    "application/json": components["schemas"]["GoalState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_goal_file: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
-                readonly file: string;
+    get_goal_file: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+                file: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": unknown;
+                    "application/json": unknown;
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly protocol_graph: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    protocol_graph: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["CheckText"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CheckText"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Graph"];
+                    "application/json": components["schemas"]["Graph"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly jog_beat: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    jog_beat: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["JogState"];
+                    "application/json": components["schemas"]["JogState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly jog_stop: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    jog_stop: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["JogState"];
+                    "application/json": components["schemas"]["JogState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_launch: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    get_launch: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["LaunchState"];
+                    "application/json": components["schemas"]["LaunchState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly preview_protocol: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    preview_protocol: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["CheckText"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CheckText"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Preview"];
+                    "application/json": components["schemas"]["Preview"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly list_protocols: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    list_protocols: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": readonly components["schemas"]["ProtocolSummary"][];
+                    "application/json": components["schemas"]["ProtocolSummary"][];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly new_protocol: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    new_protocol: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["NewProtocol"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewProtocol"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 201: {
+            201: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["ProtocolText"];
+                    "application/json": components["schemas"]["ProtocolText"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly read_protocol: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
+    read_protocol: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
                 /** @description File name, also in a folder: `sub/scan.yaml`. */
-                readonly name: string;
+                name: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["ProtocolText"];
+                    "application/json": components["schemas"]["ProtocolText"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly save_protocol: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
+    save_protocol: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
                 /** @description File name, also in a folder: `sub/scan.yaml`. */
-                readonly name: string;
+                name: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["SaveProtocol"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SaveProtocol"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["SavedProtocol"];
+                    "application/json": components["schemas"]["SavedProtocol"];
                 };
             };
             /** @description Conflict */
-            readonly 409: {
+            409: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["SaveConflict"];
+                    "application/json": components["schemas"]["SaveConflict"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly throw_away_protocol: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
+    throw_away_protocol: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
                 /** @description File name, also in a folder: `sub/scan.yaml`. */
-                readonly name: string;
+                name: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Thrown"];
+                    "application/json": components["schemas"]["Thrown"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly list_versions: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
+    list_versions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
                 /** @description File name, also in a folder: `sub/scan.yaml`. */
-                readonly name: string;
+                name: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": readonly components["schemas"]["Version"][];
+                    "application/json": components["schemas"]["Version"][];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly read_version: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
+    read_version: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
                 /** @description File name, also in a folder: `sub/scan.yaml`. */
-                readonly name: string;
-                readonly revision: string;
+                name: string;
+                revision: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["ProtocolText"];
+                    "application/json": components["schemas"]["ProtocolText"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly rehearse_protocol: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    rehearse_protocol: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["RehearseText"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RehearseText"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Rehearsed"];
+                    "application/json": components["schemas"]["Rehearsed"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly list_runs: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    list_runs: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": readonly components["schemas"]["RunSummary"][];
+                    "application/json": components["schemas"]["RunSummary"][];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly start_run: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    start_run: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
                 /** @description New for each click. The same key again gives the same answer and does nothing. */
-                readonly "Idempotency-Key"?: string | null;
+                "Idempotency-Key"?: string | null;
             };
-            readonly path?: never;
-            readonly cookie?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["StartRun"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StartRun"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 202: {
+            202: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["LaunchState"];
+                    "application/json": components["schemas"]["LaunchState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_run: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    get_run: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["RunDetail"];
+                    "application/json": components["schemas"]["RunDetail"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly abort_run: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    abort_run: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
                 /** @description New for each click. The same key again gives the same answer and does nothing. */
-                readonly "Idempotency-Key"?: string | null;
+                "Idempotency-Key"?: string | null;
             };
-            readonly path: {
-                readonly id: string;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Said"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly measure_again: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    measure_again: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["MeasureAgain"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MeasureAgain"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["AgainText"];
+                    "application/json": components["schemas"]["AgainText"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_axis: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
-                readonly axis: string;
+    get_axis: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+                axis: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/octet-stream": string;
+                    "application/octet-stream": string;
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/octet-stream": components["schemas"]["Fault"];
+                    "application/octet-stream": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly run_changes: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    run_changes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["ResumeRun"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ResumeRun"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Changes"];
+                    "application/json": components["schemas"]["Changes"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly continue_run: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    continue_run: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
                 /** @description New for each click. The same key again gives the same answer and does nothing. */
-                readonly "Idempotency-Key"?: string | null;
+                "Idempotency-Key"?: string | null;
             };
-            readonly path: {
-                readonly id: string;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Said"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly list_files: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    list_files: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": readonly components["schemas"]["RunFile"][];
+                    "application/json": components["schemas"]["RunFile"][];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_file: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
-                readonly file: string;
+    get_file: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+                file: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": unknown;
+                    "application/json": unknown;
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_fit: {
-        readonly parameters: {
-            readonly query: {
-                readonly file: string;
+    get_fit: {
+        parameters: {
+            query: {
+                file: string;
             };
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/octet-stream": string;
+                    "application/octet-stream": string;
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/octet-stream": components["schemas"]["Fault"];
+                    "application/octet-stream": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_log: {
-        readonly parameters: {
-            readonly query?: {
-                readonly after?: number | null;
-                readonly before?: number | null;
-                readonly limit?: number;
-                readonly problems?: boolean;
-                readonly device?: string | null;
-                readonly find?: string;
+    get_log: {
+        parameters: {
+            query?: {
+                after?: number | null;
+                before?: number | null;
+                limit?: number;
+                problems?: boolean;
+                device?: string | null;
+                find?: string;
             };
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["LogWindow"];
+                    "application/json": components["schemas"]["LogWindow"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly list_maps: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    list_maps: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Maps"];
+                    "application/json": components["schemas"]["Maps"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_map: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
-                readonly table: string;
-                readonly column: string;
+    get_map: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+                table: string;
+                column: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/octet-stream": string;
+                    "application/octet-stream": string;
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/octet-stream": components["schemas"]["Fault"];
+                    "application/octet-stream": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly mean_spectrum: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    mean_spectrum: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["Selection"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Selection"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/octet-stream": string;
+                    "application/octet-stream": string;
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/octet-stream": components["schemas"]["Fault"];
+                    "application/octet-stream": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly pause_run: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    pause_run: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
             };
-            readonly path: {
-                readonly id: string;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["PauseRun"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PauseRun"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Said"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_peaks: {
-        readonly parameters: {
-            readonly query: {
-                readonly file: string;
-                readonly elements?: readonly string[] | null;
+    get_peaks: {
+        parameters: {
+            query: {
+                file: string;
+                elements?: string[] | null;
             };
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Peaks"];
+                    "application/json": components["schemas"]["Peaks"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_point: {
-        readonly parameters: {
-            readonly query: {
-                readonly loop: string;
-                readonly key: string;
-                readonly within?: string;
+    get_point: {
+        parameters: {
+            query: {
+                loop: string;
+                key: string;
+                within?: string;
             };
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["PointDetail"];
+                    "application/json": components["schemas"]["PointDetail"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_points: {
-        readonly parameters: {
-            readonly query: {
-                readonly loop: string;
-                readonly within?: string;
-                readonly offset?: number;
-                readonly limit?: number;
+    get_points: {
+        parameters: {
+            query: {
+                loop: string;
+                within?: string;
+                offset?: number;
+                limit?: number;
             };
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Points"];
+                    "application/json": components["schemas"]["Points"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly answer_question: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    answer_question: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
                 /** @description New for each click. The same key again gives the same answer and does nothing. */
-                readonly "Idempotency-Key"?: string | null;
+                "Idempotency-Key"?: string | null;
             };
-            readonly path: {
-                readonly id: string;
-                readonly question: string;
+            path: {
+                id: string;
+                question: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["AnswerQuestion"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AnswerQuestion"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Said"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly make_report: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    reduce_run: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            202: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Reduction"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly resume_run: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    get_reduction: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reduction"];
+                };
+            };
+            /** @description Nothing was done; the fault says why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    make_report: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Said"];
+                };
+            };
+            /** @description Nothing was done; the fault says why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    resume_run: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description From `POST /control/take`; 423 without it. */
-                readonly "X-Control-Lease"?: string | null;
+                "X-Control-Lease"?: string | null;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
                 /** @description New for each click. The same key again gives the same answer and does nothing. */
-                readonly "Idempotency-Key"?: string | null;
+                "Idempotency-Key"?: string | null;
             };
-            readonly path: {
-                readonly id: string;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["ResumeRun"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ResumeRun"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 202: {
+            202: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["LaunchState"];
+                    "application/json": components["schemas"]["LaunchState"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly list_spectra: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    list_spectra: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Spectra"];
+                    "application/json": components["schemas"]["Spectra"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_spectrum: {
-        readonly parameters: {
-            readonly query: {
-                readonly file: string;
+    get_spectrum: {
+        parameters: {
+            query: {
+                file: string;
             };
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/octet-stream": string;
+                    "application/octet-stream": string;
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/octet-stream": components["schemas"]["Fault"];
+                    "application/octet-stream": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly list_tables: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    list_tables: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": readonly components["schemas"]["TableHead"][];
+                    "application/json": components["schemas"]["TableHead"][];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_table: {
-        readonly parameters: {
-            readonly query?: {
-                readonly offset?: number;
-                readonly limit?: number;
+    get_table: {
+        parameters: {
+            query?: {
+                offset?: number;
+                limit?: number;
             };
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
-                readonly table: string;
+            header?: never;
+            path: {
+                id: string;
+                table: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["TableWindow"];
+                    "application/json": components["schemas"]["TableWindow"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly download_table: {
-        readonly parameters: {
-            readonly query?: {
-                readonly format?: "csv" | "parquet";
+    download_table: {
+        parameters: {
+            query?: {
+                format?: "csv" | "parquet";
             };
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
-                readonly table: string;
+            header?: never;
+            path: {
+                id: string;
+                table: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": unknown;
+                    "application/json": unknown;
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_zip: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    get_zip: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": unknown;
+                    "application/json": unknown;
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly lab_schema: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    lab_schema: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": {
-                        readonly [key: string]: unknown;
+                    "application/json": {
+                        [key: string]: unknown;
                     };
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_session: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    get_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Session"];
+                    "application/json": components["schemas"]["Session"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly sign_in: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    sign_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["SignIn"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SignIn"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Session"];
+                    "application/json": components["schemas"]["Session"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly sign_out: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    sign_out: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Session"];
+                    "application/json": components["schemas"]["Session"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly get_settings: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    get_settings: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["AllSettings"];
+                    "application/json": components["schemas"]["AllSettings"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly put_settings: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    put_settings: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["Settings"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Settings"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["AllSettings"];
+                    "application/json": components["schemas"]["AllSettings"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly stop_all: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: {
+    stop_all: {
+        parameters: {
+            query?: never;
+            header?: {
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
-                readonly "X-Deadline"?: number | null;
+                "X-Deadline"?: number | null;
             };
-            readonly path?: never;
-            readonly cookie?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Stopped"];
+                    "application/json": components["schemas"]["Stopped"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly list_templates: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    list_templates: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": readonly components["schemas"]["Template"][];
+                    "application/json": components["schemas"]["Template"][];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly list_trash: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    list_trash: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": readonly components["schemas"]["Thrown"][];
+                    "application/json": components["schemas"]["Thrown"][];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly restore_protocol: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path: {
-                readonly id: string;
+    restore_protocol: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
             };
-            readonly cookie?: never;
+            cookie?: never;
         };
-        readonly requestBody?: never;
-        readonly responses: {
+        requestBody?: never;
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["ProtocolText"];
+                    "application/json": components["schemas"]["ProtocolText"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly protocol_words: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    protocol_words: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["CheckText"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CheckText"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Words"];
+                    "application/json": components["schemas"]["Words"];
                 };
             };
             /** @description Nothing was done; the fault says why. */
-            readonly "4XX": {
+            "4XX": {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["Fault"];
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
     };
-    readonly loglog_post: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    loglog_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["RunLog"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RunLog"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": unknown;
+                    "application/json": unknown;
                 };
             };
             /** @description Validation Error */
-            readonly 422: {
+            422: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/json": components["schemas"]["HTTPValidationError"];
                 };
             };
         };
     };
-    readonly noticenotice_post: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    noticenotice_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["Notice"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Notice"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": unknown;
+                    "application/json": unknown;
                 };
             };
             /** @description Validation Error */
-            readonly 422: {
+            422: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/json": components["schemas"]["HTTPValidationError"];
                 };
             };
         };
     };
-    readonly patchpatch_post: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    patchpatch_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["Patch"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Patch"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": unknown;
+                    "application/json": unknown;
                 };
             };
             /** @description Validation Error */
-            readonly 422: {
+            422: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/json": components["schemas"]["HTTPValidationError"];
                 };
             };
         };
     };
-    readonly run_patchrun_patch_post: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    run_patchrun_patch_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["RunPatch"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RunPatch"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": unknown;
+                    "application/json": unknown;
                 };
             };
             /** @description Validation Error */
-            readonly 422: {
+            422: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/json": components["schemas"]["HTTPValidationError"];
                 };
             };
         };
     };
-    readonly snapshotsnapshot_post: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    snapshotsnapshot_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["Snapshot"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Snapshot"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": unknown;
+                    "application/json": unknown;
                 };
             };
             /** @description Validation Error */
-            readonly 422: {
+            422: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/json": components["schemas"]["HTTPValidationError"];
                 };
             };
         };
     };
-    readonly watchwatch_post: {
-        readonly parameters: {
-            readonly query?: never;
-            readonly header?: never;
-            readonly path?: never;
-            readonly cookie?: never;
+    watchwatch_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
         };
-        readonly requestBody: {
-            readonly content: {
-                readonly "application/json": components["schemas"]["Watched"];
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Watched"];
             };
         };
-        readonly responses: {
+        responses: {
             /** @description Successful Response */
-            readonly 200: {
+            200: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": unknown;
+                    "application/json": unknown;
                 };
             };
             /** @description Validation Error */
-            readonly 422: {
+            422: {
                 headers: {
-                    readonly [name: string]: unknown;
+                    [name: string]: unknown;
                 };
                 content: {
-                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/json": components["schemas"]["HTTPValidationError"];
                 };
             };
         };

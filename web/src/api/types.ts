@@ -4,7 +4,7 @@ import type { components } from './types.gen'
 type Schemas = components['schemas']
 
 /** The server sends every field; its description calls those with a default optional. */
-type Whole<T> = T extends object ? { readonly [K in keyof T]-?: Whole<Exclude<T[K], undefined>> } : T
+export type Whole<T> = T extends object ? { readonly [K in keyof T]-?: Whole<Exclude<T[K], undefined>> } : T
 
 export type Told<Name extends keyof Schemas> = Whole<Schemas[Name]>
 export type Asked<Name extends keyof Schemas> = Schemas[Name]

@@ -5,7 +5,6 @@ import { api, command, read } from '../api/client'
 import { serverNow } from '../api/clock'
 import { keepLease, leaseOfTab } from '../api/lease'
 import { useLive } from '../api/push/live'
-import type { Told } from '../api/types'
 import { usePreferences } from './preferences'
 
 export const useControl = defineStore('control', () => {
@@ -25,14 +24,14 @@ export const useControl = defineStore('control', () => {
   /** Take it; from somebody else only with a reason. */
   async function take(name: string, reason = ''): Promise<void> {
     const body = { name: name.trim(), reason }
-    const told = await command(() => api.POST('/api/v1/control/take', { body })) as Told<'ControlTaken'>
+    const told = await command(() => api.POST('/api/v1/control/take', { body }))
     keep({ lease: told.lease, since: told.control.since })
     live.bench.control = told.control
     preferences.name = body.name
   }
 
   async function release(): Promise<void> {
-    live.bench.control = (await command(() => api.POST('/api/v1/control/release'))) as Told<'ControlState'>
+    live.bench.control = await command(() => api.POST('/api/v1/control/release'))
     keep(null)
   }
 

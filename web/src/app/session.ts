@@ -3,7 +3,7 @@ import { defineStore } from 'pinia'
 import { ref } from 'vue'
 import { api, read } from '../api/client'
 import { heardTime } from '../api/clock'
-import type { AllSettings, Session, Settings } from '../api/types'
+import type { AllSettings, Asked, Session, Settings } from '../api/types'
 
 const AGAIN_MS = 2_000
 
@@ -15,7 +15,7 @@ export const useSession = defineStore('session', () => {
   async function enter(): Promise<Session> {
     for (;;) {
       try {
-        return await take(read(api.GET('/api/v1/session')) as Promise<Session>)
+        return await take(read(api.GET('/api/v1/session')))
       } catch {
         await new Promise((resolve) => setTimeout(resolve, AGAIN_MS))
       }
@@ -24,19 +24,19 @@ export const useSession = defineStore('session', () => {
 
   /** Sign in with the token that `labrun web` was started with. */
   async function signIn(token: string): Promise<void> {
-    await take(read(api.POST('/api/v1/session', { body: { token } })) as Promise<Session>)
+    await take(read(api.POST('/api/v1/session', { body: { token } })))
   }
 
   async function signOut(): Promise<void> {
-    await take(read(api.DELETE('/api/v1/session')) as Promise<Session>)
+    await take(read(api.DELETE('/api/v1/session')))
   }
 
   async function loadSettings(): Promise<void> {
-    all.value = (await read(api.GET('/api/v1/settings'))) as AllSettings
+    all.value = await read(api.GET('/api/v1/settings'))
   }
 
   async function saveSettings(settings: Settings): Promise<void> {
-    all.value = (await read(api.PUT('/api/v1/settings', { body: settings as never }))) as AllSettings
+    all.value = await read(api.PUT('/api/v1/settings', { body: settings as Asked<'Settings'> }))
   }
 
   async function take(asked: Promise<Session>): Promise<Session> {

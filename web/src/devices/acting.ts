@@ -41,9 +41,9 @@ export function useAction(device: () => string, action: () => string): Acting {
     try {
       const path = { device: device(), action: action() }
       const body = { params, armed: armed ?? null }
-      const told = (await command(() =>
+      const told = await command(() =>
         api.POST('/api/v1/devices/{device}/actions/{action}', { params: { path }, body }),
-      )) as GoalState
+      )
       last.value = told
       recorded.follow(told)
       return told

@@ -13,7 +13,8 @@ export const useContracts = defineStore('contracts', () => {
   async function load(device: string): Promise<void> {
     try {
       const asked = api.GET('/api/v1/devices/{device}', { params: { path: { device } } })
-      details[device] = (await read(asked)) as DeviceDetail
+      // The client's types forget that a range has two ends.
+      details[device] = (await read(asked)) as unknown as DeviceDetail
       failed.value = ''
     } catch (failure) {
       failed.value = sentenceOf(failure)

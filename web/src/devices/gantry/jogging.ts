@@ -5,7 +5,6 @@ import { api, command } from '../../api/client'
 import { useLive } from '../../api/push/live'
 import { say } from '../../api/push/socket'
 import { sentenceOf } from '../../api/refused'
-import type { JogState } from '../../api/types'
 import type { Axis } from './axes'
 
 interface Press {
@@ -48,9 +47,9 @@ export function useJogging(device: () => string) {
     said.value = ''
     const path = { device: device() }
     try {
-      const jog = (await command(() =>
+      const jog = await command(() =>
         api.POST('/api/v1/devices/{device}/jog/start', { params: { path }, body: { axis, direction, feed_mm_min } }),
-      )) as JogState
+      )
       mine.id = jog.id
       if (mine.released) await end(mine)
       else {
@@ -85,7 +84,7 @@ export function useJogging(device: () => string) {
     if (mine.id === null) return
     const path = { id: mine.id }
     try {
-      const jog = (await command(() => api.POST('/api/v1/jogs/{id}/stop', { params: { path } }))) as JogState
+      const jog = await command(() => api.POST('/api/v1/jogs/{id}/stop', { params: { path } }))
       if (jog.reason !== '' && jog.reason !== 'let go') said.value = jog.reason
     } catch {
       said.value = 'the stop of the hold was not confirmed; without keep-alives the server stops the axis'
