@@ -1,8 +1,8 @@
-// The frame: places, connection, control, STOP ALL, themes, keys.
+// The frame: welcome, places, control between two people, themes, keys.
 import type { Browser } from 'playwright-core'
 import { afterAll, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, openBrowser } from './browser'
+import { aPerson, isLive, NARROW, openBrowser } from './browser'
 import { picture } from './look'
 
 let bench: Bench
@@ -23,21 +23,127 @@ describe('the frame', () => {
     await picture(page, 'welcome')
     await page.getByLabel('Your name').fill('Ada')
     await page.getByRole('button', { name: 'Next' }).click()
-    await page.getByText('of 6 devices are online').or(page.getByText('devices are online')).waitFor()
-    await picture(page, 'welcome-2')
+    await page.getByText('devices are online').waitFor()
     await page.getByRole('button', { name: 'Next' }).click()
+    await picture(page, 'welcome-3')
     await page.getByRole('button', { name: 'Go to the protocols' }).click()
+    await page.waitForURL('**/protocols')
+    await page.goto('/')
     await page.waitForURL('**/protocols')
 
     expect(faults).toEqual([])
 
-    await page.getByRole('button', { name: 'Take control' }).click()
-    await page.getByRole('button', { name: 'Release control' }).waitFor()
+    await context.close()
+  })
+
+  it('leads to its five places by links and by keys', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await page.goto('/settings')
+    for (const place of ['Devices', 'Protocols', 'Runs', 'Results', 'Settings']) {
+      const link = page.getByRole('link', { name: place, exact: true })
+      await link.click()
+      await page.waitForURL(`**/${place.toLowerCase()}`)
+
+      expect(await link.getAttribute('aria-current')).toBe('page')
+      expect(await page.title()).toContain(place)
+    }
+    for (const [key, place] of [['d', 'devices'], ['p', 'protocols'], ['r', 'runs'], ['e', 'results'], ['s', 'settings']] as const) {
+      await page.keyboard.press('g')
+      await page.keyboard.press(key)
+      await page.waitForURL(`**/${place}`)
+    }
+    await page.keyboard.press('?')
+    await page.getByRole('dialog', { name: 'Keyboard shortcuts' }).waitFor()
+    await picture(page, 'shortcuts')
+
+    expect(await page.getByRole('button', { name: 'Stop all devices' }).isEnabled()).toBe(true)
+
+    await page.getByRole('dialog').getByLabel('Single-letter keys').uncheck()
+    await page.keyboard.press('Escape')
+    await page.getByRole('dialog').waitFor({ state: 'detached' })
+    await page.keyboard.press('g')
+    await page.keyboard.press('d')
+    await page.waitForTimeout(300)
+
+    expect(new URL(page.url()).pathname).toBe('/settings')
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
+  it('skips to the content with the first Tab', async () => {
+    const { page, context } = await aPerson(browser, bench.address)
+    await page.goto('/settings')
+    await isLive(page)
+    await page.keyboard.press('Tab')
+    await page.keyboard.press('Enter')
+
+    expect(await page.evaluate(() => document.activeElement?.id)).toBe('main')
+
+    await context.close()
+  })
+
+  it('remembers the theme and follows the system without one', async () => {
+    const { page, context } = await aPerson(browser, bench.address, { colorScheme: 'dark' })
+    await page.goto('/settings')
+    const theme = () => page.evaluate(() => document.documentElement.dataset['theme'])
+
+    expect(await theme()).toBe('dark')
+
+    await page.getByLabel('light', { exact: true }).check()
+    await page.reload()
+    await isLive(page)
+
+    expect(await theme()).toBe('light')
+
+    await context.close()
+  })
+
+  it('lets two people see and pass on control', async () => {
+    const ada = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+    const bo = await aPerson(browser, bench.address, { viewport: NARROW }, { welcomed: true, name: 'Bo' })
+    await Promise.all([ada.page.goto('/settings'), bo.page.goto('/settings')])
+    await Promise.all([isLive(ada.page), isLive(bo.page)])
+    await ada.page.getByRole('button', { name: 'Take control' }).click()
+    await ada.page.getByRole('button', { name: 'Release control' }).waitFor()
 
     expect((await ask<{ holder: string }>(bench, '/control')).holder).toBe('Ada')
 
-    await page.getByRole('button', { name: 'Release control' }).click()
-    await page.getByRole('button', { name: 'Take control' }).waitFor()
+    await bo.page.getByRole('button', { name: 'Take control' }).click()
+    const dialog = bo.page.getByRole('dialog', { name: 'Ada has control' })
+    await dialog.getByRole('button', { name: 'Ask Ada for control' }).click()
+    await dialog.getByText('Ada was asked').waitFor()
+    await ada.page.getByText('Bo asks Ada for control').waitFor()
+    await picture(bo.page, 'control-390')
+    await dialog.getByLabel(/Or take it over/).fill('Ada is at lunch')
+    await dialog.getByRole('button', { name: 'Take over' }).click()
+    await bo.page.getByRole('button', { name: 'Release control' }).waitFor()
+    await ada.page.getByRole('button', { name: 'Take control' }).waitFor()
+    await ada.page.getByText('Ada is at lunch').first().waitFor()
+    await bo.page.reload()
+    await bo.page.getByRole('button', { name: 'Release control' }).click()
+    await bo.page.getByRole('button', { name: 'Take control' }).waitFor()
+
+    expect((await ask<{ holder: string | null }>(bench, '/control')).holder).toBeNull()
+    expect([...ada.faults, ...bo.faults]).toEqual([])
+
+    await ada.context.close()
+    await bo.context.close()
+  })
+
+  it('keeps what is set for the bench', async () => {
+    const { page, context } = await aPerson(browser, bench.address)
+    await page.goto('/settings')
+    await page.getByLabel('Who works here, one a line').fill('Ada\nBo')
+    await page.getByLabel('Step sizes of the jog pad, in mm').fill('0.05 0,5 5')
+    await page.getByRole('button', { name: 'Save' }).click()
+    await page.getByText('Saved.').waitFor()
+    await picture(page, 'settings')
+    const { settings } = await ask<{ settings: { operators: string[]; step_sizes_mm: number[] } }>(bench, '/settings')
+
+    expect(settings.operators).toEqual(['Ada', 'Bo'])
+    expect(settings.step_sizes_mm).toEqual([0.05, 0.5, 5])
+
     await context.close()
   })
 })

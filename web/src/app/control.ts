@@ -7,6 +7,8 @@ import { keepLease, leaseOfTab } from '../api/lease'
 import { useLive } from '../api/push/live'
 import { usePreferences } from './preferences'
 
+const RENEW_BELOW_S = 240
+
 export const useControl = defineStore('control', () => {
   const live = useLive()
   const preferences = usePreferences()
@@ -30,6 +32,12 @@ export const useControl = defineStore('control', () => {
     preferences.name = body.name
   }
 
+  /** Somebody who works at the page keeps control; the lease stays the same. */
+  async function renew(): Promise<void> {
+    if (!mine.value || !live.live || left_s.value > RENEW_BELOW_S) return
+    await take(state.value.holder ?? preferences.name).catch(() => undefined) // it ends by itself, as shown
+  }
+
   async function release(): Promise<void> {
     live.bench.control = await command(() => api.POST('/api/v1/control/release'))
     keep(null)
@@ -45,5 +53,5 @@ export const useControl = defineStore('control', () => {
     keepLease(lease)
   }
 
-  return { state, mine, left_s, take, release, ask }
+  return { state, mine, left_s, take, renew, release, ask }
 })

@@ -2,6 +2,7 @@
 import { defineStore } from 'pinia'
 import { computed, ref } from 'vue'
 import { newKey } from '../api/client'
+import { serverNow } from '../api/clock'
 import { useLive } from '../api/push/live'
 import { askSocket } from '../api/push/socket'
 import type { Stopped } from '../api/types'
@@ -44,7 +45,8 @@ export const useStop = defineStore('stop', () => {
   /** Straight past everything that could hold it up; it goes out even while the page is left. */
   async function byPost(): Promise<Stopped> {
     const response = await fetch('/api/v1/stop', {
-      method: 'POST', keepalive: true, headers: { 'Idempotency-Key': newKey() },
+      method: 'POST', keepalive: true,
+      headers: { 'Idempotency-Key': newKey(), 'X-Deadline': String(until()) },
       signal: AbortSignal.timeout(PATIENCE_MS),
     })
     if (!response.ok) throw new Error(`the server answered ${response.status}`)
@@ -54,7 +56,12 @@ export const useStop = defineStore('stop', () => {
   async function bySocket(): Promise<Stopped> {
     const socket = live.line()
     if (socket === null) throw new Error('there is no connection')
-    return askSocket<Stopped>(socket, 'stop', {}, PATIENCE_MS)
+    return askSocket<Stopped>(socket, 'stop', { until_ms: until() }, PATIENCE_MS)
+  }
+
+  /** What lay in a stalled line for longer must not stop what was started since. */
+  function until(): number {
+    return Math.round(serverNow() + PATIENCE_MS)
   }
 
   function took(told: Stopped): void {

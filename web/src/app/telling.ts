@@ -4,6 +4,7 @@ import { useLive } from '../api/push/live'
 import type { RunSummary } from '../api/types'
 import { useNotices } from './notices'
 import { usePreferences } from './preferences'
+import { useStop } from './stop'
 
 /** What is to be told of a run that was so and is now so; null for nothing. */
 export function newsOf(before: RunSummary | undefined, now: RunSummary): { problem: boolean; text: string } | null {
@@ -19,7 +20,12 @@ export function useTelling(): void {
   const live = useLive()
   const notices = useNotices()
   const preferences = usePreferences()
-  onScopeDispose(live.onNotice((told) => notices.tell(told.text, { level: told.level, run: told.run, device: told.device })))
+  const stop = useStop()
+  onScopeDispose(live.onNotice((told) => {
+    // Whoever pressed STOP ALL reads it in the alarm; everybody else here.
+    if (stop.state !== 'calm' && told.text.includes('did not confirm the stop')) return
+    notices.tell(told.text, { level: told.level, run: told.run, device: told.device })
+  }))
 
   watch(() => ({ ...live.bench.runs }), (now, before) => {
     for (const run of Object.values(now)) {

@@ -21,7 +21,9 @@ export const useLive = defineStore('live', () => {
   const connected = ref(false)
   const latency_ms = ref<number | null>(null)
   const begun_at = Date.now()
-  const live = computed(() => connected.value && now.value - heard_at.value < SILENT_MS)
+  /** The browser says that it has no network, and the server cannot be asked either. */
+  const cut = ref(false)
+  const live = computed(() => connected.value && !cut.value && now.value - heard_at.value < SILENT_MS)
   const silent_s = computed(() => Math.max(0, (now.value - (heard_at.value || begun_at)) / 1000))
   const told = new Set<(notice: Notice) => void>()
   let socket: Socket | null = null
@@ -57,8 +59,15 @@ export const useLive = defineStore('live', () => {
     if (!applyPatch(bench, patch)) void askAll()
   }
 
+  /** A browser without network may still reach a server on its own machine: only asking tells. */
+  async function lookForNetwork(): Promise<void> {
+    const asked = fetch('/api/v1/session', { cache: 'no-store', signal: AbortSignal.timeout(PROBE_MS) })
+    cut.value = await asked.then(() => false, () => true)
+  }
+
   /** `unwatch` of nothing is the smallest question that the server acknowledges. */
   async function probe(): Promise<void> {
+    if (!navigator.onLine || cut.value) await lookForNetwork()
     if (socket?.connected !== true) return
     const began = performance.now()
     try {
@@ -88,12 +97,20 @@ export const useLive = defineStore('live', () => {
     socket.on('patch', takePatch)
     socket.on('notice', (notice: Notice) => told.forEach((tell) => tell(notice)))
     socket.connect()
-    commandsNeed(() => (now.value = Date.now()) - heard_at.value < SILENT_MS && connected.value)
+    commandsNeed(() => {
+      now.value = Date.now()
+      return live.value
+    })
+    const lost = (): void => void lookForNetwork()
+    window.addEventListener('offline', lost)
+    window.addEventListener('online', lost)
     const ticking = setInterval(() => (now.value = Date.now()), 250)
     const probing = setInterval(() => void probe(), PROBE_MS)
     return () => {
       clearInterval(ticking)
       clearInterval(probing)
+      window.removeEventListener('offline', lost)
+      window.removeEventListener('online', lost)
       socket?.disconnect()
       socket = null
     }

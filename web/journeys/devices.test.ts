@@ -1,0 +1,342 @@
+// Devices by hand: moved, taught, armed, fired, recorded; and what is said when they fail.
+import { mkdtemp, writeFile } from 'node:fs/promises'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
+import type { Browser, Locator, Page } from 'playwright-core'
+import { afterAll, beforeAll, describe, expect, it } from 'vitest'
+import { ask, type Bench, orderFault, startBench } from './bench'
+import { aPerson, isLive, NARROW, openBrowser, type Person } from './browser'
+import { axe, picture } from './look'
+
+interface Device { name: string; status: Record<string, number | string | boolean> }
+
+let bench: Bench
+let browser: Browser
+beforeAll(async () => {
+  ;[bench, browser] = await Promise.all([startBench({ speed: 4 }), openBrowser()])
+})
+afterAll(async () => {
+  await browser.close()
+  await bench.close()
+})
+
+const status = async (device: string, at = bench) => (await ask<Device>(at, `/devices/${device}`)).status
+const detail = (page: Page): Locator => page.getByRole('region', { name: 'Device detail' })
+
+async function atDevice(device: string, options = {}, at = bench): Promise<Person> {
+  const person = await aPerson(browser, at.address, options, { welcomed: true, name: 'Ada' })
+  await person.page.goto(`/devices/${device}`)
+  await isLive(person.page)
+  await person.page.getByText(/(\d) of \1 online/).waitFor({ timeout: 60_000 })
+  await person.page.getByRole('button', { name: 'Take control' }).click()
+  const dialog = person.page.getByRole('dialog')
+  const release = person.page.getByRole('button', { name: 'Release control' })
+  await release.or(dialog).first().waitFor()
+  if (await dialog.count()) {
+    await dialog.getByLabel(/Or take it over/).fill('the next journey')
+    await dialog.getByRole('button', { name: 'Take over' }).click()
+    await release.waitFor()
+  }
+  return person
+}
+
+async function leave(person: Person): Promise<void> {
+  expect(person.faults).toEqual([])
+
+  await person.page.getByRole('button', { name: 'Release control' }).click()
+  await person.context.close()
+}
+
+describe('the gantry', () => {
+  it('steps by the size that is chosen, and never beyond its limits', async () => {
+    const person = await atDevice('gantry')
+    const { page } = person
+    await detail(page).getByRole('radio', { name: '10 mm' }).check({ force: true })
+    await page.getByRole('button', { name: 'X+', exact: true }).click()
+    await expect.poll(async () => (await status('gantry'))['x']).toBe(10)
+    await page.getByRole('button', { name: 'Y-', exact: true }).click()
+    await page.getByRole('status', { name: 'Jog' }).getByText(/outside 0 to 810 mm/).waitFor()
+
+    expect((await status('gantry'))['y']).toBe(0)
+
+    await leave(person)
+  })
+
+  it('goes where a click aims and where numbers say, from a zero of one’s own', async () => {
+    const person = await atDevice('gantry')
+    const { page } = person
+    await page.getByRole('img', { name: /Work area/ }).click({ position: { x: 100, y: 100 } })
+    const aimed = Number(await page.getByLabel('Go to X').inputValue())
+    await page.getByRole('form', { name: 'Position' }).getByRole('button', { name: 'Go to' }).click()
+    await expect.poll(async () => (await status('gantry'))['x'], { timeout: 20_000 }).toBeCloseTo(aimed, 1)
+    await picture(page, 'gantry')
+    await expect.poll(() => page.getByRole('status', { name: 'X position' }).innerText(), { timeout: 5_000 }).toBe(aimed.toFixed(2))
+    await page.getByRole('button', { name: 'Set 0 for X' }).click()
+
+    expect(await page.getByRole('status', { name: 'X position' }).innerText()).toBe('0.00')
+
+    await page.getByLabel('Go to X').fill('5')
+    await page.getByLabel('Go to Y').fill('')
+    await page.getByRole('form', { name: 'Position' }).getByRole('button', { name: 'Go to' }).click()
+    await expect.poll(async () => (await status('gantry'))['x'], { timeout: 20_000 }).toBeCloseTo(aimed + 5, 1)
+    await page.getByLabel('Go to X').fill('9000')
+    await page.getByText(/x 900\d.* is outside 0–730 mm|outside 0–730 mm/).first().waitFor()
+    await page.getByRole('button', { name: 'Clear zero' }).click()
+    await leave(person)
+  })
+
+  it('keeps a place under a name and comes back to it', async () => {
+    const person = await atDevice('gantry')
+    const { page } = person
+    const before = await status('gantry')
+    await page.getByLabel('Name of this place').fill('loading')
+    await page.getByRole('button', { name: 'Keep' }).click()
+    await page.getByRole('button', { name: 'X+', exact: true }).click()
+    await expect.poll(async () => (await status('gantry'))['x']).not.toBe(before['x'])
+    await page.reload()
+    await isLive(page)
+    await page.getByRole('button', { name: 'Go to loading' }).click()
+    await expect.poll(async () => (await status('gantry'))['x'], { timeout: 20_000 }).toBe(before['x'])
+    await leave(person)
+  })
+
+  it('moves as long as a button is held, and stands when it is let go', async () => {
+    const person = await atDevice('gantry')
+    const { page } = person
+    await detail(page).getByLabel('hold', { exact: true }).check()
+    const button = page.getByRole('button', { name: 'Y+', exact: true })
+    const box = await button.boundingBox()
+    const before = Number((await status('gantry'))['y'])
+    await page.mouse.move((box?.x ?? 0) + 20, (box?.y ?? 0) + 20)
+    await page.mouse.down()
+    await expect.poll(async () => Number((await status('gantry'))['y']), { timeout: 10_000 }).toBeGreaterThan(before + 10)
+    await page.mouse.up()
+    await expect.poll(async () => (await status('gantry'))['state'], { timeout: 10_000 }).toBe('idle')
+    await page.waitForTimeout(1_500)
+    const stood = Number((await status('gantry'))['y'])
+    await page.waitForTimeout(1_500)
+
+    expect(Number((await status('gantry'))['y'])).toBe(stood)
+    expect(stood).toBeLessThan(810)
+
+    await leave(person)
+  })
+
+  it('stands when the page of whoever holds is gone', async () => {
+    const person = await atDevice('gantry')
+    const { page, context } = person
+    await detail(page).getByLabel('hold', { exact: true }).check()
+    await page.getByRole('button', { name: 'Y-', exact: true }).focus()
+    const before = Number((await status('gantry'))['y'])
+    await page.keyboard.down('Space')
+    await expect.poll(async () => Number((await status('gantry'))['y']), { timeout: 10_000 }).toBeLessThan(before)
+    await context.close()
+    await expect.poll(async () => (await status('gantry'))['state'], { timeout: 10_000 }).toBe('idle')
+    await new Promise((resolve) => setTimeout(resolve, 1_500))
+    const stood = (await status('gantry'))['y']
+    await new Promise((resolve) => setTimeout(resolve, 1_500))
+
+    expect((await status('gantry'))['y']).toBe(stood)
+  })
+
+  it('obeys the keys only while Keys is on', async () => {
+    const person = await atDevice('gantry')
+    const { page } = person
+    const before = Number((await status('gantry'))['x'])
+    await page.keyboard.press('ArrowRight')
+    await page.getByRole('switch', { name: 'Keys' }).click()
+    await page.keyboard.press('ArrowRight')
+    await expect.poll(async () => (await status('gantry'))['x']).toBeCloseTo(before + 1, 2)
+    await page.keyboard.press('Escape')
+
+    expect(await page.getByRole('switch', { name: 'Keys' }).getAttribute('aria-checked')).toBe('false')
+
+    await page.waitForTimeout(700)
+    await page.keyboard.press('ArrowRight')
+    await page.waitForTimeout(1_500)
+
+    expect((await status('gantry'))['x']).toBeCloseTo(before + 1, 2)
+
+    await leave(person)
+  })
+})
+
+describe('an action', () => {
+  it('says what is wrong with what was typed, before and after it is sent', async () => {
+    const person = await atDevice('gantry')
+    const { page } = person
+    await detail(page).locator('summary', { hasText: 'move_to' }).click()
+    const form = page.getByRole('form', { name: 'move_to' })
+    await form.getByLabel('x', { exact: true }).fill('731')
+    await form.getByRole('button', { name: 'Run' }).click()
+    await form.getByText('731 is outside 0–730 mm').waitFor()
+    await form.getByLabel('x', { exact: true }).fill('3 s')
+    await form.getByRole('button', { name: 'Run' }).click()
+    await form.getByText(/time/).first().waitFor()
+    await form.getByLabel('x', { exact: true }).fill('2 cm')
+    await form.getByRole('button', { name: 'Run' }).click()
+    await form.getByText('✓ ok').waitFor({ timeout: 20_000 })
+    await picture(page, 'action')
+
+    expect((await status('gantry'))['x']).toBe(20)
+
+    await form.getByLabel('x', { exact: true }).fill('')
+    await form.getByRole('button', { name: 'Teach' }).click()
+
+    expect(await form.getByLabel('x', { exact: true }).inputValue()).toBe('20')
+
+    await leave(person)
+  })
+
+  it('that is a hazard is armed, held and done once; its file is shown in place', async () => {
+    const person = await atDevice('libs')
+    const { page } = person
+    await detail(page).locator('summary', { hasText: 'measure' }).click()
+    const form = page.getByRole('form', { name: 'measure' })
+
+    expect(await form.getByRole('button', { name: 'Run' }).count()).toBe(0)
+
+    await form.getByRole('button', { name: 'Arm' }).click()
+    const hold = form.getByRole('button', { name: 'Hold 1 s to measure' })
+    await hold.click()
+    await page.waitForTimeout(300)
+
+    expect((await status('libs'))['shots']).toBe(0)
+
+    await picture(page, 'armed')
+    const box = await hold.boundingBox()
+    await page.mouse.move((box?.x ?? 0) + 20, (box?.y ?? 0) + 10)
+    await page.mouse.down()
+    await page.waitForTimeout(1_200)
+    await page.mouse.up()
+    await picture(page, 'fired')
+    await form.getByText('✓ ok').waitFor({ timeout: 30_000 })
+    await expect.poll(async () => (await status('libs'))['shots']).toBe(1)
+    const shot = (await form.locator('dl dd').first().innerText()).trim()
+    await detail(page).locator('summary', { hasText: 'export' }).click()
+    const write = page.getByRole('form', { name: 'export' })
+    await write.getByLabel(/^shot/).fill(shot)
+    await write.getByLabel(/^file/).fill('first.csv')
+    await write.getByRole('button', { name: 'Run' }).click()
+    await write.getByRole('img', { name: /values from/ }).waitFor({ timeout: 30_000 })
+    await picture(page, 'spectrum')
+
+    expect(await axe(page)).toEqual([])
+
+    await leave(person)
+  })
+
+  it('can be confirmed in a dialog instead of held, with the keyboard alone', async () => {
+    const person = await atDevice('libs')
+    const { page } = person
+    const before = Number((await status('libs'))['shots'])
+    await detail(page).locator('summary', { hasText: 'measure' }).focus()
+    await page.keyboard.press('Enter')
+    const form = page.getByRole('form', { name: 'measure' })
+    await form.getByRole('button', { name: 'Arm' }).focus()
+    await page.keyboard.press('Enter')
+    await form.getByRole('button', { name: /Confirm in a dialog/ }).focus()
+    await page.waitForTimeout(1_100)
+    await page.keyboard.press('Enter')
+    await page.getByRole('button', { name: 'Yes, measure now' }).focus()
+    await page.keyboard.press('Enter')
+    await expect.poll(async () => Number((await status('libs'))['shots']), { timeout: 20_000 }).toBeCloseTo(before + 1, 2)
+    await leave(person)
+  })
+
+  it('that fails says what went wrong and whether it happened', async () => {
+    const person = await atDevice('libs')
+    const { page } = person
+    await orderFault(bench, { device: 'libs', kind: 'error', action: 'export', error: 'DiskFull' })
+    await detail(page).locator('summary', { hasText: 'export' }).click()
+    const form = page.getByRole('form', { name: 'export' })
+    await form.getByLabel(/^shot/).fill('nothing')
+    await form.getByLabel(/^file/).fill('x.csv')
+    await form.getByRole('button', { name: 'Run' }).click()
+    await form.getByText('DiskFull').waitFor({ timeout: 20_000 })
+    await form.getByText('It did not happen.').waitFor()
+    await leave(person)
+  })
+
+  it('becomes a step of a protocol while it is recorded', async () => {
+    const person = await atDevice('gantry')
+    const { page } = person
+    await detail(page).getByRole('button', { name: 'Record' }).click()
+    await detail(page).locator('summary', { hasText: 'move_to' }).click()
+    const form = page.getByRole('form', { name: 'move_to' })
+    await form.getByLabel('x', { exact: true }).fill('33')
+    await form.getByRole('button', { name: 'Run' }).click()
+    await form.getByText('✓ ok').waitFor({ timeout: 20_000 })
+    await form.getByRole('button', { name: 'Add to protocol' }).waitFor()
+    await picture(page, 'recorded')
+    await page.getByRole('button', { name: /Make a protocol of 1 step/ }).click()
+    await page.waitForURL('**/protocols/recorded.yaml')
+    const { text } = await ask<{ text: string }>(bench, '/protocols/recorded.yaml')
+
+    expect(text).toContain('gantry: gantry@1')
+    expect(text).toMatch(/- \{do: gantry\.move_to, with: \{x: 33(\.0)?\}\}/)
+
+    const checked = await ask<{ ok: boolean }>(bench, '/check', { text, name: 'recorded.yaml' })
+
+    expect(checked.ok).toBe(true)
+
+    await leave(person)
+  })
+})
+
+describe('a device', () => {
+  it('that is lost says since when and why, and comes back by a scan', async () => {
+    const person = await atDevice('balance')
+    const { page } = person
+    await orderFault(bench, { device: 'balance', kind: 'kill' })
+    await page.getByRole('link', { name: /balance/ }).getByText(/lost|failed|starting/).waitFor({ timeout: 20_000 })
+    await picture(page, 'lost')
+    await page.getByRole('button', { name: 'Scan' }).click()
+    await page.getByRole('link', { name: /balance/ }).getByText('ready').waitFor({ timeout: 30_000 })
+    await leave(person)
+  })
+
+  it('that is in alarm is cleared in a dialog, after a look', async () => {
+    const folder = await mkdtemp(join(tmpdir(), 'labrun-journey-'))
+    const lab = join(folder, 'lab.yaml')
+    await writeFile(lab, [
+      'name: alarming', 'summary: A gantry whose first move ends in an alarm', 'simulated: true', 'devices:', '  gantry:', '    contract: gantry@1',
+      '    driver: sim_gantry', '    config: {clock: fast, homed: true, faults: {move_to: {Alarm: 1.0}}}', '',
+    ].join('\n'))
+    const alarming = await startBench({ args: ['--lab', lab], cwd: folder })
+    const person = await atDevice('gantry', {}, alarming)
+    const { page } = person
+    await page.getByLabel('Go to X').fill('50')
+    await page.getByRole('form', { name: 'Position' }).getByRole('button', { name: 'Go to' }).click()
+    await page.getByRole('button', { name: 'Clear alarm…' }).click()
+    const home = page.getByRole('button', { name: /^Home/ })
+
+    expect(await home.isDisabled()).toBe(true)
+
+    await page.getByLabel(/I have looked/).check()
+    await picture(page, 'alarm')
+    await home.click()
+    await page.getByRole('dialog').waitFor({ state: 'detached' })
+    await page.getByRole('button', { name: 'Clear alarm…' }).waitFor({ state: 'detached', timeout: 20_000 })
+    await leave(person)
+    await alarming.close()
+  })
+
+  it('fits on a screen of 390 pixels, with the pad in reach of a thumb', async () => {
+    const person = await atDevice('gantry', { viewport: NARROW, hasTouch: true })
+    const { page } = person
+    const wider = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth)
+
+    expect(wider).toBe(0)
+
+    const before = Number((await status('gantry'))['x'])
+    await page.getByRole('button', { name: 'X+', exact: true }).tap()
+    await expect.poll(async () => (await status('gantry'))['x']).toBeCloseTo(before + 1, 2)
+    const size = await page.getByRole('button', { name: 'X+', exact: true }).boundingBox()
+
+    expect(Math.min(size?.width ?? 0, size?.height ?? 0)).toBeGreaterThanOrEqual(44)
+
+    await picture(page, 'gantry-390')
+    await leave(person)
+  })
+})

@@ -1,0 +1,52 @@
+// Every screen in both themes and at 390 pixels: axe finds nothing, and nothing sticks out.
+import type { Browser } from 'playwright-core'
+import { afterAll, beforeAll, describe, expect, it } from 'vitest'
+import { type Bench, startBench } from './bench'
+import { aPerson, isLive, NARROW, openBrowser, WIDE } from './browser'
+import { axe, picture } from './look'
+
+const SCREENS = [
+  '/devices/gantry', '/devices/libs', '/devices/camera', '/protocols', '/protocols/hello.yaml', '/protocols/pegmatite_map.yaml',
+  '/runs', '/results', '/settings', '/nowhere',
+]
+const LOOKS = [
+  { look: 'light', theme: 'light', viewport: WIDE, lab: false },
+  { look: 'dark', theme: 'dark', viewport: WIDE, lab: false },
+  { look: 'light-390', theme: 'light', viewport: NARROW, lab: false },
+  { look: 'dark-390', theme: 'dark', viewport: NARROW, lab: false },
+  { look: 'lab', theme: 'dark', viewport: WIDE, lab: true },
+]
+
+let bench: Bench
+let browser: Browser
+beforeAll(async () => {
+  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
+})
+afterAll(async () => {
+  await browser.close()
+  await bench.close()
+})
+
+describe.each(LOOKS)('in $look', ({ look, theme, viewport, lab }) => {
+  it('every screen is accessible, fits and has one heading', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, { viewport }, { welcomed: true, theme, lab })
+    const wrong: string[] = []
+    for (const screen of SCREENS) {
+      await page.goto(screen)
+      await isLive(page)
+      await page.getByRole('heading', { level: 1 }).first().waitFor()
+      await page.waitForLoadState('networkidle').catch(() => undefined) // a page may go on asking
+      await picture(page, `screen-${look}${screen.replaceAll('/', '-')}`)
+      const wider = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth)
+      const headings = await page.getByRole('heading', { level: 1 }).count()
+      if (wider > 0) wrong.push(`${screen}: ${wider} px wider than the screen`)
+      if (headings !== 1) wrong.push(`${screen}: ${headings} headings of the first level`)
+      wrong.push(...(await axe(page)).map((one) => `${screen}: ${one}`))
+    }
+
+    expect(wrong).toEqual([])
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+})

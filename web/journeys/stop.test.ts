@@ -1,0 +1,154 @@
+// STOP ALL and broken lines: what is stopped says so, what is silent is named, nothing is done later.
+import type { Browser, Page } from 'playwright-core'
+import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
+import { ask, type Bench, orderFault, startBench } from './bench'
+import { aPerson, isLive, openBrowser } from './browser'
+import { axe, picture } from './look'
+
+interface Device { name: string; status: Record<string, number> }
+
+let bench: Bench
+let browser: Browser
+beforeAll(async () => {
+  ;[bench, browser] = await Promise.all([startBench({ speed: 20 }), openBrowser()])
+})
+afterEach(async () => {
+  bench.signal('SIGCONT')
+  await orderFault(bench, { device: 'libs', kind: 'thaw' })
+})
+afterAll(async () => {
+  await browser.close()
+  await bench.close()
+})
+
+const stop = (page: Page) => page.getByRole('button', { name: 'Stop all devices' })
+const x = async (): Promise<number> => (await ask<Device>(bench, '/devices/gantry')).status['x'] ?? Number.NaN
+
+async function allOnline(page: Page): Promise<void> {
+  await page.goto('/devices/gantry')
+  await page.getByText('8 of 8 online').waitFor({ timeout: 60_000 })
+}
+
+describe('STOP ALL', () => {
+  it('says of each device that it confirmed, from any page, by button and by Esc Esc', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await allOnline(page)
+    await page.goto('/settings')
+    await isLive(page)
+    await stop(page).click()
+    const outcome = page.getByRole('status', { name: 'Stop', exact: true })
+    await outcome.getByText(/gantry ✓/).waitFor()
+    await outcome.getByText(/libs ✓/).waitFor()
+    await picture(page, 'stopped')
+    await page.goto('/runs')
+    await isLive(page)
+    await page.keyboard.press('Escape')
+    await page.keyboard.press('Escape')
+    await outcome.getByText(/gantry ✓/).waitFor()
+
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
+  it('reaches through an open dialog', async () => {
+    const { page, context } = await aPerson(browser, bench.address)
+    await page.goto('/settings')
+    await isLive(page)
+    await page.keyboard.press('?')
+    await page.getByRole('dialog').waitFor()
+    await stop(page).click()
+    await page.getByRole('status', { name: 'Stop', exact: true }).getByText(/gantry ✓/).waitFor()
+    await context.close()
+  })
+
+  it('names the device that did not confirm, as wide as the page', async () => {
+    const { page, context } = await aPerson(browser, bench.address)
+    await allOnline(page)
+    await orderFault(bench, { device: 'libs', kind: 'freeze' })
+    await stop(page).click()
+    const alarm = page.getByRole('alert').filter({ hasText: 'libs did not confirm the stop. Use the hardware e-stop.' })
+    await alarm.waitFor()
+    await picture(page, 'stop-alarm')
+
+    expect(await alarm.innerText()).toContain('gantry ✓')
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'I have seen it' }).click()
+    await alarm.waitFor({ state: 'detached' })
+    await context.close()
+  })
+
+  it('says at once that nothing confirmed when the server is silent, and stops nothing later', async () => {
+    const { page, context } = await aPerson(browser, bench.address)
+    await allOnline(page)
+    bench.signal('SIGSTOP')
+    await stop(page).click()
+    const alarm = page.getByRole('alert').filter({ hasText: 'Use the hardware e-stop' })
+    await alarm.waitFor({ timeout: 2_500 })
+
+    expect(await alarm.innerText()).toMatch(/gantry.*did not confirm/)
+
+    await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'offline' }).waitFor()
+    await context.close()
+  })
+})
+
+describe('an offline spell', () => {
+  it('does nothing that is clicked, and does not do it later', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+    await allOnline(page)
+    await page.getByRole('button', { name: 'Take control' }).click()
+    await page.getByRole('button', { name: 'Release control' }).waitFor()
+    await page.getByRole('button', { name: 'X+' }).click()
+    await expect.poll(x, { timeout: 15_000 }).toBeGreaterThan(0)
+    const before = await x()
+    bench.signal('SIGSTOP')
+    // Within the first moments nobody can know: these go out, and come after their deadline.
+    await page.getByRole('button', { name: 'X+' }).click()
+    await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'offline' }).waitFor()
+    await page.getByText('No connection for').waitFor()
+    await picture(page, 'offline')
+
+    expect(await page.getByRole('button', { name: 'X+' }).isDisabled()).toBe(true)
+
+    await page.waitForTimeout(4_000)
+    bench.signal('SIGCONT')
+    await isLive(page)
+    await page.waitForTimeout(3_000)
+
+    expect(await x()).toBe(before)
+    expect(faults).toEqual([])
+
+    await page.getByRole('button', { name: 'X+' }).click()
+    await expect.poll(x, { timeout: 15_000 }).toBeGreaterThan(before)
+    await context.close()
+  })
+
+  it('shows itself when the network of the browser is gone, and ends by itself', async () => {
+    const { page, context } = await aPerson(browser, bench.address)
+    await allOnline(page)
+    await context.setOffline(true)
+    await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'offline' }).waitFor()
+    await stop(page).click()
+    await page.getByRole('alert').filter({ hasText: 'did not confirm' }).or(page.getByRole('status', { name: 'Stop', exact: true }).getByText(/gantry ✓/)).waitFor()
+    await picture(page, 'browser-offline')
+    await context.setOffline(false)
+    await isLive(page)
+    await context.close()
+  })
+
+  it('is over when another server stands at the same address', async () => {
+    const first = await startBench({ speed: 20 })
+    const { page, context } = await aPerson(browser, first.address)
+    await page.goto('/devices')
+    await isLive(page)
+    await first.close()
+    await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'offline' }).waitFor()
+    const second = await startBench({ speed: 20, port: first.port })
+    await isLive(page)
+    await page.getByRole('region', { name: 'Device list' }).getByText('gantry', { exact: true }).waitFor()
+    await context.close()
+    await second.close()
+  })
+})
