@@ -16,7 +16,7 @@ export function sightOf(device: Pick<DeviceState, 'reach' | 'word' | 'used_by' |
   if (device.reach === 'failed') return { shape: '✕', word: 'failed', tone: 'fail' }
   if (device.reach === 'starting') return { shape: '◌', word: 'starting', tone: 'muted' }
   const word = device.word
-  if (device.armed !== null) return { shape: '☀', word: 'ARMED', tone: 'warn' }
+  if (device.armed !== null || word.toLowerCase() === 'armed') return { shape: '☀', word: 'ARMED', tone: 'warn' }
   if (TROUBLE.has(word.toLowerCase())) return { shape: '▲', word, tone: 'fail' }
   if (AT_WORK.has(word.toLowerCase()) || device.used_by !== null) return { shape: '■', word, tone: 'accent' }
   return { shape: '●', word, tone: 'ok' }
