@@ -1,0 +1,61 @@
+// Take a structure away and leave its steps in its place.
+import { land, refused, type Change, type Patch } from './land'
+import { chunkOf, columnOf, lineStart } from './lines'
+import { bodyOf, COMPACT, listPlaceAt, movedLines } from './listing'
+import { isMap, valueAt, type Path } from './path'
+import { placeAt, type Place } from './place'
+import { copyOf, listAt } from './plain'
+import { commentsOf, type Read } from './reading'
+import { kindOf, type StepKind } from './steps'
+
+/** The key under which a structure holds what is done; null where a kind holds no steps. */
+export function innerKey(kind: StepKind | null): string | null {
+  if (kind === 'if') return 'then'
+  if (kind === 'parallel' || kind === 'any') return kind
+  return kind !== null && ['foreach', 'repeat', 'while', 'steps'].includes(kind) ? 'steps' : null
+}
+
+/** The steps of a structure in its place; comments of what goes stand above them. */
+export function unwrap(read: Read, path: Path): Patch {
+  const at = path.at(-1)
+  const from = path.slice(0, -1)
+  const step = valueAt(read.data, path)
+  const key = innerKey(kindOf(step))
+  const inner = isMap(step) && key !== null ? step[key] : undefined
+  const list = listPlaceAt(read, from)
+  const innerPlace = placeAt(read.root, [...path, key ?? ''])
+  if (typeof at !== 'number' || !list || !Array.isArray(inner) || !innerPlace) return refused('this step holds no others')
+  if (inner.length === 0) return refused('there is nothing in it')
+  if (isMap(step) && Array.isArray(step['else'])) return refused('it has two ways: take the steps of one of them out first')
+  const data = copyOf(read.data)
+  listAt(data, from)?.splice(at, 1, ...(copyOf(inner) as unknown[]))
+  const intent = { data, select: path }
+  const change = list.place.flow ? unwrappedFlow(read, list.place, at, innerPlace) : unwrappedLines(read, list.place, at, innerPlace)
+  return change ? land(read, [change], intent) : refused(COMPACT)
+}
+
+function unwrappedFlow({ text }: Read, list: Place, at: number, inner: Place): Change | null {
+  const item = list.items[at]
+  const [first, last] = [inner.items[0], inner.items.at(-1)]
+  return item && first && last && inner.flow ? { from: item.start, to: item.end, insert: text.slice(first.start, last.end) } : null
+}
+
+function unwrappedLines(read: Read, list: Place, at: number, inner: Place): Change | null {
+  const { text } = read
+  const chunk = chunkOf(text, list, at)
+  const column = columnOf(text, list.items[at]?.start ?? 0)
+  const margin = ' '.repeat(column)
+  const bodies: string[] = []
+  const kept: { from: number; to: number }[] = []
+  for (const [i, item] of inner.items.entries()) {
+    const span = inner.flow ? { from: item.start, to: item.end } : chunkOf(text, inner, i)
+    const body = bodyOf(read, inner, i)
+    if (!span || body === null) return null
+    kept.push(span)
+    bodies.push(margin + (inner.flow ? body : movedLines(body, columnOf(text, item.start))(column)))
+  }
+  if (!chunk) return null
+  const loose = commentsOf(text).filter(({ from }) => from >= chunk.from && from < chunk.to && !kept.some((span) => from >= span.from && from < span.to))
+  const lines = [...loose.map((comment) => `${margin}${comment.text}`), ...bodies]
+  return { from: lineStart(text, chunk.from), to: chunk.to, insert: lines.join('\n') }
+}
