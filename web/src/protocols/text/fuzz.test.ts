@@ -9,6 +9,7 @@ import { randomEdit, seeded } from './fuzz'
 import { sameData } from './land'
 import { meant } from './meant'
 import { commentsOf, read } from './reading'
+import { OPTIONAL_LISTS } from './steps'
 
 const FOLDER = join(import.meta.dirname, '../../../../protocols')
 const EDITS = Number(process.env['FUZZ'] ?? 600)
@@ -20,9 +21,11 @@ const texts = [FOLDER, join(FOLDER, 'templates')].flatMap((folder) =>
     .map((name) => ({ name, text: readFileSync(join(folder, name), 'utf8') })),
 )
 
-/** Ids and questions are made up by the edit: they are not judged. */
+/** Ids and questions are made up by the edit, and an empty list stays where a comment needs it: they are not judged. */
 function plain(data: unknown, edit: Edit): unknown {
+  const moves = edit.kind === 'move' || edit.kind === 'wrap'
   const words = JSON.stringify(data, (key: string, value: unknown) => {
+    if (moves && OPTIONAL_LISTS.has(key) && Array.isArray(value) && value.length === 0) return undefined
     if (edit.kind === 'duplicate' && (key === 'id' || (typeof value === 'string' && value.includes('steps.')))) return '?'
     return edit.kind === 'wrap' && key === 'ask' ? '?' : value
   })

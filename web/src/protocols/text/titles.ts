@@ -1,0 +1,89 @@
+// What a step does, in words, with the numbers that matter.
+import { isMap } from './path'
+import { kindOf, type StepKind } from './steps'
+
+export interface Words {
+  title: string
+  detail: string
+}
+
+const LONGEST = 60
+
+export function wordsOf(step: unknown): Words {
+  const kind = kindOf(step)
+  if (kind === null || !isMap(step)) return { title: Array.isArray(step) ? 'Steps in order' : 'Not a step', detail: shown(step) }
+  const { title, detail } = OF_KIND[kind](step)
+  const named = typeof step['name'] === 'string' && step['name'] !== ''
+  const parts = [named ? title : '', detail, ...ladder(step)]
+  return { title: named ? upper(shown(step['name'])) : title, detail: parts.filter((part) => part !== '').join(' · ') }
+}
+
+const OF_KIND: Record<StepKind, (step: Record<string, unknown>) => Words> = {
+  do: (step) => {
+    const [role = '', action = ''] = String(step['do']).split('.')
+    return { title: action === '' ? shown(step['do']) : upper(spaced(action)), detail: [role, argumentsOf(step['with'])].filter(Boolean).join(' · ') }
+  },
+  parallel: (step) => ({ title: 'At the same time', detail: counted(step['parallel']) }),
+  any: (step) => ({ title: 'Until one succeeds', detail: counted(step['any']) }),
+  foreach: (step) => {
+    const [name, items] = Object.entries(isMap(step['foreach']) ? step['foreach'] : {})[0] ?? ['item', null]
+    return { title: `For each ${spaced(name)}`, detail: Array.isArray(items) ? counted(items, 'item') : shown(items) }
+  },
+  repeat: (step) => ({ title: `Repeat ${shown(step['repeat'])} times`, detail: '' }),
+  while: (step) => ({ title: `While ${shown(step['while'])}`, detail: step['max'] == null ? '' : `${shown(step['max'])} times at most` }),
+  if: (step) => ({ title: `If ${shown(step['if'])}`, detail: '' }),
+  use: (step) => ({ title: `Use ${shown(step['use']).replace(/^\.\//, '')}`, detail: argumentsOf(step['with']) }),
+  steps: (step) => ({ title: 'Steps in order', detail: counted(step['steps']) }),
+  confirm: (step) => ({ title: 'Ask to confirm', detail: `“${shown(step['confirm'])}”` }),
+  ask: (step) => ({ title: 'Ask', detail: `“${shown(step['ask'])}” ${Array.isArray(step['choices']) ? step['choices'].map(shown).join(' / ') : ''}` }),
+  wait: (step) => ({ title: `Wait ${shown(step['wait'])}`, detail: '' }),
+  set: (step) => ({ title: `Set ${Object.keys(isMap(step['set']) ? step['set'] : {}).join(', ')}`, detail: '' }),
+  require: (step) => ({ title: `Require ${shown(step['require'])}`, detail: '' }),
+  log: (step) => ({ title: 'Write to the log', detail: `“${shown(step['log'])}”` }),
+  fail: (step) => ({ title: 'Fail', detail: `“${shown(step['fail'])}”` }),
+}
+
+/** What is done where it fails. */
+function ladder(step: Record<string, unknown>): string[] {
+  const { retry, timeout, mode, when, on_error: onError, keep_going: keepGoing } = step
+  const attempts = isMap(retry) ? retry['attempts'] : retry
+  return [
+    when == null ? '' : `only if ${shown(when)}`,
+    attempts == null ? '' : `tried ${shown(attempts)}×`,
+    timeout == null ? '' : `${shown(timeout)} at most`,
+    mode === 'background' ? 'in the background' : '',
+    isMap(keepGoing) ? `${shown(keepGoing['max_failed'])} may fail` : '',
+    onError === 'continue' ? 'goes on if it fails' : onError === 'pause' ? 'pauses if it fails' : '',
+  ]
+}
+
+function argumentsOf(value: unknown): string {
+  if (!isMap(value)) return ''
+  return cut(Object.entries(value).map(([name, one]) => `${spaced(name)} ${shown(one)}`).join(', '))
+}
+
+/** A value as a reader wants it: an expression without its braces. */
+export function shown(value: unknown): string {
+  if (value == null) return '–'
+  if (Array.isArray(value)) return cut(value.map(shown).join(', '))
+  if (isMap(value)) return cut(Object.entries(value).map(([key, one]) => `${key} ${shown(one)}`).join(', '))
+  const text = String(value as string | number | boolean).replace(/\$\{\{\s*(.*?)\s*\}\}/gs, (_, inner: string) => inner.replace(/\bparams\./g, ''))
+  return cut(text.replace(/\s+/g, ' '))
+}
+
+function cut(text: string): string {
+  return text.length > LONGEST ? `${text.slice(0, LONGEST - 1)}…` : text
+}
+
+function counted(list: unknown, word = 'step'): string {
+  const count = Array.isArray(list) ? list.length : 0
+  return `${String(count)} ${word}${count === 1 ? '' : 's'}`
+}
+
+export function spaced(name: string): string {
+  return name.replaceAll('_', ' ')
+}
+
+export function upper(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1)
+}
