@@ -1,0 +1,67 @@
+// A field of a form from a contract's schema: what it wants, what it shows, and what is written.
+import { isMap } from '../text/path'
+
+export interface Field {
+  name: string
+  kind: 'number' | 'text' | 'choice' | 'truth' | 'list'
+  unit: string
+  choices: string[]
+  required: boolean
+  about: string
+  placeholder: string
+}
+
+type Schema = Record<string, unknown>
+
+/** The fields of an action's parameters, those that are required first. */
+export function fieldsOf(params: Schema): Field[] {
+  const properties = isMap(params['properties']) ? params['properties'] : {}
+  const required = new Set(Array.isArray(params['required']) ? params['required'].map(String) : [])
+  const fields = Object.entries(properties).map(([name, part]) => fieldOf(name, isMap(part) ? part : {}, required.has(name)))
+  return [...fields.filter((one) => one.required), ...fields.filter((one) => !one.required)]
+}
+
+function fieldOf(name: string, part: Schema, required: boolean): Field {
+  const types = Array.isArray(part['type']) ? part['type'].map(String) : [String(part['type'] ?? '')]
+  const choices = Array.isArray(part['enum']) ? part['enum'].map(String) : []
+  const number = types.includes('number') || types.includes('integer')
+  const kind = choices.length > 0 ? 'choice' : types.includes('boolean') ? 'truth' : number ? 'number' : types.includes('array') ? 'list' : 'text'
+  const unit = typeof part['unit'] === 'string' ? part['unit'] : ''
+  const told = typeof part['description'] === 'string' ? part['description'] : ''
+  const fallback = part['default'] === undefined ? '' : `${String(part['default'] as string | number)} ${unit}`.trim()
+  return { name, kind, unit, choices, required, about: [told, rangeText(part)].filter(Boolean).join(' · '), placeholder: fallback || unit }
+}
+
+/** `0–730 mm`, `more than 0 mm`, `1 or more`. */
+export function rangeText(part: Schema): string {
+  const unit = typeof part['unit'] === 'string' ? ` ${part['unit']}` : ''
+  const [low, high, above] = [part['minimum'], part['maximum'], part['exclusiveMinimum']]
+  const has = (one: unknown): one is number => typeof one === 'number'
+  if (has(low) && has(high)) return `${String(low)}–${String(high)}${unit}`
+  if (has(above)) return `more than ${String(above)}${has(high) ? ` to ${String(high)}` : ''}${unit}`
+  if (has(low)) return `${String(low)}${unit} or more`
+  if (has(high)) return `up to ${String(high)}${unit}`
+  return unit.trim()
+}
+
+/** A value as text in a field. */
+export function asText(value: unknown): string {
+  if (value === undefined || value === null) return ''
+  if (Array.isArray(value)) return value.every((one) => typeof one !== 'object') ? value.map(String).join(', ') : JSON.stringify(value)
+  return typeof value === 'object' ? JSON.stringify(value) : String(value as string | number | boolean)
+}
+
+/** What a person wrote as a value: nothing is `undefined`, and a bare number gets the field's unit. */
+export function asValue(written: string, kind: Field['kind'], unit = ''): unknown {
+  const text = written.trim()
+  if (text === '') return undefined
+  if (text.includes('${{')) return text
+  if (kind === 'truth') return text === 'true' || text === 'on' || (text === 'false' || text === 'off' ? false : text)
+  if (kind === 'list') return text.replace(/^\[|\]$/g, '').split(',').map((one) => one.trim()).filter(Boolean).map((one) => (isNumber(one) ? Number(one) : one))
+  if (kind === 'number' && isNumber(text)) return unit === '' ? Number(text) : `${text} ${unit}`
+  return text
+}
+
+export function isNumber(text: string): boolean {
+  return /^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$/.test(text)
+}

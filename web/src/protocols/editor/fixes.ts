@@ -1,0 +1,54 @@
+// What would mend a problem, read from the checker's own words.
+
+export interface Fix {
+  label: string
+  from: number
+  to: number
+  insert: string
+}
+
+const SUGGESTED = /['‘’]?([^\s'‘’]+)['‘’]?; did you mean (.+?)\?/
+const OUTSIDE = /: (-?[\d.]+)[^:]* is outside (?:[\w.]+ )?(-?[\d.]+)\.\.(-?[\d.]+) ?([^\s,;]*)/
+const WRITE = /(?:^|: )write (?:`(.+)`|(".+"))$/
+
+/** `text` is what the problem points at; null where nothing certain can be done. */
+export function fixOf(message: string, hint: string, text: string, from: number): Fix | null {
+  return suggested(message, text, from) ?? nearest(message, text, from) ?? written(hint, text, from)
+}
+
+function suggested(message: string, text: string, from: number): Fix | null {
+  const match = SUGGESTED.exec(message)
+  if (!match) return null
+  const [, wrong = '', right = ''] = match
+  const at = wordAt(text, wrong)
+  if (at >= 0) return fix(right.split('.').at(-1) ?? right, from + at, wrong.length)
+  const whole = message.split(':')[0] ?? ''
+  const place = right.includes('.') && whole !== '' ? text.indexOf(whole) : -1
+  return place < 0 ? null : fix(right, from + place, whole.length)
+}
+
+/** The bound that a number outside its range is nearest to. */
+function nearest(message: string, text: string, from: number): Fix | null {
+  const match = OUTSIDE.exec(message)
+  if (!match || text.includes('${{')) return null
+  const [, is = '', low = '', high = '', unit = ''] = match
+  const bound = Number(is) > Number(high) ? high : low
+  return fix(unit === '' || /^-?[\d.]+$/.test(text) ? bound : `${bound} ${unit}`, from, text.length)
+}
+
+function written(hint: string, text: string, from: number): Fix | null {
+  const match = WRITE.exec(hint)
+  const insert = match?.[1] ?? match?.[2]
+  return insert === undefined || insert.includes('…') ? null : fix(insert, from, text.length)
+}
+
+function fix(insert: string, from: number, length: number): Fix {
+  return { label: `Use ${insert}`, from, to: from + length, insert }
+}
+
+/** Where a whole word stands; -1 where it does not. */
+function wordAt(text: string, word: string): number {
+  const escaped = word.replace(/[.*+?^${}()|[\]\\]/g, '\\$&')
+  const match = new RegExp(`(?<![\\w])${escaped}(?![\\w])`).exec(text)
+  return match?.index ?? -1
+}
