@@ -3,7 +3,7 @@ import { defineStore } from 'pinia'
 import { computed, shallowRef } from 'vue'
 import { api, read } from '../../api/client'
 import { useLive } from '../../api/push/live'
-import type { ActionForm, DeviceDetail } from '../../api/types'
+import type { ActionForm, DeviceDetail, DeviceState } from '../../api/types'
 import { isMap, valueAt } from '../text/path'
 
 export type Schema = Record<string, unknown>
@@ -25,7 +25,8 @@ export const useContracts = defineStore('contracts', () => {
   async function fetchAll(): Promise<void> {
     const [all, lab] = await Promise.all([read(api.GET('/api/v1/devices')), read(api.GET('/api/v1/schema'))])
     schema.value = lab
-    const details = all.map((one) => read(api.GET('/api/v1/devices/{device}', { params: { path: { device: one.name } } })))
+    const names = (all as unknown as readonly DeviceState[]).map((one) => one.name)
+    const details = names.map((device) => read(api.GET('/api/v1/devices/{device}', { params: { path: { device } } })))
     devices.value = (await Promise.all(details)) as unknown as DeviceDetail[]
   }
 

@@ -1,18 +1,16 @@
 // One protocol under way: its text is the only state; rows, problems and selection follow from it.
 import { redoDepth, undoDepth } from '@codemirror/commands'
 import { forceLinting, linter, type Diagnostic } from '@codemirror/lint'
-import { Annotation, EditorSelection, type ChangeDesc } from '@codemirror/state'
+import { Annotation, EditorSelection, StateEffect, type ChangeDesc } from '@codemirror/state'
 import { EditorView, type ViewUpdate } from '@codemirror/view'
 import { computed, onScopeDispose, ref, shallowRef, watch } from 'vue'
-import { patch, type Edit } from '../text/edit'
+import { patchAll, type Edit } from '../text/edit'
 import { rangeOf, RowIndex } from '../text/finding'
 import { samePath, startsWith, toPointer, valueAt, type Path } from '../text/path'
 import { read, type Broken, type Read } from '../text/reading'
 import { rowsOf } from '../text/rows'
-import { completionFor } from './completion'
 import type { Contracts } from './contracts'
 import { useChecking } from './checking'
-import { hoverFor } from './hover'
 import { moved, type Found } from './problems'
 import { readOnly, redo, stateOf, undo, writable } from './view'
 
@@ -48,8 +46,6 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
     return [
       EditorView.updateListener.of(updated),
       linter(() => diagnostics(), { delay: 0 }),
-      completionFor(() => good.value?.data, contracts),
-      hoverFor(() => good.value, contracts),
     ]
   }
 
@@ -98,16 +94,16 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
   watch(problems, () => forceLinting(view))
 
   /** Do an edit of the picture as a change of the text; says why where it cannot be done. */
-  function edit(wanted: Edit): boolean {
+  function edit(...wanted: Edit[]): boolean {
     if (locked.value) return refuse('this page only shows the protocol: editing needs a wider window'), false
     if (good.value?.text !== text.value) parse()
-    const done = patch(text.value, wanted)
+    const done = patchAll(text.value, wanted)
     if (!done.ok) return refuse(done.reason), false
     if (done.changes.length === 0) return true
     const now = read(done.text)
     const at = now.ok ? rangeOf(now, done.select)?.from : undefined
     view.dispatch({
-      changes: done.changes, userEvent: `visual.${wanted.kind}`, annotations: VISUAL.of(true), scrollIntoView: true,
+      changes: done.changes, userEvent: `visual.${wanted.at(-1)?.kind ?? 'edit'}`, annotations: VISUAL.of(true), scrollIntoView: true,
       ...(at === undefined ? {} : { selection: EditorSelection.cursor(at) }),
     })
     return true
@@ -175,10 +171,18 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
     view.dispatch({ effects: writable.reconfigure(readOnly(on)) })
   }
 
+  let gone = false
+  async function addAssist(): Promise<void> {
+    const { assist } = await import('./assist')
+    if (!gone) view.dispatch({ effects: StateEffect.appendConfig.of(assist(() => good.value, contracts)) })
+  }
+
   onScopeDispose(() => {
+    gone = true
     clearTimeout(timer)
     view.destroy()
   })
+  void addAssist()
   parse()
   checking.soon(first, 0)
 

@@ -1,10 +1,8 @@
 // The text editor: CodeMirror with what a protocol needs, and nothing else.
-import { autocompletion, closeBrackets, closeBracketsKeymap, completionKeymap } from '@codemirror/autocomplete'
 import { defaultKeymap, history, historyKeymap, indentWithTab, redo, undo } from '@codemirror/commands'
 import { yaml } from '@codemirror/lang-yaml'
 import { bracketMatching, foldGutter, foldKeymap, HighlightStyle, indentOnInput, indentUnit, syntaxHighlighting } from '@codemirror/language'
 import { lintGutter, lintKeymap, nextDiagnostic, previousDiagnostic } from '@codemirror/lint'
-import { highlightSelectionMatches, search, searchKeymap } from '@codemirror/search'
 import { Compartment, EditorState, type Extension } from '@codemirror/state'
 import { drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers } from '@codemirror/view'
 import { tags } from '@lezer/highlight'
@@ -54,7 +52,7 @@ function keys({ save, fix }: Keys): Extension {
     { key: 'Mod-s', preventDefault: true, run: () => (save(), true) },
     { key: 'F8', run: nextDiagnostic }, { key: 'Shift-F8', run: previousDiagnostic },
     { key: 'Mod-.', run: fix },
-    ...closeBracketsKeymap, ...completionKeymap, ...searchKeymap, ...historyKeymap, ...foldKeymap, ...lintKeymap,
+    ...historyKeymap, ...foldKeymap, ...lintKeymap,
     indentWithTab, ...defaultKeymap,
   ])
 }
@@ -74,8 +72,7 @@ export function stateOf(doc: string, bindings: Keys, more: Extension): EditorSta
     doc,
     extensions: [
       more, EditorState.lineSeparator.of('\n'), lineNumbers(), highlightActiveLineGutter(), foldGutter(), lintGutter(), history(), drawSelection(),
-      indentOnInput(), bracketMatching(), closeBrackets(), autocompletion({ icons: false }), highlightActiveLine(), highlightSelectionMatches(),
-      search({ top: true }), yaml(), indentUnit.of('  '), syntaxHighlighting(COLOURS), LOOK, escapeThenTab(), keys(bindings),
+      indentOnInput(), bracketMatching(), highlightActiveLine(), yaml(), indentUnit.of('  '), syntaxHighlighting(COLOURS), LOOK, escapeThenTab(), keys(bindings),
       EditorView.contentAttributes.of({ 'aria-label': 'Protocol YAML' }), writable.of([]),
     ],
   })

@@ -1,8 +1,9 @@
 // The visual edits by name, and the one place that carries them out on a text.
 import { duplicateItem } from './copying'
-import type { Patch } from './land'
+import { after, type Patch } from './land'
 import { insertItems, removeItem } from './listing'
 import { moveItem } from './moving'
+import { setNote } from './noting'
 import type { Path } from './path'
 import { read, type Read } from './reading'
 import { removeKey, renameKey, setValue } from './setting'
@@ -19,6 +20,7 @@ export type Edit =
   | { kind: 'duplicate'; path: Path }
   | { kind: 'wrap'; path: Path; wrap: Wrap; more?: number }
   | { kind: 'unwrap'; path: Path }
+  | { kind: 'note'; path: Path; note: string }
 
 /** The changes that an edit means; `ok: false` says why it cannot be done in the picture. */
 export function patch(text: string, edit: Edit): Patch {
@@ -32,6 +34,13 @@ export function patch(text: string, edit: Edit): Patch {
   }
 }
 
+/** Several edits as one, each made for what the one before it gave; `select` is that of the last. */
+export function patchAll(text: string, edits: readonly Edit[]): Patch {
+  const [first, ...rest] = edits
+  if (!first) return { ok: false, reason: 'there is nothing to do' }
+  return rest.reduce((done, edit) => after(done, (now) => patch(now.text, edit)), patch(text, first))
+}
+
 function patched(now: Read, edit: Edit): Patch {
   switch (edit.kind) {
     case 'set': return setValue(now, edit.path, edit.value)
@@ -43,5 +52,6 @@ function patched(now: Read, edit: Edit): Patch {
     case 'duplicate': return duplicateItem(now, edit.path)
     case 'wrap': return wrapIn(now, edit.path, edit.wrap, edit.more)
     case 'unwrap': return unwrap(now, edit.path)
+    case 'note': return setNote(now, edit.path, edit.note)
   }
 }

@@ -1,0 +1,133 @@
+// What "Add step" offers: the actions of the devices there are, and the structures.
+import type { Told } from '../../api/types'
+import type { ActionForm, DeviceDetail } from '../../api/types'
+import type { Edit } from '../text/edit'
+import { isMap, valueAt, type Path } from '../text/path'
+import { spaced } from '../text/titles'
+import { askWhatNow } from '../text/wrapping'
+import { placeAfter } from './moves'
+
+export interface Offer {
+  key: string
+  name: string
+  about: string
+  mark: string
+  /** The edits that add it after the row at `path`, or inside it. */
+  edits(data: unknown, path: Path, inside: boolean): Edit[]
+}
+
+type Roles = readonly Told<'RoleForm'>[]
+
+export function actionOffers(devices: readonly DeviceDetail[], reach: ReadonlyMap<string, string>, roles: Roles): Offer[] {
+  return devices.flatMap((device) =>
+    device.actions.map((action): Offer => {
+      const online = (reach.get(device.name) ?? device.reach) === 'online'
+      return {
+        key: `${device.name}.${action.name}`,
+        name: `${device.name}: ${spaced(action.name)}`,
+        about: action.summary,
+        mark: [action.danger && action.danger !== 'motion' ? `☀ ${action.danger}` : '', online ? '' : 'offline'].filter(Boolean).join(' · '),
+        edits: (data, path, inside) => {
+          const { role, edits } = roleFor(data, device, roles)
+          return [...edits, insertion(data, path, inside, { do: `${role}.${action.name}`, ...withOf(action) })]
+        },
+      }
+    }),
+  )
+}
+
+/** The role that a device plays in the protocol; a new one where it plays none. */
+export function roleFor(data: unknown, device: { name: string; contract: string }, roles: Roles): { role: string; edits: Edit[] } {
+  const given = valueAt(data, ['devices'])
+  const all = isMap(given) ? given : {}
+  const bound = roles.find((one) => one.device === device.name && all[one.role] === device.contract)?.role
+  const role = bound ?? (all[device.name] === device.contract ? device.name : undefined)
+  if (role !== undefined) return { role, edits: [] }
+  let name = device.name.replace(/\W/g, '_')
+  while (Object.hasOwn(all, name)) name += '_2'
+  return { role: name, edits: [{ kind: 'set', path: ['devices', name], value: device.contract }] }
+}
+
+function insertion(data: unknown, path: Path, inside: boolean, step: unknown): Edit {
+  const { list, index } = placeAfter(data, path, inside)
+  return { kind: 'insert', path: list, index, values: [step] }
+}
+
+/** The parameters that are needed, with the least that could be meant. */
+function withOf(action: ActionForm): { with?: Record<string, unknown> } {
+  const properties = isMap(action.params['properties']) ? action.params['properties'] : {}
+  const required = Array.isArray(action.params['required']) ? action.params['required'].map(String) : []
+  const least = Number(action.params['minProperties'] ?? 0)
+  const names = required.length > 0 ? required : Object.keys(properties).slice(0, least)
+  if (names.length === 0) return {}
+  return { with: Object.fromEntries(names.map((name) => [name, firstValue(name, isMap(properties[name]) ? properties[name] : {})])) }
+}
+
+function firstValue(name: string, part: Record<string, unknown>): unknown {
+  if (part['default'] !== undefined) return part['default']
+  if (Array.isArray(part['enum'])) return part['enum'][0]
+  if (part['type'] === 'boolean') return false
+  if (part['type'] === 'array') return []
+  const least = typeof part['minimum'] === 'number' ? part['minimum'] : 0
+  if (part['type'] === 'number') return typeof part['unit'] === 'string' ? `${String(least)} ${part['unit']}` : least
+  if (part['type'] === 'integer') return least
+  return part['format'] === 'path' ? `${name}.csv` : name
+}
+
+const PAUSE = { wait: '1 s' }
+
+/** The structures, each with a step in it to be replaced. */
+export function structureOffers(devices: readonly DeviceDetail[], roles: Roles): Offer[] {
+  const offer = (name: string, about: string, step: Record<string, unknown>): Offer => ({
+    key: name, name, about, mark: '', edits: (data, path, inside) => [insertion(data, path, inside, step)],
+  })
+  return [
+    offer('For each', 'the same steps for each point or item', { foreach: { item: '${{ range(3) }}' }, steps: [PAUSE] }),
+    offer('At the same time', 'steps that start together', { parallel: [{ steps: [PAUSE] }, { steps: [PAUSE] }] }),
+    offer('Try in order', 'another way where the first one fails', { steps: [PAUSE], fallback: [askWhatNow('It')] }),
+    {
+      key: 'Always at the end', name: 'Always at the end', about: 'after success, failure and abort', mark: '',
+      edits: (data) => atTheEnd(data, devices, roles),
+    },
+  ]
+}
+
+/** The first safe action of a dangerous device of the protocol that is not done at the end yet. */
+function atTheEnd(data: unknown, devices: readonly DeviceDetail[], roles: Roles): Edit[] {
+  const list = valueAt(data, ['finally'])
+  const there = Array.isArray(list) ? list : []
+  const given = valueAt(data, ['devices'])
+  const contracts = new Set(isMap(given) ? Object.values(given) : [])
+  const safe = devices
+    .filter((device) => contracts.has(device.contract) && device.actions.some((action) => action.level === 3))
+    .flatMap((device) => device.safe_state.map((action) => `${roleFor(data, device, roles).role}.${action.split('.').at(-1) ?? action}`))
+    .find((words) => !there.some((step) => isMap(step) && step['do'] === words))
+  const step = safe === undefined ? { log: 'The end' } : { do: safe, on_error: 'continue' }
+  if (Array.isArray(list)) return [{ kind: 'insert', path: ['finally'], index: there.length, values: [step] }]
+  return [{ kind: 'set', path: ['finally'], value: [step] }]
+}
+
+const PLAIN: [string, string, Record<string, unknown>][] = [
+  ['Repeat', 'the same steps so many times', { repeat: 2, steps: [PAUSE] }],
+  ['If', 'one of two ways', { if: '${{ true }}', then: [PAUSE] }],
+  ['Wait', 'nothing happens for a while', { wait: '5 s' }],
+  ['Confirm', 'a person says yes before anything more happens', { confirm: 'Ready?' }],
+  ['Ask', 'a person chooses', { ask: 'What now?', choices: ['go on', 'stop'] }],
+  ['Set', 'a name for a value', { set: { value: 0 } }],
+  ['Require', 'the run fails here unless it is true', { require: '${{ true }}' }],
+  ['Log', 'a line for the journal', { log: 'Here' }],
+]
+
+export function plainOffers(protocols: readonly string[], name: string): Offer[] {
+  const offers = PLAIN.map(([word, about, step]): Offer => ({ key: word, name: word, about, mark: '', edits: (data, path, inside) => [insertion(data, path, inside, step)] }))
+  const uses = protocols.filter((one) => one !== name).map((one): Offer => ({
+    key: `use ${one}`, name: `Use ${one}`, about: 'the steps of another protocol', mark: '', edits: (data, path, inside) => [insertion(data, path, inside, { use: `./${one}` })],
+  }))
+  return [...offers, ...uses]
+}
+
+export function matching(offers: readonly Offer[], words: string): Offer[] {
+  const wanted = words.toLowerCase().split(/\s+/).filter(Boolean)
+  return offers.filter((one) => wanted.every((word) => `${one.name} ${one.about} ${one.mark}`.toLowerCase().includes(word)))
+}
+

@@ -1,0 +1,136 @@
+// A protocol's file: read with its revision, saved over it, kept as a draft meanwhile.
+import { computed, onScopeDispose, ref, shallowRef } from 'vue'
+import { api, read } from '../../api/client'
+import { Refused, sentenceOf } from '../../api/refused'
+import { withoutBreaks, type Breaks } from './breaks'
+
+const DRAFT_MS = 2_000
+
+export interface Draft {
+  base: string
+  text: string
+  at: string
+}
+
+/** Somebody saved in between: the three texts, in the editor's line breaks. */
+export interface Conflict {
+  base: string | null
+  mine: string
+  theirs: string
+  theirsRevision: string
+}
+
+function keyOf(name: string): string {
+  return `labrun.draft:${name}`
+}
+
+export function useDocument(name: string) {
+  const saved = ref('')
+  const revision = ref('')
+  const modified = ref('')
+  const draft = shallowRef<Draft | null>(null)
+  const conflict = shallowRef<Conflict | null>(null)
+  const saving = ref(false)
+  const failure = ref('')
+  const text = ref('')
+  const dirty = computed(() => text.value !== saved.value)
+  let breaks: Breaks = withoutBreaks('')
+  let timer: ReturnType<typeof setInterval> | undefined
+
+  /** The text to begin with; throws what the server refuses. */
+  async function open(): Promise<string> {
+    const told = await read(api.GET('/api/v1/protocols/{name}', { params: { path: { name } } }))
+    breaks = withoutBreaks(told.text)
+    saved.value = text.value = breaks.text
+    revision.value = told.revision
+    modified.value = told.modified
+    draft.value = keptDraft(name)
+    if (draft.value?.text === saved.value) forget()
+    timer = setInterval(keep, DRAFT_MS)
+    return saved.value
+  }
+
+  function keep(): void {
+    if (!dirty.value || conflict.value) return
+    const now: Draft = { base: revision.value, text: text.value, at: new Date().toISOString() }
+    try {
+      localStorage.setItem(keyOf(name), JSON.stringify(now))
+    } catch {
+      failure.value = 'this browser has no room for a draft: save the protocol'
+    }
+  }
+
+  function forget(): void {
+    localStorage.removeItem(keyOf(name))
+    draft.value = null
+  }
+
+  /** True where it is saved; on a conflict the three texts are in `conflict`. */
+  async function save(over = revision.value): Promise<boolean> {
+    if (saving.value) return false
+    saving.value = true
+    failure.value = ''
+    const mine = text.value
+    try {
+      const body = { text: breaks.restore(mine), base: over }
+      const told = await read(api.PUT('/api/v1/protocols/{name}', { params: { path: { name } }, body }))
+      taken(mine, told.revision, told.modified)
+      return true
+    } catch (refusal) {
+      if (refusal instanceof Refused && refusal.status === 409) conflict.value = conflictOf(refusal, mine)
+      if (!conflict.value) failure.value = sentenceOf(refusal)
+      return false
+    } finally {
+      saving.value = false
+    }
+  }
+
+  function taken(now: string, revisionNow: string, at: string): void {
+    saved.value = now
+    revision.value = revisionNow
+    modified.value = at
+    conflict.value = null
+    forget()
+  }
+
+  /** The person has chosen: what comes now goes over the other's text. */
+  function settle(): void {
+    if (!conflict.value) return
+    revision.value = conflict.value.theirsRevision
+    saved.value = conflict.value.theirs
+    conflict.value = null
+  }
+
+  onScopeDispose(() => {
+    clearInterval(timer)
+    keep()
+  })
+
+  /** What the editor holds now. */
+  function write(now: string): void {
+    text.value = now
+  }
+
+  function disagree(now: Conflict): void {
+    conflict.value = now
+  }
+
+  return { saved, revision, modified, draft, conflict, saving, failure, text, dirty, open, save, keep, forget, settle, write, disagree }
+}
+
+export type Document = ReturnType<typeof useDocument>
+
+function keptDraft(name: string): Draft | null {
+  try {
+    return JSON.parse(localStorage.getItem(keyOf(name)) ?? 'null') as Draft | null
+  } catch {
+    return null
+  }
+}
+
+function conflictOf(refusal: Refused, mine: string): Conflict | null {
+  const told = refusal.fault as unknown as { theirs?: unknown; theirs_revision?: unknown; base?: unknown }
+  if (typeof told.theirs !== 'string' || typeof told.theirs_revision !== 'string') return null
+  const base = typeof told.base === 'string' ? withoutBreaks(told.base).text : null
+  return { base, mine, theirs: withoutBreaks(told.theirs).text, theirsRevision: told.theirs_revision }
+}

@@ -1,0 +1,159 @@
+// Draw a path over the bench: millimetres to pixels, the limits, the points, the one that is looked at.
+import type { Told } from '../../api/types'
+
+type Track = Told<'Track'>
+
+/** Between millimetres of the bench and pixels of the picture; y goes up. */
+export interface Frame {
+  width: number
+  height: number
+  scale: number
+  px(x: number): number
+  py(y: number): number
+  xOf(px: number): number
+  yOf(py: number): number
+}
+
+const MARGIN = 34
+
+/** Around the points, or the whole area. */
+export function frameOf(track: Track, width: number, height: number, whole: boolean): Frame {
+  const { area } = track
+  let [x0, x1, y0, y1] = [Infinity, -Infinity, Infinity, -Infinity]
+  track.x_mm.forEach((x, i) => {
+    const y = track.y_mm[i] ?? 0
+    ;[x0, x1, y0, y1] = [Math.min(x0, x), Math.max(x1, x), Math.min(y0, y), Math.max(y1, y)]
+  })
+  if (whole || !Number.isFinite(x0)) {
+    ;[x0, x1] = [Math.min(x0, area.x0 ?? x0), Math.max(x1, area.x1 ?? x1)]
+    ;[y0, y1] = [Math.min(y0, area.y0 ?? y0), Math.max(y1, area.y1 ?? y1)]
+  }
+  if (!Number.isFinite(x0)) [x0, x1, y0, y1] = [0, 100, 0, 100]
+  const scale = Math.min((width - 2 * MARGIN) / Math.max(x1 - x0, 1), (height - 2 * MARGIN) / Math.max(y1 - y0, 1))
+  const left = (width - (x1 - x0) * scale) / 2
+  const bottom = height - (height - (y1 - y0) * scale) / 2
+  return {
+    width, height, scale,
+    px: (x) => left + (x - x0) * scale, py: (y) => bottom - (y - y0) * scale,
+    xOf: (px) => (px - left) / scale + x0, yOf: (py) => (bottom - py) / scale + y0,
+  }
+}
+
+export interface Look {
+  point: number
+  lit: number
+  ratio: number
+}
+
+export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { point, lit, ratio }: Look): void {
+  const brush = canvas.getContext('2d')
+  if (!brush) return
+  const style = getComputedStyle(canvas)
+  const colour = (name: string): string => style.getPropertyValue(`--${name}`).trim()
+  brush.setTransform(ratio, 0, 0, ratio, 0, 0)
+  brush.clearRect(0, 0, frame.width, frame.height)
+  brush.fillStyle = colour('panel')
+  brush.fillRect(0, 0, frame.width, frame.height)
+  drawArea(brush, track, frame, colour)
+  drawRuler(brush, frame, colour('muted'))
+  drawPath(brush, track, frame, colour('line-strong'))
+  drawPoints(brush, track, frame, lit, colour)
+  drawCross(brush, track, frame, point, colour('text'))
+}
+
+type Colour = (name: string) => string
+
+/** What the bench allows is light; beyond it the contract may allow more, which is hatched. */
+function drawArea(brush: CanvasRenderingContext2D, { area, allowed }: Track, frame: Frame, colour: Colour): void {
+  const rect = (one: Track['area'], pad: number): [number, number, number, number] => {
+    const [left, right] = [one.x0 === null ? -pad : frame.px(one.x0), one.x1 === null ? frame.width + pad : frame.px(one.x1)]
+    const [top, bottom] = [one.y1 === null ? -pad : frame.py(one.y1), one.y0 === null ? frame.height + pad : frame.py(one.y0)]
+    return [left, top, right - left, bottom - top]
+  }
+  brush.save()
+  brush.beginPath()
+  brush.rect(...rect(allowed, 10))
+  brush.clip()
+  brush.strokeStyle = colour('line')
+  brush.beginPath()
+  for (let at = -frame.height; at < frame.width; at += 9) {
+    brush.moveTo(at, frame.height)
+    brush.lineTo(at + frame.height, 0)
+  }
+  brush.stroke()
+  brush.restore()
+  brush.fillStyle = colour('bg')
+  brush.fillRect(...rect(area, 10))
+  brush.strokeStyle = colour('fail')
+  brush.lineWidth = 1.5
+  brush.setLineDash([6, 4])
+  brush.strokeRect(...rect(area, 10))
+  brush.setLineDash([])
+  brush.lineWidth = 1
+}
+
+/** Round millimetres along both edges. */
+function drawRuler(brush: CanvasRenderingContext2D, frame: Frame, colour: string): void {
+  const wanted = 70 / frame.scale
+  const power = 10 ** Math.floor(Math.log10(wanted))
+  const step = [1, 2, 5, 10].map((one) => one * power).find((one) => one >= wanted) ?? power * 10
+  const digits = Math.max(0, -Math.floor(Math.log10(step)))
+  brush.fillStyle = brush.strokeStyle = colour
+  brush.font = '11px system-ui, sans-serif'
+  brush.textAlign = 'center'
+  for (let x = Math.ceil(frame.xOf(20) / step) * step; frame.px(x) < frame.width - 20; x += step) {
+    brush.fillText(x.toFixed(digits), frame.px(x), frame.height - 6)
+    brush.fillRect(frame.px(x), frame.height - 20, 1, 4)
+  }
+  brush.textAlign = 'left'
+  for (let y = Math.ceil(frame.yOf(frame.height - 30) / step) * step; frame.py(y) > 12; y += step) {
+    brush.fillText(y.toFixed(digits), 4, frame.py(y) + 4)
+  }
+  brush.fillText('mm', 4, frame.height - 6)
+}
+
+function drawPath(brush: CanvasRenderingContext2D, track: Track, frame: Frame, colour: string): void {
+  brush.strokeStyle = colour
+  brush.beginPath()
+  track.x_mm.forEach((x, i) => {
+    const [px, py] = [frame.px(x), frame.py(track.y_mm[i] ?? 0)]
+    if (track.joined[i]) brush.lineTo(px, py)
+    else brush.moveTo(px, py)
+  })
+  brush.stroke()
+}
+
+function drawPoints(brush: CanvasRenderingContext2D, track: Track, frame: Frame, lit: number, colour: Colour): void {
+  const outside = new Set(track.outside)
+  const size = Math.max(2, Math.min(7, frame.scale * 0.5))
+  const [plain, bright, wrong] = [colour('accent'), colour('paused'), colour('fail')]
+  track.x_mm.forEach((x, i) => {
+    brush.fillStyle = outside.has(i) ? wrong : track.track[i] === lit ? bright : plain
+    const [px, py] = [frame.px(x), frame.py(track.y_mm[i] ?? 0)]
+    if (outside.has(i)) {
+      brush.strokeStyle = wrong
+      brush.strokeRect(px - 4, py - 4, 8, 8)
+    }
+    brush.fillRect(px - size / 2, py - size / 2, size, size)
+  })
+}
+
+function drawCross(brush: CanvasRenderingContext2D, track: Track, frame: Frame, point: number, colour: string): void {
+  const [x, y] = [track.x_mm[point], track.y_mm[point]]
+  if (x === undefined || y === undefined) return
+  const [px, py] = [frame.px(x), frame.py(y)]
+  brush.strokeStyle = colour
+  brush.lineWidth = 2
+  brush.beginPath()
+  brush.arc(px, py, 7, 0, 2 * Math.PI)
+  brush.moveTo(px - 13, py)
+  brush.lineTo(px - 4, py)
+  brush.moveTo(px + 4, py)
+  brush.lineTo(px + 13, py)
+  brush.moveTo(px, py - 13)
+  brush.lineTo(px, py - 4)
+  brush.moveTo(px, py + 4)
+  brush.lineTo(px, py + 13)
+  brush.stroke()
+  brush.lineWidth = 1
+}

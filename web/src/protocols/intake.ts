@@ -1,0 +1,62 @@
+// Steps that come from elsewhere: done by hand on a device, recorded, to be put into a protocol.
+import { defineStore } from 'pinia'
+import { computed, ref, watch } from 'vue'
+
+const KEY = 'labrun.intake'
+
+export interface Came {
+  /** YAML of one step, as the server tells it of a goal. */
+  step: string
+  device: string
+  contract: string
+}
+
+interface Kept {
+  steps: Came[]
+  target: string | null
+  after: string
+}
+
+function kept(): Kept {
+  try {
+    return { steps: [], target: null, after: '', ...(JSON.parse(sessionStorage.getItem(KEY) ?? '{}') as Partial<Kept>) }
+  } catch {
+    return { steps: [], target: null, after: '' }
+  }
+}
+
+/** `target` is the protocol that was opened last; its editor takes the steps when it is shown. */
+export const useIntake = defineStore('intake', () => {
+  const first = kept()
+  const steps = ref<Came[]>(first.steps)
+  const target = ref<string | null>(first.target)
+  /** The row after which they go, in words. */
+  const after = ref(first.after)
+  const recording = ref(false)
+  const count = computed(() => steps.value.length)
+  watch([steps, target, after], () => sessionStorage.setItem(KEY, JSON.stringify({ steps: steps.value, target: target.value, after: after.value })), { deep: true })
+
+  function add(came: Came): string {
+    steps.value = [...steps.value, came]
+    if (target.value === null) return 'kept for a new protocol: Protocols, New protocol, recorded'
+    return `kept: goes ${after.value ? `after “${after.value}” ` : ''}into ${target.value} when you open it`
+  }
+
+  /** All of them, and none are left. */
+  function take(): Came[] {
+    const all = steps.value
+    steps.value = []
+    return all
+  }
+
+  function opened(name: string | null, row = ''): void {
+    target.value = name
+    after.value = row
+  }
+
+  function clear(): void {
+    steps.value = []
+  }
+
+  return { steps, target, after, recording, count, add, take, opened, clear }
+})
