@@ -125,7 +125,7 @@ function drawPath(brush: CanvasRenderingContext2D, track: Track, frame: Frame, c
 
 function drawPoints(brush: CanvasRenderingContext2D, track: Track, frame: Frame, lit: number, colour: Colour): void {
   const outside = new Set(track.outside)
-  const size = Math.max(2, Math.min(7, frame.scale * 0.5))
+  const size = Math.max(1.5, Math.min(7, frame.scale * spacing(track) * 0.45))
   const [plain, bright, wrong] = [colour('accent'), colour('paused'), colour('fail')]
   track.x_mm.forEach((x, i) => {
     brush.fillStyle = outside.has(i) ? wrong : track.track[i] === lit ? bright : plain
@@ -156,4 +156,14 @@ function drawCross(brush: CanvasRenderingContext2D, track: Track, frame: Frame, 
   brush.lineTo(px, py + 13)
   brush.stroke()
   brush.lineWidth = 1
+}
+
+/** The usual way from one point to the next, in mm. */
+function spacing(track: Track): number {
+  const ways: number[] = []
+  for (let i = 1; i < Math.min(track.x_mm.length, 200); i++) {
+    const way = Math.hypot((track.x_mm[i] ?? 0) - (track.x_mm[i - 1] ?? 0), (track.y_mm[i] ?? 0) - (track.y_mm[i - 1] ?? 0))
+    if (way > 0) ways.push(way)
+  }
+  return ways.sort((a, b) => a - b)[ways.length >> 1] ?? 10
 }

@@ -9,6 +9,8 @@ export interface Field {
   required: boolean
   about: string
   placeholder: string
+  /** No expression may stand here. */
+  plain?: boolean
 }
 
 type Schema = Record<string, unknown>

@@ -11,20 +11,21 @@ function field(name: string, label: string, kind: Field['kind'] = 'text', about 
 }
 
 const NEEDED = { required: true }
+const PLAIN = { plain: true }
 
 /** The keys that say what the step does. */
 export const OF_KIND: Record<StepKind, StepField[]> = {
   do: [],
-  parallel: [field('on_failure', 'When one fails', 'choice', 'What becomes of the others', { choices: ['finish', 'cancel'] })],
+  parallel: [field('on_failure', 'When one fails', 'choice', 'What becomes of the others', { choices: ['finish', 'cancel'], ...PLAIN })],
   any: [],
   foreach: [field('key', 'Key', 'text', 'What identifies an iteration for ever, such as ${{ point.index }}')],
   repeat: [field('repeat', 'How often', 'number', '', NEEDED)],
   while: [field('while', 'As long as', 'text', 'An expression', NEEDED), field('max', 'At most', 'number', 'How often at most')],
   if: [field('if', 'If', 'text', 'An expression', NEEDED)],
-  use: [field('use', 'Protocol', 'text', 'Its file, seen from this one', NEEDED)],
+  use: [field('use', 'Protocol', 'text', 'Its file, seen from this one', { ...NEEDED, ...PLAIN })],
   steps: [],
   confirm: [field('confirm', 'Text', 'text', 'A person says yes before anything more happens', NEEDED)],
-  ask: [field('ask', 'Question', 'text', '', NEEDED), field('choices', 'Choices', 'list', 'Separated by commas', NEEDED)],
+  ask: [field('ask', 'Question', 'text', '', NEEDED), field('choices', 'Choices', 'list', 'Separated by commas', { ...NEEDED, ...PLAIN })],
   wait: [field('wait', 'How long', 'text', 'Such as 5 s or 2 min', NEEDED)],
   set: [],
   require: [field('require', 'What must be true', 'text', 'The run fails here unless it is', NEEDED)],
@@ -34,13 +35,13 @@ export const OF_KIND: Record<StepKind, StepField[]> = {
 
 /** What any step may say. */
 export const WHEN = field('when', 'Only if', 'text', 'An expression; where it is false the step is skipped')
-export const ID = field('id', 'Id', 'text', 'By which other steps name its result: steps.ID')
-export const NAME = field('name', 'Name', 'text', 'Shown instead of what it does')
-export const TIMEOUT = field('timeout', 'At most', 'text', 'Such as 30 s; after it the step has failed')
-export const MODE = field('mode', 'Mode', 'choice', 'background: the next step starts meanwhile', { choices: ['background'] })
-export const UNKNOWN = field('on_unknown', 'If nobody knows whether it happened', 'choice', '', { choices: ['probe', 'ask', 'skip', 'repeat'] })
-export const ATTEMPTS = field('attempts', 'Tries in all', 'number')
-export const WAIT = field('wait', 'Wait between', 'text', 'Such as 2 s')
+export const ID = field('id', 'Id', 'text', 'By which other steps name its result: steps.ID', PLAIN)
+export const NAME = field('name', 'Name', 'text', 'Shown instead of what it does', PLAIN)
+export const TIMEOUT = field('timeout', 'At most', 'text', 'Such as 30 s; after it the step has failed', PLAIN)
+export const MODE = field('mode', 'Mode', 'choice', 'background: the next step starts meanwhile', { choices: ['background'], ...PLAIN })
+export const UNKNOWN = field('on_unknown', 'If nobody knows whether it happened', 'choice', '', { choices: ['probe', 'ask', 'skip', 'repeat'], ...PLAIN })
+export const ATTEMPTS = field('attempts', 'Tries in all', 'number', '', PLAIN)
+export const WAIT = field('wait', 'Wait between', 'text', 'Such as 2 s', PLAIN)
 export const MAX_FAILED = field('max_failed', 'May fail', 'number', 'How many may fail before the loop does')
 
 /** Keys that have a place elsewhere: in the outline, or in a part of the form of its own. */

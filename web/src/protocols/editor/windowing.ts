@@ -36,5 +36,5 @@ export function useWindow(box: Readonly<ShallowRef<HTMLElement | null>>, count: 
     watching?.disconnect()
     cancelAnimationFrame(frame)
   })
-  return { first, last, scrolled, reveal, pageRows: computed(() => Math.max(1, Math.floor(tall.value / height) - 1)) }
+  return { first, last, tall, scrolled, reveal, pageRows: computed(() => Math.max(1, Math.floor(tall.value / height) - 1)) }
 }

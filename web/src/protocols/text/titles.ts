@@ -59,7 +59,7 @@ function ladder(step: Record<string, unknown>): string[] {
 
 function argumentsOf(value: unknown): string {
   if (!isMap(value)) return ''
-  return cut(Object.entries(value).map(([name, one]) => `${spaced(name)} ${shown(one)}`).join(', '))
+  return cut(Object.entries(value).map(([name, one]) => `${spaced(name)} ${String(one).includes('${{') ? '= ' : ''}${shown(one)}`).join(', '))
 }
 
 /** A value as a reader wants it: an expression without its braces. */
