@@ -1,0 +1,123 @@
+// The iterations of one loop as columns, so that 100,000 of them cost little and one can change at once.
+import { STATUSES, isProblem, type Status } from './status'
+
+/** A window of iterations, as the server tells it. */
+export interface PointWindow {
+  total: number | null
+  index: number[]
+  key: (string | null)[]
+  status: Status[]
+  x_mm: (number | null)[]
+  y_mm: (number | null)[]
+  seconds: (number | null)[]
+  tries: number[]
+  message: string[]
+}
+
+/** One iteration, as a patch tells it. */
+export interface PointChange {
+  index: number
+  key: string
+  status: Status
+  seconds?: number | null
+  tries?: number
+  message?: string
+}
+
+const CODES = new Map(STATUSES.map((status, code) => [status, code]))
+
+export class PointTable {
+  /** How many there are; grows where nobody knows it beforehand. */
+  size = 0
+  keys: (string | null)[] = []
+  x = new Float64Array(0)
+  y = new Float64Array(0)
+  seconds = new Float32Array(0)
+  private codes = new Uint8Array(0)
+  private tried = new Uint16Array(0)
+  private readonly messages = new Map<number, string>()
+  private readonly places = new Map<string, number>()
+
+  constructor(readonly loop: string, readonly within = '') {}
+
+  status(index: number): Status {
+    return STATUSES[this.codes[index] ?? 0] ?? 'waiting'
+  }
+
+  /** The status as a number, for drawing: its place in STATUSES. */
+  code(index: number): number {
+    return this.codes[index] ?? 0
+  }
+
+  tries(index: number): number {
+    return this.tried[index] ?? 0
+  }
+
+  message(index: number): string {
+    return this.messages.get(index) ?? ''
+  }
+
+  indexOf(key: string): number | undefined {
+    return this.places.get(key)
+  }
+
+  /** Take a window that was asked for. */
+  load(window: PointWindow): void {
+    const last = window.index.at(-1) ?? -1
+    this.grow(Math.max(window.total ?? 0, last + 1))
+    window.index.forEach((index, i) => {
+      this.x[index] = window.x_mm[i] ?? NaN
+      this.y[index] = window.y_mm[i] ?? NaN
+      const key = window.key[i]
+      if (key === null || key === undefined) return
+      const [status, seconds] = [window.status[i] ?? 'waiting', window.seconds[i]]
+      this.set({ index, key, status, seconds, tries: window.tries[i], message: window.message[i] })
+    })
+  }
+
+  /** Take one change; where it now stands. */
+  set(change: PointChange): number {
+    const { index, key } = change
+    this.grow(index + 1)
+    const before = this.places.get(key)
+    if (before !== undefined && before !== index) this.forget(before)
+    this.keys[index] = key
+    this.places.set(key, index)
+    this.codes[index] = CODES.get(change.status) ?? 0
+    this.seconds[index] = change.seconds ?? NaN
+    this.tried[index] = change.tries ?? 0
+    if (change.message) this.messages.set(index, change.message)
+    else this.messages.delete(index)
+    return index
+  }
+
+  /** The iterations in which something went wrong, in order. */
+  problems(): number[] {
+    const found: number[] = []
+    for (let i = 0; i < this.size; i++) if (isProblem(this.status(i)) || this.tried[i]) found.push(i)
+    return found
+  }
+
+  private forget(index: number): void {
+    this.keys[index] = null
+    this.codes[index] = 0
+  }
+
+  private grow(size: number): void {
+    if (size <= this.size) return
+    if (size > this.codes.length) {
+      const room = Math.max(size, this.codes.length * 2, 64)
+      this.codes = copied(new Uint8Array(room), this.codes)
+      this.tried = copied(new Uint16Array(room), this.tried)
+      this.seconds = copied(new Float32Array(room).fill(NaN), this.seconds)
+      this.x = copied(new Float64Array(room).fill(NaN), this.x)
+      this.y = copied(new Float64Array(room).fill(NaN), this.y)
+    }
+    this.size = size
+  }
+}
+
+function copied<T extends Uint8Array | Uint16Array | Float32Array | Float64Array>(into: T, from: T): T {
+  into.set(from)
+  return into
+}
