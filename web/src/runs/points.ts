@@ -4,14 +4,14 @@ import { STATUSES, isProblem, type Status } from './status'
 /** A window of iterations, as the server tells it. */
 export interface PointWindow {
   total: number | null
-  index: number[]
-  key: (string | null)[]
-  status: Status[]
-  x_mm: (number | null)[]
-  y_mm: (number | null)[]
-  seconds: (number | null)[]
-  tries: number[]
-  message: string[]
+  index: readonly number[]
+  key: readonly (string | null)[]
+  status: readonly Status[]
+  x_mm: readonly (number | null)[]
+  y_mm: readonly (number | null)[]
+  seconds: readonly (number | null)[]
+  tries: readonly number[]
+  message: readonly string[]
 }
 
 /** One iteration, as a patch tells it. */
@@ -38,7 +38,12 @@ export class PointTable {
   private readonly messages = new Map<number, string>()
   private readonly places = new Map<string, number>()
 
-  constructor(readonly loop: string, readonly within = '') {}
+  /** Its name among all tables of a run. */
+  readonly id: string
+
+  constructor(readonly loop: string, readonly within = '') {
+    this.id = within ? `${loop}|${within}` : loop
+  }
 
   status(index: number): Status {
     return STATUSES[this.codes[index] ?? 0] ?? 'waiting'

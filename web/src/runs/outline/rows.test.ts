@@ -13,14 +13,14 @@ const STEPS = [
   step('finally/0', null, 0),
 ]
 const VIEW: View = {
-  closed: new Set(), openLoops: new Set(), openPoints: new Map(), onlyProblems: false, find: '',
+  closed: new Set(), openTables: new Set(), openPoints: new Map(), onlyProblems: false, find: '',
   isProblem: () => false,
 }
 
-function tables(size: number): Map<string, PointTable> {
+function tables(size: number): Map<string, PointTable[]> {
   const table = new PointTable('main/scan')
   for (let i = 0; i < size; i++) table.set({ index: i, key: `${i},0`, status: i === 57 ? 'failed' : 'ok' })
-  return new Map([['main/scan', table]])
+  return new Map([['main/scan', [table]]])
 }
 
 const ids = (rows: Rows): string[] => rows.window(0, rows.size).map(({ row }) => row.id)
@@ -32,7 +32,7 @@ test('the points of a loop come after its steps, as one closed row', () => {
 })
 
 test('an open loop of 100,000 points has a row for each, without making them', () => {
-  const rows = new Rows(STEPS, tables(100_000), { ...VIEW, openLoops: new Set(['main/scan']) })
+  const rows = new Rows(STEPS, tables(100_000), { ...VIEW, openTables: new Set(['main/scan']) })
 
   expect(rows.size).toBe(100_006)
   expect(rows.at(5 + 99_999)).toMatchObject({ kind: 'point', index: 99_999 })
@@ -43,7 +43,7 @@ test('an open loop of 100,000 points has a row for each, without making them', (
 
 test('an opened point has its lines below it', () => {
   const openPoints = new Map([['main/scan', new Map([[1, 2]])]])
-  const rows = new Rows(STEPS, tables(3), { ...VIEW, openLoops: new Set(['main/scan']), openPoints })
+  const rows = new Rows(STEPS, tables(3), { ...VIEW, openTables: new Set(['main/scan']), openPoints })
 
   expect(ids(rows).slice(5)).toEqual([
     'main/scan#0', 'main/scan#1', 'main/scan#1.0', 'main/scan#1.1', 'main/scan#2', 'finally/0',

@@ -13,15 +13,16 @@ export interface StepNode {
 /** `lines` are rows below an opened point: its actions, attempt by attempt. */
 export type Row =
   | { kind: 'step'; id: string; depth: number; step: StepNode; open: boolean | null }
-  | { kind: 'points'; id: string; depth: number; loop: string; open: boolean }
-  | { kind: 'point'; id: string; depth: number; loop: string; index: number; open: boolean }
-  | { kind: 'detail'; id: string; depth: number; loop: string; index: number; line: number }
+  | { kind: 'points'; id: string; depth: number; table: PointTable; open: boolean }
+  | { kind: 'point'; id: string; depth: number; table: PointTable; index: number; open: boolean }
+  | { kind: 'detail'; id: string; depth: number; table: PointTable; index: number; line: number }
 
 /** What of the outline is open, and what is looked for. */
 export interface View {
   closed: ReadonlySet<string>
-  openLoops: ReadonlySet<string>
-  /** Loop → index → how many lines are below that point. */
+  /** Ids of tables whose points are shown. */
+  openTables: ReadonlySet<string>
+  /** Table id → index → how many lines are below that point. */
   openPoints: ReadonlyMap<string, ReadonlyMap<number, number>>
   onlyProblems: boolean
   find: string
@@ -39,7 +40,7 @@ export class Rows {
   readonly size: number
   private readonly segments: Segment[] = []
 
-  constructor(steps: readonly StepNode[], tables: ReadonlyMap<string, PointTable>, private readonly view: View) {
+  constructor(steps: readonly StepNode[], tables: ReadonlyMap<string, readonly PointTable[]>, private readonly view: View) {
     const parents = new Set(steps.map((step) => step.parent))
     let end = 0
     const add = (size: number, at: (offset: number) => Row): void => {
@@ -52,8 +53,7 @@ export class Rows {
         add(1, () => ({ kind: 'step', id: step.path, depth: step.depth, step, open }))
       }
     }, (loop) => {
-      const table = tables.get(loop.path)
-      if (table?.size) this.points(loop, table, add)
+      for (const table of tables.get(loop.path) ?? []) this.points(loop.depth + 1, table, add)
     })
     this.size = end
   }
@@ -112,19 +112,18 @@ export class Rows {
     return !find || step.title.toLowerCase().includes(find) || step.path.toLowerCase().includes(find)
   }
 
-  private points(loop: StepNode, table: PointTable, add: (size: number, at: (offset: number) => Row) => void): void {
-    const depth = loop.depth + 1
+  private points(depth: number, table: PointTable, add: (size: number, at: (offset: number) => Row) => void): void {
     const chosen = chosenPoints(table, this.view)
     const size = chosen ? chosen.length : table.size
     if (!size) return
-    const isOpen = this.view.openLoops.has(loop.path) || this.view.onlyProblems || this.view.find !== ''
-    add(1, () => ({ kind: 'points', id: `${loop.path}/*`, depth, loop: loop.path, open: isOpen }))
+    const isOpen = this.view.openTables.has(table.id) || this.view.onlyProblems || this.view.find !== ''
+    add(1, () => ({ kind: 'points', id: `${table.id}/*`, depth, table, open: isOpen }))
     if (!isOpen) return
-    const opened = this.view.openPoints.get(loop.path)
+    const opened = this.view.openPoints.get(table.id)
     const point = (i: number): Row => {
       const index = chosen ? (chosen[i] ?? 0) : i
-      const id = `${loop.path}#${index}`
-      return { kind: 'point', id, depth: depth + 1, loop: loop.path, index, open: opened?.has(index) ?? false }
+      const id = `${table.id}#${index}`
+      return { kind: 'point', id, depth: depth + 1, table, index, open: opened?.has(index) ?? false }
     }
     let from = 0
     for (const [index, lines] of [...(opened ?? [])].sort((a, b) => a[0] - b[0])) {
@@ -133,7 +132,7 @@ export class Rows {
       const start = from
       add(i + 1 - start, (offset) => point(start + offset))
       add(lines, (line) => ({
-        kind: 'detail', id: `${loop.path}#${index}.${line}`, depth: depth + 2, loop: loop.path, index, line,
+        kind: 'detail', id: `${table.id}#${index}.${line}`, depth: depth + 2, table, index, line,
       }))
       from = i + 1
     }

@@ -1,0 +1,31 @@
+import { expect, test } from 'vitest'
+import { chosen, fault, rangeWords, sent, shownDefault, type ParamForm } from './params'
+
+const base = { unit: null, default: null, required: false, minimum: null, maximum: null, pattern: null, enum: null, summary: '' }
+const pitch: ParamForm = { ...base, name: 'pitch', type: 'quantity', unit: 'mm', default: '0.2 mm', minimum: '0.02 mm', maximum: '10 mm' }
+const shots: ParamForm = { ...base, name: 'shots', type: 'integer', default: 3, minimum: 1, maximum: 50, required: true }
+const sample: ParamForm = { ...base, name: 'sample', type: 'string', default: 'core', pattern: '^[A-Z]+$' }
+
+test('a quantity is typed without its unit and sent with it', () => {
+  expect(shownDefault(pitch)).toBe('0.2')
+  expect(sent(pitch, '0,5')).toBe('0.5 mm')
+  expect(sent(pitch, '100 um')).toBe('100 um')
+})
+
+test('a field says what it must be', () => {
+  expect(rangeWords(pitch)).toBe('0.02–10 mm')
+  expect(fault(pitch, '0.001')).toBe('at least 0.02 mm')
+  expect(fault(pitch, '11')).toBe('at most 10 mm')
+  expect(fault(shots, '2.5')).toBe('a whole number is needed')
+  expect(fault(shots, '')).toBe('needed')
+  expect(fault(shots, 'many')).toBe('a number is needed')
+  expect(fault(sample, 'core')).toBe('must fit ^[A-Z]+$')
+})
+
+test('another unit is left to the server to judge', () => {
+  expect(fault(pitch, '4 s')).toBe('')
+})
+
+test('only what differs from the defaults is sent', () => {
+  expect(chosen([pitch, shots, sample], { pitch: '0.2', shots: '5', sample: '' })).toEqual({ shots: 5 })
+})

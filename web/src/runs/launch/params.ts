@@ -1,0 +1,78 @@
+// Parameters of a protocol as fields: what is typed, what it must be, what is sent.
+import type { Told } from '../../api/types'
+
+export type ParamForm = Told<'ParamForm'>
+
+/** What a field shows at first: the default as a person types it, without the unit beside the field. */
+export function shownDefault(param: ParamForm): string {
+  return shown(param, param.default)
+}
+
+/** Any value of a parameter as its field shows it. */
+export function shown(param: ParamForm, value: unknown): string {
+  if (value === null || value === undefined) return ''
+  if (typeof value === 'string') return param.type === 'quantity' ? withoutUnit(value, param.unit) : value
+  if (typeof value === 'object') return JSON.stringify(value)
+  return String(value)
+}
+
+function withoutUnit(text: string, unit: string | null): string {
+  const suffix = unit === null ? '' : ` ${unit}`
+  return suffix && text.endsWith(suffix) ? text.slice(0, -suffix.length) : text
+}
+
+const NUMBER = /^[+-]?(\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?$/i
+
+/** What is sent for what was typed: a bare number gets its unit, a decimal comma becomes a point. */
+export function sent(param: ParamForm, typed: string): unknown {
+  const text = typed.trim()
+  if (param.type === 'string') return typed
+  if (param.type === 'boolean') return text === 'true'
+  const number = NUMBER.test(text) ? text.replace(',', '.') : null
+  if (param.type === 'quantity') return number !== null && param.unit ? `${number} ${param.unit}` : text
+  return number === null ? text : Number(number)
+}
+
+/** What is wrong with what was typed, in words; empty where the server is to judge. */
+export function fault(param: ParamForm, typed: string): string {
+  const text = typed.trim()
+  if (text === '') return param.required ? 'needed' : ''
+  if (param.type === 'string')
+    return param.pattern && !new RegExp(param.pattern, 'u').test(typed) ? `must fit ${param.pattern}` : ''
+  if (param.type !== 'quantity' && param.type !== 'number' && param.type !== 'integer') return ''
+  if (!NUMBER.test(text)) return param.type === 'quantity' ? '' : 'a number is needed'
+  const number = Number(text.replace(',', '.'))
+  if (param.type === 'integer' && !Number.isInteger(number)) return 'a whole number is needed'
+  const [low, high] = [bound(param, param.minimum), bound(param, param.maximum)]
+  if (low !== null && number < low) return `at least ${low}${unitWords(param)}`
+  if (high !== null && number > high) return `at most ${high}${unitWords(param)}`
+  return ''
+}
+
+/** The range beside a field: `0.1–730 mm`. */
+export function rangeWords(param: ParamForm): string {
+  const [low, high] = [shown(param, param.minimum), shown(param, param.maximum)]
+  if (low && high) return `${low}–${high}${unitWords(param)}`
+  if (low) return `at least ${low}${unitWords(param)}`
+  return high ? `at most ${high}${unitWords(param)}` : ''
+}
+
+function unitWords(param: ParamForm): string {
+  return param.unit ? ` ${param.unit}` : ''
+}
+
+function bound(param: ParamForm, value: unknown): number | null {
+  const text = shown(param, value)
+  return NUMBER.test(text) ? Number(text) : null
+}
+
+/** Only what differs from the defaults is sent; an empty field is left at its default. */
+export function chosen(params: readonly ParamForm[], typed: Readonly<Record<string, string>>): Record<string, unknown> {
+  const found: Record<string, unknown> = {}
+  for (const param of params) {
+    const text = typed[param.name]
+    if (text === undefined || text === '' || text === shownDefault(param)) continue
+    found[param.name] = sent(param, text)
+  }
+  return found
+}

@@ -1,0 +1,88 @@
+// What a protocol asks before it runs: its form, what the checker says of it, how long it will take.
+import { computed, reactive, ref, shallowRef, watch } from 'vue'
+import { api, read } from '../../api/client'
+import { Refused, sentenceOf } from '../../api/refused'
+import type { Problem, Settings, Told } from '../../api/types'
+import { chosen, fault, shown, shownDefault } from './params'
+
+const WAIT_MS = 300
+type Checked = Told<'CheckedText'>
+type Preview = Told<'Preview'>
+
+/** Where the last used parameters of a protocol are kept in this browser. */
+export const keptParams = (protocol: string): string => `labrun.params.${protocol}`
+
+export function useLaunch(protocol: () => string) {
+  const text = shallowRef<Told<'ProtocolText'> | null>(null)
+  const checked = shallowRef<Checked | null>(null)
+  const preview = shallowRef<Preview | null>(null)
+  const settings = shallowRef<Settings | null>(null)
+  const problems = shallowRef<readonly Problem[]>([])
+  const failure = ref('')
+  const looking = ref(false)
+  const typed = reactive<Record<string, string>>({})
+  const bind = reactive<Record<string, string>>({})
+  let timer: ReturnType<typeof setTimeout> | undefined
+  let asked = 0
+
+  const params = computed(() => chosen(checked.value?.params ?? [], typed))
+  const wrong = computed(() => (checked.value?.params ?? []).filter((one) => fault(one, typed[one.name] ?? '') !== ''))
+  const body = computed(() => ({
+    text: text.value?.text ?? '', name: protocol(), params: params.value, bind: { ...bind },
+  }))
+
+  async function open(): Promise<void> {
+    failure.value = ''
+    checked.value = preview.value = null
+    for (const name of Object.keys(typed)) Reflect.deleteProperty(typed, name)
+    try {
+      const [told, all] = await Promise.all([
+        read(api.GET('/api/v1/protocols/{name}', { params: { path: { name: protocol() } } })),
+        read(api.GET('/api/v1/settings')),
+      ])
+      text.value = told
+      settings.value = all.settings as Settings
+      await look()
+      for (const one of checked.value === null ? [] : (checked.value as Checked).params) typed[one.name] ??= shownDefault(one)
+      takeKept()
+    } catch (fault) {
+      failure.value = sentenceOf(fault)
+    }
+  }
+
+  /** Ask the checker and the preview with what is typed now. */
+  async function look(): Promise<void> {
+    const mine = ++asked
+    looking.value = true
+    try {
+      const told = (await read(api.POST('/api/v1/check', { body: body.value }))) as Checked
+      if (mine !== asked) return
+      // A form with a wrong value is told without its fields: those that were there stay.
+      checked.value = told.params.length || !checked.value ? told : { ...told, params: checked.value.params, roles: checked.value.roles, hazards: checked.value.hazards }
+      problems.value = told.problems
+      preview.value = told.ok ? ((await read(api.POST('/api/v1/preview', { body: body.value }))) as Preview) : null
+    } catch (fault) {
+      if (mine === asked && !(fault instanceof Refused && fault.status === 422)) failure.value = sentenceOf(fault)
+    } finally {
+      if (mine === asked) looking.value = false
+    }
+  }
+
+  function takeKept(): void {
+    const kept = sessionStorage.getItem(keptParams(protocol()))
+    if (kept !== null) take(JSON.parse(kept) as Record<string, unknown>)
+  }
+
+  /** Fill the fields with values, such as those of an earlier run. */
+  function take(values: Readonly<Record<string, unknown>>): void {
+    for (const one of checked.value?.params ?? [])
+      if (one.name in values) typed[one.name] = shown(one, values[one.name])
+  }
+
+  watch([params, () => ({ ...bind })], () => {
+    clearTimeout(timer)
+    if (text.value && wrong.value.length === 0) timer = setTimeout(() => void look(), WAIT_MS)
+  })
+  watch(protocol, () => void open(), { immediate: true })
+  return { text, checked, preview, settings, problems, failure, looking, typed, bind, params, wrong, take }
+}

@@ -1,0 +1,32 @@
+// The lines of a log that are on the page: in order, each once, as many as a page can hold.
+import type { Told } from '../../api/types'
+
+export type LogLine = Told<'LogLine'>
+
+export const MOST = 2000
+
+export interface Filter {
+  problems: boolean
+  device: string
+  find: string
+}
+
+/** Whether a new line belongs to what is shown; the server judges the old ones by the same. */
+export function fits(line: LogLine, filter: Filter): boolean {
+  if (filter.problems && line.level !== 'problem') return false
+  if (filter.device && line.device !== filter.device) return false
+  return !filter.find || line.text.toLowerCase().includes(filter.find.toLowerCase())
+}
+
+/** Lines with newer ones behind them; the oldest go when there are too many. */
+export function appended(lines: readonly LogLine[], newer: readonly LogLine[], most = MOST): LogLine[] {
+  const last = lines.at(-1)?.n ?? -1
+  const more = newer.filter((line) => line.n > last)
+  return more.length ? [...lines, ...more].slice(-most) : [...lines]
+}
+
+/** Lines with older ones before them. */
+export function prepended(lines: readonly LogLine[], older: readonly LogLine[]): LogLine[] {
+  const first = lines[0]?.n ?? Infinity
+  return [...older.filter((line) => line.n < first), ...lines]
+}

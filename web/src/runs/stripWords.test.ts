@@ -1,0 +1,34 @@
+import { expect, test } from 'vitest'
+import type { RunHead } from './picture'
+import { aloud, needsYouWords, pace, stripWords } from './stripWords'
+
+const now = new Date(2026, 10, 21, 14, 0, 0)
+const iso = (h: number, m: number): string => new Date(2026, 10, 21, h, m).toISOString()
+const head = (more: Partial<RunHead>): RunHead =>
+  ({
+    protocol: 'libs-grid', fate: 'running', live: true, done: 412, total: 1071, per_minute: 3.912, retries: 2, failed: 0,
+    holes: 1, resumes: 0, eta: [iso(16, 10), iso(16, 25)], open_questions: [], needs_you: null, ...more,
+  }) as RunHead
+
+test('the strip says how far, how fast, until when, and what went wrong', () => {
+  expect(stripWords(head({}), now)).toEqual(['412 of 1,071', '3.91/min', 'ends 16:10–16:25', '2 retries', '1 hole'])
+  expect(stripWords(head({ live: false }), now)).toEqual(['412 of 1,071', '2 retries', '1 hole'])
+})
+
+test('a slow run says how long one point takes', () => {
+  expect(pace(0.5)).toBe('2 min a point')
+  expect(pace(0.5 / 60)).toBe('2 h 00 min a point')
+})
+
+test('when a person is needed is said before it happens', () => {
+  const needs_you = { text: 'change the sample', low: iso(14, 12), high: iso(14, 20) }
+
+  expect(needsYouWords(head({ needs_you }), now)).toBe('next needs you: 14:12–14:20 (in 12 min), change the sample')
+})
+
+test('a question is said aloud before anything else', () => {
+  const open_questions = [{ path: 'p', id: 'q', text: 'Clamped?', choices: ['yes'], asked_at: '' }]
+
+  expect(aloud(head({ open_questions }))).toBe('The run asks: Clamped?')
+  expect(aloud(head({ failed: 2 }))).toBe('libs-grid running, 412 of 1071, 2 failed')
+})

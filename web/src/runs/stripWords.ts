@@ -1,0 +1,42 @@
+// The progress strip of a run in words; the same words are read aloud.
+import type { RunHead } from './picture'
+import { FATE_LOOKS } from './status'
+import { clockRange, duration, etaWords, until } from './time'
+
+/** `412 of 1,071`, `3.9/min`, `ends 16:10–16:25`, `2 retries`, `1 skipped` - those that are known. */
+export function stripWords(head: RunHead, now: Date): string[] {
+  const parts: string[] = []
+  if (head.total) parts.push(`${head.done.toLocaleString('en')} of ${head.total.toLocaleString('en')}`)
+  else if (head.done) parts.push(`${head.done.toLocaleString('en')} done`)
+  if (head.live && head.per_minute) parts.push(pace(head.per_minute))
+  const eta = head.live ? etaWords(head.eta, now) : ''
+  if (eta) parts.push(eta)
+  if (head.retries) parts.push(head.retries === 1 ? '1 retry' : `${head.retries} retries`)
+  if (head.failed) parts.push(`${head.failed} failed`)
+  if (head.holes) parts.push(head.holes === 1 ? '1 hole' : `${head.holes} holes`)
+  if (head.resumes) parts.push(`resumed ${head.resumes}×`)
+  return parts
+}
+
+/** A pace that a person can picture: by the minute, or how long one takes. */
+export function pace(perMinute: number): string {
+  return perMinute >= 1 ? `${Number(perMinute.toPrecision(3))}/min` : `${duration(60 / perMinute)} a point`
+}
+
+/** `next needs you: 16:10–16:25, change the sample (in 12 min)`. */
+export function needsYouWords(head: RunHead, now: Date): string {
+  if (!head.live) return ''
+  if (head.open_questions.length) return 'it needs you now'
+  if (!head.needs_you) return ''
+  const [low, high] = [new Date(head.needs_you.low), new Date(head.needs_you.high)]
+  return `next needs you: ${clockRange(low, high, now)} (${until(low, now)}), ${head.needs_you.text}`
+}
+
+/** One sentence for those who hear the page. */
+export function aloud(head: RunHead): string {
+  const question = head.open_questions[0]
+  if (question) return `The run asks: ${question.text}`
+  const of = head.total ? `, ${head.done} of ${head.total}` : ''
+  const failed = head.failed ? `, ${head.failed} failed` : ''
+  return `${head.protocol} ${FATE_LOOKS[head.fate].word}${of}${failed}`
+}

@@ -1,0 +1,21 @@
+// From what an address says to the points it means.
+import type { RunPicture } from './picture'
+import type { PointTable } from './points'
+
+/** The table with this id, or the first that has points where none is named. */
+export function tableFor(run: RunPicture, id: unknown): PointTable | null {
+  const tables = run.filled()
+  return tables.find((table) => table.id === id) ?? (id === undefined ? (tables[0] ?? null) : null)
+}
+
+/** The point of a loop by its key, as log lines and actions name it; the newest turn first. */
+export function pointOf(
+  run: RunPicture, loop: string | null, key: string | null,
+): { table: PointTable; index: number } | null {
+  if (loop === null || key === null) return null
+  for (const table of [...(run.tables.get(loop) ?? [])].reverse()) {
+    const index = table.indexOf(key)
+    if (index !== undefined) return { table, index }
+  }
+  return null
+}
