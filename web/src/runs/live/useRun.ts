@@ -59,8 +59,10 @@ export function useRun(id: () => string): LiveRun {
     if (patch.run !== id()) return
     if (loading) early.push(patch)
     if (loading || !picture.value) return
+    const wasLive = picture.value.head.live
     const change = picture.value.take(patch)
-    if (change === null) {
+    // At its end a run has outputs, which no patch tells.
+    if (change === null || (wasLive && !patch.head.live)) {
       void whole(patch.run)
       return
     }

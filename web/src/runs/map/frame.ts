@@ -9,7 +9,7 @@ export interface Frame {
   height: number
 }
 
-const LARGEST_PX = 44
+const LARGEST_PX = 64
 
 /** The frame of width × height cells in a box; `aspect` is how much taller than wide a cell is. */
 export function frameIn(boxW: number, boxH: number, width: number, height: number, aspect = 1): Frame {

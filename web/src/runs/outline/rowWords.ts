@@ -22,7 +22,9 @@ export function rowWords(
     const step = run.detail.outline.find((one) => one.path === row.id)
     const danger = step?.danger && step.danger !== 'motion' ? step.danger : ''
     const [more, bad] = state ? stateWords(state) : ['', false]
-    return { status: state?.status ?? 'waiting', title: row.step.title, more, bad, danger }
+    // What a run that is over never came to does not wait any more.
+    const none = run.head.live ? 'waiting' : null
+    return { status: state?.status ?? none, title: row.step.title, more: state || run.head.live ? more : 'not run', bad, danger }
   }
   if (row.kind === 'points') {
     const loop = run.head.loops.find((one) => one.path === row.table.loop)

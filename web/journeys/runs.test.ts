@@ -1,0 +1,229 @@
+// Runs: launched from the form, followed on the map, paused, resumed, aborted, asked; found again after a crash.
+import type { Browser, Page } from 'playwright-core'
+import { afterAll, beforeAll, describe, expect, it } from 'vitest'
+import { ask, type Bench, startBench } from './bench'
+import { aPerson, isLive, NARROW, openBrowser } from './browser'
+import { axe, picture } from './look'
+
+let bench: Bench
+let browser: Browser
+beforeAll(async () => {
+  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
+})
+afterAll(async () => {
+  await browser.close()
+  await bench.close()
+})
+
+const ADA = { welcomed: true, name: 'Ada' }
+
+/** Do something to the bench as a program does. */
+async function command(on: Bench, path: string, body: unknown): Promise<void> {
+  await ask(on, path, body, { 'Idempotency-Key': crypto.randomUUID(), 'X-Deadline': String(Date.now() + 5000) })
+}
+
+/** Fill the form of the pegmatite map and start it by the dialog. */
+async function launchMap(page: Page, size: string): Promise<string> {
+  await page.goto('/runs?start=pegmatite_map.yaml')
+  await page.getByLabel('width').fill(size)
+  await page.getByLabel('height').fill(size)
+  for (const point of ['enclosure closed', 'nobody in the beam path', 'sample fixed']) {
+    await page.getByRole('checkbox', { name: point }).check()
+  }
+  await page.getByRole('button', { name: 'Start', exact: true }).click()
+  await page.getByRole('button', { name: 'Start now' }).click()
+  await page.waitForURL('**/runs/2*')
+  return page.url()
+}
+
+describe('a run', () => {
+  it('is nothing at first, and says what to do', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, {}, ADA)
+    await page.goto('/runs')
+    await isLive(page)
+    await page.getByText('Nothing has been run here yet').waitFor()
+    await picture(page, 'runs-empty')
+
+    expect(await axe(page)).toEqual([])
+    expect(faults).toEqual([])
+    await context.close()
+  })
+
+  it('is launched from its form and fills its map until it is done', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, {}, ADA)
+    await page.goto('/runs')
+    await page.getByLabel('Protocol of a new run').selectOption('pegmatite_map.yaml')
+    const start = page.getByRole('button', { name: 'Start', exact: true })
+    await page.getByText('3 points are not ticked').waitFor()
+
+    expect(await start.isDisabled()).toBe(true)
+
+    await page.getByLabel('pitch').fill('0.001')
+    await page.getByText('at least 0.02 mm').waitFor()
+    await page.getByLabel('pitch').fill('0.2')
+    await page.getByText('1,071 points').waitFor()
+    await picture(page, 'launch')
+
+    expect(await axe(page)).toEqual([])
+
+    await launchMap(page, '0.6')
+    await page.getByRole('region', { name: 'Now' }).waitFor()
+    await page.getByRole('progressbar', { name: 'Progress', exact: true }).waitFor()
+    await page.getByRole('region', { name: 'Map' }).getByText('▶ running').or(page.getByText('✓ ok')).first().waitFor({ timeout: 90_000 })
+    await picture(page, 'run-live')
+
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('region', { name: 'How it ended' }).getByText('Done').waitFor({ timeout: 110_000 })
+    await page.getByRole('region', { name: 'Map' }).getByText('ok 16').waitFor()
+    await page.getByRole('group', { name: 'What the map shows' }).getByRole('button', { name: 'Li' }).click()
+    await page.getByRole('region', { name: 'Spectrum' }).getByRole('application').waitFor()
+    await picture(page, 'run-done')
+
+    expect(await axe(page)).toEqual([])
+    expect(faults).toEqual([])
+    await context.close()
+  }, 240_000)
+})
+
+describe('a run that is looked at', () => {
+  it('opens a point from the map by keys, with its attempts and its line of YAML', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, {}, ADA)
+    await page.goto('/runs')
+    await page.getByRole('list', { name: 'All runs' }).getByRole('link', { name: 'pegmatite-map' }).first().click()
+    const map = page.getByRole('region', { name: 'Map' }).getByRole('application')
+    await map.focus()
+    await page.keyboard.press('ArrowRight')
+    await page.keyboard.press('ArrowUp')
+    await page.getByText('point 7 (0.2, 0.2) · ok').waitFor()
+    await page.keyboard.press('Enter')
+    const point = page.getByRole('region', { name: 'Point', exact: true })
+    await point.getByText('shoot · libs.measure').waitFor()
+    await point.getByRole('listitem').filter({ hasText: 'shoot' }).getByRole('button', { name: /line \d+/ }).click()
+    await page.getByRole('dialog').getByText('do: libs.measure').waitFor()
+    await picture(page, 'run-yaml-line')
+    await page.keyboard.press('Escape')
+    await picture(page, 'run-point')
+
+    expect(page.url()).toContain('point=6')
+    expect(await axe(page)).toEqual([])
+    expect(faults).toEqual([])
+    await context.close()
+  })
+
+  it('fits a narrow screen, dark as well', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, { viewport: NARROW, colorScheme: 'dark' }, ADA)
+    await page.goto('/runs')
+    await page.getByRole('list', { name: 'All runs' }).getByRole('link', { name: 'pegmatite-map' }).first().click()
+    await page.getByRole('region', { name: 'Map' }).getByText('ok 16').waitFor()
+    await picture(page, 'run-narrow-dark')
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth)
+
+    expect(wide).toBeLessThanOrEqual(390)
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'Steps' }).click()
+    await page.getByRole('region', { name: 'Outline' }).waitFor()
+    await picture(page, 'run-narrow-outline')
+    await page.goto('/runs?start=pegmatite_map.yaml')
+    await page.getByRole('checkbox', { name: 'sample fixed' }).waitFor()
+    await picture(page, 'launch-narrow-dark')
+
+    expect(await axe(page)).toEqual([])
+    expect(faults).toEqual([])
+    await context.close()
+  })
+})
+
+describe('a person and a live run', () => {
+  it('pause, go on, and abort, each saying what will be', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, {}, ADA)
+    await launchMap(page, '4')
+    await page.getByRole('button', { name: 'Pause' }).click()
+    await page.getByRole('button', { name: 'Pause now' }).click()
+    await page.getByText('Paused: nothing moves').waitFor()
+    await picture(page, 'run-paused')
+
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'Resume' }).click()
+    await page.getByRole('banner').or(page.locator('main')).getByText('▶').first().waitFor()
+    await page.getByRole('button', { name: 'Pause' }).click()
+    await page.getByRole('button', { name: 'Pause after this point' }).click()
+    await page.getByText('Paused: nothing moves').waitFor()
+    await page.getByRole('button', { name: 'Resume' }).click()
+    await page.getByRole('button', { name: 'Abort' }).click()
+    await page.getByRole('dialog').getByText('Kept:').waitFor()
+    await picture(page, 'run-abort')
+
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'Go back' }).click()
+
+    expect(await page.getByRole('button', { name: 'Abort' }).isVisible()).toBe(true)
+
+    await page.getByRole('button', { name: 'Abort' }).click()
+    await page.getByRole('button', { name: 'Abort the run' }).click()
+    const end = page.getByRole('region', { name: 'How it ended' })
+    await end.getByText('The run aborted').waitFor()
+    await picture(page, 'run-aborted')
+
+    await end.getByRole('button', { name: 'Resume', exact: true }).click()
+    const dialog = page.getByRole('dialog')
+
+    expect(await dialog.getByRole('button', { name: 'Resume the run' }).isDisabled()).toBe(true)
+
+    for (const point of ['enclosure closed', 'nobody in the beam path', 'sample fixed']) {
+      await dialog.getByRole('checkbox', { name: point }).check()
+    }
+    await picture(page, 'run-resume')
+    await dialog.getByRole('button', { name: 'Resume the run' }).click()
+    await page.getByText('resumed 1×').first().waitFor()
+    await page.getByRole('button', { name: 'Abort' }).click()
+    await page.getByRole('button', { name: 'Abort the run' }).click()
+    await end.getByText('The run aborted').waitFor()
+
+    expect(faults).toEqual([])
+    await context.close()
+  })
+
+  it('answer its question from the page', async () => {
+    const text = 'labrun: 1\nname: asks\ndevices: {gantry: gantry@1}\nsteps:\n  - {do: gantry.home}\n  - {id: which, ask: "Which sample lies there?", choices: [granite, basalt]}\n  - {log: "it is ${{ steps.which.choice }}"}\n'
+    await command(bench, '/protocols', { name: 'asks.yaml', text })
+    const { page, context, faults } = await aPerson(browser, bench.address, {}, ADA)
+    await page.goto('/runs?start=asks.yaml')
+    await page.getByRole('button', { name: 'Start', exact: true }).click()
+    const question = page.getByRole('region', { name: 'Question' })
+    await question.getByText('Which sample lies there?').waitFor()
+    await picture(page, 'run-question')
+
+    expect(await axe(page)).toEqual([])
+
+    await question.getByRole('button', { name: 'basalt' }).click()
+    await page.getByRole('region', { name: 'How it ended' }).getByText('Done').waitFor()
+    await page.getByRole('region', { name: 'Log' }).getByText('answered basalt by Ada').waitFor()
+
+    expect(faults).toEqual([])
+    await context.close()
+  })
+
+  it('are two: what one does, both see, and only who has control may abort', async () => {
+    const ada = await aPerson(browser, bench.address, {}, ADA)
+    await launchMap(ada.page, '4')
+    const bo = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Bo' })
+    await bo.page.goto(ada.page.url())
+    await bo.page.getByRole('button', { name: 'Pause' }).click()
+    await bo.page.getByRole('button', { name: 'Pause now' }).click()
+    await ada.page.getByText('Paused: nothing moves').waitFor()
+    await bo.page.getByRole('button', { name: 'Abort' }).click()
+    await bo.page.getByRole('button', { name: 'Abort the run' }).click()
+    await bo.page.getByText('Ada has control of the bench').waitFor()
+    await picture(bo.page, 'run-two')
+    await ada.page.getByRole('button', { name: 'Abort' }).click()
+    await ada.page.getByRole('button', { name: 'Abort the run' }).click()
+    await bo.page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor()
+
+    expect([...ada.faults, ...bo.faults]).toEqual([])
+    await Promise.all([ada.context.close(), bo.context.close()])
+  })
+})
