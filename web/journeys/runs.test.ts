@@ -2,7 +2,7 @@
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, isLive, NARROW, openBrowser } from './browser'
+import { aPerson, isLive, NARROW, openBrowser, type Person } from './browser'
 import { axe, picture } from './look'
 
 let bench: Bench
@@ -22,6 +22,16 @@ async function command(on: Bench, path: string, body: unknown): Promise<void> {
   await ask(on, path, body, { 'Idempotency-Key': crypto.randomUUID(), 'X-Deadline': String(Date.now() + 5000) })
 }
 
+/** Go, and leave control to whoever comes next. */
+async function leave({ page, context }: Person): Promise<void> {
+  const release = page.getByRole('button', { name: 'Release control' })
+  if (await release.isVisible()) {
+    await release.click()
+    await page.getByRole('button', { name: 'Take control' }).waitFor()
+  }
+  await context.close()
+}
+
 /** Fill the form of the pegmatite map and start it by the dialog. */
 async function launchMap(page: Page, size: string): Promise<string> {
   await page.goto('/runs?start=pegmatite_map.yaml')
@@ -38,7 +48,8 @@ async function launchMap(page: Page, size: string): Promise<string> {
 
 describe('a run', () => {
   it('is nothing at first, and says what to do', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, {}, ADA)
+    const person = await aPerson(browser, bench.address, {}, ADA)
+    const { page, faults } = person
     await page.goto('/runs')
     await isLive(page)
     await page.getByText('Nothing has been run here yet').waitFor()
@@ -46,11 +57,12 @@ describe('a run', () => {
 
     expect(await axe(page)).toEqual([])
     expect(faults).toEqual([])
-    await context.close()
+    await leave(person)
   })
 
   it('is launched from its form and fills its map until it is done', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, {}, ADA)
+    const person = await aPerson(browser, bench.address, {}, ADA)
+    const { page, faults } = person
     await page.goto('/runs')
     await page.getByLabel('Protocol of a new run').selectOption('pegmatite_map.yaml')
     const start = page.getByRole('button', { name: 'Start', exact: true })
@@ -82,13 +94,14 @@ describe('a run', () => {
 
     expect(await axe(page)).toEqual([])
     expect(faults).toEqual([])
-    await context.close()
+    await leave(person)
   }, 240_000)
 })
 
 describe('a run that is looked at', () => {
   it('opens a point from the map by keys, with its attempts and its line of YAML', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, {}, ADA)
+    const person = await aPerson(browser, bench.address, {}, ADA)
+    const { page, faults } = person
     await page.goto('/runs')
     await page.getByRole('list', { name: 'All runs' }).getByRole('link', { name: 'pegmatite-map' }).first().click()
     const map = page.getByRole('region', { name: 'Map' }).getByRole('application')
@@ -108,11 +121,12 @@ describe('a run that is looked at', () => {
     expect(page.url()).toContain('point=6')
     expect(await axe(page)).toEqual([])
     expect(faults).toEqual([])
-    await context.close()
+    await leave(person)
   })
 
   it('fits a narrow screen, dark as well', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, { viewport: NARROW, colorScheme: 'dark' }, ADA)
+    const person = await aPerson(browser, bench.address, { viewport: NARROW, colorScheme: 'dark' }, ADA)
+    const { page, faults } = person
     await page.goto('/runs')
     await page.getByRole('list', { name: 'All runs' }).getByRole('link', { name: 'pegmatite-map' }).first().click()
     await page.getByRole('region', { name: 'Map' }).getByText('ok 16').waitFor()
@@ -131,13 +145,14 @@ describe('a run that is looked at', () => {
 
     expect(await axe(page)).toEqual([])
     expect(faults).toEqual([])
-    await context.close()
+    await leave(person)
   })
 })
 
 describe('a person and a live run', () => {
   it('pause, go on, and abort, each saying what will be', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, {}, ADA)
+    const person = await aPerson(browser, bench.address, {}, ADA)
+    const { page, faults } = person
     await launchMap(page, '4')
     await page.getByRole('button', { name: 'Pause' }).click()
     await page.getByRole('button', { name: 'Pause now' }).click()
@@ -184,13 +199,14 @@ describe('a person and a live run', () => {
     await end.getByText('The run aborted').waitFor()
 
     expect(faults).toEqual([])
-    await context.close()
+    await leave(person)
   })
 
   it('answer its question from the page', async () => {
     const text = 'labrun: 1\nname: asks\ndevices: {gantry: gantry@1}\nsteps:\n  - {do: gantry.home}\n  - {id: which, ask: "Which sample lies there?", choices: [granite, basalt]}\n  - {log: "it is ${{ steps.which.choice }}"}\n'
     await command(bench, '/protocols', { name: 'asks.yaml', text })
-    const { page, context, faults } = await aPerson(browser, bench.address, {}, ADA)
+    const person = await aPerson(browser, bench.address, {}, ADA)
+    const { page, faults } = person
     await page.goto('/runs?start=asks.yaml')
     await page.getByRole('button', { name: 'Start', exact: true }).click()
     const question = page.getByRole('region', { name: 'Question' })
@@ -204,7 +220,7 @@ describe('a person and a live run', () => {
     await page.getByRole('region', { name: 'Log' }).getByText('answered basalt by Ada').waitFor()
 
     expect(faults).toEqual([])
-    await context.close()
+    await leave(person)
   })
 
   it('are two: what one does, both see, and only who has control may abort', async () => {
@@ -224,6 +240,7 @@ describe('a person and a live run', () => {
     await bo.page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor()
 
     expect([...ada.faults, ...bo.faults]).toEqual([])
-    await Promise.all([ada.context.close(), bo.context.close()])
+    await leave(bo)
+    await leave(ada)
   })
 })

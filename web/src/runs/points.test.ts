@@ -22,6 +22,15 @@ test('points that wait have places already, and a change fills one in', () => {
   expect(table.problems()).toEqual([2])
 })
 
+test('what was under way when a run ended is cancelled', () => {
+  const table = new PointTable('main/scan')
+  table.set({ index: 0, key: 'a', status: 'ok' })
+  table.set({ index: 1, key: 'b', status: 'running' })
+  table.settle()
+
+  expect([table.status(0), table.status(1)]).toEqual(['ok', 'cancelled'])
+})
+
 test('a loop of unknown length grows', () => {
   const table = new PointTable('main/hunt')
   for (let i = 0; i < 300; i++) table.set({ index: i, key: String(i), status: 'ok' })

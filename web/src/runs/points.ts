@@ -96,6 +96,12 @@ export class PointTable {
     return index
   }
 
+  /** The run is over: what was under way is so no more. */
+  settle(): void {
+    const [running, cancelled] = [CODES.get('running'), CODES.get('cancelled') ?? 0]
+    for (let i = 0; i < this.size; i++) if (this.codes[i] === running) this.codes[i] = cancelled
+  }
+
   /** The iterations in which something went wrong, in order. */
   problems(): number[] {
     const found: number[] = []

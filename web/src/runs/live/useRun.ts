@@ -46,6 +46,7 @@ export function useRun(id: () => string): LiveRun {
       if (mine !== asking) return
       // What came while points were loading is taken now; what the windows held already is passed over.
       early.forEach((patch) => made.take(patch))
+      if (!made.head.live) made.filled().forEach((table) => table.settle())
       picture.value = made
       version.value++
     } catch (fault) {

@@ -23,8 +23,9 @@ export function rowWords(
     const danger = step?.danger && step.danger !== 'motion' ? step.danger : ''
     const [more, bad] = state ? stateWords(state) : ['', false]
     // What a run that is over never came to does not wait any more.
-    const none = run.head.live ? 'waiting' : null
-    return { status: state?.status ?? none, title: row.step.title, more: state || run.head.live ? more : 'not run', bad, danger }
+    const waits = !state || state.status === 'waiting'
+    if (waits && !run.head.live) return { status: null, title: row.step.title, more: more || (state ? 'not finished' : 'not run'), bad, danger }
+    return { status: state?.status ?? 'waiting', title: row.step.title, more, bad, danger }
   }
   if (row.kind === 'points') {
     const loop = run.head.loops.find((one) => one.path === row.table.loop)
