@@ -59,7 +59,7 @@ export async function fitOf(run: string, file: string): Promise<Fit> {
 
 /** What the reduction says of one spectrum. */
 export async function peaksOf(run: string, file: string): Promise<Peaks> {
-  return (await read(api.GET('/api/v1/runs/{id}/peaks', { params: { path: { id: run }, query: { file } } }))) as Peaks
+  return await read(api.GET('/api/v1/runs/{id}/peaks', { params: { path: { id: run }, query: { file } } }))
 }
 
 async function withAxis(run: string, told: Binary): Promise<Spectrum> {

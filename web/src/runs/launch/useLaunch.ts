@@ -41,26 +41,28 @@ export function useLaunch(protocol: () => string) {
         read(api.GET('/api/v1/settings')),
       ])
       text.value = told
-      settings.value = all.settings as Settings
+      settings.value = all.settings
       await look()
-      for (const one of checked.value === null ? [] : (checked.value as Checked).params) typed[one.name] ??= shownDefault(one)
+      for (const one of found()) typed[one.name] ??= shownDefault(one)
       takeKept()
     } catch (fault) {
       failure.value = sentenceOf(fault)
     }
   }
 
+  const found = (): Checked['params'] => checked.value?.params ?? []
+
   /** Ask the checker and the preview with what is typed now. */
   async function look(): Promise<void> {
     const mine = ++asked
     looking.value = true
     try {
-      const told = (await read(api.POST('/api/v1/check', { body: body.value }))) as Checked
+      const told = await read(api.POST('/api/v1/check', { body: body.value }))
       if (mine !== asked) return
       // A form with a wrong value is told without its fields: those that were there stay.
       checked.value = told.params.length || !checked.value ? told : { ...told, params: checked.value.params, roles: checked.value.roles, hazards: checked.value.hazards }
       problems.value = told.problems
-      preview.value = told.ok ? ((await read(api.POST('/api/v1/preview', { body: body.value }))) as Preview) : null
+      preview.value = told.ok ? (await read(api.POST('/api/v1/preview', { body: body.value }))) : null
     } catch (fault) {
       if (mine === asked && !(fault instanceof Refused && fault.status === 422)) failure.value = sentenceOf(fault)
     } finally {

@@ -27,7 +27,7 @@ export function useMapValues(run: () => string, live: () => boolean, column: Ref
     clearTimeout(timer)
     const mine = ++asked
     try {
-      const told = (await read(api.GET('/api/v1/runs/{id}/maps', { params: { path: { id: run() } } }))) as unknown as Told<'Maps'>
+      const told = await read(api.GET('/api/v1/runs/{id}/maps', { params: { path: { id: run() } } }))
       if (mine !== asked) return
       heads.value = told.maps
       keys = told.cell_keys

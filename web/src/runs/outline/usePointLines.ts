@@ -43,7 +43,7 @@ export function usePointLines(run: () => string): PointLines {
     try {
       const query = { loop: table.loop, within: table.within, key }
       const told = await read(api.GET('/api/v1/runs/{id}/point', { params: { path: { id: run() }, query } }))
-      const words = (told.actions as readonly ActionTold[]).map(actionWords)
+      const words = told.actions.map(actionWords)
       put(table, index, words.length ? words : [said('no action was sent')])
     } catch (fault) {
       put(table, index, [said(sentenceOf(fault))])

@@ -1,0 +1,14 @@
+// From a point's full key, as maps and tables give it, to where it stands among the points of its loop.
+import type { RunPicture } from '../runs/picture'
+import type { PointTable } from '../runs/points'
+
+/** `A/0,0` is `0,0` within `A`; null where no such point is known. */
+export function placeOfKey(run: RunPicture, loop: string | null, key: string): { table: PointTable; index: number } | null {
+  const tables = loop === null ? run.filled() : (run.tables.get(loop) ?? [])
+  for (const table of tables) {
+    const own = table.within ? (key.startsWith(`${table.within}/`) ? key.slice(table.within.length + 1) : null) : key
+    const index = own === null ? undefined : table.indexOf(own)
+    if (index !== undefined) return { table, index }
+  }
+  return null
+}

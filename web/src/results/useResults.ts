@@ -1,0 +1,81 @@
+// What a run has left to look at: its maps, which spectrum belongs to which point, and the run itself.
+import { computed, shallowRef, watch } from 'vue'
+import { api, read } from '../api/client'
+import { useLive } from '../api/push/live'
+import { sentenceOf } from '../api/refused'
+import type { RunDetail, Told } from '../api/types'
+import { loadPoints } from '../runs/live/loadPoints'
+import { RunPicture } from '../runs/picture'
+import { decodeFloat32 } from './float32'
+import { binary } from './spectra'
+
+export type MapHead = Told<'MapHead'>
+export type SpectrumHead = Told<'SpectrumHead'>
+
+/** How maps are called: table and column. */
+export const mapName = (head: MapHead): string => `${head.table}/${head.column}`
+
+export function useResults(run: () => string) {
+  const live = useLive()
+  const picture = shallowRef<RunPicture | null>(null)
+  const heads = shallowRef<readonly MapHead[]>([])
+  const cellKeys = shallowRef<Told<'Maps'>['cell_keys']>({})
+  const spectra = shallowRef<readonly SpectrumHead[]>([])
+  const failure = shallowRef('')
+  const loading = shallowRef(true)
+  let cells = new Map<string, Promise<Float32Array>>()
+  let asked = 0
+
+  /** The spectrum files of each point; one without a point has none. */
+  const byKey = computed(() => {
+    const found = new Map<string, SpectrumHead>()
+    for (const head of spectra.value) if (head.key !== null && !found.has(head.key)) found.set(head.key, head)
+    return found
+  })
+
+  async function load(): Promise<void> {
+    const mine = ++asked
+    loading.value = true
+    failure.value = ''
+    const path = { params: { path: { id: run() } } }
+    try {
+      const [detail, maps, list] = await Promise.all([
+        read(api.GET('/api/v1/runs/{id}', path)), read(api.GET('/api/v1/runs/{id}/maps', path)),
+        read(api.GET('/api/v1/runs/{id}/spectra', path)),
+      ])
+      // openapi-fetch makes arrays of tuples; the description has tuples.
+      const made = new RunPicture(detail as unknown as RunDetail)
+      await loadPoints(made)
+      if (mine !== asked) return
+      cells = new Map()
+      picture.value = made
+      heads.value = maps.maps
+      cellKeys.value = maps.cell_keys
+      spectra.value = list.spectra
+    } catch (fault) {
+      if (mine === asked) failure.value = sentenceOf(fault)
+    } finally {
+      if (mine === asked) loading.value = false
+    }
+  }
+
+  /** The values of a map, row by row from the lowest y; asked for once. */
+  function values(head: MapHead): Promise<Float32Array> {
+    const name = mapName(head)
+    const known = cells.get(name)
+    if (known) return known
+    const path = { id: run(), table: head.table, column: head.column }
+    const made = binary(api.GET('/api/v1/runs/{id}/maps/{table}/{column}', { params: { path }, parseAs: 'arrayBuffer' }))
+      .then(({ bytes }) => decodeFloat32(bytes, head.width * head.height))
+    cells.set(name, made)
+    made.catch(() => cells.delete(name))
+    return made
+  }
+
+  watch(run, () => void load(), { immediate: true })
+  // What was measured meanwhile is shown when the run is over.
+  watch(() => live.bench.runs[run()]?.live, (now, before) => {
+    if (before === true && now === false) void load()
+  })
+  return { picture, heads, cellKeys, spectra, byKey, failure, loading, load, values }
+}
