@@ -1,0 +1,47 @@
+// A run that is over, made by the API, for journeys that look at what it left.
+import { ask, type Bench } from './bench'
+
+interface Run {
+  fate: string
+  done: number
+}
+
+const UNTIL_MS = 150_000
+const TICKED = ['enclosure closed', 'nobody in the beam path', 'sample fixed']
+
+/** Headers of a command that is to be done now. */
+export function now(more: Record<string, string> = {}): Record<string, string> {
+  return { 'Idempotency-Key': crypto.randomUUID(), 'X-Deadline': String(Date.now() + 8000), ...more }
+}
+
+/** Start a protocol under a name of its own; gives the run's id. */
+export async function startRun(bench: Bench, protocol: string, params: Record<string, string> = {}): Promise<string> {
+  const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Program', reason: 'a journey' })
+  const held = { 'X-Control-Lease': lease }
+  const launch = await ask<{ id: string; run: string | null }>(bench, '/runs', { protocol, params, operator: 'Ada', checklist: TICKED }, now(held))
+  await ask(bench, '/control/release', {}, held)
+  let run = launch.run
+  for (const until = Date.now() + UNTIL_MS; run === null && Date.now() < until; await rest()) {
+    run = (await ask<{ run: string | null }>(bench, `/launches/${launch.id}`)).run
+  }
+  if (run === null) throw new Error(`${protocol} did not come up`)
+  return run.split('/').at(-1) ?? run
+}
+
+/** Wait until a run is what it is to become. */
+export async function until(bench: Bench, run: string, is: (run: Run) => boolean): Promise<Run> {
+  for (const end = Date.now() + UNTIL_MS; Date.now() < end; await rest()) {
+    const told = await ask<Run>(bench, `/runs/${run}`)
+    if (is(told)) return told
+  }
+  throw new Error(`${run} did not become what it was to`)
+}
+
+/** A small map of a pegmatite, measured to its end. */
+export async function measuredMap(bench: Bench): Promise<string> {
+  const run = await startRun(bench, 'pegmatite_map.yaml', { width: '1 mm', height: '1.4 mm' })
+  await until(bench, run, (told) => told.fate === 'succeeded')
+  return run
+}
+
+const rest = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 300))
