@@ -4,7 +4,7 @@ import { api, command } from '../api/client'
 import { useLive } from '../api/push/live'
 import { Refused, sentenceOf } from '../api/refused'
 import type { GoalState } from '../api/types'
-import { useRecorded } from './recorded'
+import { useRecording } from './recording'
 
 export interface Acting {
   /** What the device says of it; null before the first time. */
@@ -22,7 +22,7 @@ export interface Acting {
 /** The button says that it was sent; what it did, only the device says. */
 export function useAction(device: () => string, action: () => string): Acting {
   const live = useLive()
-  const recorded = useRecorded()
+  const recording = useRecording()
   const last = ref<GoalState | null>(null)
   const sending = ref(false)
   const refused = ref('')
@@ -45,7 +45,7 @@ export function useAction(device: () => string, action: () => string): Acting {
         api.POST('/api/v1/devices/{device}/actions/{action}', { params: { path }, body }),
       )
       last.value = told
-      recorded.follow(told)
+      recording.follow(told)
       return told
     } catch (failure) {
       refused.value = sentenceOf(failure)

@@ -5,6 +5,7 @@ import { api, command } from '../../api/client'
 import { useLive } from '../../api/push/live'
 import { say } from '../../api/push/socket'
 import { sentenceOf } from '../../api/refused'
+import { useRecording } from '../recording'
 import type { Axis } from './axes'
 
 interface Press {
@@ -16,6 +17,7 @@ interface Press {
 /** Holds are let go when anything at all takes the hand or the eye away. */
 export function useJogging(device: () => string) {
   const live = useLive()
+  const recording = useRecording()
   const said = ref('')
   const sending = ref(false)
   let press: Press | null = null
@@ -32,7 +34,8 @@ export function useJogging(device: () => string) {
       const goal = await command(() =>
         api.POST('/api/v1/devices/{device}/jog/step', { params: { path }, body: { axis, distance_mm, feed_mm_min } }),
       )
-      if (goal.error != null) said.value = goal.error.message
+      recording.follow(goal)
+      if (goal.error !== null) said.value = goal.error.message
     } catch (failure) {
       said.value = sentenceOf(failure)
     } finally {

@@ -1,0 +1,42 @@
+import { effectScope } from 'vue'
+import { afterEach, expect, it, vi } from 'vitest'
+import { useStopKeys } from './stopKeys'
+
+const stop = vi.fn()
+const scope = effectScope()
+scope.run(() => useStopKeys(stop))
+afterEach(() => stop.mockClear())
+
+function press(key: string, at: number, repeat = false): void {
+  const event = new KeyboardEvent('keydown', { key, repeat })
+  Object.defineProperty(event, 'timeStamp', { value: at })
+  window.dispatchEvent(event)
+}
+
+it('Esc Esc within 0.6 s stops, once for each pair', () => {
+  for (const at of [0, 500, 900]) press('Escape', at)
+
+  expect(stop).toHaveBeenCalledTimes(1)
+
+  press('Escape', 1_400)
+
+  expect(stop).toHaveBeenCalledTimes(2)
+})
+
+it('slow presses, a key held down and another key between do not stop', () => {
+  press('Escape', 10_000)
+  press('Escape', 10_700)
+  press('Escape', 10_800, true)
+  press('a', 10_900)
+  press('Escape', 11_000)
+
+  expect(stop).not.toHaveBeenCalled()
+})
+
+it('nobody listens any more once the frame is gone', () => {
+  scope.stop()
+  press('Escape', 20_000)
+  press('Escape', 20_100)
+
+  expect(stop).not.toHaveBeenCalled()
+})
