@@ -34,7 +34,7 @@ elsewhere; programs may send `Authorization: Bearer TOKEN` instead.
 
 **Push** is Socket.IO 4 on this port, namespace `/ui`; its messages are under *webhooks*. The client
 may send `snapshot {}` and `watch {run}` (both acknowledged), `unwatch {run}`, and, volatile, `jog {id}`
-and `stop {}`.
+and `stop {until_ms?}` (by the server's clock: a later one is refused as `LATE`).
 """
 
 

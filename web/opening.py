@@ -1,6 +1,5 @@
 """Put a site together and open it, part by part; close it in the opposite order."""
 
-import asyncio
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from functools import partial
@@ -38,7 +37,7 @@ from .shelf.rehearsals import Rehearsals
 from .shelf.shelf import Shelf
 from .shelf.timings import Timings
 from .site import Options, Site
-from .workers import Worker
+from .workers import Workers
 
 
 @asynccontextmanager
@@ -46,7 +45,7 @@ async def opened(options: Options, lab: LoadedLab) -> AsyncIterator[Site]:
     """A site for as long as the block lasts; raises OSError where its folders cannot be written."""
     options.state.mkdir(parents=True, exist_ok=True)
     options.runs.mkdir(parents=True, exist_ok=True)
-    workers = Worker(), Worker()
+    workers = Workers()
     site = _site(options, lab, bench_lab(lab, options.state / "bench"), workers)
     site.push.open(_sources(site))
     await site.runs.open()
@@ -58,9 +57,7 @@ async def opened(options: Options, lab: LoadedLab) -> AsyncIterator[Site]:
         await _close(site, workers)
 
 
-def _site(
-    options: Options, lab: LoadedLab, served: LoadedLab, workers: tuple[Worker, Worker]
-) -> Site:
+def _site(options: Options, lab: LoadedLab, served: LoadedLab, workers: Workers) -> Site:
     """Every part with those that it needs."""
     state, folder = options.state, options.protocols
     assert served.path is not None
@@ -79,7 +76,7 @@ def _site(
     timings = Timings(state / "timings.json")
     settings = SettingsFile(state / "settings.json", _first_settings(lab))
     shelf = Shelf(folder, state, options.runs)
-    looking = Looking(folder, options.lab, lab, timings)
+    looking = Looking(workers.checks, folder, options.lab, state / "timings.json")
     runs = Runs(options.runs, timings, push, folder)
     touch_device = partial(push.touch, "devices")
     armed: dict[str, Arming] = {}
@@ -110,7 +107,7 @@ def _site(
         settings=settings, control=Control(push.touch_control, any_armed, tell), push=push,
         shelf=shelf, overview=Overview(shelf, looking, runs.all),
         making=Making(shelf, lab, options.lab, runs.place), looking=looking,
-        rehearsals=Rehearsals(workers[0], looking, folder, options.lab),
+        rehearsals=Rehearsals(workers.rehearsals, looking, folder, options.lab),
         bench=bench, acting=acting, arming=arming, jogging=jogging,
         stopping=Stopping(lambda: stations, jogging, arming, telling.abort_all, tell),
         runs=runs,
@@ -118,8 +115,8 @@ def _site(
             shelf, looking, bench, runs, state / "launches", served.path, settings.read,
             partial(push.touch, "launches"),
         ),
-        telling=telling, resuming=Resuming(runs, shelf, looking),
-        results=Results(runs, workers[1]), again=Again(runs),
+        telling=telling, resuming=Resuming(runs, shelf, workers.fits),
+        results=Results(runs, workers.fits), again=Again(runs),
         reducing=Reducing(runs.place, runs.is_live, reduced),
     )  # fmt: skip
 
@@ -169,7 +166,7 @@ def _sources(site: Site) -> Sources:
     )
 
 
-async def _close(site: Site, workers: tuple[Worker, Worker]) -> None:
+async def _close(site: Site, workers: Workers) -> None:
     """Axes first; runs and their engines go on."""
     await site.stopping.close()
     await site.jogging.close()
@@ -180,9 +177,8 @@ async def _close(site: Site, workers: tuple[Worker, Worker]) -> None:
     await site.runs.close()
     await site.overview.close()
     await site.reducing.close()
-    await asyncio.gather(*(worker.close() for worker in workers))
+    await workers.close()
     await site.push.close()
-    site.looking.close()
     site.keys.close()
 
 

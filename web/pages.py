@@ -43,7 +43,7 @@ class Pages:
             index = self._folder / "index.html"
             if not index.is_file():
                 return HTMLResponse(NOT_BUILT, 503, headers={"Cache-Control": "no-store"})
-            if Path(str(scope["path"])).suffix:
+            if _is_a_file(str(scope["path"])):
                 return Response("there is no such file", 404, media_type="text/plain")
             path = index
         return self._packed(path, _accepted(scope))
@@ -67,6 +67,12 @@ class Pages:
                 headers["Content-Encoding"] = name
                 return FileResponse(packed, media_type=kind, headers=headers)
         return FileResponse(path, media_type=kind, headers=headers)
+
+
+def _is_a_file(address: str) -> bool:
+    """True for what a page would load; `/protocols/scan.yaml` is a place in the page."""
+    first, _, rest = address.strip("/").partition("/")
+    return first == "assets" if rest else "." in first
 
 
 def _cache(path: Path, folder: Path) -> str:

@@ -21,6 +21,7 @@ from .pages import Pages
 from .site import Options, Site
 
 SOCKET = "/socket.io"
+END_S = 10.0
 
 
 def application(site: Site) -> Gate:
@@ -60,9 +61,20 @@ async def serve(options: Options, lab: LoadedLab, ready: Callable[[str], None]) 
             async with listening(application(site), listener):
                 ready(f"http://{host_text(options.host)}:{port}")
                 await over.wait()
+            if options.demo:
+                await _end_runs(site)
             return any(site.bench.user(name) is not None for name in site.bench.stations)
     finally:
         listener.close()
+
+
+async def _end_runs(site: Site) -> None:
+    """The runs of a demonstration end with it: nobody would find them in its folder, which goes."""
+    if site.runs.live():
+        await site.stopping.stop_all()
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(END_S):
+            await asyncio.gather(*(run.over() for run in site.runs.live()))
 
 
 def _until_signal() -> asyncio.Event:

@@ -5,6 +5,9 @@ import json
 import sys
 from typing import Any
 
+from .guard.refusal import Refusal, Refused
+from .models.told import Fault
+
 LONGEST_LINE = 64 * 1024 * 1024
 END_S = 5.0
 
@@ -25,20 +28,27 @@ class Worker:
         self._turn = asyncio.Lock()
 
     async def ask(self, work: str, asked: dict[str, Any], timeout_s: float) -> dict[str, Any]:
-        """What the worker answers; raises WorkFailed, also when it takes too long."""
+        """What the worker answers; raises Refusal where it refuses or takes too long, else WorkFailed."""
         async with self._turn:
             try:
                 async with asyncio.timeout(timeout_s):
                     answer = await self._exchange(work, asked)
             except TimeoutError:
                 await self._end()
-                raise WorkFailed("Timeout", f"it took longer than {timeout_s:g} s") from None
+                raise Refusal(
+                    422, "TOO_LONG", f"it took longer than {timeout_s:g} s and was given up",
+                    "a pattern with a repetition in a repetition, such as (a+)+, may take for ever",
+                ) from None  # fmt: skip
             except BaseException:
                 await self._end()
                 raise
-        if not answer["ok"]:
-            raise WorkFailed(answer["kind"], answer["message"])
-        return answer["told"]
+        if answer["ok"]:
+            return answer["told"]
+        if "fault" in answer:
+            raise Refused(answer["status"], Fault(**answer["fault"]))
+        failed = WorkFailed(answer["kind"], answer["message"])
+        failed.add_note(answer["trace"])
+        raise failed
 
     async def close(self) -> None:
         """End the process."""
@@ -57,7 +67,7 @@ class Worker:
         await process.stdin.drain()
         line = await process.stdout.readline()
         if not line:
-            raise WorkFailed("Ended", "the process that computes has ended unexpectedly")
+            raise Refusal(503, "ENDED", "the process that computes has ended", "ask again")
         return json.loads(line)
 
     async def _end(self) -> None:
@@ -67,3 +77,16 @@ class Worker:
         process.kill()
         async with asyncio.timeout(END_S):
             await process.wait()
+
+
+class Workers:
+    """One process each for what must not wait for the other; none is started before it is needed."""
+
+    def __init__(self) -> None:
+        self.checks = Worker()
+        self.rehearsals = Worker()
+        self.fits = Worker()
+
+    async def close(self) -> None:
+        """End them all."""
+        await asyncio.gather(*(one.close() for one in (self.checks, self.rehearsals, self.fits)))

@@ -40,9 +40,11 @@ def test_files_with_a_hash_are_kept_for_ever_and_the_page_is_asked_for_anew(buil
 
 
 def test_the_page_answers_for_each_of_its_own_places_but_not_for_missing_files(built):
-    deep, missing = get(built, "/runs/42"), get(built, "/assets/gone.js")
+    deep = [get(built, path) for path in ("/runs/42", "/protocols/scan.yaml", "/protocols/a/b.yml")]
+    missing = [get(built, path) for path in ("/assets/gone.js", "/favicon.ico", "/assets/a/b")]
 
-    assert "labrun" in deep.text and missing.status_code == 404
+    assert all("labrun" in answer.text for answer in deep)
+    assert [answer.status_code for answer in missing] == [404] * 3
 
 
 def test_packed_files_are_sent_to_those_who_take_them(built):

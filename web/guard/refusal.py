@@ -24,8 +24,8 @@ class Refusal(Exception):
         )
 
 
-class Conflict(Refusal):
-    """A refusal whose answer says more than a fault does."""
+class Refused(Refusal):
+    """A refusal whose fault was made elsewhere, or says more than others do."""
 
     def __init__(self, status: int, fault: Fault) -> None:
         super().__init__(status, fault.code, fault.message, fault.hint)

@@ -3,7 +3,7 @@
 from array import array
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 from ..clock import since_1970
 from ..models.runs import NodeState, PointState, Status
@@ -153,13 +153,27 @@ class Table:
         """Iterations that are over."""
         return sum(self.counts.values())
 
+    def columns(self, window: range) -> dict[str, list[Any]]:
+        """Iterations by their indexes, those that have not begun as well, as columns."""
+        slots = [self.by_index.get(index) for index in window]
+        return {
+            "key": [None if at is None else self.keys[at] for at in slots],
+            "status": [STATUSES[0 if at is None else self.status[at]] for at in slots],
+            "seconds": [None if at is None else self._seconds(at) for at in slots],
+            "tries": [0 if at is None else self.tries[at] for at in slots],
+            "message": ["" if at is None else self.messages.get(at, "") for at in slots],
+        }
+
+    def _seconds(self, slot: int) -> float | None:
+        ended = self.ended[slot]
+        return round(ended - self.began[slot], 3) if ended else None
+
     def point(self, slot: int) -> PointState:
         """One iteration as the page is told."""
-        ended = self.ended[slot]
         return PointState(
             loop=self.loop, within=self.within, index=self.index[slot], key=self.keys[slot],
             status=STATUSES[self.status[slot]],
-            seconds=round(ended - self.began[slot], 3) if ended else None,
+            seconds=self._seconds(slot),
             tries=self.tries[slot], message=self.messages.get(slot, ""),
         )  # fmt: skip
 

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ...drivers.presence import alive
-from ...engine.check import Checked
 from ...engine.control_server import FILE
 from ..bench.bench import Bench
 from ..clock import now_iso
@@ -128,8 +127,8 @@ class Launching:
             )  # fmt: skip
         look = CheckText(text=text.text, name=asked.protocol, params=asked.params, bind=asked.bind)
         checked = await self._looking.for_a_run(look)
-        self._check_list(hazards_of(checked), asked.checklist)
-        devices = _devices(checked)
+        self._check_list(checked.hazards, asked.checklist)
+        devices = sorted({role.device for role in checked.roles if role.device is not None})
         self._check_devices(devices)
         arguments = ["run", str(self._shelf.folder / asked.protocol), "--lab", str(self._lab)]
         arguments += ["--runs", str(self._runs.folder)]
@@ -282,10 +281,6 @@ async def _until_gone(run: Watched) -> None:
     if run.live:
         words = "is still writing its report" if run.picture.finished else "is running"
         raise Refusal(409, "LIVE", f"{run.id} {words}", "wait until it is over")
-
-
-def _devices(checked: Checked) -> list[str]:
-    return sorted({role.device for role in checked.roles.values()})
 
 
 def _options(option: str, given: dict[str, str]) -> list[str]:

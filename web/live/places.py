@@ -7,6 +7,8 @@ from ...schemas import protocol as p
 from ...schemas.quantity import UnitError, is_quantity, magnitude_in
 from .outline import Step
 
+NOWHERE = (None, None)
+
 
 class Items:
     """The items of one loop as far as they are known without the run."""
@@ -14,6 +16,7 @@ class Items:
     def __init__(self, step: Step) -> None:
         self.total: int | None = None
         self._items: Sequence[Any] | None = None
+        self._places: dict[int, tuple[float | None, float | None]] = {}
         view, loop = step.view, step.step
         if view is None:
             return
@@ -31,11 +34,13 @@ class Items:
     def place(self, index: int) -> tuple[float | None, float | None]:
         """Of one item; None where it has no such coordinate."""
         if self._items is None or not 0 <= index < len(self._items):
-            return None, None
-        item = self._items[index]
-        if not isinstance(item, Mapping):
-            return None, None
-        return _mm(item.get("x")), _mm(item.get("y"))
+            return NOWHERE
+        found = self._places.get(index)
+        if found is None:
+            item = self._items[index]
+            at = item if isinstance(item, Mapping) else {}
+            found = self._places[index] = (_mm(at.get("x")), _mm(at.get("y")))
+        return found
 
 
 def _mm(value: Any) -> float | None:

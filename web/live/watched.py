@@ -23,7 +23,7 @@ from ..models.runs import (
     RunSummary,
 )
 from ..shelf.timings import Timings
-from .counts import STATUSES, Table
+from .counts import Table
 from .endpoint import listen
 from .engine import began_at
 from .follower import Damaged, Follower
@@ -123,6 +123,11 @@ class Watched:
             self._listening = asyncio.create_task(self._hear())
             async with asyncio.timeout(ANSWER_S):
                 await self._answered.wait()
+
+    async def over(self) -> None:
+        """Wait until the engine has hung up."""
+        if self._listening is not None:
+            await asyncio.wait({self._listening})
 
     async def close(self) -> None:
         """Listen no more."""
@@ -254,17 +259,10 @@ class Watched:
         total = table.total if table.total is not None else (items.total if items else None)
         end = max(total or 0, max(table.by_index, default=-1) + 1)
         window = range(min(offset, end), min(offset + limit, end))
-        slots = [table.by_index.get(index) for index in window]
-        places = [items.place(index) if items else (None, None) for index in window]
-        known = [None if slot is None else table.point(slot) for slot in slots]
+        places = [items.place(index) for index in window] if items else [(None, None)] * len(window)
         return Points(
             loop=loop, total=total, offset=offset, index=list(window),
-            key=[one.key if one else None for one in known],
-            status=[one.status if one else STATUSES[0] for one in known],
-            x_mm=[x for x, _ in places], y_mm=[y for _, y in places],
-            seconds=[one.seconds if one else None for one in known],
-            tries=[one.tries if one else 0 for one in known],
-            message=[one.message if one else "" for one in known],
+            x_mm=[x for x, _ in places], y_mm=[y for _, y in places], **table.columns(window),
         )  # fmt: skip
 
     def log(

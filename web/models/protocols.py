@@ -143,6 +143,7 @@ class CheckedText(Told):
     ok: bool
     revision: str
     title: str | None
+    summary: str = ""
     problems: list[FoundProblem]
     params: list[ParamForm] = Field(default_factory=list)
     roles: list[RoleForm] = Field(default_factory=list)

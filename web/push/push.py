@@ -10,6 +10,8 @@ import socketio
 from pydantic import BaseModel
 from socketio.exceptions import ConnectionRefusedError
 
+from ..guard.headers import Deadline
+from ..guard.refusal import Refusal
 from ..models.control import ControlState
 from ..models.push import Notice, Patch, RunLog, RunPatch, Snapshot, Watched
 
@@ -179,7 +181,13 @@ class Push:
             self.sources.beat(id, session)
 
     async def _stop(self, session: str, data: Any = None) -> dict[str, Any]:
+        """At once; but one that lay in a stalled line must not stop what was started since."""
         assert self.sources is not None
+        until_ms = data.get("until_ms") if isinstance(data, dict) else None
+        try:
+            Deadline(until_ms if isinstance(until_ms, int | float) else None).check()
+        except Refusal as late:
+            return late.fault.model_dump()
         return (await self.sources.stop()).model_dump(mode="json")
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 
 from ..models.protocols import (
     CheckedText,
@@ -14,6 +14,7 @@ from ..models.protocols import (
     RehearseText,
     Words,
 )
+from .gone import while_there
 from .site import TheSite
 
 router = APIRouter(tags=["check"])
@@ -56,6 +57,9 @@ async def preview_protocol(asked: CheckText, site: TheSite) -> Preview:
 
 
 @router.post("/rehearse")
-async def rehearse_protocol(asked: RehearseText, site: TheSite) -> Rehearsed:
-    """The whole protocol with simulated devices on a virtual clock, in a process of its own."""
-    return await site.rehearsals.play(asked)
+async def rehearse_protocol(asked: RehearseText, request: Request, site: TheSite) -> Rehearsed:
+    """The whole protocol with simulated devices on a virtual clock, in a process of its own.
+
+    Thousands of spectra take minutes; hanging up ends it.
+    """
+    return await while_there(request, site.rehearsals.play(asked))

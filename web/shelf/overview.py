@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 
-from ...engine.check import Checked
 from ..guard.refusal import Refusal
 from ..models.protocols import CheckedText, CheckText, ProtocolSummary, ProtocolText
 from ..models.runs import RunSummary
@@ -73,10 +72,10 @@ class Overview:
     async def _look(self, key: tuple[str, str, int], text: ProtocolText) -> None:
         try:
             asked = CheckText(text=text.text, name=text.name)
-            told, checked = await self._looking.summary(asked)
+            told = await self._looking.check(asked)
             if len(self._known) > 5000:
                 self._known.clear()
-            self._known[key] = _checked(text, told, checked)
+            self._known[key] = _checked(text, told)
         finally:
             del self._looks[key]
 
@@ -115,15 +114,14 @@ def _unchecked(text: ProtocolText) -> ProtocolSummary:
     )  # fmt: skip
 
 
-def _checked(text: ProtocolText, told: CheckedText, checked: Checked) -> ProtocolSummary:
+def _checked(text: ProtocolText, told: CheckedText) -> ProtocolSummary:
     errors = [problem for problem in told.problems if problem.severity == "error"]
-    protocol = checked.protocol
     plain = _unchecked(text)
     return plain.model_copy(
         update={
-            "title": protocol.name if protocol is not None else plain.title,
-            "summary": protocol.summary if protocol is not None else "",
-            "roles": dict(protocol.devices) if protocol is not None else {},
+            "title": told.title or plain.title,
+            "summary": told.summary,
+            "roles": {role.role: role.contract for role in told.roles},
             "errors": len(errors),
             "warnings": len(told.problems) - len(errors),
             "first_error": errors[0].message if errors else None,

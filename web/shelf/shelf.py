@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...engine.run_folder import JOURNAL
 from ..durable import write_durable
-from ..guard.refusal import Conflict, Refusal, not_found
+from ..guard.refusal import Refusal, Refused, not_found
 from ..models.protocols import (
     LARGEST_TEXT,
     ProtocolText,
@@ -69,7 +69,7 @@ class Shelf:
         )
 
     def save(self, name: str, text: str, base: str | None) -> SavedProtocol:
-        """Save over the revision `base`; raises Conflict with both texts where another is there."""
+        """Save over the revision `base`; raises Refused with both texts where another is there."""
         path, data = place_of(self.folder, name), _bytes(text)
         if path.exists():
             before, before_ns = self._data(name)
@@ -179,9 +179,9 @@ class Shelf:
         self._kept.keep(name, data, revision, modified_ns)
         return SavedProtocol(name=name, revision=revision, modified=iso(modified_ns))
 
-    def _conflict(self, name: str, mine: str, theirs: bytes, base: str | None) -> Conflict:
+    def _conflict(self, name: str, mine: str, theirs: bytes, base: str | None) -> Refused:
         known = self._kept.read(name, base) if base is not None else None
-        return Conflict(
+        return Refused(
             409,
             SaveConflict(
                 code="CONFLICT", message=f"{name} was saved by somebody else since you read it",

@@ -91,7 +91,9 @@ def test_the_device_stops_by_itself_when_the_server_is_killed(hand, stage, wait_
     wait_for(lambda: not stage.running, "rest")
 
     assert running
-    assert next(iter(stage.ended.values()))["state"] == "SUCCEEDED"  # its lease lapsed: nobody asked
+    assert (
+        next(iter(stage.ended.values()))["state"] == "SUCCEEDED"
+    )  # its lease lapsed: nobody asked
 
 
 def test_a_device_that_hears_no_keep_alive_stops_and_that_is_told(hand, stage):

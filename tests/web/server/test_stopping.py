@@ -2,6 +2,7 @@
 
 import json
 import threading
+import time
 
 
 def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order(
@@ -51,3 +52,13 @@ def test_a_run_that_comes_up_is_never_told_as_interrupted(house, wait_for):
 
     assert {fate for fate, _ in seen} <= {"starting", "running"}
     assert {name for _, name in seen} <= {"long"}
+
+
+def test_a_stop_that_lay_in_a_stalled_line_is_late_and_one_in_time_is_not(shared, page, socket):
+    page.reach("gantry", "libs")
+    ui = socket(shared, page)
+    late = ui.call("stop", {"until_ms": 1.0})
+    in_time = ui.call("stop", {"until_ms": (time.time() + 30) * 1000})
+
+    assert late["code"] == "LATE" and "devices" not in late
+    assert in_time["all_confirmed"]
