@@ -63,6 +63,11 @@ class BuildPy(build_py):
         self.__dict__.pop("data_files", None)
         super().run()
 
+    def find_package_modules(self, package: str, package_dir: str) -> list[tuple[str, str, str]]:
+        """This file stands in the folder of the package, and is no part of it."""
+        found = super().find_package_modules(package, package_dir)
+        return [module for module in found if Path(module[2]).resolve() != Path(__file__).resolve()]
+
 
 class Sdist(sdist):
     """The sources, with the page already built."""

@@ -163,6 +163,8 @@ describe('the gantry', () => {
 
 /** The laser's focus lies at the bottom: elsewhere a shot gives no signal. */
 async function focus(): Promise<void> {
+  const reach = async () => (await ask<{ reach: string }>(bench, '/devices/gantry')).reach
+  await expect.poll(reach, { timeout: 60_000 }).toBe('online')
   const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Ada' })
   const headers = () => ({ 'X-Control-Lease': lease, 'X-Deadline': String(Date.now() + 5_000), 'Idempotency-Key': crypto.randomUUID() })
   await ask(bench, '/devices/gantry/actions/move_to', { params: { x: 0, y: 0, z: 0 } }, headers())

@@ -12,10 +12,7 @@ let browser: Browser
 beforeAll(async () => {
   ;[bench, browser] = await Promise.all([startBench({ speed: 20 }), openBrowser()])
 })
-afterEach(async () => {
-  bench.signal('SIGCONT')
-  await orderFault(bench, { device: 'libs', kind: 'thaw' })
-})
+afterEach(() => bench.signal('SIGCONT'))
 afterAll(async () => {
   await browser.close()
   await bench.close()
@@ -68,7 +65,7 @@ describe('STOP ALL', () => {
     await orderFault(bench, { device: 'libs', kind: 'freeze' })
     await stop(page).click()
     const alarm = page.getByRole('alert').filter({ hasText: 'libs did not confirm the stop. Use the hardware e-stop.' })
-    await alarm.waitFor()
+    await alarm.waitFor().finally(() => orderFault(bench, { device: 'libs', kind: 'thaw' }))
     await picture(page, 'stop-alarm')
 
     expect(await alarm.innerText()).toContain('gantry ✓')
@@ -90,6 +87,39 @@ describe('STOP ALL', () => {
     expect(await alarm.innerText()).toMatch(/gantry.*did not confirm/)
 
     await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'offline' }).waitFor()
+    await context.close()
+  })
+})
+
+describe('a run', () => {
+  it('is told on every screen, keeps its devices, and is aborted by STOP ALL', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await allOnline(page)
+    const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Ada' })
+    const headers = { 'X-Control-Lease': lease, 'X-Deadline': String(Date.now() + 30_000), 'Idempotency-Key': crypto.randomUUID() }
+    const { settings } = await ask<{ settings: { checklists: Record<string, string[]> } }>(bench, '/settings')
+    const checklist = settings.checklists['laser']
+    await ask(bench, '/runs', { protocol: 'pegmatite_map.yaml', checklist }, headers)
+    const strip = page.getByRole('region', { name: 'Live runs' })
+    await strip.getByText('running').waitFor({ timeout: 60_000 })
+    await page.getByText('uses gantry').waitFor({ timeout: 60_000 })
+    await picture(page, 'held-by-run')
+
+    expect(await page.getByRole('button', { name: 'X+', exact: true }).isDisabled()).toBe(true)
+    expect(await axe(page)).toEqual([])
+
+    await page.keyboard.press('g')
+    await page.keyboard.press('s')
+    await strip.getByRole('link', { name: /^Open run/ }).waitFor()
+    await stop(page).click()
+    await page.getByRole('status', { name: 'Stop', exact: true }).getByText(/runs aborted/).waitFor()
+    await strip.waitFor({ state: 'detached', timeout: 60_000 })
+    await page.getByRole('region', { name: 'Notices' }).getByText(/aborted/).first().waitFor()
+    await picture(page, 'aborted')
+    await ask(bench, '/control/release', {}, headers)
+
+    expect(faults).toEqual([])
+
     await context.close()
   })
 })
