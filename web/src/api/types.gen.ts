@@ -571,6 +571,8 @@ export interface paths {
         /**
          * Rehearse Protocol
          * @description The whole protocol with simulated devices on a virtual clock, in a process of its own.
+         *
+         *     Thousands of spectra take minutes; hanging up ends it.
          */
         post: operations["rehearse_protocol"];
         delete?: never;
@@ -1771,6 +1773,11 @@ export interface components {
             revision: string;
             /** Roles */
             roles?: components["schemas"]["RoleForm"][];
+            /**
+             * Summary
+             * @default
+             */
+            summary: string;
             /** Title */
             title: string | null;
         };
