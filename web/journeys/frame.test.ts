@@ -83,6 +83,39 @@ describe('the frame', () => {
     await context.close()
   })
 
+  it('is used with the keyboard alone, from the first Tab to a moved gantry', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+    await page.goto('/settings')
+    await isLive(page)
+    /** Tab until something of this name has the focus, as a person would. */
+    const tabTo = async (name: string): Promise<void> => {
+      for (let presses = 0; presses < 120; presses += 1) {
+        await page.keyboard.press('Tab')
+        const found = await page.evaluate(() => document.activeElement?.getAttribute('aria-label') ?? document.activeElement?.textContent?.trim())
+        if (found === name) return
+      }
+      throw new Error(`no Tab leads to ${name}`)
+    }
+    const x = async () => (await ask<{ status: { x: number } }>(bench, '/devices/gantry')).status.x
+    await tabTo('Take control')
+    await page.keyboard.press('Enter')
+    await page.getByRole('button', { name: 'Release control' }).waitFor()
+    await page.keyboard.press('g')
+    await page.keyboard.press('d')
+    await page.getByText('8 of 8 online').waitFor({ timeout: 60_000 })
+    const before = await x()
+    await tabTo('X+')
+    await page.keyboard.press('Space')
+    await expect.poll(x, { timeout: 15_000 }).toBeCloseTo(before + 1, 2)
+    await tabTo('Release control')
+    await page.keyboard.press('Enter')
+    await page.getByRole('button', { name: 'Take control' }).waitFor()
+
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
   it('remembers the theme and follows the system without one', async () => {
     const { page, context } = await aPerson(browser, bench.address, { colorScheme: 'dark' })
     await page.goto('/settings')
