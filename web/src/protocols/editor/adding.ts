@@ -97,10 +97,13 @@ function atTheEnd(data: unknown, devices: readonly DeviceDetail[], roles: Roles)
   const list = valueAt(data, ['finally'])
   const there = Array.isArray(list) ? list : []
   const given = valueAt(data, ['devices'])
-  const contracts = new Set(isMap(given) ? Object.values(given) : [])
-  const safe = devices
-    .filter((device) => contracts.has(device.contract) && device.actions.some((action) => action.level === 3))
-    .flatMap((device) => device.safe_state.map((action) => `${roleFor(data, device, roles).role}.${action.split('.').at(-1) ?? action}`))
+  const safe = Object.entries(isMap(given) ? given : {})
+    .flatMap(([role, contract]) => {
+      const bound = roles.find((one) => one.role === role)?.device
+      const device = devices.find((one) => one.name === bound) ?? devices.find((one) => one.contract === contract)
+      const dangerous = device?.actions.some((action) => action.level === 3) === true
+      return dangerous ? device.safe_state.map((action) => `${role}.${action.split('.').at(-1) ?? action}`) : []
+    })
     .find((words) => !there.some((step) => isMap(step) && step['do'] === words))
   const step = safe === undefined ? { log: 'The end' } : { do: safe, on_error: 'continue' }
   if (Array.isArray(list)) return [{ kind: 'insert', path: ['finally'], index: there.length, values: [step] }]

@@ -1,6 +1,6 @@
 // One protocol under way: its text is the only state; rows, problems and selection follow from it.
 import { redoDepth, undoDepth } from '@codemirror/commands'
-import { forceLinting, linter, type Diagnostic } from '@codemirror/lint'
+import { setDiagnostics, type Diagnostic } from '@codemirror/lint'
 import { Annotation, EditorSelection, StateEffect, type ChangeDesc } from '@codemirror/state'
 import { EditorView, type ViewUpdate } from '@codemirror/view'
 import { computed, onScopeDispose, ref, shallowRef, watch } from 'vue'
@@ -38,16 +38,9 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
   const selectedPath = computed<Path>(() => rows.value[selected.value]?.path ?? [])
   let timer: ReturnType<typeof setTimeout> | undefined
 
-  const view = new EditorView({ state: stateOf(first, { save, fix: fixHere }, extensions()) })
+  const view = new EditorView({ state: stateOf(first, { save, fix: fixHere }, EditorView.updateListener.of(updated)) })
   const checking = useChecking(name)
   const problems = computed<readonly Found[]>(() => checking.problems.value)
-
-  function extensions() {
-    return [
-      EditorView.updateListener.of(updated),
-      linter(() => diagnostics(), { delay: 0 }),
-    ]
-  }
 
   function updated(update: ViewUpdate): void {
     if (update.docChanged) {
@@ -91,7 +84,7 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
     }))
   }
 
-  watch(problems, () => forceLinting(view))
+  watch(problems, () => view.dispatch(setDiagnostics(view.state, diagnostics())))
 
   /** Do an edit of the picture as a change of the text; says why where it cannot be done. */
   function edit(...wanted: Edit[]): boolean {

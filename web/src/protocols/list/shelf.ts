@@ -1,8 +1,12 @@
 // The protocols of the bench: listed, made, thrown away and taken back.
-import { ref, shallowRef } from 'vue'
+import { onScopeDispose, ref, shallowRef } from 'vue'
 import { api, read } from '../../api/client'
 import { sentenceOf } from '../../api/refused'
 import type { Asked, Told } from '../../api/types'
+
+/** The server checks what it has not looked at yet by and by. */
+const AGAIN_MS = 1_500
+const MOST_LOOKS = 40
 
 export type Summary = Told<'ProtocolSummary'>
 export type Thrown = Told<'Thrown'>
@@ -11,6 +15,8 @@ export function useShelf() {
   const protocols = shallowRef<readonly Summary[] | null>(null)
   const trash = shallowRef<readonly Thrown[]>([])
   const failure = ref('')
+  let timer: ReturnType<typeof setTimeout> | undefined
+  let looks = 0
 
   async function attempt<T>(ask: () => Promise<T>): Promise<T | null> {
     try {
@@ -29,7 +35,11 @@ export function useShelf() {
       protocols.value = all as unknown as readonly Summary[]
       trash.value = thrown as unknown as readonly Thrown[]
     })
+    clearTimeout(timer)
+    const waiting = protocols.value?.some((one) => one.errors === null) === true
+    if (waiting && looks++ < MOST_LOOKS) timer = setTimeout(() => void load(), AGAIN_MS)
   }
+  onScopeDispose(() => clearTimeout(timer))
 
   /** The name of the new file; null where it was refused. */
   async function make(body: Asked<'NewProtocol'>): Promise<string | null> {

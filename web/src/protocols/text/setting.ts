@@ -8,7 +8,7 @@ import { itemAt, placeAt, type Item, type Place } from './place'
 import { withValue, without } from './plain'
 import type { Read } from './reading'
 import { placeOfKey } from './steps'
-import { writeFlow, writeScalar, writeValue } from './write'
+import { isPlain, writeFlow, writeScalar, writeValue } from './write'
 
 /** Put a value where one is, or a new key into a map. Maps and lists change part by part. */
 export function setValue(read: Read, path: Path, value: unknown): Patch {
@@ -24,15 +24,17 @@ export function setValue(read: Read, path: Path, value: unknown): Patch {
     return setItems(read, path, before as unknown[], value as unknown[])
   }
   const data = withValue(read.data, path, value)
-  return land(read, replacing(read, item, value, parent), { data, select: path })
+  return land(read, replacing(read, item, before, value, parent), { data, select: path })
 }
 
-function replacing(read: Read, item: Item, value: unknown, parent: Place | undefined): Change[] {
+function replacing(read: Read, item: Item, before: unknown, value: unknown, parent: Place | undefined): Change[] {
   const { text, json } = read
   const old = item.value
   const flow = parent?.flow === true
   const simple = !isMap(value) && !Array.isArray(value)
-  const written = simple ? writeScalar(value, { flow, json, quote: old.quote }) : writeFlow(value, json)
+  // Quotes that were not needed were meant; those that an expression needed go with it.
+  const quote = typeof before === 'string' && isPlain(before, flow) ? old.quote : 'plain'
+  const written = simple ? writeScalar(value, { flow, json, quote }) : writeFlow(value, json)
   if (old.kind === 'empty') return [{ from: item.mark, to: item.mark, insert: ` ${written}` }]
   const inBlock = (old.kind === 'map' || old.kind === 'list') && !old.flow
   if (inBlock && lineStart(text, old.from) > item.mark) {

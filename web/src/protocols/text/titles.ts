@@ -21,7 +21,7 @@ export function wordsOf(step: unknown): Words {
 const OF_KIND: Record<StepKind, (step: Record<string, unknown>) => Words> = {
   do: (step) => {
     const [role = '', action = ''] = String(step['do']).split('.')
-    return { title: action === '' ? shown(step['do']) : upper(spaced(action)), detail: [role, argumentsOf(step['with'])].filter(Boolean).join(' · ') }
+    return { title: action === '' ? shown(step['do']) : upper(spaced(action)), detail: [action === '' ? '' : role, argumentsOf(step['with'])].filter(Boolean).join(' · ') }
   },
   parallel: (step) => ({ title: 'At the same time', detail: counted(step['parallel']) }),
   any: (step) => ({ title: 'Until one succeeds', detail: counted(step['any']) }),

@@ -28,7 +28,8 @@ function writeText(text: string, { flow, json, quote }: Style): string {
   return isPlain(text, flow) ? text : JSON.stringify(text)
 }
 
-function isPlain(text: string, flow: boolean): boolean {
+/** Whether a text can stand without quotes. */
+export function isPlain(text: string, flow: boolean): boolean {
   if (!PLAIN.test(text) || NUMBER_OR_DATE.test(text) || WORD.test(text)) return false
   if (text.endsWith(' ') || text.endsWith(':') || text.includes(': ') || text.includes(' #')) return false
   return !flow || !/[,[\]{}]/.test(text)

@@ -1,0 +1,345 @@
+// Protocols: the list, the editor in all its views, one undo for text and picture, conflicts, drafts.
+import type { Browser, Page } from 'playwright-core'
+import { afterAll, beforeAll, describe, expect, it } from 'vitest'
+import { ask, type Bench, startBench } from './bench'
+import { aPerson, NARROW, openBrowser } from './browser'
+import { axe, picture } from './look'
+
+let bench: Bench
+let browser: Browser
+beforeAll(async () => {
+  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
+})
+afterAll(async () => {
+  await browser.close()
+  await bench.close()
+})
+
+interface Text {
+  text: string
+  revision: string
+}
+
+async function saved(name: string): Promise<Text> {
+  return ask<Text>(bench, `/protocols/${name}`)
+}
+
+/** A protocol of its own for each journey. */
+async function copyOf(name: string, of: string): Promise<void> {
+  await ask(bench, '/protocols', { name, copy_of: of })
+}
+
+/** By its link in the list, as a person comes to it. */
+async function open(page: Page, name: string): Promise<void> {
+  await page.goto('/protocols')
+  await page.getByRole('link', { name, exact: true }).click()
+  await page.getByRole('region', { name: 'Outline' }).waitFor()
+}
+
+function row(page: Page, name: RegExp | string) {
+  return page.getByRole('treegrid', { name: 'Steps' }).getByRole('row', { name })
+}
+
+/** The checker has looked at what stands there now, and found no error. */
+async function sound(page: Page): Promise<void> {
+  await page.getByRole('status', { name: 'Check' }).filter({ hasText: /no problems|^⚠/ }).waitFor()
+}
+
+/** What stands in the editor, whole. */
+async function textOf(page: Page): Promise<string> {
+  return page.getByRole('textbox', { name: 'Protocol YAML' }).evaluate((dom) => {
+    const tile = (dom as unknown as { cmTile?: { view?: { state: { doc: { toString(): string } } } }; cmView?: { view?: { state: { doc: { toString(): string } } } } })
+    return (tile.cmTile?.view ?? tile.cmView?.view)?.state.doc.toString() ?? dom.textContent
+  })
+}
+
+describe('the list of protocols', () => {
+  it('finds, makes, copies, throws away and takes back', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await page.goto('/protocols')
+    await page.getByRole('link', { name: 'pegmatite_map.yaml' }).waitFor()
+    await picture(page, 'protocols')
+    await page.getByRole('searchbox', { name: 'Search protocols' }).fill('balance')
+    await page.getByRole('link', { name: 'pegmatite_map.yaml' }).waitFor({ state: 'detached' })
+
+    await expect.poll(() => page.getByRole('list', { name: 'Protocols' }).getByRole('listitem').count(), { timeout: 20_000 }).toBe(1)
+
+    await page.getByRole('button', { name: 'New protocol' }).click()
+    await page.getByRole('radio', { name: 'From an example' }).check()
+    await page.getByLabel('Example').selectOption('grid_scan')
+    await page.getByLabel('File name').fill('first try')
+    await picture(page, 'protocols-new')
+    await page.getByRole('button', { name: 'Create' }).click()
+    await page.getByRole('heading', { level: 1, name: 'first_try.yaml' }).waitFor()
+    await sound(page)
+    await page.getByRole('link', { name: 'All protocols' }).click()
+    await page.getByRole('button', { name: 'Throw away first_try.yaml' }).click()
+    await page.getByRole('button', { name: 'Trash (1)' }).click()
+    await page.getByRole('button', { name: 'Take back first_try.yaml' }).click()
+    await page.getByText('Nothing was thrown away.').waitFor()
+    await page.getByRole('button', { name: 'Close' }).click()
+    await page.getByRole('button', { name: 'Copy first_try.yaml' }).click()
+    await page.getByRole('heading', { level: 1, name: 'first_try_2.yaml' }).waitFor()
+
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+})
+
+describe('the editor', () => {
+  it('moves, copies, removes and undoes by keyboard, and the comments stay', async () => {
+    await copyOf('keys.yaml', 'pegmatite_map.yaml')
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await open(page, 'keys.yaml')
+    await sound(page)
+    const before = await textOf(page)
+    await row(page, /^.*Measure/).click()
+    await picture(page, 'editor')
+    await page.keyboard.press('Alt+ArrowUp')
+    await page.getByText('● unsaved').waitFor()
+    const moved = await textOf(page)
+
+    expect(moved.indexOf('id: shoot')).toBeLessThan(moved.indexOf('id: lower'))
+    expect(moved).toContain('# never fired twice: see the contract')
+
+    await page.keyboard.press('Control+d')
+
+    expect(await textOf(page)).toContain('id: shoot_2')
+
+    await page.keyboard.press('Delete')
+    await page.keyboard.press('Control+z')
+    await page.keyboard.press('Control+z')
+    await page.keyboard.press('Control+z')
+
+    expect(await textOf(page)).toBe(before)
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
+  it('adds a step and a structure, edits it in the form, and saves', async () => {
+    await copyOf('adding.yaml', 'hello.yaml')
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await open(page, 'adding.yaml')
+    await row(page, /Move to/).click()
+    await page.getByRole('button', { name: 'Add step' }).click()
+    await page.getByRole('searchbox', { name: 'Search steps' }).fill('fire burst')
+    await page.getByRole('button', { name: 'libs: measure', exact: true }).click()
+    await row(page, /Measure/).and(page.locator('[aria-selected=true]')).waitFor()
+    await page.getByRole('region', { name: 'Step' }).getByLabel('Tries in all').fill('3')
+    await page.keyboard.press('Tab')
+    await expect.poll(() => textOf(page)).toContain('retry: 3')
+    await row(page, /Move to/).click()
+    const x = page.getByRole('region', { name: 'Step' }).getByLabel('Y', { exact: true })
+    await x.fill('25')
+    await x.press('Enter')
+    await expect.poll(() => textOf(page)).toContain('y: 25 mm}')
+    await page.getByRole('button', { name: 'Add step' }).click()
+    await page.getByRole('button', { name: 'For each', exact: true }).click()
+    await row(page, /For each/).waitFor()
+    await page.getByRole('button', { name: 'Add step' }).click()
+    await page.getByRole('button', { name: 'Always at the end', exact: true }).click()
+    await sound(page)
+    await page.getByRole('button', { name: 'Save' }).click()
+    await page.getByText(/^saved /).waitFor()
+    const { text } = await saved('adding.yaml')
+
+    expect(text).toContain('do: libs.measure')
+    expect(text).toContain('foreach:')
+    expect(text).toContain('# two devices at the same time')
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
+  it('shows problems while one types, mends one, and pauses the picture of a broken text', async () => {
+    await copyOf('problems.yaml', 'hello.yaml')
+    const { page, context } = await aPerson(browser, bench.address)
+    await open(page, 'problems.yaml')
+    await sound(page)
+    const editor = page.getByRole('textbox', { name: 'Protocol YAML' })
+    await row(page, /Move to/).click()
+    await editor.getByText('there', { exact: false }).last().click()
+    await page.getByRole('region', { name: 'Step' }).getByLabel('X', { exact: true }).fill('900')
+    await page.keyboard.press('Tab')
+    const problems = page.getByRole('region', { name: 'Problems' })
+    await problems.getByRole('button', { name: /900/ }).waitFor()
+    await picture(page, 'editor-problem')
+
+    expect(await page.getByRole('button', { name: 'Run', exact: true }).isDisabled()).toBe(true)
+
+    await problems.getByRole('button', { name: 'Use 730 mm' }).click()
+    await sound(page)
+    await editor.click()
+    await page.keyboard.press('Control+Home')
+    await page.keyboard.type('oops: [')
+    await page.getByText(/The text has an error on line \d+ – picture paused\./).waitFor()
+    await picture(page, 'editor-broken')
+    await page.keyboard.press('Control+z')
+    await page.getByText('picture paused').waitFor({ state: 'detached' })
+    await sound(page)
+    await context.close()
+  })
+
+  it('completes actions and keys, and Esc then Tab leaves the text', async () => {
+    await copyOf('complete.yaml', 'hello.yaml')
+    const { page, context } = await aPerson(browser, bench.address)
+    await open(page, 'complete.yaml')
+    await row(page, /Write to the log/).click()
+    await page.getByRole('textbox', { name: 'Protocol YAML' }).focus()
+    await page.keyboard.press('End')
+    await page.keyboard.press('Enter')
+    await page.keyboard.type('- do: gan')
+    await page.getByRole('option', { name: /gantry\.home/ }).waitFor()
+    await picture(page, 'editor-complete')
+    await page.keyboard.press('Enter')
+
+    expect(await textOf(page)).toMatch(/- do: gantry\.\w+/)
+
+    await page.keyboard.press('Escape')
+    await page.keyboard.press('Tab')
+
+    expect(await page.evaluate(() => document.activeElement?.closest('.cm-editor') === null)).toBe(true)
+
+    await context.close()
+  })
+
+  it('selects the same thing in text, outline and preview, and previews the points', async () => {
+    const { page, context } = await aPerson(browser, bench.address)
+    await open(page, 'pegmatite_map.yaml')
+    await row(page, /For each of 1,071 points/).waitFor()
+    await page.getByRole('button', { name: 'Preview', exact: true }).click()
+    const preview = page.getByRole('region', { name: 'Preview' })
+    await preview.getByText('1,071 · 4.0 × 10.0 mm').waitFor()
+    await preview.getByRole('img').click({ position: { x: 200, y: 100 } })
+    await row(page, /For each of/).and(page.locator('[aria-selected=true]')).waitFor()
+    await picture(page, 'editor-preview')
+    await preview.getByRole('button', { name: 'Show as table' }).click()
+    await preview.getByRole('cell', { name: '1', exact: true }).first().waitFor()
+    await page.getByRole('tab', { name: 'Words' }).click()
+    await page.getByText(/At each of 1,071 points/).waitFor()
+    await picture(page, 'editor-words')
+    await context.close()
+  })
+
+  it('rehearses with simulated devices, and explains', async () => {
+    const { page, context } = await aPerson(browser, bench.address)
+    await open(page, 'hello.yaml')
+    await page.getByRole('button', { name: 'Preview', exact: true }).click()
+    const preview = page.getByRole('region', { name: 'Preview' })
+    await preview.getByRole('button', { name: 'Rehearse' }).click()
+    await preview.getByText(/Rehearsed: succeeded/).waitFor({ timeout: 60_000 })
+    await preview.getByRole('button', { name: 'Explain' }).click()
+    await preview.getByLabel('Explanation').getByText(/gantry\.home/).first().waitFor()
+    await picture(page, 'editor-rehearsed')
+    await context.close()
+  })
+
+  it('brings two people together where both saved', async () => {
+    await copyOf('shared.yaml', 'hello.yaml')
+    const { page, context } = await aPerson(browser, bench.address)
+    await open(page, 'shared.yaml')
+    await sound(page)
+    await row(page, /hello Three/).click()
+    await page.getByRole('region', { name: 'Step' }).getByLabel('Summary').fill('Mine')
+    await page.keyboard.press('Tab')
+    await expect.poll(() => textOf(page)).toContain('summary: Mine')
+    const there = await saved('shared.yaml')
+    const theirs = there.text.replace('y: 1 cm', 'y: 3 cm')
+    const session = await fetch(`${bench.address}/api/v1/session`)
+    const cookie = session.headers.getSetCookie().map((one) => one.split(';')[0]).join('; ')
+    await fetch(`${bench.address}/api/v1/protocols/shared.yaml`, {
+      method: 'PUT', headers: { cookie, 'content-type': 'application/json' }, body: JSON.stringify({ text: theirs, base: there.revision }),
+    })
+    await page.getByRole('button', { name: 'Save' }).click()
+    await page.getByRole('heading', { name: 'Somebody else saved this protocol meanwhile' }).waitFor()
+    await picture(page, 'editor-conflict')
+
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'Take both together' }).click()
+    await page.getByText(/^saved /).waitFor()
+    const { text } = await saved('shared.yaml')
+
+    expect(text).toContain('summary: Mine')
+    expect(text).toContain('y: 3 cm')
+
+    await context.close()
+  })
+
+  it('keeps a draft over a reload, and gives it back', async () => {
+    await copyOf('draft.yaml', 'hello.yaml')
+    const { page, context } = await aPerson(browser, bench.address)
+    await open(page, 'draft.yaml')
+    await row(page, /hello Three/).click()
+    await page.getByRole('region', { name: 'Step' }).getByLabel('Summary').fill('Not saved yet')
+    await page.keyboard.press('Tab')
+    await page.getByText('● unsaved').waitFor()
+    await open(page, 'draft.yaml')
+    await page.getByText('● unsaved').waitFor()
+
+    expect(await textOf(page)).toContain('summary: Not saved yet')
+
+    await page.getByRole('button', { name: 'Discard' }).click()
+
+    expect(await textOf(page)).toBe((await saved('draft.yaml')).text)
+
+    await context.close()
+  })
+
+  it('opens a used protocol in place, and goes to the launch form', async () => {
+    const { page, context } = await aPerson(browser, bench.address)
+    await open(page, 'multi_sample.yaml')
+    await row(page, /Use scan_core\.yaml/).click()
+    await page.keyboard.press('ArrowRight')
+    await row(page, /Measure.*in scan_core\.yaml/).waitFor()
+    await picture(page, 'editor-used')
+    await page.getByRole('button', { name: 'Run', exact: true }).click()
+    await page.waitForURL('**/runs?start=multi_sample.yaml')
+    await context.close()
+  })
+
+  for (const theme of ['light', 'dark'] as const) {
+    it(`has nothing that axe finds, in ${theme}, wide and narrow`, async () => {
+      const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, theme })
+      await page.goto('/protocols')
+      await page.getByRole('link', { name: 'pegmatite_map.yaml' }).waitFor()
+
+      expect(await axe(page)).toEqual([])
+
+      await picture(page, `protocols-${theme}`)
+      await open(page, 'pegmatite_map.yaml')
+      await row(page, /For each of 1,071 points/).waitFor()
+      await row(page, /Measure/).click()
+      await page.getByRole('button', { name: 'Preview', exact: true }).click()
+      await page.getByRole('region', { name: 'Preview' }).getByText('1,071 · 4.0').waitFor()
+      await picture(page, `editor-${theme}`)
+
+      expect(await axe(page)).toEqual([])
+
+      for (const view of ['Outline', 'Words', 'YAML']) {
+        await page.getByRole('tab', { name: view, exact: true }).click()
+        await page.waitForTimeout(300)
+
+        expect(await axe(page)).toEqual([])
+      }
+      await page.getByRole('tab', { name: 'Outline' }).click()
+      await page.setViewportSize(NARROW)
+      await page.getByText('On a screen this narrow').waitFor()
+      await picture(page, `editor-narrow-${theme}`)
+
+      expect(await axe(page)).toEqual([])
+      expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390)
+
+      await page.goto('/protocols')
+      await page.getByRole('link', { name: 'pegmatite_map.yaml' }).waitFor()
+      await picture(page, `protocols-narrow-${theme}`)
+
+      expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390)
+      expect(faults).toEqual([])
+
+      await context.close()
+    })
+  }
+})
