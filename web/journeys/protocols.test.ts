@@ -66,7 +66,7 @@ describe('the list of protocols', () => {
 
     await page.getByRole('button', { name: 'New protocol' }).click()
     await page.getByRole('radio', { name: 'From an example' }).check()
-    await page.getByLabel('Example').selectOption('grid_scan')
+    await page.getByRole('combobox', { name: 'Example' }).selectOption('grid_scan')
     await page.getByLabel('File name').fill('first try')
     await picture(page, 'protocols-new')
     await page.getByRole('button', { name: 'Create' }).click()

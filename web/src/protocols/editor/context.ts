@@ -57,18 +57,20 @@ export function contextAt(doc: Text, at: number): Context {
 /** Keys of the lines above that stand further and further to the left. */
 function above(doc: Text, number: number, column: number, dashes: number): (string | number)[] {
   const path: (string | number)[] = []
-  let limit = dashes > 0 ? column + 1 : column
-  for (let n = number - 1; n >= 1 && limit > 0 && number - n < MOST_LINES; n--) {
+  let forKeys = dashes > 0 ? column + 1 : column
+  let forDashes = column
+  for (let n = number - 1; n >= 1 && forKeys > 0 && number - n < MOST_LINES; n--) {
     const line = lineOf(doc.line(n).text)
     if (line.blank) continue
     const dashAt = line.indent - 2 * line.dashes
-    if (line.indent < limit && line.key !== null) {
+    if (line.indent < forKeys && line.key !== null) {
       path.unshift(line.key)
-      limit = line.indent
+      forKeys = forDashes = line.indent
     }
-    if (line.dashes > 0 && dashAt < limit && (line.indent <= limit || path.length > 0)) {
+    if (line.dashes > 0 && dashAt < forDashes) {
       path.unshift(indexOf(doc, n, dashAt))
-      limit = dashAt + 1
+      forKeys = dashAt + 1
+      forDashes = dashAt
     }
   }
   return path

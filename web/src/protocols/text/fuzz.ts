@@ -2,6 +2,7 @@
 import type { Edit } from './edit'
 import { isMap, valueAt, type Path } from './path'
 import { kindOf } from './steps'
+import { innerKey } from './unwrapping'
 import { WRAPS } from './wrapping'
 
 export type Random = () => number
@@ -59,7 +60,7 @@ const KEYS = ['name', 'retry', 'timeout', 'on_error', 'note', 'with', 'when', 'i
 export function randomEdit(random: Random, data: unknown): Edit {
   const found = survey(data, [], { steps: [], lists: [], values: [] })
   const value = random() < 0.75 ? pick(random, VALUES) : pick(random, COLLECTIONS)
-  const kinds = ['set', 'set', 'add', 'add', 'drop', 'rename', 'insert', 'insert', 'remove', 'move', 'move', 'move', 'near', 'near', 'duplicate', 'wrap', 'wrap', 'unwrap'] as const
+  const kinds = ['set', 'set', 'add', 'add', 'drop', 'rename', 'insert', 'insert', 'remove', 'move', 'move', 'move', 'near', 'near', 'duplicate', 'wrap', 'wrap', 'unwrap', 'unwrap', 'note'] as const
   const kind = found.steps.length === 0 ? 'insert' : pick(random, kinds)
   switch (kind) {
     case 'set': return { kind, path: pick(random, found.values), value }
@@ -82,6 +83,11 @@ export function randomEdit(random: Random, data: unknown): Edit {
       const list = valueAt(data, path.slice(0, -1)) as unknown[]
       return { kind: 'move', path, to: path.slice(0, -1), index: Math.floor(random() * (list.length + 1)) }
     }
+    case 'unwrap': {
+      const holders = found.steps.filter((path) => innerKey(kindOf(valueAt(data, path))) !== null)
+      return { kind, path: pick(random, holders.length > 0 ? holders : found.steps) }
+    }
+    case 'note': return { kind, path: pick(random, found.steps), note: pick(random, ['', 'one line', 'two\nlines', '# odd']) }
     case 'wrap': return { kind, path: pick(random, found.steps), wrap: pick(random, WRAPS), more: Math.floor(random() * 3) }
     default: return { kind, path: pick(random, found.steps) }
   }

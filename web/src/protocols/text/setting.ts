@@ -80,6 +80,7 @@ function addPair(read: Read, path: Path, value: unknown): Patch {
   const parentPath = path.slice(0, -1)
   const map = placeAt(read.root, parentPath)
   const data = withValue(read.data, path, value)
+  if (!map && typeof parentPath.at(-1) === 'string') return setValue(read, parentPath, { [key]: value })
   if (!map || map.kind === 'alias') return refused('there is no map to put this key into')
   if (map.kind === 'empty' || (map.kind === 'map' && map.items.length === 0 && !map.flow)) return setValue(read, parentPath, { [key]: value })
   if (map.kind !== 'map') return refused('there is no map to put this key into')

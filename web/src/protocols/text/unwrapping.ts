@@ -1,7 +1,7 @@
 // Take a structure away and leave its steps in its place.
 import { land, refused, type Change, type Patch } from './land'
-import { chunkOf, columnOf, lineStart } from './lines'
-import { bodyOf, COMPACT, listPlaceAt, movedLines } from './listing'
+import { chunkOf, columnOf, shift } from './lines'
+import { COMPACT, listPlaceAt } from './listing'
 import { isMap, valueAt, type Path } from './path'
 import { placeAt, type Place } from './place'
 import { copyOf, listAt } from './plain'
@@ -45,17 +45,20 @@ function unwrappedLines(read: Read, list: Place, at: number, inner: Place): Chan
   const chunk = chunkOf(text, list, at)
   const column = columnOf(text, list.items[at]?.start ?? 0)
   const margin = ' '.repeat(column)
-  const bodies: string[] = []
-  const kept: { from: number; to: number }[] = []
-  for (const [i, item] of inner.items.entries()) {
-    const span = inner.flow ? { from: item.start, to: item.end } : chunkOf(text, inner, i)
-    const body = bodyOf(read, inner, i)
-    if (!span || body === null) return null
-    kept.push(span)
-    bodies.push(margin + (inner.flow ? body : movedLines(body, columnOf(text, item.start))(column)))
-  }
-  if (!chunk) return null
-  const loose = commentsOf(text).filter(({ from }) => from >= chunk.from && from < chunk.to && !kept.some((span) => from >= span.from && from < span.to))
-  const lines = [...loose.map((comment) => `${margin}${comment.text}`), ...bodies]
-  return { from: lineStart(text, chunk.from), to: chunk.to, insert: lines.join('\n') }
+  const kept = spanOf(text, inner)
+  if (!chunk || !kept) return null
+  const lines = inner.flow
+    ? inner.items.map((item) => `${margin}- ${text.slice(item.start, item.end)}`).join('\n')
+    : shift(text.slice(kept.from, kept.to), column - columnOf(text, inner.items[0]?.start ?? 0))
+  const inside = (from: number): boolean => (inner.flow ? inner.items.some((item) => from >= item.start && from < item.end) : from >= kept.from && from < kept.to)
+  const loose = commentsOf(text).filter(({ from }) => from >= chunk.from && from < chunk.to && !inside(from))
+  return { from: chunk.from, to: chunk.to, insert: [...loose.map((comment) => `${margin}${comment.text}`), lines].join('\n') }
+}
+
+/** From the first item's lines to the end of the last one's. */
+function spanOf(text: string, inner: Place): { from: number; to: number } | null {
+  const [first, last] = [inner.items[0], inner.items.at(-1)]
+  if (inner.flow) return first && last ? { from: first.start, to: last.end } : null
+  const [from, to] = [chunkOf(text, inner, 0), chunkOf(text, inner, inner.items.length - 1)]
+  return from && to && { from: from.from, to: to.to }
 }

@@ -1,0 +1,129 @@
+// The small parts of the editor: fixes, fields, context of the caret, merging, moves, line breaks.
+import { Text } from '@codemirror/state'
+import { describe, expect, test } from 'vitest'
+import { withoutBreaks } from './breaks'
+import { contextAt } from './context'
+import { asText, asValue, fieldsOf } from './fields'
+import { fixOf } from './fixes'
+import { compare, merged } from './merge'
+import { moveOf, placeAfter } from './moves'
+import { fileOf } from './used'
+
+describe('fixes come from the words of the checker', () => {
+  const fix = (message: string, text: string, hint = '') => fixOf(message, hint, text, 10)
+
+  test('a misspelt word', () => {
+    expect(fix('gantry.hmoe: gantry@1 has no action hmoe; did you mean home?', 'gantry.hmoe')).toEqual({ label: 'Use home', from: 17, to: 21, insert: 'home' })
+    expect(fix("unknown key 'attempt'; did you mean attempts?", 'attempt')?.insert).toBe('attempts')
+    expect(fix("steps.shot: no step has the id 'shot'; did you mean steps.shoot?", '${{ steps.shot.shot_id }}')).toMatchObject({ from: 20, to: 24, insert: 'shoot' })
+  })
+
+  test('a number outside its range', () => {
+    expect(fix('gantry.move_to.z: 300 mm is outside z 0..100 mm', '300 mm')).toEqual({ label: 'Use 100 mm', from: 10, to: 16, insert: '100 mm' })
+    expect(fix('gantry.move_to.z: -3 mm is outside z 0..100 mm', '-3')?.insert).toBe('0')
+    expect(fix('gantry.move_to.z: 300 mm is outside z 0..100 mm', '${{ params.z }}')).toBe(null)
+  })
+
+  test('what the hint says to write', () => {
+    expect(fix('an expression without quotes between brackets', '${{ x }}', 'inside {...} or [...] an expression needs quotes: write "${{ x }}"')?.insert).toBe('"${{ x }}"')
+  })
+})
+
+describe('fields', () => {
+  const fields = fieldsOf({ type: 'object', required: ['b'], properties: { a: { type: 'number', unit: 'mm', minimum: 0, maximum: 730 }, b: { enum: ['x', 'y'] } } })
+
+  test('come from the contract, what is needed first', () => {
+    expect(fields.map((one) => [one.name, one.kind, one.about])).toEqual([['b', 'choice', ''], ['a', 'number', '0–730 mm']])
+  })
+
+  test('write a bare number with its unit, an expression as it is, and a list as a list', () => {
+    expect(asValue('12', 'number', 'mm')).toBe('12 mm')
+    expect(asValue('2 cm', 'number', 'mm')).toBe('2 cm')
+    expect(asValue('${{ params.x }}', 'number', 'mm')).toBe('${{ params.x }}')
+    expect(asValue('Li, K, 3', 'list')).toEqual(['Li', 'K', 3])
+    expect(asValue('  ', 'text')).toBe(undefined)
+    expect([asValue('true', 'truth'), asValue('false', 'truth')]).toEqual([true, false])
+    expect(asText(['Li', 'K'])).toBe('Li, K')
+  })
+})
+
+describe('the caret', () => {
+  function at(marked: string) {
+    const offset = marked.indexOf('|')
+    return contextAt(Text.of(marked.replace('|', '').split('\n')), offset)
+  }
+
+  test('is at a value of a step, in a list in a loop', () => {
+    const { path, key } = at('steps:\n  - log: a\n  - foreach: {i: 1}\n    steps:\n      - wait: 1 s\n      - do: gan|')
+
+    expect([path, key]).toEqual([['steps', 1, 'steps', 1], 'do'])
+  })
+
+  test('is at a new key, and knows its neighbours', () => {
+    const { path, key, siblings } = at('steps:\n  - do: gantry.home\n    |')
+
+    expect([path, key, [...siblings]]).toEqual([['steps', 0], null, [['do', 'gantry.home']]])
+  })
+
+  test('is between brackets', () => {
+    const flow = at('steps:\n  - {do: gantry.move_to, with: {x: 1, y|')
+
+    expect([flow.path, flow.key]).toEqual([['steps', 0, 'with'], null])
+    expect(at('steps:\n  - {do: ga|').key).toBe('do')
+  })
+})
+
+describe('two people', () => {
+  test('who changed different lines are brought together', () => {
+    const blocks = compare('a\nb\nc\nd', 'A\nb\nc\nd', 'a\nb\nc\nD\ne')
+
+    expect(blocks.map((one) => one.kind)).toEqual(['mine', 'same', 'theirs'])
+    expect(merged(blocks, new Map())).toBe('A\nb\nc\nD\ne')
+  })
+
+  test('who changed the same line are asked', () => {
+    const blocks = compare('a\nb', 'a\nmine', 'a\ntheirs')
+
+    expect(merged(blocks, new Map([[1, 'theirs']]))).toBe('a\ntheirs')
+    expect(merged(blocks, new Map([[1, 'both']]))).toBe('a\ntheirs\nmine')
+    expect(merged(blocks, new Map())).toBe('a\nmine')
+  })
+
+  test('of whom nobody knows where they began are asked about all that differs', () => {
+    expect(compare(null, 'a\nb', 'a\nc').map((one) => one.kind)).toEqual(['same', 'conflict'])
+  })
+})
+
+describe('Alt with an arrow', () => {
+  const data = { steps: [{ log: 'a' }, { parallel: [{ log: 'b' }, { log: 'c' }] }, { log: 'd' }] }
+
+  test('goes past a neighbour, and out of a structure at its edge', () => {
+    expect(moveOf(data, ['steps', 0], 'down')).toMatchObject({ to: ['steps'], index: 2 })
+    expect(moveOf(data, ['steps', 1, 'parallel', 0], 'up')).toMatchObject({ to: ['steps'], index: 1 })
+    expect(moveOf(data, ['steps', 1, 'parallel', 1], 'down')).toMatchObject({ to: ['steps'], index: 2 })
+    expect(moveOf(data, ['steps', 0], 'up')).toBe(null)
+  })
+
+  test('goes into the structure above', () => {
+    expect(moveOf(data, ['steps', 2], 'in')).toMatchObject({ to: ['steps', 1, 'parallel'], index: 2 })
+  })
+
+  test('a new step goes inside, after, or to the end', () => {
+    expect(placeAfter(data, ['steps', 1], true)).toEqual({ list: ['steps', 1, 'parallel'], index: 2 })
+    expect(placeAfter(data, ['steps', 1], false)).toEqual({ list: ['steps'], index: 2 })
+    expect(placeAfter(data, [], false)).toEqual({ list: ['steps'], index: 3 })
+  })
+})
+
+test('line breaks of Windows come back, a mixture stays as it is', () => {
+  const windows = withoutBreaks('a\r\nb\r\n')
+  const mixed = withoutBreaks('a\r\nb\n')
+
+  expect([windows.text, windows.restore('a\nc\n')]).toEqual(['a\nb\n', 'a\r\nc\r\n'])
+  expect([mixed.text, mixed.restore('a\r\nb\n')]).toEqual(['a\r\nb\n', 'a\r\nb\n'])
+})
+
+test('a used protocol is found from the file that uses it', () => {
+  expect(fileOf('night/all.yaml', './scan.yaml')).toBe('night/scan.yaml')
+  expect(fileOf('night/all.yaml', '../scan.yaml')).toBe('scan.yaml')
+})
