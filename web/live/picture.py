@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..models.runs import Fate, NodeState, PointState, Question
+from ..models.runs import Fate, NodeState, PointState, Question, Status
 from .counts import FATES, End, NodeCount, Table, instant, worst_of
 from .log import Log
 from .outline import Found, Outline, Step, ancestors
+from .passed import passed
 from .places import Items
 
 MOST_TIMES = 2000
@@ -68,6 +69,8 @@ class Picture:
         self.params: dict[str, Any] = {}
         self.roles: dict[str, str] = {}
         self._items: dict[str, Items] = {}
+        self._passed: tuple[tuple[int, int, bool], dict[str, Status]] | None = None
+        self._told_passed: dict[str, Status] = {}
 
     # --- what is told
 
@@ -95,10 +98,31 @@ class Picture:
             return self.finished["fate"]
         return "paused" if self.paused else "running"
 
+    def states(self) -> dict[str, NodeState]:
+        """Of every step that has begun, or that the run has gone past."""
+        states = {path: NodeState(status=status) for path, status in self.passed().items()}
+        return states | {path: count.state() for path, count in self.nodes.items()}
+
+    def passed(self) -> dict[str, Status]:
+        """Steps that the run has gone past without a record."""
+        if self.outline is None:
+            return {}
+        good = self.finished is not None and self.fate == "succeeded"
+        rounds = {loop for (loop, _), table in self.tables.items() if table.counts.get("ok")}
+        asked = (len(self.nodes), len(rounds), good)
+        if self._passed is None or self._passed[0] != asked:
+            found = passed(self.outline, self.nodes.keys(), rounds.__contains__, good)
+            self._passed = (asked, found)
+        return self._passed[1]
+
     def take_changes(self) -> tuple[dict[str, NodeState], list[PointState], list[int]]:
         """States of steps, iterations, and lines of the log that are new; forgets that they were."""
         changed, self.changed = self.changed, Changed()
         nodes = {path: self.nodes[path].state() for path in changed.nodes}
+        if changed.nodes or self.finished is not None:
+            before, self._told_passed = self._told_passed, self.passed()
+            news = self._told_passed.items() - before.items()
+            nodes |= {path: NodeState(status=status) for path, status in news}
         points = [self.tables[loop, within].point(slot) for loop, within, slot in changed.points]
         return nodes, points, changed.lines
 

@@ -235,7 +235,7 @@ class Watched:
         return RunDetail(
             **self.head().model_dump(),
             outline=self.inputs.outline.nodes if self.inputs.outline is not None else [],
-            nodes={path: count.state() for path, count in picture.nodes.items()},
+            nodes=picture.states(),
             params=picture.params, roles=picture.roles,
             outputs=(picture.finished or {}).get("outputs", {}), launch=self.inputs.launch,
             protocol_text=self.inputs.text, changes=picture.changes, seq=self.seq,
@@ -337,8 +337,9 @@ class Watched:
         outline, over = self.inputs.outline, self._eta()
         if outline is None or over is None:
             return None
+        behind = self.picture.nodes.keys() | self.picture.passed().keys()
         for node in outline.nodes:
-            waiting = node.path not in self.picture.nodes and node.path.startswith("main/")
+            waiting = node.path not in behind and node.path.startswith("main/")
             if node.kind in ("confirm", "ask") and waiting and "*" not in node.path:
                 return NeedsYou(text=node.title, low=iso(over[0]), high=iso(over[1]))
         return None
