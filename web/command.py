@@ -1,6 +1,7 @@
 """`labrun web`: the page, and the API behind it, on one port."""
 
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -51,6 +52,8 @@ def web(
     """Serve the page: edit, launch, watch, look; runs go on without it."""
     from .guard.gate import is_loopback
 
+    if token is not None:  # what is written down when something breaks shows the command
+        sys.argv = [part.replace(token, "***") for part in sys.argv]
     token = token or os.environ.get("LABRUN_WEB_TOKEN")
     if token is not None and len(token) < LEAST_TOKEN:
         _refuse(f"a token of {len(token)} characters is guessed soon; give {LEAST_TOKEN} or more")

@@ -1,0 +1,204 @@
+"""What the page waits for: from a journal's record to the patch, and answers with many numbers.
+
+A real `labrun web` and a real run of 1,071 points (51 x 21) of a device that does nothing for a
+while, about 50 journal records a second. Beside the answers, in the same run: the smallest one.
+Run: python benchmarks/page_server.py [--points N]
+"""
+
+import argparse
+import asyncio
+import json
+import os
+import secrets
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from datetime import datetime
+from pathlib import Path
+
+import httpx
+import socketio
+
+CONTRACT = """
+type: nothing@1
+summary: Does nothing, for 40 ms
+actions:
+  nothing: {effect: once, duration: 40 ms}
+"""
+DRIVER = '''
+import asyncio
+
+from labrun.drivers.driver import Driver
+
+
+class Nothing(Driver):
+    """Does nothing, for a while."""
+
+    contract = "nothing@1"
+
+    async def nothing(self, goal):
+        await asyncio.sleep(0.04)
+        return {}
+'''
+LAB = """
+name: bench
+contracts: [./nothing.yaml]
+devices:
+  nothing: {contract: nothing@1, driver: "./nothing.py:Nothing"}
+"""
+PROTOCOL = """
+labrun: 1
+name: page
+devices: {{nothing: nothing@1}}
+steps:
+  - id: scan
+    foreach: {{p: "${{{{ grid(x=span(0, 50, 1), y=span(0, {rows}, 1)) }}}}"}}
+    key: ${{{{ p.ix }}}},${{{{ p.iy }}}}
+    steps: [{{do: nothing.nothing}}]
+    collect: {{x: "${{{{ p.x }}}}", y: "${{{{ p.y }}}}", Li: "${{{{ p.index }}}}"}}
+"""
+MANY = """
+labrun: 1
+name: many
+devices: {nothing: nothing@1}
+steps:
+  - {do: nothing.nothing}
+  - {id: many, foreach: {i: "${{ range(100000) }}"}, steps: [{set: {n: "${{ i }}"}}]}
+"""
+CHANNELS = 22_800
+
+
+class Page(httpx.Client):
+    """A browser with control of the bench."""
+
+    def start(self, protocol: str) -> str:
+        """Start a protocol; the name of its run."""
+        lease = self.post("/control/take", json={"name": "benchmark", "reason": "go"}).json()
+        told = {
+            "Idempotency-Key": secrets.token_hex(8), "X-Control-Lease": lease["lease"],
+            "X-Deadline": str((time.time() + 30) * 1000),
+        }  # fmt: skip
+        launch = self.post("/runs", json={"protocol": protocol}, headers=told).json()
+        while (run := self.get(f"/launches/{launch['id']}").json()["run"]) is None:
+            time.sleep(0.05)
+        return run
+
+    def until_over(self, run: str) -> None:
+        """Wait for the end of a run."""
+        while self.get(f"/runs/{run}").json()["live"]:
+            time.sleep(0.5)
+
+    def took_ms(self, path: str, times: int = 15, **query: object) -> float:
+        """Median of the times that an answer takes."""
+        taken = []
+        for _ in range(times):
+            began = time.perf_counter()
+            self.get(path, params=query).raise_for_status()
+            taken.append(1000 * (time.perf_counter() - began))
+        return statistics.median(taken)
+
+
+async def watch(url: str, cookie: str, page: Page, run: str) -> list[tuple[float, dict]]:
+    """The patches of a run with the times at which they came, until it is over."""
+    came: list[tuple[float, dict]] = []
+    sio = socketio.AsyncClient()
+    sio.on("run_patch", lambda data: came.append((time.time(), data)), namespace="/ui")
+    headers = {"Cookie": cookie}
+    await sio.connect(url, headers=headers, transports=["websocket"], namespaces=["/ui"])
+    await sio.call("watch", {"run": run}, namespace="/ui")
+    await asyncio.to_thread(page.until_over, run)
+    await sio.disconnect()
+    return came
+
+
+def delays_ms(journal: Path, came: list[tuple[float, dict]]) -> tuple[list[float], float]:
+    """From the record of each point's end to the patch that told it; and records a second."""
+    records = [json.loads(line) for line in journal.read_text().splitlines()]
+    at = [datetime.fromisoformat(record["at"]).timestamp() for record in records]
+    ended = {r["key"]: t for r, t in zip(records, at, strict=True) if r["kind"] == "iteration"}
+    told = [
+        1000 * (when - ended[point["key"]])
+        for when, patch in came
+        for point in patch["points"]
+        if point["status"] == "ok"
+    ]
+    return sorted(told), len(at) / (at[-1] - at[0])
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--points", type=int, default=1071)
+    rows = max(1, parser.parse_args().points // 51 - 1)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "nothing.yaml").write_text(CONTRACT)
+        (folder / "nothing.py").write_text(DRIVER)
+        (folder / "lab.yaml").write_text(LAB)
+        (folder / "shelf").mkdir()
+        (folder / "shelf" / "page.yaml").write_text(PROTOCOL.format(rows=rows))
+        (folder / "shelf" / "many.yaml").write_text(MANY)
+        began = time.perf_counter()
+        server = subprocess.Popen(
+            [sys.executable, "-m", "labrun.engine", "web", str(folder / "shelf"), "--no-browser",
+             "--lab", str(folder / "lab.yaml"), "--port", "0"],
+            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        )  # fmt: skip
+        try:
+            assert server.stdout is not None
+            url = server.stdout.readline().split()[-1]
+            print(f"up after {time.perf_counter() - began:.2f} s")
+            measure(url, folder / "shelf" / "runs", server.pid)
+        finally:
+            server.send_signal(signal.SIGTERM)
+            server.wait(timeout=60)
+
+
+def measure(url: str, runs: Path, pid: int) -> None:
+    """All figures of one server."""
+    page = Page(base_url=f"{url}/api/v1", timeout=120)
+    page.get("/session")
+    while page.get("/devices").json()[0]["reach"] != "online":
+        time.sleep(0.1)
+    run = page.start("page.yaml")
+    cookie = "; ".join(f"{name}={value}" for name, value in page.cookies.items())
+    told, rate = delays_ms(runs / run / "journal.jsonl", asyncio.run(watch(url, cookie, page, run)))
+    p95 = told[int(0.95 * len(told))]
+    print(
+        f"{len(told):,} points at {rate:.0f} records/s: record to patch "
+        f"{statistics.median(told):.0f} ms median, {p95:.0f} ms at the 95th percentile"
+    )
+    counts = "\n".join(f"{190 + i / 30:.4f},{i % 997}" for i in range(CHANNELS))
+    (runs / run / "one.csv").write_text(f"wavelength,intensity\n{counts}\n")
+    many = page.start("many.yaml")
+    page.until_over(many)
+    smallest = page.took_ms("/session")
+    print(f"the smallest answer: {smallest:.2f} ms")
+    for what, ms in (
+        ("a map of the points", page.took_ms(f"/runs/{run}/maps/data.csv/Li")),
+        (f"a spectrum of {CHANNELS:,} channels", page.took_ms(f"/runs/{run}/spectrum", file="one.csv")),
+        (f"all {len(told):,} points", page.took_ms(f"/runs/{run}/points", loop="main/scan")),
+        ("outline and states of 100,000 rows", page.took_ms(f"/runs/{many}")),
+        ("10,000 of 100,000 rows", page.took_ms(f"/runs/{many}/points", loop="main/many", limit=10_000)),
+    ):  # fmt: skip
+        print(f"{what}: {ms:.1f} ms, {ms / smallest:.0f} times the smallest")
+    before, began = cpu_s(pid), time.perf_counter()
+    time.sleep(10)
+    spent = (cpu_s(pid) - before) / (time.perf_counter() - began)
+    print(f"processor while nobody looks: {100 * spent:.1f} %")
+
+
+def cpu_s(pid: int) -> float:
+    """Seconds of processor time that a process has used (Linux; elsewhere 0)."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+if __name__ == "__main__":
+    main()
