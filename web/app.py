@@ -6,6 +6,7 @@ from fastapi import APIRouter, FastAPI
 from fastapi.exceptions import RequestValidationError
 from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from .. import __version__
 from .guard import refusal
@@ -49,7 +50,7 @@ def make_app(site: Any) -> FastAPI:
     for family in FAMILIES:
         whole.include_router(family)
     app.include_router(whole)
-    for fault in (refusal.Refusal, RequestValidationError, HTTPException):
+    for fault in (refusal.Refusal, RequestValidationError, HTTPException, ClientDisconnect):
         app.add_exception_handler(fault, refusal.answer)
     app.add_exception_handler(Exception, answer_fault)
     _describe_push(app)

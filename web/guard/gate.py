@@ -58,8 +58,8 @@ class Gate:
         if scope["type"] == "websocket":
             await self._app(scope, receive, send)
             return
-        bounded = _Bounded(receive)
-        await self._app(scope, bounded, _with_headers(send))
+        bounded = _Bounded(scope, receive, _with_headers(send))
+        await self._app(scope, bounded.receive, bounded.send)
 
     def _check(self, scope: Scope, headers: dict[str, str]) -> None:
         host = headers.get("host", "")
@@ -72,7 +72,7 @@ class Gate:
             raise Refusal(403, "WRONG_ORIGIN", "pages of other sites may not ask this server")
         length = headers.get("content-length", "0")
         if not length.isdecimal() or int(length) > LARGEST_BODY:
-            raise Refusal(413, "TOO_LARGE", f"{LARGEST_BODY:,} bytes are the most in one request")
+            raise _too_large()
         path = str(scope.get("path", ""))
         is_socket = scope["type"] == "websocket"
         needs = path.startswith("/api/") and path not in OPEN_PATHS
@@ -92,19 +92,33 @@ class Gate:
 
 
 class _Bounded:
-    """Counts a body that says no length; beyond the most, the request ends as if hung up."""
+    """Counts a body that says no length; beyond the most it ends as if hung up, and is refused."""
 
-    def __init__(self, receive: Receive) -> None:
+    def __init__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        self._scope = scope
         self._receive = receive
+        self._send = send
         self._got = 0
 
-    async def __call__(self) -> MutableMapping[str, Any]:
+    async def receive(self) -> MutableMapping[str, Any]:
+        """The next part of the body."""
         message = await self._receive()
         if message["type"] == "http.request":
             self._got += len(message.get("body", b""))
             if self._got > LARGEST_BODY:
                 return {"type": "http.disconnect"}
         return message
+
+    async def send(self, message: MutableMapping[str, Any]) -> None:
+        """The answer; whatever it is to a body that was too large, it says so."""
+        if self._got <= LARGEST_BODY:
+            await self._send(message)
+        elif message["type"] == "http.response.start":
+            await as_response(_too_large())(self._scope, self._receive, self._send)
+
+
+def _too_large() -> Refusal:
+    return Refusal(413, "TOO_LARGE", f"{LARGEST_BODY:,} bytes are the most in one request")
 
 
 def _with_headers(send: Send) -> Send:

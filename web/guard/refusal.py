@@ -6,6 +6,7 @@ from fastapi import Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, Response
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from ..models.told import Fault, FoundProblem
 
@@ -41,6 +42,9 @@ def as_response(fault: Exception) -> Response:
     """Any refusal as the JSON that the page expects; raises what is none."""
     if isinstance(fault, Refusal):
         return JSONResponse(fault.fault.model_dump(), fault.status)
+    if isinstance(fault, ClientDisconnect):
+        gone = Fault(code="GONE", message="the request broke off, and nothing was done")
+        return JSONResponse(gone.model_dump(), 400)
     if isinstance(fault, RequestValidationError):
         said = [f"{_place(e['loc'])}: {e['msg']}" for e in fault.errors()[:5]]
         told = Fault(code="INVALID", message="; ".join(said) or "the request is not understood")

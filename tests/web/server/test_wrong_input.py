@@ -3,6 +3,7 @@
 import asyncio
 import json
 import os
+import socket
 
 import httpx
 import pytest
@@ -168,3 +169,25 @@ def test_a_fault_of_ours_is_answered_in_words_and_noted_with_versions(tmp_path, 
     assert "RuntimeError: lost" in text and text.splitlines()[1] == "GET /api/v1/devices"
     assert log.path.stat().st_mode & 0o777 == 0o600
     assert "please report it" in caplog.text
+
+
+@pytest.mark.parametrize("path", ["/check", "/devices/gantry/actions/home"])
+def test_a_body_that_says_no_length_is_bounded_like_any_other(page, path):
+    parts = iter([b'{"text": "', *[b"x" * 100_000] * 45, b'"}'])
+    answer = page.command(path, content=parts)
+
+    assert (answer.status_code, answer.json()["code"]) == (413, "TOO_LARGE")
+
+
+def test_a_request_that_breaks_off_is_no_fault_of_ours(shared, page):
+    host, port = shared.url.removeprefix("http://").split(":")
+    cookie = "; ".join(f"{name}={value}" for name, value in page.cookies.items())
+    head = (
+        f"POST /api/v1/devices/gantry/actions/home HTTP/1.1\r\nHost: {host}:{port}\r\n"
+        f"Cookie: {cookie}\r\nIdempotency-Key: 123456789\r\nContent-Length: 99\r\n\r\n{{"
+    )
+    with socket.create_connection((host, int(port))) as line:
+        line.sendall(head.encode())
+    assert page.get("/devices").status_code == 200
+
+    assert not (shared.shelf / ".labrun" / "web" / "faults.log").exists()
