@@ -5,7 +5,7 @@ import { newKey } from '../api/client'
 import { serverNow } from '../api/clock'
 import { useLive } from '../api/push/live'
 import { askSocket } from '../api/push/socket'
-import type { Stopped } from '../api/types'
+import type { Fault, Stopped } from '../api/types'
 
 /** Without an answer for so long it is an alarm; an answer that comes later is still shown. */
 export const ALARM_MS = 1_000
@@ -56,7 +56,9 @@ export const useStop = defineStore('stop', () => {
   async function bySocket(): Promise<Stopped> {
     const socket = live.line()
     if (socket === null) throw new Error('there is no connection')
-    return askSocket<Stopped>(socket, 'stop', { until_ms: until() }, PATIENCE_MS)
+    const told = await askSocket<Stopped | Fault>(socket, 'stop', { until_ms: until() }, PATIENCE_MS)
+    if ('devices' in told) return told
+    throw new Error(told.message)
   }
 
   /** What lay in a stalled line for longer must not stop what was started since. */
