@@ -18,6 +18,8 @@ export interface PlotWish {
   height: number
   curves: readonly Curve[]
   theme: Theme
+  /** The counts' axis squeezed (asinh), so that small peaks beside large ones are seen. */
+  squeezed: boolean
   peaks: () => readonly LabelledPeak[]
   cursor: (nm: number | null) => void
   zoomed: (low: number, high: number) => void
@@ -32,7 +34,7 @@ export function plotOptions(wish: PlotWish): uPlot.Options {
     width: wish.width, height: wish.height, padding: [LABEL_ROOM_PX, 12, 0, 0],
     legend: { show: false },
     cursor: { y: false, drag: { x: true, y: false }, points: { show: false } },
-    scales: { x: { time: false }, y: { range: (_plot, low, high) => headroom(low, high) } },
+    scales: { x: { time: false }, y: { distr: wish.squeezed ? 4 : 1, asinh: 30, range: (_plot, low, high) => headroom(low, high) } },
     axes: [
       { ...axis, label: 'wavelength (nm)', labelSize: 22, labelFont: '12px system-ui, sans-serif', size: 34 },
       { ...axis, size: 56, values: (_plot, ticks) => ticks.map(shortNumber) },

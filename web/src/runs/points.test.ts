@@ -20,6 +20,7 @@ test('points that wait have places already, and a change fills one in', () => {
   expect(table.message(2)).toBe('no plasma')
   expect(table.indexOf('2,0')).toBe(2)
   expect(table.problems()).toEqual([2])
+  expect([table.count('ok'), table.count('failed'), table.count('waiting')]).toEqual([2, 1, 2])
 })
 
 test('what was under way when a run ended is cancelled', () => {
@@ -29,6 +30,7 @@ test('what was under way when a run ended is cancelled', () => {
   table.settle()
 
   expect([table.status(0), table.status(1)]).toEqual(['ok', 'cancelled'])
+  expect([table.count('running'), table.count('cancelled')]).toEqual([0, 1])
 })
 
 test('a loop of unknown length grows', () => {

@@ -34,6 +34,7 @@ export class PointTable {
   y = new Float64Array(0)
   seconds = new Float32Array(0)
   private codes = new Uint8Array(0)
+  private readonly counts = new Uint32Array(STATUSES.length)
   private tried = new Uint16Array(0)
   private readonly messages = new Map<number, string>()
   private readonly places = new Map<string, number>()
@@ -49,9 +50,9 @@ export class PointTable {
     return STATUSES[this.codes[index] ?? 0] ?? 'waiting'
   }
 
-  /** The status as a number, for drawing: its place in STATUSES. */
-  code(index: number): number {
-    return this.codes[index] ?? 0
+  /** How many have this status now. */
+  count(status: Status): number {
+    return this.counts[CODES.get(status) ?? 0] ?? 0
   }
 
   tries(index: number): number {
@@ -88,7 +89,7 @@ export class PointTable {
     if (before !== undefined && before !== index) this.forget(before)
     this.keys[index] = key
     this.places.set(key, index)
-    this.codes[index] = CODES.get(change.status) ?? 0
+    this.mark(index, CODES.get(change.status) ?? 0)
     this.seconds[index] = change.seconds ?? NaN
     this.tried[index] = change.tries ?? 0
     if (change.message) this.messages.set(index, change.message)
@@ -99,7 +100,7 @@ export class PointTable {
   /** The run is over: what was under way is so no more. */
   settle(): void {
     const [running, cancelled] = [CODES.get('running'), CODES.get('cancelled') ?? 0]
-    for (let i = 0; i < this.size; i++) if (this.codes[i] === running) this.codes[i] = cancelled
+    for (let i = 0; i < this.size; i++) if (this.codes[i] === running) this.mark(i, cancelled)
   }
 
   /** The iterations in which something went wrong, in order. */
@@ -111,7 +112,14 @@ export class PointTable {
 
   private forget(index: number): void {
     this.keys[index] = null
-    this.codes[index] = 0
+    this.mark(index, 0)
+  }
+
+  private mark(index: number, code: number): void {
+    const before = this.codes[index] ?? 0
+    this.counts[before] = (this.counts[before] ?? 0) - 1
+    this.counts[code] = (this.counts[code] ?? 0) + 1
+    this.codes[index] = code
   }
 
   private grow(size: number): void {
@@ -124,6 +132,7 @@ export class PointTable {
       this.x = copied(new Float64Array(room).fill(NaN), this.x)
       this.y = copied(new Float64Array(room).fill(NaN), this.y)
     }
+    this.counts[0] = (this.counts[0] ?? 0) + size - this.size
     this.size = size
   }
 }

@@ -43,14 +43,10 @@ export function useLaunch(protocol: () => string) {
       text.value = told
       settings.value = all.settings
       await look()
-      for (const one of found()) typed[one.name] ??= shownDefault(one)
-      takeKept()
     } catch (fault) {
       failure.value = sentenceOf(fault)
     }
   }
-
-  const found = (): Checked['params'] => checked.value?.params ?? []
 
   /** Ask the checker and the preview with what is typed now. */
   async function look(): Promise<void> {
@@ -62,6 +58,7 @@ export function useLaunch(protocol: () => string) {
       // A form with a wrong value is told without its fields: those that were there stay.
       checked.value = told.params.length || !checked.value ? told : { ...told, params: checked.value.params, roles: checked.value.roles, hazards: checked.value.hazards }
       problems.value = told.problems
+      fill()
       preview.value = told.ok ? (await read(api.POST('/api/v1/preview', { body: body.value }))) : null
     } catch (fault) {
       if (mine === asked && !(fault instanceof Refused && fault.status === 422)) failure.value = sentenceOf(fault)
@@ -70,7 +67,10 @@ export function useLaunch(protocol: () => string) {
     }
   }
 
-  function takeKept(): void {
+  /** The fields of a form that has just come: defaults, or what was used last. */
+  function fill(): void {
+    if (Object.keys(typed).length) return
+    for (const one of checked.value?.params ?? []) typed[one.name] = shownDefault(one)
     const kept = sessionStorage.getItem(keptParams(protocol()))
     if (kept !== null) take(JSON.parse(kept) as Record<string, unknown>)
   }
@@ -81,10 +81,16 @@ export function useLaunch(protocol: () => string) {
       if (one.name in values) typed[one.name] = shown(one, values[one.name])
   }
 
+  /** Every field at its default. */
+  function defaults(): void {
+    for (const one of checked.value?.params ?? []) typed[one.name] = shownDefault(one)
+    sessionStorage.removeItem(keptParams(protocol()))
+  }
+
   watch([params, () => ({ ...bind })], () => {
     clearTimeout(timer)
     if (text.value && wrong.value.length === 0) timer = setTimeout(() => void look(), WAIT_MS)
   })
   watch(protocol, () => void open(), { immediate: true })
-  return { text, checked, preview, settings, problems, failure, looking, typed, bind, params, wrong, take }
+  return { text, checked, preview, settings, problems, failure, looking, typed, bind, params, wrong, defaults }
 }

@@ -1,0 +1,43 @@
+// The pages that are measured, with a server that is only pretended; `window.measure` is called from outside.
+import { createPinia } from 'pinia'
+import { createApp, nextTick, type App } from 'vue'
+import { createMemoryHistory, createRouter } from 'vue-router'
+import { useLive } from '../../src/api/push/live'
+import RunPage from '../../src/runs/RunPage.vue'
+import '../../src/ui/base.css'
+import { measureMap, measureOutline, type Figures } from './measures'
+import { Pretended, RUN } from './pretended'
+import { measureSpectrum } from './spectrum'
+
+declare global {
+  interface Window {
+    measure: (what: 'outline' | 'map' | 'spectrum') => Promise<Figures>
+  }
+}
+const empty = { template: '' }
+const NAMES = ['devices', 'protocols', 'protocol', 'runs', 'results', 'run-results', 'settings']
+
+async function runPage(server: Pretended): Promise<App> {
+  globalThis.fetch = (asked) => {
+    const url = new URL(asked instanceof Request ? asked.url : String(asked), location.href)
+    return Promise.resolve(server.answer(url.pathname, url.searchParams))
+  }
+  const routes = NAMES.map((name) => ({ path: `/${name}/:a?`, name, component: empty }))
+  const router = createRouter({ history: createMemoryHistory(), routes: [{ path: '/runs/:run', name: 'run', props: true, component: RunPage }, ...routes] })
+  const app = createApp(RunPage, { run: RUN }).use(createPinia()).use(router)
+  await router.push(`/runs/${RUN}`)
+  app.mount('#app')
+  useLive().listen(() => server.socket())
+  while (!document.querySelector('[aria-label="Outline"]')) await new Promise((resolve) => setTimeout(resolve, 20))
+  await nextTick()
+  return app
+}
+
+window.measure = async (what) => {
+  if (what === 'spectrum') return measureSpectrum()
+  const server = what === 'outline' ? new Pretended(400, 250) : new Pretended(21, 51)
+  const app = await runPage(server)
+  const figures = await (what === 'outline' ? measureOutline(server) : measureMap(server))
+  app.unmount()
+  return figures
+}

@@ -1,0 +1,91 @@
+// Measured on the page of a run: a change in an outline of 100,000 rows, and from an event to its pixel.
+import { nextTick } from 'vue'
+import type { Pretended } from './pretended'
+
+/** Milliseconds, one for each time that something was done. */
+export interface Figures {
+  title: string
+  ms: number[]
+  budget_ms: number
+}
+
+const CHANGES = 60
+const EVENTS_PER_S = 50
+const PATCH_EVERY_MS = 100
+const SECONDS = 12
+
+export const frame = (): Promise<number> => new Promise((resolve) => requestAnimationFrame(resolve))
+
+/** With all points open, ten of them change in sight: until the rows are there and laid out. */
+export async function measureOutline(server: Pretended): Promise<Figures> {
+  const rows = [...document.querySelectorAll<HTMLElement>('[role="row"]')]
+  rows.find((row) => row.textContent?.includes('100,000 points'))?.click()
+  await nextTick()
+  const box = document.querySelector<HTMLElement>('[role="treegrid"]')
+  if (!box || Number(box.getAttribute('aria-rowcount')) < 100_000) throw new Error('the outline has not 100,000 rows')
+  const ms: number[] = []
+  for (let i = 0; i < CHANGES; i++) {
+    const first = 1000 * i
+    box.scrollTop = first * 28
+    await frame()
+    await frame()
+    const indexes = Array.from({ length: 10 }, (_, k) => first + k)
+    const began = performance.now()
+    server.done(indexes, 10 * (i + 1))
+    await nextTick()
+    void box.offsetHeight
+    ms.push(performance.now() - began)
+    await frame()
+  }
+  if (!/ok/.test(box.textContent ?? '')) throw new Error('the change was not drawn')
+  return { title: 'outline of 100,000 rows: one change', ms, budget_ms: 50 }
+}
+
+/** 50 events a second, told in patches as the server does; each until the frame in which its cell has another colour. */
+export async function measureMap(server: Pretended): Promise<Figures> {
+  await frame()
+  const canvas = document.querySelector<HTMLCanvasElement>('[aria-roledescription="map"] canvas')
+  const ctx = canvas?.getContext('2d')
+  if (!canvas || !ctx) throw new Error('there is no map')
+  const ms: number[] = []
+  let waiting: { index: number; at: number }[] = []
+  const drawing: { index: number; at: number; before: string }[] = []
+  let next = 0
+  const begun = performance.now()
+  const events = setInterval(() => {
+    const due = Math.floor(((performance.now() - begun) / 1000) * EVENTS_PER_S)
+    while (next < Math.min(due, server.total)) waiting.push({ index: next++, at: performance.now() })
+  }, 1000 / EVENTS_PER_S)
+  const patches = setInterval(() => {
+    if (!waiting.length) return
+    drawing.push(...waiting.map((one) => ({ ...one, before: pixel(canvas, ctx, one.index) })))
+    server.done(waiting.map((one) => one.index), next)
+    waiting = []
+  }, PATCH_EVERY_MS)
+  while (performance.now() - begun < SECONDS * 1000) {
+    await frame()
+    await new Promise((resolve) => setTimeout(resolve, 0)) // after this frame was drawn
+    for (let i = drawing.length - 1; i >= 0; i--) {
+      const one = drawing[i]
+      if (!one || pixel(canvas, ctx, one.index) === one.before) continue
+      ms.push(performance.now() - one.at)
+      drawing.splice(i, 1)
+    }
+  }
+  clearInterval(events)
+  clearInterval(patches)
+  if (ms.length < EVENTS_PER_S * SECONDS * 0.8) throw new Error(`only ${ms.length} of ${next} events were drawn`)
+  return { title: '1,071 points, 50 events/s: event to pixel (with the 100 ms that patches are gathered)', ms, budget_ms: 200 }
+}
+
+/** The colour near a corner of a cell, where no icon is. */
+function pixel(canvas: HTMLCanvasElement, ctx: CanvasRenderingContext2D, index: number): string {
+  const ratio = devicePixelRatio
+  const [w, h] = [canvas.width / ratio, canvas.height / ratio]
+  const cell = Math.floor(Math.min(w / 21, h / 51, 64))
+  const left = Math.floor((w - cell * 21) / 2)
+  const top = Math.floor((h - cell * 51) / 2)
+  const x = left + (index % 21) * cell + 1
+  const y = top + (50 - Math.floor(index / 21)) * cell + 1
+  return ctx.getImageData(Math.round(x * ratio), Math.round(y * ratio), 1, 1).data.join()
+}
