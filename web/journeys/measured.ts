@@ -14,8 +14,18 @@ export function now(more: Record<string, string> = {}): Record<string, string> {
   return { 'Idempotency-Key': crypto.randomUUID(), 'X-Deadline': String(Date.now() + 8000), ...more }
 }
 
+/** Wait until every device of the bench can be reached. */
+async function reached(bench: Bench): Promise<void> {
+  for (const end = Date.now() + UNTIL_MS; Date.now() < end; await rest()) {
+    const devices = await ask<{ reach: string }[]>(bench, '/devices')
+    if (devices.length && devices.every((device) => device.reach === 'online')) return
+  }
+  throw new Error('a device did not come up')
+}
+
 /** Start a protocol under a name of its own; gives the run's id. */
 export async function startRun(bench: Bench, protocol: string, params: Record<string, string> = {}): Promise<string> {
+  await reached(bench)
   const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Program', reason: 'a journey' })
   const held = { 'X-Control-Lease': lease }
   const launch = await ask<{ id: string; run: string | null }>(bench, '/runs', { protocol, params, operator: 'Ada', checklist: TICKED }, now(held))

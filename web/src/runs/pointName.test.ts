@@ -2,7 +2,7 @@ import { expect, test } from 'vitest'
 import { RunPicture } from './picture'
 import { pointName } from './pointName'
 import { PointTable } from './points'
-import { pointOf, tableFor } from './tableFor'
+import { pointOf, tableFor, tableOfNow } from './tableFor'
 import type { RunDetail } from '../api/types'
 
 test('a point is counted from one and has its place', () => {
@@ -21,6 +21,21 @@ test('a point without a place has its key, and its turn of the loop around it', 
 
   expect(pointName(table, 0)).toBe('A · point 1 first')
   expect(pointName(table, 1)).toBe('A · point 2')
+})
+
+test('the map shows the innermost loop that something happens in, and afterwards the largest', () => {
+  const outer = new PointTable('main/samples')
+  const inner = new PointTable('main/samples/*/scan', 'A')
+  for (let i = 0; i < 3; i++) outer.set({ index: i, key: `s${i}`, status: i ? 'waiting' : 'running' })
+  for (let i = 0; i < 2; i++) inner.set({ index: i, key: String(i), status: 'running' })
+
+  expect(tableOfNow([outer, inner])).toBe(inner)
+
+  inner.settle()
+  outer.settle()
+
+  expect(tableOfNow([inner, outer])).toBe(outer)
+  expect(tableOfNow([])).toBeNull()
 })
 
 test('a log line finds its point by loop and key, an address by number and table', () => {

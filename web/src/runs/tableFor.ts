@@ -8,6 +8,14 @@ export function tableFor(run: RunPicture, id: unknown): PointTable | null {
   return tables.find((table) => table.id === id) ?? (id === undefined ? (tables[0] ?? null) : null)
 }
 
+/** The points to look at where nobody chose: the innermost that something happens in, else the most. */
+export function tableOfNow(tables: readonly PointTable[]): PointTable | null {
+  const depth = (table: PointTable): number => table.loop.split('*').length
+  const busy = tables.filter((table) => table.size > 1 && table.count('running') > 0)
+  const [first] = busy.length ? busy.sort((a, b) => depth(b) - depth(a)) : [...tables].sort((a, b) => b.size - a.size)
+  return first ?? null
+}
+
 /** The point of a loop by its key, as log lines and actions name it; the newest turn first. */
 export function pointOf(
   run: RunPicture, loop: string | null, key: string | null,

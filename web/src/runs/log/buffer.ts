@@ -3,7 +3,7 @@ import type { Told } from '../../api/types'
 
 export type LogLine = Told<'LogLine'>
 
-export const MOST = 2000
+export const MOST = 1000
 
 export interface Filter {
   problems: boolean

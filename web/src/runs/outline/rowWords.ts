@@ -4,6 +4,7 @@ import type { PointTable } from '../points'
 import type { Status } from '../status'
 import { duration } from '../time'
 import type { Row } from './rows'
+import { stepStatus } from './stepStatus'
 import type { PointLines } from './usePointLines'
 
 export interface RowWords {
@@ -23,11 +24,8 @@ export function rowWords(
     const danger = step?.danger && step.danger !== 'motion' ? step.danger : ''
     const [more, bad] = state ? stateWords(state) : ['', false]
     // What a run that is over never came to does not wait any more.
-    const inIt = run.head.live && run.head.loops.some((loop) => loop.path === row.id && loop.current !== null)
-    if (inIt) return { status: 'running', title: row.step.title, more, bad, danger }
-    const waits = !state || state.status === 'waiting'
-    if (waits && !run.head.live) return { status: null, title: row.step.title, more: more || (state ? 'not finished' : 'not run'), bad, danger }
-    return { status: state?.status ?? 'waiting', title: row.step.title, more, bad, danger }
+    const { status, words } = step ? stepStatus(step, run) : { status: null, words: '' }
+    return { status, title: row.step.title, more: more || words, bad, danger }
   }
   if (row.kind === 'points') {
     const loop = run.head.loops.find((one) => one.path === row.table.loop)

@@ -1,0 +1,35 @@
+import { expect, test } from 'vitest'
+import type { RunDetail } from '../../api/types'
+import { RunPicture } from '../picture'
+import { stepStatus } from './stepStatus'
+
+const step = (path: string, parent: string | null, kind: string, loop = false) => ({ path, parent, kind, loop, depth: 0, title: path })
+const OUTLINE = [
+  step('main/ready', null, 'do'), step('main/go_ahead', null, 'confirm'), step('main/sum', null, 'set'),
+  step('main/group', null, 'steps'), step('main/group/scan', 'main/group', 'foreach', true), step('main/group/scan/*/shoot', 'main/group/scan', 'do'),
+  step('main/end', null, 'do'),
+]
+
+function run(live: boolean, nodes: Record<string, string>, current: string | null): RunPicture {
+  const told = Object.fromEntries(Object.entries(nodes).map(([path, status]) => [path, { status }]))
+  const loops = [{ path: 'main/group/scan', current }]
+  return new RunPicture({ id: 'r', seq: 0, live, nodes: told, loops, under_way: [], outline: OUTLINE } as unknown as RunDetail)
+}
+function says(picture: RunPicture): string[] {
+  return picture.detail.outline.map((one) => {
+    const { status, words } = stepStatus(one, picture)
+    return `${status ?? '-'} ${words}`.trim()
+  })
+}
+
+test('around what is under way everything is running, and what was left out was passed over', () => {
+  const picture = run(true, { 'main/ready': 'ok', 'main/group/scan/*/shoot': 'ok', 'main/group/scan': 'waiting' }, '3,0')
+
+  expect(says(picture)).toEqual(['ok', '- passed over', '-', 'running', 'running', 'ok', 'waiting'])
+})
+
+test('a run that is over says what it never came to, but not of steps that leave no record', () => {
+  const picture = run(false, { 'main/ready': 'failed' }, null)
+
+  expect(says(picture)).toEqual(['failed', '- not run', '-', '-', '-', '- not run', '- not run'])
+})
