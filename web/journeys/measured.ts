@@ -6,7 +6,7 @@ interface Run {
   done: number
 }
 
-const UNTIL_MS = 150_000
+const UNTIL_MS = 100_000
 const TICKED = ['enclosure closed', 'nobody in the beam path', 'sample fixed']
 
 /** Headers of a command that is to be done now. */
@@ -15,7 +15,7 @@ export function now(more: Record<string, string> = {}): Record<string, string> {
 }
 
 /** Wait until every device of the bench can be reached. */
-async function reached(bench: Bench): Promise<void> {
+export async function reached(bench: Bench): Promise<void> {
   for (const end = Date.now() + UNTIL_MS; Date.now() < end; await rest()) {
     const devices = await ask<{ reach: string }[]>(bench, '/devices')
     if (devices.length && devices.every((device) => device.reach === 'online')) return
@@ -29,7 +29,7 @@ export async function startRun(bench: Bench, protocol: string, params: Record<st
   const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Program', reason: 'a journey' })
   const held = { 'X-Control-Lease': lease }
   const launch = await ask<{ id: string; run: string | null }>(bench, '/runs', { protocol, params, operator: 'Ada', checklist: TICKED }, now(held))
-  await ask(bench, '/control/release', {}, held)
+    .finally(() => ask(bench, '/control/release', {}, held))
   let run = launch.run
   for (const until = Date.now() + UNTIL_MS; run === null && Date.now() < until; await rest()) {
     run = (await ask<{ run: string | null }>(bench, `/launches/${launch.id}`)).run
@@ -40,11 +40,13 @@ export async function startRun(bench: Bench, protocol: string, params: Record<st
 
 /** Wait until a run is what it is to become. */
 export async function until(bench: Bench, run: string, is: (run: Run) => boolean): Promise<Run> {
+  let last = ''
   for (const end = Date.now() + UNTIL_MS; Date.now() < end; await rest()) {
     const told = await ask<Run>(bench, `/runs/${run}`)
     if (is(told)) return told
+    last = `${told.fate} after ${told.done}`
   }
-  throw new Error(`${run} did not become what it was to`)
+  throw new Error(`${run} did not become what it was to: ${last}`)
 }
 
 /** A small map of a pegmatite, measured to its end. */

@@ -37,7 +37,7 @@ export function plotOptions(wish: PlotWish): uPlot.Options {
     scales: { x: { time: false }, y: { distr: wish.squeezed ? 4 : 1, asinh: 30, range: (_plot, low, high) => headroom(low, high) } },
     axes: [
       { ...axis, label: 'wavelength (nm)', labelSize: 22, labelFont: '12px system-ui, sans-serif', size: 34 },
-      { ...axis, size: 56, values: (_plot, ticks) => ticks.map(shortNumber) },
+      { ...axis, label: 'counts', labelSize: 20, labelFont: '12px system-ui, sans-serif', size: 50, values: (_plot, ticks) => ticks.map(shortNumber) },
     ],
     series: [
       {},

@@ -1,0 +1,123 @@
+// Runs in which something goes wrong: what failed is found, and the run goes on with a changed protocol; by keys alone.
+import type { Browser } from 'playwright-core'
+import { afterAll, beforeAll, expect, it } from 'vitest'
+import { ask, type Bench, orderFault, startBench } from './bench'
+import { aPerson, openBrowser } from './browser'
+import { axe, picture } from './look'
+import { now, reached, startRun, until } from './measured'
+
+const SCAN = `labrun: 1
+name: scan
+devices: {libs: libs_analyzer@1, gantry: gantry@1}
+steps:
+  - {do: gantry.home}
+  - {do: libs.locate}
+  - foreach: {point: "\${{ grid(x=span(0, 3 mm, 1 mm), y=span(0, 2 mm, 1 mm)) }}"}
+    id: scan
+    key: \${{ point.ix }},\${{ point.iy }}
+    keep_going: {max_failed: 1}
+    steps:
+      - {id: travel, do: gantry.move_to, with: {x: "\${{ point.x }}", y: "\${{ point.y }}"}}
+      - {id: shoot, do: libs.measure, retry: 2}
+    collect: {x: "\${{ point.x }}", y: "\${{ point.y }}", shot: "\${{ steps.shoot.shot_id }}"}
+`
+let bench: Bench
+let browser: Browser
+beforeAll(async () => {
+  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
+  await ask(bench, '/protocols', { name: 'scan.yaml', text: SCAN }, now())
+}, 120_000)
+afterAll(async () => {
+  await browser.close()
+  await bench.close()
+})
+
+it('what went wrong is found in the outline and in the log, and the run goes on with a changed protocol', async () => {
+  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  await reached(bench)
+  await orderFault(bench, { device: 'libs', kind: 'error', action: 'measure', error: 'ButtonNotFound', count: 4 })
+  const run = await startRun(bench, 'scan.yaml')
+  await until(bench, run, (told) => told.fate === 'failed')
+  await page.goto(`/runs/${run}`)
+  const end = page.getByRole('region', { name: 'How it ended' })
+  await end.getByText('The run failed').waitFor()
+  const outline = page.getByRole('region', { name: 'Outline' })
+  await outline.getByRole('checkbox', { name: 'only problems' }).check()
+  const point = outline.getByRole('row').filter({ hasText: 'point 1 (0, 0)' })
+  await point.waitFor()
+  await outline.getByRole('treegrid').focus()
+  for (let i = 0; i < 9 && !(await point.getAttribute('class'))?.includes('active'); i++) await page.keyboard.press('ArrowDown')
+  await page.keyboard.press('ArrowRight')
+  await outline.getByRole('row').filter({ hasText: 'shoot · libs.measure' }).first().waitFor()
+  await page.keyboard.press('Enter')
+  await page.getByRole('region', { name: 'Point', exact: true }).getByText('shoot · libs.measure').first().waitFor()
+  await page.getByRole('region', { name: 'Log' }).getByRole('button', { name: 'problems' }).click()
+  await page.getByRole('region', { name: 'Log' }).getByText(/0,0: .*a hole/).waitFor()
+  await picture(page, 'run-failed')
+
+  expect(await axe(page)).toEqual([])
+
+  const { revision } = await ask<{ revision: string }>(bench, '/protocols/scan.yaml')
+  const session = await page.request.put(`${bench.address}/api/v1/protocols/scan.yaml`, {
+    data: { text: SCAN.replace('max_failed: 1', 'max_failed: 9'), base: revision }, headers: { Origin: bench.address },
+  })
+
+  expect(session.ok()).toBe(true)
+
+  await end.getByRole('button', { name: 'Resume with a changed protocol…' }).click()
+  const dialog = page.getByRole('dialog')
+  await dialog.getByText('+    keep_going: {max_failed: 9}').waitFor()
+  await picture(page, 'run-changed')
+
+  expect(await axe(page)).toEqual([])
+
+  for (const box of await dialog.getByRole('checkbox').all()) await box.check()
+  await dialog.getByRole('button', { name: 'Resume the run' }).click()
+  await end.getByText('Done').waitFor({ timeout: 60_000 })
+  await page.getByText('resumed 1×').first().waitFor()
+
+  expect(faults).toEqual([])
+  await page.getByRole('button', { name: 'Release control' }).click()
+  await context.close()
+})
+
+it('a run is started, paused and aborted by keys alone', async () => {
+  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  await page.goto('/runs?start=pegmatite_map.yaml')
+  const press = async (name: RegExp): Promise<void> => {
+    for (let i = 0; i < 80; i++) {
+      await page.keyboard.press('Tab')
+      const words = await page.evaluate(() => {
+        const at = document.activeElement
+        return at instanceof HTMLInputElement ? (at.labels?.[0]?.textContent ?? '') : (at?.textContent ?? '')
+      })
+      if (name.test(words.trim())) return
+    }
+    throw new Error(`no way to ${name.source} by Tab`)
+  }
+  await page.getByText('1,071 points').waitFor()
+  for (const point of [/^enclosure closed$/, /^nobody in the beam path$/, /^sample fixed$/]) {
+    await press(point)
+    await page.keyboard.press('Space')
+  }
+  await press(/^Start$/)
+  await page.keyboard.press('Enter')
+  await page.getByRole('dialog').waitFor()
+  await press(/^Start now$/)
+  await page.keyboard.press('Enter')
+  await page.waitForURL('**/runs/2*')
+  await page.getByRole('button', { name: 'Pause' }).waitFor()
+  await press(/^Pause$/)
+  await page.keyboard.press('Enter')
+  await press(/^Pause now/)
+  await page.keyboard.press('Enter')
+  await page.getByText('Paused: nothing moves').waitFor()
+  await press(/^Abort$/)
+  await page.keyboard.press('Enter')
+  await press(/^Abort the run$/)
+  await page.keyboard.press('Enter')
+  await page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor({ timeout: 30_000 })
+
+  expect(faults).toEqual([])
+  await context.close()
+})
