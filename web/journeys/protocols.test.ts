@@ -223,6 +223,37 @@ describe('the editor', () => {
     await context.close()
   })
 
+  it('moves and stretches the grid in the picture, as parameters of the text', async () => {
+    await copyOf('grid.yaml', 'pegmatite_map.yaml')
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await open(page, 'grid.yaml')
+    await page.getByRole('button', { name: 'Preview', exact: true }).click()
+    const preview = page.getByRole('region', { name: 'Preview' })
+    await preview.getByText('1,071 · 4.0 × 10.0 mm').waitFor()
+    await preview.getByLabel('Width', { exact: true }).fill('2')
+    await page.keyboard.press('Tab')
+    await preview.getByText('561 · 2.0 × 10.0 mm').waitFor()
+    const canvas = preview.getByRole('img')
+    await canvas.scrollIntoViewIfNeeded()
+    const box = await canvas.boundingBox()
+    if (!box) throw new Error('the picture has no place')
+    const scale = (280 - 68) / 10
+    const [left, bottom] = [box.x + (box.width - 2 * scale) / 2, box.y + 280 - 34]
+    await page.mouse.move(left + 2 * scale, bottom - 10 * scale)
+    await page.mouse.down()
+    await page.mouse.move(left + 3 * scale, bottom - 6 * scale, { steps: 4 })
+    await picture(page, 'editor-grid')
+    await page.mouse.up()
+    await expect.poll(() => textOf(page)).toMatch(/height: +\{type: quantity, unit: mm, default: 6 mm/)
+    await page.getByRole('button', { name: 'Undo' }).click()
+
+    expect(await textOf(page)).toMatch(/width: +\{type: quantity, unit: mm, default: 2 mm/)
+    expect(await textOf(page)).toMatch(/height: +\{type: quantity, unit: mm, default: 10 mm/)
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
   it('rehearses with simulated devices, and explains', async () => {
     const { page, context } = await aPerson(browser, bench.address)
     await open(page, 'hello.yaml')

@@ -39,13 +39,22 @@ export function frameOf(track: Track, width: number, height: number, whole: bool
   }
 }
 
+/** A rectangle of the bench in mm. */
+export interface Box {
+  x: number
+  y: number
+  width: number
+  height: number
+}
+
 export interface Look {
+  corners: Box | null
   point: number
   lit: number
   ratio: number
 }
 
-export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { point, lit, ratio }: Look): void {
+export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { point, lit, ratio, corners }: Look): void {
   const brush = canvas.getContext('2d')
   if (!brush) return
   const style = getComputedStyle(canvas)
@@ -58,6 +67,7 @@ export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { po
   drawRuler(brush, frame, colour('muted'))
   drawPath(brush, track, frame, colour('line-strong'))
   drawPoints(brush, track, frame, lit, colour)
+  if (corners) drawCorners(brush, corners, frame, colour)
   drawCross(brush, track, frame, point, colour('text'))
 }
 
@@ -136,6 +146,22 @@ function drawPoints(brush: CanvasRenderingContext2D, track: Track, frame: Frame,
     }
     brush.fillRect(px - size / 2, py - size / 2, size, size)
   })
+}
+
+/** The grid as a box, with its two corners to take hold of. */
+function drawCorners(brush: CanvasRenderingContext2D, { x, y, width, height }: Box, frame: Frame, colour: Colour): void {
+  brush.strokeStyle = colour('accent')
+  brush.strokeRect(frame.px(x), frame.py(y + height), width * frame.scale, height * frame.scale)
+  brush.font = 'bold 11px system-ui, sans-serif'
+  brush.textAlign = 'center'
+  for (const [word, cx, cy] of [['A', x, y], ['B', x + width, y + height]] as const) {
+    brush.fillStyle = colour('accent')
+    brush.beginPath()
+    brush.arc(frame.px(cx), frame.py(cy), 9, 0, 2 * Math.PI)
+    brush.fill()
+    brush.fillStyle = colour('on-accent')
+    brush.fillText(word, frame.px(cx), frame.py(cy) + 4)
+  }
 }
 
 function drawCross(brush: CanvasRenderingContext2D, track: Track, frame: Frame, point: number, colour: string): void {
