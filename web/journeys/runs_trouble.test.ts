@@ -17,7 +17,7 @@ steps:
     key: \${{ point.ix }},\${{ point.iy }}
     keep_going: {max_failed: 1}
     steps:
-      - {id: travel, do: gantry.move_to, with: {x: "\${{ point.x }}", y: "\${{ point.y }}"}}
+      - {id: travel, do: gantry.move_to, with: {x: "\${{ point.x }}", y: "\${{ point.y }}", z: 0 mm}}
       - {id: shoot, do: libs.measure, retry: 2}
     collect: {x: "\${{ point.x }}", y: "\${{ point.y }}", shot: "\${{ steps.shoot.shot_id }}"}
 `
@@ -71,6 +71,7 @@ it('what went wrong is found in the outline and in the log, and the run goes on 
 
   expect(await axe(page)).toEqual([])
 
+  for (const notice of await page.getByRole('button', { name: 'Dismiss' }).all()) await notice.click()
   for (const box of await dialog.getByRole('checkbox').all()) await box.check()
   await dialog.getByRole('button', { name: 'Resume the run' }).click()
   await end.getByText('Done').waitFor({ timeout: 60_000 })
