@@ -20,6 +20,7 @@ INPUTS = (
     "package.json", "package-lock.json", "index.html", "vite.config.ts", "tsconfig.json", "scripts",
     "src", "public",
 )  # fmt: skip
+STEP_S = 600.0
 STEPS = (("ci", "--include=dev", "--no-audit", "--no-fund"), ("run", "build"))
 
 
@@ -42,8 +43,10 @@ def build_page(web: Path, say: Callable[[str], None]) -> None:
         if npm is None:
             raise OSError("npm was not found; Node 20 or newer brings it")
         for step in STEPS:
-            subprocess.run([npm, *step], cwd=web, check=True, stdin=subprocess.DEVNULL)
-    except (OSError, subprocess.CalledProcessError) as fault:
+            subprocess.run(
+                [npm, *step], cwd=web, check=True, stdin=subprocess.DEVNULL, timeout=STEP_S
+            )
+    except (OSError, subprocess.SubprocessError) as fault:
         if os.environ.get("LABRUN_REQUIRE_PAGE"):
             raise
         say(
