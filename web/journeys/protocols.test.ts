@@ -319,6 +319,32 @@ describe('the editor', () => {
     await context.close()
   })
 
+  it('takes a step that was done by hand, after the row where it was left', async () => {
+    await copyOf('byhand.yaml', 'hello.yaml')
+    const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+    await open(page, 'byhand.yaml')
+    await row(page, /Move to/).click()
+    await page.goto('/devices/gantry')
+    await page.getByText(/(\d) of \1 online/).waitFor({ timeout: 60_000 })
+    await page.getByRole('button', { name: 'Take control' }).click()
+    await page.getByRole('button', { name: 'Release control' }).waitFor()
+    const device = page.getByRole('region', { name: 'Device detail' })
+    await device.locator('summary', { hasText: 'move_to' }).click()
+    const form = page.getByRole('form', { name: 'move_to' })
+    await form.getByLabel('x', { exact: true }).fill('33')
+    await form.getByRole('button', { name: 'Run' }).click()
+    await form.getByRole('button', { name: 'Add to protocol' }).click({ timeout: 30_000 })
+    await page.getByText('goes after “Move to” into byhand.yaml').first().waitFor()
+    await open(page, 'byhand.yaml')
+    await page.getByText('1 step was added.').waitFor()
+
+    expect(await textOf(page)).toMatch(/retry: 3\n\n? {2}- do: gantry\.move_to\n {4}with: \{x: 33\}|retry: 3\n\n? {2}- \{do: gantry\.move_to, with: \{x: 33\}\}/)
+    expect(faults).toEqual([])
+
+    await page.getByRole('button', { name: 'Release control' }).click()
+    await context.close()
+  })
+
   it('opens a used protocol in place, and goes to the launch form', async () => {
     const { page, context } = await aPerson(browser, bench.address)
     await open(page, 'multi_sample.yaml')

@@ -15,13 +15,14 @@ interface Kept {
   steps: Came[]
   target: string | null
   after: string
+  place: string
 }
 
 function kept(): Kept {
   try {
-    return { steps: [], target: null, after: '', ...(JSON.parse(sessionStorage.getItem(KEY) ?? '{}') as Partial<Kept>) }
+    return { steps: [], target: null, after: '', place: '', ...(JSON.parse(sessionStorage.getItem(KEY) ?? '{}') as Partial<Kept>) }
   } catch {
-    return { steps: [], target: null, after: '' }
+    return { steps: [], target: null, after: '', place: '' }
   }
 }
 
@@ -32,9 +33,13 @@ export const useIntake = defineStore('intake', () => {
   const target = ref<string | null>(first.target)
   /** The row after which they go, in words. */
   const after = ref(first.after)
+  /** That row's pointer. */
+  const place = ref(first.place)
   const recording = ref(false)
   const count = computed(() => steps.value.length)
-  watch([steps, target, after], () => sessionStorage.setItem(KEY, JSON.stringify({ steps: steps.value, target: target.value, after: after.value })), { deep: true })
+  watch([steps, target, after, place], () => {
+    sessionStorage.setItem(KEY, JSON.stringify({ steps: steps.value, target: target.value, after: after.value, place: place.value }))
+  }, { deep: true })
 
   function add(came: Came): string {
     steps.value = [...steps.value, came]
@@ -49,14 +54,15 @@ export const useIntake = defineStore('intake', () => {
     return all
   }
 
-  function opened(name: string | null, row = ''): void {
+  function opened(name: string | null, row = '', pointer = ''): void {
     target.value = name
     after.value = row
+    place.value = pointer
   }
 
   function clear(): void {
     steps.value = []
   }
 
-  return { steps, target, after, recording, count, add, take, opened, clear }
+  return { steps, target, after, place, recording, count, add, take, opened, clear }
 })

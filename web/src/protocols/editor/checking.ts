@@ -1,5 +1,5 @@
 // Ask the one checker while one types: it is the server's; a newer text makes an older answer void.
-import { onScopeDispose, ref, shallowRef } from 'vue'
+import { onScopeDispose, ref, shallowRef, watch } from 'vue'
 import { api, read } from '../../api/client'
 import { sentenceOf } from '../../api/refused'
 import type { Told } from '../../api/types'
@@ -56,6 +56,20 @@ export function useChecking(name: string) {
     problems.value = by(problems.value)
   }
 
+  /** Until the checker has said something, or five seconds. */
+  function first(): Promise<void> {
+    if (checked.value) return Promise.resolve()
+    return new Promise((resolve) => {
+      const late = setTimeout(done, AGAIN_MS)
+      const stop = watch(checked, done)
+      function done(): void {
+        clearTimeout(late)
+        stop()
+        resolve()
+      }
+    })
+  }
+
   onScopeDispose(() => clearTimeout(timer))
-  return { problems, checked, checkedText, silent, asking, soon, local, moved }
+  return { problems, checked, checkedText, silent, asking, soon, local, moved, first }
 }
