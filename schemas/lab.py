@@ -35,6 +35,18 @@ class LabDevice(Model):
         return self
 
 
+class RosNames(Model):
+    """How the lab is called in ROS.
+
+    `package` is that of the generated interfaces. `aliases`: a name of the paper's programs -> the
+    device behind it, or any name -> `device.action`. `launch`: what `/launch` may start, by name.
+    """
+
+    package: str = Field(default="labrun_interfaces", pattern=r"^[a-z](_?[a-z0-9]+)*$")
+    aliases: dict[str, str] = Field(default_factory=dict)
+    launch: dict[str, str] = Field(default_factory=dict)
+
+
 class Lab(Model):
     """The devices of one laboratory, by name."""
 
@@ -43,3 +55,4 @@ class Lab(Model):
     simulated: bool = False
     contracts: list[str] = Field(default_factory=list)
     devices: dict[Name, LabDevice] = Field(min_length=1)
+    ros: RosNames | None = None

@@ -1,0 +1,54 @@
+"""`labrun ros` as a process of its own, and what tests ask of it."""
+
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+START_S = 60
+
+
+@dataclass
+class Served:
+    """A running `labrun ros` in a folder of its own."""
+
+    process: subprocess.Popen
+    url: str
+    folder: Path
+
+    def end(self) -> int:
+        """Ctrl-C, and its exit status."""
+        self.process.send_signal(signal.SIGINT)
+        with self.process.stdout:
+            return self.process.wait(timeout=60)
+
+
+def serve(folder: Path, *options: str, lab: Path | None = None) -> Served:
+    """Start it; returns once it listens."""
+    command = [sys.executable, "-P", "-m", "labrun.engine", "ros", "--port", "0"]
+    command += ["--lab", str(lab)] if lab is not None else []
+    log = (folder / "ros.log").open("ab")
+    process = subprocess.Popen(
+        [*command, *options], cwd=folder, stdout=subprocess.PIPE, stderr=log, stdin=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    log.close()
+    return Served(process, _address(process, folder), folder)
+
+
+def _address(process: subprocess.Popen, folder: Path) -> str:
+    until, said = time.monotonic() + START_S, b""
+    assert process.stdout is not None
+    while time.monotonic() < until and process.poll() is None:
+        if select.select([process.stdout], [], [], 0.5)[0]:
+            said += os.read(process.stdout.fileno(), 4096)
+        found = re.search(rb"labrun ros at (\S+)\n", said)
+        if found:
+            return found[1].decode()
+    process.kill()
+    raise AssertionError(f"it did not start: {said.decode()} {(folder / 'ros.log').read_text()}")

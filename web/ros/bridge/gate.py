@@ -1,0 +1,85 @@
+"""Who may connect: pages of allowed origins, and where others can reach us, whoever has the token.
+
+A page of any site can make a browser open a WebSocket to this machine, so the Origin has to be one
+of ours; and such a site may have let its own name resolve to 127.0.0.1, so the Host has to be ours,
+too. Programs send no Origin.
+"""
+
+import ipaddress
+import secrets
+import socket
+from dataclasses import dataclass
+from http import HTTPStatus
+from urllib.parse import parse_qs, urlsplit
+
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request, Response
+
+LEAST_TOKEN = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """`host` is what is listened on; `origins` are allowed beside pages of this machine."""
+
+    host: str
+    token: str | None = None
+    origins: frozenset[str] = frozenset()
+
+    def check(self, connection: ServerConnection, request: Request) -> Response | None:
+        """None where the client may pass, else the refusal."""
+        refusal = self.refusal(request)
+        if refusal is None:
+            return None
+        status, words = refusal
+        return connection.respond(status, f"labrun ros: {words}\n")
+
+    def refusal(self, request: Request) -> tuple[HTTPStatus, str] | None:
+        """What stands against a client."""
+        if len(request.headers.get_all("Host")) != 1 or not self._is_ours(request.headers["Host"]):
+            return HTTPStatus.MISDIRECTED_REQUEST, "this endpoint has another name"
+        for origin in request.headers.get_all("Origin"):
+            if origin not in self.origins and not _is_local_page(origin):
+                return HTTPStatus.FORBIDDEN, (
+                    f"pages of {origin[:100]} may not connect; `labrun ros --origin {origin[:100]}` allows it"
+                )
+        if self.token is not None and not secrets.compare_digest(
+            _token(request), self.token.encode()
+        ):
+            return HTTPStatus.UNAUTHORIZED, "a token is required: ws://HOST:PORT/?token=..."
+        return None
+
+    def _is_ours(self, host: str) -> bool:
+        name = urlsplit(f"//{host}").hostname or ""
+        own = socket.gethostname().lower()
+        if name in ("localhost", self.host.lower()):
+            return True
+        try:
+            address = ipaddress.ip_address(name)
+        except ValueError:
+            return not is_loopback(self.host) and name in (
+                own,
+                own.partition(".")[0],
+                f"{own}.local",
+            )
+        return address.is_loopback or not is_loopback(self.host)
+
+
+def _token(request: Request) -> bytes:
+    words = request.headers.get("Authorization", "")
+    if words.startswith("Bearer "):
+        return words.removeprefix("Bearer ").encode()
+    return parse_qs(urlsplit(request.path).query).get("token", [""])[0].encode()
+
+
+def _is_local_page(origin: str) -> bool:
+    parts = urlsplit(origin)
+    return parts.scheme in ("http", "https") and is_loopback(parts.hostname or "")
+
+
+def is_loopback(host: str) -> bool:
+    """True for an address that only this machine reaches."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"

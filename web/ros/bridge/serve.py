@@ -1,0 +1,41 @@
+"""Listen, let clients in through the gate, serve each until it leaves."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.typing import Subprotocol
+
+from ..goals import Goals
+from ..offer import Offers
+from .client import Client
+from .frames import MOST_BYTES
+from .gate import Gate
+from .operations import OPERATIONS
+from .rooms import Rooms
+
+PING_S = 20.0
+CLOSE_S = 2.0
+SUBPROTOCOL = Subprotocol("rosbridge_v2")
+
+
+@asynccontextmanager
+async def bridge(offers: Offers, goals: Goals, gate: Gate, port: int) -> AsyncIterator[str]:
+    """The endpoint's address, for as long as the block lasts; raises OSError where the port is taken."""
+    rooms = Rooms(offers, goals)
+
+    async def live(socket: ServerConnection) -> None:
+        await Client(socket, rooms).live(OPERATIONS)
+
+    async with serve(
+        live, gate.host, port, process_request=gate.check, max_size=MOST_BYTES, compression=None,
+        ping_interval=PING_S, ping_timeout=PING_S, close_timeout=CLOSE_S,
+        subprotocols=[SUBPROTOCOL], select_subprotocol=_subprotocol,
+    ) as server:  # fmt: skip
+        host, bound = next(iter(server.sockets)).getsockname()[:2]
+        yield f"ws://{f'[{host}]' if ':' in host else host}:{bound}"
+
+
+def _subprotocol(connection: ServerConnection, offered: list[Subprotocol]) -> Subprotocol | None:
+    """Clients that name one get it; most name none."""
+    return SUBPROTOCOL if SUBPROTOCOL in offered else None

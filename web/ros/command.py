@@ -1,0 +1,173 @@
+"""`labrun ros`: the lab for ROS, by a rosbridge endpoint, or as a node where ROS is installed."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from ...engine.lab import LoadedLab
+    from .site import Folders
+
+PORT = 9090
+PROBLEMS, NOT_REACHED = 2, 4
+
+Lab = Annotated[
+    Path | None, typer.Option("--lab", help="The lab file; without it the simulated lab is used.")
+]
+Interfaces = Annotated[
+    Path | None,
+    typer.Option(
+        "--interfaces", metavar="DIR", help="Write the lab's interface package there, and end."
+    ),
+]
+Node = Annotated[bool, typer.Option("--node", help="Be a node of the ROS 2 that is installed.")]
+Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="0 chooses a free one.")]
+Host = Annotated[str, typer.Option("--host", help="The address to listen on.")]
+Token = Annotated[
+    str | None, typer.Option("--token", help="Wanted from every client; or in LABRUN_ROS_TOKEN.")
+]
+Origin = Annotated[
+    list[str] | None,
+    typer.Option("--origin", help="A site whose pages may connect, beside those of this machine."),
+]
+Protocols = Annotated[
+    Path, typer.Option("--protocols", help="The folder of protocols that may be run.")
+]
+Runs = Annotated[Path, typer.Option("--runs", help="The folder that run folders are kept in.")]
+Files = Annotated[
+    Path, typer.Option("--files", help="Where files lie that actions read and write.")
+]
+State = Annotated[Path, typer.Option("--state", help="For ports, ledgers and logs.")]
+
+
+def ros(
+    lab: Lab = None,
+    interfaces: Interfaces = None,
+    node: Node = False,
+    port: Port = PORT,
+    host: Host = "127.0.0.1",
+    token: Token = None,
+    origin: Origin = None,
+    protocols: Protocols = Path(),
+    runs: Runs = Path("runs"),
+    files: Files = Path(".labrun/ros/files"),
+    state: State = Path(".labrun/ros"),
+) -> None:
+    """Offer the lab to ROS: every device action, its status, and whole protocols."""
+    loaded = _loaded(lab)
+    package = _package(loaded)
+    if interfaces is not None:
+        _write(loaded, package, interfaces)
+        return
+    from .site import Folders
+
+    folders = Folders(protocols.resolve(), runs.resolve(), files.resolve(), state.resolve())
+    if not folders.protocols.is_dir():
+        refuse(f"--protocols {protocols} is no folder")
+    if node:
+        from .node.run import run_node
+
+        _run(run_node(loaded, package, folders, typer.echo), "the state folder")
+    else:
+        token = _token(host, token or os.environ.get("LABRUN_ROS_TOKEN"))
+        _run(_bridge(loaded, package, folders, host, port, token, origin or []), f"{host}:{port}")
+
+
+def _loaded(path: Path | None) -> "LoadedLab":
+    from ...engine.lab import load_lab
+    from ...engine.print_problems import print_problems
+
+    lab, problems = load_lab(path)
+    if problems:
+        print_problems(problems, format="text")
+    if lab is None or any(problem.severity == "error" for problem in problems):
+        raise typer.Exit(PROBLEMS)
+    return lab
+
+
+def _package(lab: "LoadedLab") -> str:
+    from .kinds import PACKAGE
+
+    return lab.lab.ros.package if lab.lab.ros is not None else PACKAGE
+
+
+def _write(lab: "LoadedLab", package: str, folder: Path) -> None:
+    from .interfaces import write_interfaces
+
+    try:
+        written = write_interfaces(lab, package, folder)
+    except OSError as fault:
+        typer.echo(
+            f"labrun: {fault.filename or folder} cannot be written: {fault.strerror}", err=True
+        )
+        raise typer.Exit(NOT_REACHED) from None
+    for place in written:
+        typer.echo(f"{place}")
+    typer.echo(
+        f"build them in a workspace: colcon build --packages-select {' '.join(p.name for p in written)}"
+    )
+
+
+def _token(host: str, token: str | None) -> str | None:
+    from .bridge.gate import LEAST_TOKEN, is_loopback
+
+    if token is not None and len(token) < LEAST_TOKEN:
+        refuse(f"a token of {len(token)} characters is guessed soon; give {LEAST_TOKEN} or more")
+    if token is None and not is_loopback(host):
+        refuse(
+            f"--host {host}: other machines can reach this address, so a token is required; "
+            'give --token "$(openssl rand -hex 16)", or serve on 127.0.0.1'
+        )
+    return token
+
+
+async def _bridge(
+    lab: "LoadedLab", package: str, folders: "Folders", host: str, port: int, token: str | None,
+    origins: list[str],
+) -> None:  # fmt: skip
+    from .bridge.gate import Gate
+    from .bridge.serve import bridge
+    from .signals import until_signal
+    from .site import opened
+
+    over = until_signal()
+    async with (
+        opened(lab, package, folders) as site,
+        bridge(site.offers, site.goals, Gate(host, token, frozenset(origins)), port) as address,
+    ):
+        typer.echo(f"labrun ros at {address}")
+        for device in site.devices.values():
+            if not device.online:
+                typer.echo(f"{device.name} cannot be reached yet: {device.reason}")
+        typer.echo(
+            f"{len(site.offers.actions)} actions; Ctrl-C ends it and leaves the devices safe"
+        )
+        await over.wait()
+
+
+def _run(work: Any, what: str) -> None:
+    import asyncio
+    import logging
+
+    from .fault import RosFault
+
+    logging.basicConfig(format="labrun: %(message)s", level=logging.WARNING)
+    logging.getLogger("websockets").setLevel(
+        logging.CRITICAL
+    )  # a stranger's bad handshake is no news
+    try:
+        asyncio.run(work)
+    except RosFault as fault:
+        refuse(str(fault))
+    except OSError as fault:
+        words = fault.strerror or str(fault)
+        typer.echo(f"labrun: {fault.filename or what} cannot be used: {words}", err=True)
+        raise typer.Exit(NOT_REACHED) from None
+
+
+def refuse(text: str) -> None:
+    """Say what is wrong with how it was called, and end."""
+    typer.echo(f"labrun: {text}", err=True)
+    raise typer.Exit(PROBLEMS)

@@ -1,0 +1,238 @@
+"""One device: its server started here or found elsewhere, its link kept, its lease held while it is used."""
+
+import asyncio
+import contextlib
+import os
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+from ...drivers.client import DeviceClient, LeaseHeld, ServerUnreachable
+from ...drivers.launch import RunningServer, ServerFailed, start_server
+from ...engine.connect import IDLE_EXIT_S, server_config
+from ...engine.lab import LoadedLab
+from ...schemas.contract import Contract
+from ...schemas.lab import LabDevice
+from .listens import listens
+from .offer import Refused
+
+AGAIN_S = 1.0
+GREETING_S = 5.0
+TTL_S = 10.0
+HOLD_S = 1.0
+"""How long a lease is kept for the next goal; then somebody else may have the device."""
+BLINK_S = 0.5
+"""A link that comes back within this was not lost."""
+LEFT_S = 60.0
+
+Status = dict[str, Any]
+
+
+class Device:
+    """Keeps the link to one device until it is closed."""
+
+    def __init__(
+        self,
+        name: str,
+        lab: LoadedLab,
+        folder: Path,
+        owner: str,
+        on_status: Callable[[Status], None],
+    ) -> None:
+        self.name = name
+        self.owner = owner
+        self.device: LabDevice = lab.lab.devices[name]
+        self.contract: Contract = lab.contracts[self.device.contract]
+        self.lost = asyncio.Event()
+        """Set while the server is gone for longer than a blink."""
+        self._lab = lab
+        self._folder = folder
+        self._status = on_status
+        self._client: DeviceClient | None = None
+        self._up = False
+        self._reason = "it is being reached"
+        self._server: RunningServer | None = None
+        self._users = 0
+        self._leased = False
+        self._turn = asyncio.Lock()
+        self._tasks: set[asyncio.Task[Any]] = set()
+        self._blink: asyncio.TimerHandle | None = None
+
+    async def open(self) -> None:
+        """Reach it, and keep at it; a device that cannot be reached now is offered all the same."""
+        with contextlib.suppress(ServerUnreachable, ServerFailed, OSError):
+            await self._connect()
+        self._go(self._keep())
+
+    async def close(self) -> None:
+        """Let go of it; a server that was started here ends, its device safe."""
+        for task in list(self._tasks):
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        if self._blink is not None:
+            self._blink.cancel()
+        await self._release()
+        await self._drop()
+        if self._server is not None:
+            await self._server.stop()
+
+    @property
+    def online(self) -> bool:
+        """True where its server answers."""
+        return self._client is not None and self._up
+
+    @property
+    def reason(self) -> str:
+        """Why it is not online."""
+        return self._reason
+
+    @property
+    def server_pid(self) -> int | None:
+        """The process that serves it, where it was started here."""
+        return self._server.pid if self._server is not None else None
+
+    @asynccontextmanager
+    async def borrowed(self) -> AsyncIterator[DeviceClient]:
+        """The device's client, with its lease held for the block; raises Refused."""
+        self._users += 1
+        try:
+            async with self._turn:
+                client = await self._lease()
+            yield client
+        finally:
+            self._users -= 1
+            if self._users == 0 and self._leased:
+                asyncio.get_running_loop().call_later(HOLD_S, self._release_soon)
+
+    async def free(self) -> None:
+        """Give the lease back at once where nobody uses it: a run is about to want it."""
+        async with self._turn:
+            if self._users == 0:
+                await self._release()
+
+    def bring_to_end(self, goal_id: str, following: "asyncio.Task[Any]") -> None:
+        """Look after a goal that nobody waits for any more: cancelled as soon as its server answers."""
+        self._go(self._ended(goal_id, following))
+
+    async def _lease(self) -> DeviceClient:
+        client = self._client
+        if client is None or not self._up:
+            raise Refused(f"{self.name} cannot be reached: {self._reason}")
+        if self._leased:
+            return client
+        try:
+            await client.take_lease(self.name, self.owner, TTL_S)
+        except LeaseHeld as fault:
+            raise Refused(
+                f"{self.name} is held by {fault.holder}; wait until that is over"
+            ) from fault
+        except (ServerUnreachable, OSError) as fault:
+            raise Refused(f"{self.name} cannot be reached: {fault}") from fault
+        self._leased = True
+        return client
+
+    def _release_soon(self) -> None:
+        if self._users == 0 and self._leased:
+            self._go(self.free())
+
+    async def _release(self) -> None:
+        if self._leased and self._client is not None:
+            self._leased = False
+            with contextlib.suppress(ServerUnreachable, LeaseHeld, OSError, TimeoutError):
+                await self._client.release(self.name)
+
+    async def _keep(self) -> None:
+        while True:
+            try:
+                if self._client is None:
+                    await self._connect()
+                if self._server is None:  # of somebody else's only the link tells, which comes back
+                    await asyncio.get_running_loop().create_future()
+                else:
+                    await self._server.ended()
+                    self._reason = f"the server of {self.name} ended; it is started again"
+                    self._server = None
+                    await self._serve()
+            except (ServerUnreachable, ServerFailed, OSError) as fault:
+                self._reason = str(fault)
+            await asyncio.sleep(AGAIN_S)
+
+    async def _connect(self) -> None:
+        try:
+            url = self.device.url or await self._serve()
+            client = DeviceClient(
+                url, self.device.token, on_status=self._on_status, on_link=self._on_link
+            )
+            try:
+                described = await client.open(GREETING_S)
+                self._check(url, client)
+            except BaseException:
+                await client.close()
+                raise
+        except (ServerUnreachable, ServerFailed, OSError) as fault:
+            self._reason = str(fault)
+            raise
+        self._client, self._up = client, True
+        self._on_status(self.name, described.devices[self.name].status)
+
+    def _check(self, url: str, client: DeviceClient) -> None:
+        if self.name not in client.devices:
+            served = ", ".join(client.devices) or "nothing"
+            raise ServerUnreachable(url, f"it serves {served}, not {self.name}")
+        kept = client.devices[self.name].contract.get("type")
+        if kept != self.contract.type:
+            raise ServerUnreachable(url, f"it keeps {kept}, not {self.contract.type}")
+
+    async def _serve(self) -> str:
+        """The address of its server: one that listens at its port, or one of our own."""
+        port = self.device.port
+        assert port is not None
+        own = self._folder / self.name
+        if not own.is_dir() and await asyncio.to_thread(listens, port):
+            return f"http://127.0.0.1:{port}"  # somebody serves it in another shell
+        config = server_config({self.name: self.device}, self._lab, self._folder)
+        config.update(port=port, idle_exit_s=IDLE_EXIT_S, owner_pid=os.getpid())
+        self._server = await start_server(config, own)
+        return self._server.url
+
+    async def _drop(self) -> None:
+        client, self._client, self._up = self._client, None, False
+        if client is not None:
+            await client.close()
+
+    async def _ended(self, goal_id: str, following: "asyncio.Task[Any]") -> None:
+        client = self._client
+        try:
+            async with asyncio.timeout(LEFT_S):
+                while not following.done() and client is not None:
+                    with contextlib.suppress(ServerUnreachable):
+                        await client.cancel(goal_id)
+                        break
+                    await asyncio.wait({following}, timeout=AGAIN_S)
+                await asyncio.wait({following})
+        except TimeoutError:
+            pass  # its server did not come back; the lease lapses there and the device is made safe
+        finally:
+            following.cancel()
+            await asyncio.gather(following, return_exceptions=True)
+
+    def _on_status(self, device: str, status: Status) -> None:
+        if device == self.name:
+            self._status(status)
+
+    def _on_link(self, up: bool) -> None:
+        self._up = up
+        if self._blink is not None:
+            self._blink.cancel()
+            self._blink = None
+        if up:
+            self.lost.clear()
+        else:
+            self._reason = "the connection to its server broke"
+            self._blink = asyncio.get_running_loop().call_later(BLINK_S, self.lost.set)
+
+    def _go(self, work: Any) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)

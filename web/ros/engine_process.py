@@ -1,0 +1,96 @@
+"""A run in an engine of its own: it goes on when whoever started it is gone."""
+
+import asyncio
+import json
+import os
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Mapping
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from ...engine.control_server import NotLive, ask_run
+from ...schemas.event import Event
+
+LOOK_S = 0.03
+LAST_LINES = 12
+FLAGS = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+
+
+class EngineProcess:
+    """`labrun run ... --json` as a process, and what it tells.
+
+    Its words go to a file: a pipe would end with us, and the engine with it. Arguments are passed as
+    a list; no shell ever sees them.
+    """
+
+    def __init__(self, process: "subprocess.Popen[bytes]", log: Path) -> None:
+        self.process = process
+        self.log = log
+
+    async def events(self) -> AsyncIterator[Event]:
+        """Its events until it has ended."""
+        with self.log.open("rb") as words:
+            rest = b""
+            while True:
+                over = self.process.poll() is not None
+                rest += words.read()
+                *lines, rest = rest.split(b"\n")
+                for line in lines:
+                    event = _event(line)
+                    if event is not None:
+                        yield event
+                if over:
+                    return
+                await asyncio.sleep(LOOK_S)
+
+    def last_words(self) -> str:
+        """What it said at last that was no event, for a person."""
+        text = self.log.read_text(encoding="utf-8", errors="replace")
+        lines = [
+            line for line in text.splitlines() if line.strip() and _event(line.encode()) is None
+        ]
+        return "\n".join(_problem(line) for line in lines[-LAST_LINES:])
+
+    async def abort(self, folder: Path, by: str) -> str:
+        """Ask for the run's end as another shell would; a sentence where nobody hears it."""
+        try:
+            _, said = await asyncio.to_thread(ask_run, folder, {"verb": "abort", "by": by})
+        except NotLive as fault:
+            return str(fault)
+        return said
+
+
+def start_engine(
+    protocol: Path, options: Mapping[str, Mapping[str, str]], lab: Path, runs: Path, log: Path
+) -> EngineProcess:
+    """Start a run; raises OSError. `options`: `-p`, `--bind` and `--answer` with their pairs."""
+    arguments = ["run", "--json", "--lab", str(lab), "--runs", str(runs)]
+    for option, pairs in options.items():
+        arguments += [part for name, value in pairs.items() for part in (option, f"{name}={value}")]
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with log.open("ab") as sink:
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "labrun.engine", *arguments, "--", str(protocol)],
+            stdin=subprocess.DEVNULL, stdout=sink, stderr=subprocess.STDOUT, cwd=protocol.parent,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"}, start_new_session=sys.platform != "win32",
+            creationflags=FLAGS,
+        )  # fmt: skip
+    return EngineProcess(process, log)
+
+
+def _event(line: bytes) -> Event | None:
+    try:
+        return Event.model_validate_json(line)
+    except ValidationError:
+        return None
+
+
+def _problem(line: str) -> str:
+    """A problem of `--json` as a sentence; anything else as it is."""
+    try:
+        told = json.loads(line)
+        return f"{told['file']}:{told['line']}: {told['code']}: {told['message']}"
+    except (ValueError, TypeError, KeyError):
+        return line.removeprefix("labrun: ")
