@@ -5,7 +5,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncGenerator, Mapping
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -29,7 +29,7 @@ class EngineProcess:
         self.process = process
         self.log = log
 
-    async def events(self) -> AsyncIterator[Event]:
+    async def events(self) -> AsyncGenerator[Event, None]:
         """Its events until it has ended."""
         with self.log.open("rb") as words:
             rest = b""
@@ -53,13 +53,14 @@ class EngineProcess:
         ]
         return "\n".join(_problem(line) for line in lines[-LAST_LINES:])
 
-    async def abort(self, folder: Path, by: str) -> str:
-        """Ask for the run's end as another shell would; a sentence where nobody hears it."""
-        try:
-            _, said = await asyncio.to_thread(ask_run, folder, {"verb": "abort", "by": by})
-        except NotLive as fault:
-            return str(fault)
-        return said
+    async def abort(self, folder: Path, by: str) -> None:
+        """Ask for the run's end as another shell would, until somebody hears it or it has ended."""
+        while self.process.poll() is None:
+            try:
+                await asyncio.to_thread(ask_run, folder, {"verb": "abort", "by": by})
+                return
+            except NotLive:  # it has told its name, and does not listen yet
+                await asyncio.sleep(LOOK_S)
 
 
 def start_engine(

@@ -22,7 +22,7 @@ PACKAGE_XML = """\
   <name>{name}</name>
   <version>{version}</version>
   <description>{summary}</description>
-  <maintainer email="labrun@localhost">labrun</maintainer>
+  <maintainer email="nobody@example.org">labrun</maintainer>
   <license>{license}</license>
 
   <buildtool_depend>ament_cmake</buildtool_depend>

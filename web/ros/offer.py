@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from .kinds import ActionKind, Message, ServiceKind
+from .values import to_ros
 
 Values = dict[str, Any]
 """A message as field name -> value; see `values.py`."""
@@ -59,6 +60,16 @@ class Service(ABC):
     @abstractmethod
     async def answer(self, values: Values) -> Values:
         """Every field of the response; raises Refused."""
+
+    def refused(self, words: str) -> Values:
+        """The response that says why there is none, for clients that know no other way."""
+        said = {
+            "@error_name": "Rejected",
+            "@error_message": words,
+            "@error_happened": "no",
+            "message": words,
+        }
+        return to_ros(self.kind.response, said)
 
 
 class Topic:

@@ -159,7 +159,7 @@ class Hidden:
 
     def _tell(self, action: Action) -> None:
         listed = [
-            {"goal_info": goal_info(goal), "status": goal.status} for goal in self._goals.of(action)
+            {"goal_info": goal_info(goal), "status": goal.status} for goal in self.goals.of(action)
         ]
         self._status[action].publish({"status_list": listed})
 

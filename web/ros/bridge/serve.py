@@ -1,6 +1,6 @@
 """Listen, let clients in through the gate, serve each until it leaves."""
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 
 from websockets.asyncio.server import ServerConnection, serve
@@ -36,6 +36,6 @@ async def bridge(offers: Offers, goals: Goals, gate: Gate, port: int) -> AsyncIt
         yield f"ws://{f'[{host}]' if ':' in host else host}:{bound}"
 
 
-def _subprotocol(connection: ServerConnection, offered: list[Subprotocol]) -> Subprotocol | None:
+def _subprotocol(connection: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:
     """Clients that name one get it; most name none."""
     return SUBPROTOCOL if SUBPROTOCOL in offered else None

@@ -1,0 +1,118 @@
+"""An action of ours as an action server of rclpy."""
+
+# pyright: reportMissingImports=false - rclpy is where ROS is
+
+import logging
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+
+from ..goals import Goal, Goals
+from ..offer import Action, Refused, Values
+from .crossing import Crossing
+from .messages import fill, from_message
+
+ORPHAN_S = 5.0
+LOG = logging.getLogger(__name__)
+
+
+class ActionFace:
+    """Goals are begun in the goal callback, so that what the device refuses ROS sees rejected."""
+
+    def __init__(
+        self, node: Node, action: Action, cls: Any, goals: Goals, crossing: Crossing
+    ) -> None:
+        self.action = action
+        self._cls = cls
+        self._goals = goals
+        self._crossing = crossing
+        self._begun: dict[int, _Begun] = {}
+        self._handles: dict[bytes, Goal] = {}
+        self.server = ActionServer(
+            node,
+            cls,
+            action.name,
+            self._execute,
+            goal_callback=self._goal,
+            cancel_callback=self._cancel,
+        )
+
+    async def _goal(self, request: Any) -> GoalResponse:
+        begun = _Begun(request, self)
+        values = from_message(self.action.kind.goal, request)
+        try:
+            begun.goal = await self._crossing.over(self._begin(values, begun))
+        except Refused as fault:
+            LOG.warning("%s: a goal is rejected: %s", self.action.name, fault)
+            return GoalResponse.REJECT
+        except Exception:
+            LOG.exception("%s: a goal could not be begun", self.action.name)
+            return GoalResponse.REJECT
+        # The request is the same object in the callback that executes it, and bears no id before.
+        self._begun[id(request)] = begun
+        return GoalResponse.ACCEPT
+
+    async def _begin(self, values: Values, begun: "_Begun") -> Goal:
+        goal = await self._goals.begin(self.action, values, begun.tell)
+        self._crossing.loop.call_later(ORPHAN_S, self._cancel_orphan, begun, goal)
+        return goal
+
+    def _cancel_orphan(self, begun: "_Begun", goal: Goal) -> None:
+        """Two requests with one id: rclpy drops the second after it was begun."""
+        if begun.handle is None:
+            self._begun.pop(id(begun.request), None)
+            self._goals.cancel(goal)
+
+    async def _execute(self, handle: ServerGoalHandle) -> Any:
+        begun = self._begun.pop(id(handle.request))
+        goal, key = begun.goal, bytes(handle.goal_id.uuid)
+        assert goal is not None
+        self._handles[key] = goal
+        begun.pick_up(handle)
+        try:
+            end = await self._crossing.over(goal.end())
+        finally:
+            del self._handles[key]
+        result = fill(self.action.kind.result, self._cls.Result(), end.result)
+        if end.state == "SUCCEEDED":
+            handle.succeed()
+        elif end.state == "CANCELED" and handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.abort()
+        return result
+
+    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        goal = self._handles.get(bytes(handle.goal_id.uuid))
+        if goal is None or not self.action.can_cancel:
+            return CancelResponse.REJECT
+        self._crossing.loop.call_soon_threadsafe(self._goals.cancel, goal)
+        return CancelResponse.ACCEPT
+
+    def publish(self, handle: ServerGoalHandle, values: Values) -> None:
+        """Feedback, in whichever thread."""
+        handle.publish_feedback(fill(self.action.kind.feedback, self._cls.Feedback(), values))
+
+
+class _Begun:
+    """A goal between its request and its handle; what it tells meanwhile waits."""
+
+    def __init__(self, request: Any, face: ActionFace) -> None:
+        self.request = request
+        self.goal: Goal | None = None
+        self.handle: ServerGoalHandle | None = None
+        self._face = face
+        self._waiting: list[Values] = []
+
+    def tell(self, values: Values) -> None:
+        if self.handle is None:
+            self._waiting.append(values)
+        elif self.handle.is_active:
+            self._face.publish(self.handle, values)
+
+    def pick_up(self, handle: ServerGoalHandle) -> None:
+        self.handle = handle
+        while self._waiting:
+            self._face.publish(handle, self._waiting.pop(0))

@@ -1,0 +1,69 @@
+"""The Python classes of interfaces, as the ROS here has them built, held against the lab's contracts."""
+
+import importlib
+import re
+from typing import Any
+
+from ..fault import RosFault
+from ..kinds import ActionKind, Field, Message, ServiceKind
+
+IDL = {"bool": "boolean", "float64": "double", "int64": "int64", "string": "string"}
+MAKE = "make and build them: `labrun ros --interfaces DIR`, then `colcon build` there, then source its setup"
+
+
+def built(kind: ActionKind | ServiceKind | Message) -> Any:
+    """The class of an interface; raises RosFault where it is not there, or of another contract."""
+    try:
+        module = importlib.import_module(f"{kind.package}.{kind.group}")
+        found = getattr(module, kind.name)
+    except ImportError as fault:
+        raise RosFault(f"the ROS package {kind.package} is not there ({fault}); {MAKE}") from fault
+    except AttributeError as fault:
+        raise RosFault(f"the ROS package {kind.package} has no {kind.type}; {MAKE}") from fault
+    for message, cls in _parts(kind, found):
+        _compare(message, cls, kind.type)
+    return found
+
+
+def nested_class(message: Message) -> Any:
+    """The class of a message within another."""
+    return getattr(importlib.import_module(f"{message.package}.{message.group}"), message.name)
+
+
+def _parts(kind: ActionKind | ServiceKind | Message, found: Any) -> list[tuple[Message, Any]]:
+    if isinstance(kind, ActionKind):
+        return list(zip(kind.parts(), (found.Goal, found.Result, found.Feedback), strict=True))
+    if isinstance(kind, ServiceKind):
+        return list(zip(kind.parts(), (found.Request, found.Response), strict=True))
+    return [(kind, found)]
+
+
+def _compare(message: Message, cls: Any, type: str) -> None:
+    wanted = {field.name: _idl(field) for field in message.fields}
+    there = {
+        n: t
+        for n, t in cls.get_fields_and_field_types().items()
+        if n != "structure_needs_at_least_one_member"
+    }
+    if wanted != there:
+        differs = sorted({*wanted.items()} ^ {*there.items()})
+        raise RosFault(f"{type} is built from another contract ({differs[0][0]} differs); {MAKE}")
+    for field in message.fields:
+        if field.message is not None:
+            _compare(field.message, nested_class(field.message), type)
+
+
+def _idl(field: Field) -> str:
+    """A field's type as rosidl names it: `sequence<double, 1>`."""
+    one = IDL.get(field.type, field.type)
+    if field.message is not None:
+        one = f"{field.message.package}/{field.message.name}"
+    elif field.bound is not None:
+        one = f"string<{field.bound}>"
+    if not field.array:
+        return one
+    size = re.fullmatch(r"\[(<=)?(\d*)\]", field.array)
+    assert size is not None
+    if not size[2]:
+        return f"sequence<{one}>"
+    return f"sequence<{one}, {size[2]}>" if size[1] else f"{one}[{size[2]}]"
