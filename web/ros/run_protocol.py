@@ -40,6 +40,8 @@ class RunProtocol(Action):
         self._state = state.resolve()
         self._before = before
         self._by = by
+        self.registered: dict[str, Path] = {}
+        """Protocols that bear a name of the lab's, wherever they lie."""
 
     async def carry(self, work: Work) -> End:
         """Check, start an engine, follow it."""
@@ -60,7 +62,9 @@ class RunProtocol(Action):
         return await self._followed(engine, work)
 
     def found(self, name: str) -> Path:
-        """The protocol's file; raises Refused. Nothing outside the folder is ever opened."""
+        """The protocol's file; raises Refused. Nothing else outside the folder is ever opened."""
+        if name in self.registered:
+            return self.registered[name]
         try:
             path = inside(self._protocols, name).resolve()
         except FileFault as fault:

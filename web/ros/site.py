@@ -6,7 +6,6 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from ...engine.lab import LoadedLab
 from ...schemas.contract import Contract
@@ -15,11 +14,10 @@ from .device import Device
 from .device_action import DeviceAction
 from .device_service import DeviceService
 from .goals import Goals
-from .kinds import Message
 from .lab_here import lab_here
 from .names import topic_token
 from .of_contract import ContractKinds, kinds_of
-from .offer import Offers, Topic
+from .offer import Offers, Topic, Values
 from .own_kinds import run_protocol
 from .run_protocol import RunProtocol
 from .values import to_ros
@@ -48,6 +46,26 @@ class Site:
     devices: dict[str, Device] = field(default_factory=dict)
     tokens: dict[str, str] = field(default_factory=dict)
     """Device -> the name that it has in topics."""
+    statuses: dict[str, Values] = field(default_factory=dict)
+    """Device -> what it said last, as its contract has it."""
+    _heard: dict[str, list[Callable[[Values], None]]] = field(default_factory=dict)
+
+    def actions_of(self, device: str) -> dict[str, DeviceAction]:
+        """The actions of a device under its own names, not those of aliases."""
+        first = f"/{self.tokens[device]}/"
+        found = self.offers.actions.items()
+        own = [a for name, a in found if isinstance(a, DeviceAction) and name.startswith(first)]
+        return {action.action: action for action in own if action.device.name == device}
+
+    def on_status(self, device: str, listener: Callable[[Values], None]) -> None:
+        """Be told whenever a device says how it is."""
+        self._heard.setdefault(device, []).append(listener)
+
+    def told(self, device: str, status: Values) -> None:
+        """A device has said how it is."""
+        self.statuses[device] = status
+        for listener in self._heard.get(device, ()):
+            listener(status)
 
     async def free(self) -> None:
         """Give back the leases that nobody uses at the moment."""
@@ -98,7 +116,10 @@ async def opened(lab: LoadedLab, package: str, folders: Folders) -> AsyncIterato
 def _add_device(site: Site, name: str, kinds: ContractKinds) -> None:
     token = site.tokens[name]
     topic = Topic(f"/{token}/status", kinds.status)
-    device = Device(name, site.lab, site.folders.state / "servers", site.owner, _publisher(topic))
+    site.on_status(name, lambda status: topic.publish(to_ros(kinds.status, status)))
+    device = Device(
+        name, site.lab, site.folders.state / "servers", site.owner, lambda s: site.told(name, s)
+    )
     site.devices[name] = device
     site.offers.topics[topic.name] = topic
     for action, kind in kinds.actions.items():
@@ -108,8 +129,3 @@ def _add_device(site: Site, name: str, kinds: ContractKinds) -> None:
         if action in kinds.services:
             service = DeviceService(full, kinds.services[action], offered, site.goals)
             site.offers.services[full] = service
-
-
-def _publisher(topic: Topic) -> Callable[[dict[str, Any]], None]:
-    kind: Message = topic.kind
-    return lambda status: topic.publish(to_ros(kind, status))

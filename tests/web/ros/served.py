@@ -52,3 +52,11 @@ def _address(process: subprocess.Popen, folder: Path) -> str:
             return found[1].decode()
     process.kill()
     raise AssertionError(f"it did not start: {said.decode()} {(folder / 'ros.log').read_text()}")
+
+
+def command(folder: Path, *options: str) -> subprocess.CompletedProcess:
+    """`labrun ros` where it ends by itself."""
+    return subprocess.run(
+        [sys.executable, "-P", "-m", "labrun.engine", "ros", *options],
+        cwd=folder, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL,
+    )  # fmt: skip

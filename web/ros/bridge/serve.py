@@ -36,6 +36,8 @@ async def bridge(offers: Offers, goals: Goals, gate: Gate, port: int) -> AsyncIt
         yield f"ws://{f'[{host}]' if ':' in host else host}:{bound}"
 
 
-def _subprotocol(connection: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:
+def _subprotocol(
+    connection: ServerConnection, offered: Sequence[Subprotocol]
+) -> Subprotocol | None:
     """Clients that name one get it; most name none."""
     return SUBPROTOCOL if SUBPROTOCOL in offered else None

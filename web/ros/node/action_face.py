@@ -1,6 +1,7 @@
 """An action of ours as an action server of rclpy."""
 
-# pyright: reportMissingImports=false - rclpy is where ROS is
+# rclpy is only where ROS is.
+# pyright: reportMissingImports=false
 
 import logging
 from typing import Any
@@ -36,6 +37,7 @@ class ActionFace:
             action.name,
             self._execute,
             goal_callback=self._goal,
+            handle_accepted_callback=self._accepted,
             cancel_callback=self._cancel,
         )
 
@@ -65,12 +67,17 @@ class ActionFace:
             self._begun.pop(id(begun.request), None)
             self._goals.cancel(goal)
 
-    async def _execute(self, handle: ServerGoalHandle) -> Any:
+    def _accepted(self, handle: ServerGoalHandle) -> None:
+        # Before it is executed a cancel may come in already, so it is known from here on.
         begun = self._begun.pop(id(handle.request))
-        goal, key = begun.goal, bytes(handle.goal_id.uuid)
-        assert goal is not None
-        self._handles[key] = goal
+        assert begun.goal is not None
+        self._handles[bytes(handle.goal_id.uuid)] = begun.goal
         begun.pick_up(handle)
+        handle.execute()
+
+    async def _execute(self, handle: ServerGoalHandle) -> Any:
+        key = bytes(handle.goal_id.uuid)
+        goal = self._handles[key]
         try:
             end = await self._crossing.over(goal.end())
         finally:

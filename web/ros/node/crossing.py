@@ -1,6 +1,7 @@
 """From the thread that ROS spins in to our event loop, and back."""
 
-# pyright: reportMissingImports=false - rclpy is where ROS is
+# rclpy is only where ROS is.
+# pyright: reportMissingImports=false
 
 import asyncio
 import concurrent.futures

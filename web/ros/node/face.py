@@ -1,6 +1,7 @@
 """The node: an action server for each action, a topic for each status, a service where it is pure."""
 
-# pyright: reportMissingImports=false - rclpy is where ROS is
+# rclpy is only where ROS is.
+# pyright: reportMissingImports=false
 
 import asyncio
 import logging

@@ -1,6 +1,7 @@
 """`labrun ros --node`: look for ROS, look for the interfaces, be a node until Ctrl-C."""
 
-# pyright: reportMissingImports=false - rclpy is where ROS is
+# rclpy is only where ROS is.
+# pyright: reportMissingImports=false
 
 from collections.abc import Callable
 from typing import Any

@@ -6,7 +6,7 @@ import sys
 
 import roslibpy
 
-WAIT_S = 30
+WAIT_S = 80
 
 
 def goal(ros, step):

@@ -53,7 +53,9 @@ def make(ros: Path) -> None:
     _mend_exports(ros)
     # labrun and what it needs are those of the tests; the wheels' own numpy stands before.
     ours = [path for path in sys.path if path.endswith("site-packages")]
-    site = ros / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
+    site = (
+        ros / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
+    )
     lines = [f"import site; site.addsitedir({path!r})" for path in ours]
     (site / "zz_labrun.pth").write_text("\n".join(lines) + "\n")
 
@@ -63,7 +65,8 @@ def build(ros: Path, package: Path, prefix: Path) -> None:
     env = clean_environment(ros)
     work = prefix.with_name(f"{prefix.name}-build")
     run(
-        "cmake", "-Wno-dev", "-S", str(package), "-B", str(work), "-G", "Ninja", f"-DCMAKE_INSTALL_PREFIX={prefix}",
+        "cmake", "-Wno-dev", "-S", str(package), "-B", str(work), "-G", "Ninja",
+        f"-DCMAKE_INSTALL_PREFIX={prefix}",
         f"-DPython3_EXECUTABLE={ros / 'bin' / 'python'}", "-DBUILD_TESTING=OFF", env=env,
     )  # fmt: skip
     run("cmake", "--build", str(work), "--target", "install", env=env)
@@ -75,7 +78,9 @@ def _mend_exports(ros: Path) -> None:
     for path in (ros / "share").glob("**/*.cmake"):
         text = path.read_text(encoding="utf-8")
         mended = re.sub(f"{BUILDER}/include/python3[.0-9]+", include, text)
-        mended = re.sub(f"{BUILDER}/lib/python3[.0-9]+/site-packages/numpy/_core/include", str(numpy), mended)
+        mended = re.sub(
+            f"{BUILDER}/lib/python3[.0-9]+/site-packages/numpy/_core/include", str(numpy), mended
+        )
         if mended != text:
             path.write_text(mended, encoding="utf-8")
 
@@ -84,7 +89,9 @@ def run(*command: str, env: dict[str, str] | None = None) -> None:
     """Run a program; its words are told where it fails."""
     done = subprocess.run(command, env=env, capture_output=True, text=True)
     if done.returncode != 0:
-        raise RuntimeError(f"{' '.join(command[:3])} failed:\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}")
+        raise RuntimeError(
+            f"{' '.join(command[:3])} failed:\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}"
+        )
 
 
 if __name__ == "__main__":

@@ -1,0 +1,43 @@
+"""`/move_gantry`: lines of G-code in, moves of a gantry out."""
+
+from ..offer import End, Refused, Work
+from .gcode import GcodeFault, steps
+from .kinds import MOVE_GANTRY
+from .paper import AXES, Paper, PaperAction
+
+NAME, CONTRACT = "/move_gantry", "gantry@1"
+
+
+def add(paper: Paper, name: str, device: str) -> None:
+    """Offer it."""
+    paper.site.offers.actions[name] = MoveGantry(paper, name, device, MOVE_GANTRY)
+
+
+class MoveGantry(PaperAction):
+    """Every line is checked before the first is sent; places count from the zero of `/set_zero`."""
+
+    said = "msg"
+
+    async def carry(self, work: Work) -> End:
+        """One move after the other; the first that fails ends it."""
+        zero, status = self.paper.zero(self.device), self.paper.status(self.device)
+        here = {axis: status[axis] - zero[axis] for axis in AXES if status.get(axis) is not None}
+        try:
+            program = steps(str(work.values.get("cmd", "")), here)
+        except GcodeFault as fault:
+            raise Refused(f"cmd: {fault}") from fault
+        parts = []
+        for step in program:
+            action = self.paper.action(self.device, "home" if step.verb == "home" else "move_to")
+            params = {axis: place + zero[axis] for axis, place in step.place_mm.items()}
+            if step.feed_mm_min is not None:
+                params["feed"] = step.feed_mm_min
+            parts.append((action, action.checked(params)))
+        end = End("SUCCEEDED", {})
+        for number, (action, params) in enumerate(parts, 1):
+            if work.cancelled.is_set():
+                return self.ended(End("CANCELED", {"error_name": "Canceled"}))
+            end = await self.done(action, params, work, number)
+            if end.state != "SUCCEEDED":
+                break
+        return self.ended(end)
