@@ -74,6 +74,8 @@ class Driver:
     """
 
     contract: ClassVar[str]
+    any_contract: ClassVar[bool] = False
+    """True where the lab's `config` says how a contract is kept, whichever it is."""
     versions: dict[str, str] = {}  # noqa: RUF012 - replaced by what the hardware says, never changed
 
     def __init__(self, place: Place) -> None:

@@ -26,6 +26,7 @@ SHIPPED = {
     "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",
     "aecp": "labrun.drivers.aecp.driver:Aecp",
     "sciaps_gui": "labrun.drivers.sciaps_gui.driver:SciapsGui",
+    "ros_action": "labrun.drivers.ros_action.driver:RosAction",
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds those of others."""
 
@@ -104,6 +105,8 @@ def check_driver(driver: type[Driver], contract: Contract) -> None:
 
 
 def _faults(driver: type[Driver], contract: Contract) -> Iterator[str]:
+    if driver.any_contract:
+        return  # it is its configuration that may not fit, and the driver says so
     spoken = getattr(driver, "contract", None)
     if spoken != contract.type:
         yield f"it is a driver of {spoken}"

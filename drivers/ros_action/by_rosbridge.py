@@ -1,0 +1,113 @@
+"""Through a rosbridge, by roslibpy; the connection comes back by itself."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from .bridge import Bridge, Gone, Rejected, Sent, Values
+
+OPEN_S = 5.0
+
+
+class RosbridgeWay(Bridge):
+    """`url`: `ws://HOST:PORT`, with `/?token=...` where the bridge wants one."""
+
+    def __init__(self, url: str) -> None:
+        try:
+            import roslibpy
+        except ImportError as fault:
+            raise ValueError("roslibpy is not installed: pip install 'labrun[ros]'") from fault
+        self._roslibpy: Any = roslibpy
+        self._url = url
+        self._ros: Any = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._open: set[asyncio.Future[tuple[int, Values]]] = set()
+
+    async def open(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        # Its asyncio transport has a loop and a thread of its own, and ends with the last of them.
+        self._ros = self._roslibpy.Ros(self._url, transport="asyncio")
+        self._ros.on("close", self._in_loop(lambda *_: self._lose()))
+        try:
+            await asyncio.to_thread(self._ros.run, OPEN_S)
+        except Exception as fault:
+            await self.close()
+            raise Gone(f"the rosbridge at {self._url} cannot be reached: {fault}") from fault
+
+    async def close(self) -> None:
+        ros, self._ros = self._ros, None
+        if ros is not None:
+            await asyncio.to_thread(ros.close, OPEN_S)
+
+    @property
+    def connected(self) -> bool:
+        return self._ros is not None and bool(self._ros.is_connected)
+
+    def send(
+        self, action: str, type: str, goal: Values, feedback: Callable[[Values], None]
+    ) -> Sent:
+        self._check()
+        assert self._loop is not None
+        ended: asyncio.Future[tuple[int, Values]] = self._loop.create_future()
+        self._open.add(ended)
+        ended.add_done_callback(self._open.discard)
+        client = self._roslibpy.ActionClient(self._ros, action, type)
+
+        def over(result: Any) -> None:
+            values = result["values"]
+            _settle(ended, (result["status"].value, values if isinstance(values, dict) else {}))
+
+        def failed(result: Any) -> None:
+            _settle(ended, Rejected(str(result.get("values", result))))
+
+        id = client.send_goal(
+            self._roslibpy.Goal(goal),
+            self._in_loop(over),
+            self._in_loop(feedback),
+            self._in_loop(failed),
+        )
+        return Sent(ended, lambda: client.cancel_goal(id))
+
+    def cancel_all(self, action: str) -> None:
+        self._check()
+        # No id and no time: all of them (action_msgs/srv/CancelGoal).
+        service = self._roslibpy.Service(
+            self._ros, f"{action}/_action/cancel_goal", "action_msgs/srv/CancelGoal"
+        )
+        service.call(self._roslibpy.ServiceRequest({}), _nothing, _nothing)
+
+    def listen(self, topic: str, type: str, heard: Callable[[Values], None]) -> None:
+        self._check()
+        self._roslibpy.Topic(self._ros, topic, type).subscribe(self._in_loop(heard))
+
+    def _check(self) -> None:
+        if not self.connected:
+            raise Gone(f"there is no connection to the rosbridge at {self._url}")
+
+    def _lose(self) -> None:
+        for ended in list(self._open):
+            _settle(ended, Gone(f"the connection to the rosbridge at {self._url} broke"))
+
+    def _in_loop(self, receive: Callable[..., None]) -> Callable[..., None]:
+        """The same, called from roslibpy's thread."""
+        loop = self._loop
+        assert loop is not None
+
+        def pass_on(*given: Any) -> None:
+            if not loop.is_closed():
+                loop.call_soon_threadsafe(receive, *given)
+
+        return pass_on
+
+
+def _settle(ended: "asyncio.Future[tuple[int, Values]]", said: Any) -> None:
+    if ended.done():
+        return
+    if isinstance(said, Exception):
+        ended.set_exception(said)
+    else:
+        ended.set_result(said)
+
+
+def _nothing(answer: Any) -> None:
+    """Whether goals ended is seen where they are awaited."""

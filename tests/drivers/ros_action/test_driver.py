@@ -1,0 +1,146 @@
+"""What comes back from ROS in the contract's words; configurations that cannot be."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from labrun.drivers.ros_action.config import read_config
+from labrun.schemas.contracts import parse_contract
+
+from .robot import ARM, config, end_robot, start_robot
+
+LAB = """
+name: ours
+contracts: [./arm.yaml]
+devices:
+  arm: {{contract: arm@1, driver: ros_action, config: {config}}}
+  gantry: {{contract: gantry@1, driver: sim_gantry, config: {{clock: fast, homed: true}}}}
+"""
+PROTOCOL = """
+labrun: 1
+name: hand_over
+devices: {arm: arm@1, gantry: gantry@1}
+steps:
+  - parallel:
+      - {do: arm.reach, with: {x: 30 cm, y: 5 mm}}
+      - {do: gantry.move_to, with: {x: 10 mm}}
+  - id: back
+    do: arm.reach
+    with: {x: 12.5 mm, speed: 1 m/s}
+outputs: {x: "${{ steps.back.x }}", y: "${{ steps.back.y }}"}
+"""
+CONTRACT = parse_contract(ARM, "arm.yaml")
+
+
+@pytest.fixture(scope="module")
+def ours(tmp_path_factory):
+    """A lab of ours with the robot in it."""
+    from .test_contract import free_port
+
+    folder, port = tmp_path_factory.mktemp("ours"), free_port()
+    process = start_robot(folder, port)
+    lab = LAB.format(config=json.dumps(config(f"ws://127.0.0.1:{port}")))
+    (folder / "lab.yaml").write_text(lab)
+    (folder / "protocol.yaml").write_text(PROTOCOL)
+    yield folder
+    end_robot(folder, process)
+
+
+def labrun(folder, *arguments):
+    return subprocess.run(
+        [sys.executable, "-P", "-m", "labrun.engine", *arguments], cwd=folder, text=True,
+        capture_output=True, timeout=90, stdin=subprocess.DEVNULL, env=os.environ,
+    )  # fmt: skip
+
+
+def test_a_robot_of_ros_takes_part_in_a_protocol(ours):
+    done = labrun(ours, "run", "protocol.yaml", "--lab", "lab.yaml", "--json")
+
+    assert done.returncode == 0, done.stdout + done.stderr
+    outputs = json.loads(done.stdout.splitlines()[-1])["data"]["outputs"]
+    assert outputs == {"x": {"$quantity": [12.5, "mm"]}, "y": {"$quantity": [5.0, "mm"]}}
+
+
+def test_an_aborted_goal_is_the_contracts_error_of_that_name(ours):
+    done = labrun(ours, "call", "arm.reach", "x=1200", "speed=500", "--lab", "lab.yaml", "--yes")
+
+    assert done.returncode == 1
+    assert "TooFar: 1.2 m is out of reach at 0.5 m/s" in done.stderr
+
+
+def test_an_aborted_goal_of_another_name_is_the_one_that_the_lab_says(ours):
+    text = (ours / "lab.yaml").read_text().replace('"frame": "bench"', '"frame": "moon"')
+    (ours / "moon.yaml").write_text(text)
+    done = labrun(ours, "call", "arm.reach", "x=12", "--lab", "moon.yaml", "--yes")
+
+    assert done.returncode == 1
+    assert "Stuck: which frame is 'moon'?" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("arm/reach", "arm/fly", "there is no action /arm/fly"),
+        ("RosArmReach", "Fibonacci", "/arm/reach is a labrun_interfaces/action/RosArmReach"),
+        ('"field": "target.x"', '"field": "target.u"', "target.u is no field"),
+    ],
+)
+def test_what_ros_does_not_take_surely_did_not_happen(ours, before, after, words):
+    (ours / "other.yaml").write_text((ours / "lab.yaml").read_text().replace(before, after))
+    done = labrun(ours, "call", "arm.reach", "x=12", "--lab", "other.yaml", "--yes")
+
+    assert done.returncode == 1
+    assert "Rejected" in done.stderr and words in done.stderr
+
+
+def test_a_bridge_that_is_not_there_is_a_sentence(tmp_path):
+    from .test_contract import free_port
+
+    (tmp_path / "arm.yaml").write_text(ARM)
+    gone = config(f"ws://127.0.0.1:{free_port()}")
+    (tmp_path / "lab.yaml").write_text(LAB.format(config=json.dumps(gone)))
+    done = labrun(tmp_path, "call", "arm.reach", "x=12", "--lab", "lab.yaml", "--yes")
+
+    assert done.returncode == 4
+    assert "cannot be reached" in done.stderr and "Traceback" not in done.stderr
+
+
+def changed(**more):
+    return {**config("ws://127.0.0.1:9090"), **more}
+
+
+def without(name):
+    return {key: value for key, value in changed().items() if key != name}
+
+
+def status(**fields):
+    return changed(status={"topic": "/s", "type": "a/msg/B", "fields": fields})
+
+
+BAD = [
+    (changed(node=True), "either `bridge: ws://HOST:PORT` or `node: true`"),
+    (without("bridge"), "either `bridge: ws://HOST:PORT` or `node: true`"),
+    (changed(bridge="http://x"), "is no address of a rosbridge"),
+    (changed(bridge=9090), "is no address of a rosbridge"),
+    (changed(speed=1), "there is no 'speed' here"),
+    (
+        changed(actions={"rest": {"action": "/a", "type": "b/action/C"}}),
+        "reach of arm@1 has no ROS action",
+    ),
+    (changed(actions=[]), "names and what they mean are wanted"),
+    (changed(actions={"reach": {"action": "/a"}, "rest": {}}), "actions.reach needs `type`"),
+    (status(u="v"), "u is none of state, x, y"),
+    (status(x={"field": "v", "unit": "s"}), "mm"),
+    (status(x={"fild": "v"}), "write a field's name"),
+]
+
+
+@pytest.mark.parametrize(("written", "words"), BAD)
+def test_a_configuration_that_does_not_fit_says_where(written, words):
+    with pytest.raises(ValueError) as fault:
+        read_config(written, CONTRACT)
+
+    assert words in str(fault.value)
