@@ -1,7 +1,6 @@
 """One connection: what a client sends is done or answered in the protocol's own terms."""
 
 import asyncio
-import contextlib
 from collections.abc import Callable, Coroutine
 from typing import Any
 
@@ -15,7 +14,6 @@ from .rooms import Rooms
 
 MOST_TASKS = 1000
 LEVELS = ("none", "error", "warning", "info")
-TOO_SLOW = 1013
 
 Operation = Callable[["Client", dict[str, Any]], None]
 Message = dict[str, Any]
@@ -106,8 +104,8 @@ class Client:
 
     async def _hang_up_when_full(self) -> None:
         await self._outbox.full.wait()
-        with contextlib.suppress(ConnectionClosed):
-            await self._socket.close(TOO_SLOW, "you do not read what you asked for")
+        # A parting word would wait behind all that it has not read.
+        self._socket.transport.abort()
 
 
 def _id(message: Message) -> Any:

@@ -21,7 +21,7 @@ class Misformed(ValueError):
 def read(data: str | bytes) -> dict[str, Any]:
     """A message; raises Misformed."""
     try:
-        message = json.loads(data)
+        message = json.loads(data if isinstance(data, str) else data.decode())
     except UnicodeDecodeError:
         raise Misformed("a binary frame has to be JSON in UTF-8") from None
     except ValueError as fault:
