@@ -1,0 +1,200 @@
+"""Contracts as ROS interfaces: text, names, values there and back."""
+
+import json
+import re
+
+import pytest
+
+from labrun.schemas.contracts import shipped_contracts
+from labrun.web.ros.from_schema import message_of
+from labrun.web.ros.names import TOPIC, constant_name, field_name, topic_token, type_name
+from labrun.web.ros.of_contract import kinds_of
+from labrun.web.ros.render import file_text, message_text
+from labrun.web.ros.values import ValueFault, from_ros, to_ros
+
+from .served import command
+
+FIELD = re.compile(r"^[a-z](_?[a-z0-9]+)*$")
+TYPE = re.compile(r"^[A-Z][A-Za-z0-9]*$")
+CONSTANT = re.compile(r"^[A-Z](_?[A-Z0-9]+)*$")
+
+
+def text(**properties):
+    required = [name for name in properties if not name.startswith("may")]
+    schema = {"type": "object", "properties": properties, "required": required}
+    message = message_of(schema, "p", "M", sent=True)
+    return message_text(message).splitlines()
+
+
+@pytest.mark.parametrize(
+    ("schema", "line"),
+    [
+        ({"type": "boolean"}, "bool v"),
+        ({"type": "integer"}, "int64 v"),
+        ({"type": "number"}, "float64 v"),
+        ({"type": "string"}, "string v"),
+        ({"type": "string", "maxLength": 9}, "string<=9 v"),
+        ({"type": "array", "items": {"type": "number"}}, "float64[] v"),
+        (
+            {"type": "array", "items": {"type": "string", "maxLength": 3}, "maxItems": 4},
+            "string<=3[<=4] v",
+        ),
+        (
+            {"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2},
+            "int64[2] v",
+        ),
+        ({"type": ["number", "null"]}, "float64[<=1] v"),
+        ({"type": "object", "properties": {"a": {"type": "number"}}}, "MV v"),
+        ({"type": "array", "items": {"type": "object", "properties": {"a": {}}}}, "MV[] v"),
+        ({"type": "object", "additionalProperties": {"type": "number"}}, "string v_json"),
+        ({"type": "array", "items": {"type": "array"}}, "string v_json"),
+        ({"anyOf": [{"type": "number"}, {"type": "string"}]}, "string v_json"),
+        ({"type": ["number", "string"]}, "string v_json"),
+        ({}, "string v_json"),
+        (True, "string v_json"),
+        ({"enum": [1, 2]}, "int64 v"),
+        ({"const": "a"}, "string v"),
+        ({"type": "number", "default": 2}, "float64 v 2.0"),
+        ({"type": "string", "default": 'say "hi"'}, 'string v "say \\"hi\\""'),
+    ],
+)
+def test_a_schema_is_a_field(schema, line):
+    assert text(v=schema)[-1] == line
+
+
+def test_units_and_ranges_are_comments_and_words_are_constants():
+    assert text(v={"type": "number", "unit": "mm", "minimum": 0, "exclusiveMaximum": 5}) == [
+        "# in mm; >= 0, < 5",
+        "float64 v",
+    ]
+    assert text(v={"enum": ["a b", "a-b", "", "1"]}) == [
+        'string V_A_B="a b"', 'string V_A_B_2="a-b"', 'string V_EMPTY=""', 'string V_1="1"', "string v",
+    ]  # fmt: skip
+
+
+def test_what_may_be_left_out_is_a_list_of_at_most_one():
+    assert text(may={"type": "number"}) == ["# may be left out", "float64[<=1] may"]
+
+
+@pytest.mark.parametrize(
+    "contract", shipped_contracts().values(), ids=lambda contract: contract.type
+)
+def test_every_name_of_a_shipped_contract_is_valid_in_ros(contract):
+    kinds = kinds_of(contract, "labrun_interfaces")
+    messages = [kinds.status, *kinds.status.nested()]
+    for kind in (*kinds.actions.values(), *kinds.services.values()):
+        assert file_text(kind).count("\n---\n") == len(kind.parts()) - 1
+        for part in kind.parts():
+            messages += [part, *part.nested()]
+
+    for message in messages:
+        assert TYPE.match(message.name)
+        names = [field.name for field in message.fields]
+        assert len(set(names)) == len(names) and all(FIELD.match(name) for name in names)
+        assert all(CONSTANT.match(name) for field in message.fields for name, _ in field.constants)
+
+
+@pytest.mark.parametrize(
+    "name", ["x", "xY", "X-Y", "class", "for", "2nd", "__a__b__", "µm", "type", "ROI"]
+)
+def test_any_name_becomes_a_valid_one(name):
+    assert FIELD.match(field_name(name))
+    assert TYPE.match(type_name(name))
+    assert TOPIC.match(f"/{topic_token(name)}")
+    assert CONSTANT.match(constant_name("v", name))
+
+
+def test_names_that_would_be_the_same_are_told_apart():
+    assert field_name("x-y", ["x_y"]) == "x_y_2"
+    assert topic_token("a__b", ["a_b", "a_b_2"]) == "a_b_3"
+    assert type_name("gantry@1", "move_to") == "GantryMoveTo"
+    assert type_name("gantry@2", "move_to") == "Gantry2MoveTo"
+
+
+def test_values_go_there_and_back():
+    schema = {
+        "type": "object",
+        "required": ["n", "place"],
+        "properties": {
+            "n": {"type": "integer"},
+            "size": {"type": "number"},
+            "place": {
+                "type": "object",
+                "required": ["x", "class"],
+                "properties": {"x": {"type": "number"}, "class": {"type": "string"}},
+            },
+            "many": {
+                "type": "array",
+                "items": {
+                    "type": "object",
+                    "required": ["a"],
+                    "properties": {"a": {"type": "boolean"}},
+                },
+            },
+            "free": {},
+        },
+    }
+    message = message_of(schema, "p", "M", sent=True)
+    data = {
+        "n": 3,
+        "size": 1.5,
+        "place": {"x": 1.0, "class": "A"},
+        "many": [{"a": True}],
+        "free": {"k": [None]},
+    }
+    values = to_ros(message, data)
+
+    assert values["size"] == [1.5] and values["place"]["value_class"] == "A"
+    assert json.loads(values["free_json"]) == {"k": [None]}
+    assert from_ros(message, values) == data
+    assert from_ros(message, {**values, "size": [], "many": [], "free_json": ""}) == {
+        "n": 3, "place": {"x": 1.0, "class": "A"},
+    }  # fmt: skip
+    assert from_ros(message, {"n": 1, "size": 2}) == {"n": 1, "size": 2}
+
+
+def test_a_value_of_another_type_names_its_place():
+    message = message_of(
+        {
+            "type": "object",
+            "properties": {"p": {"type": "object", "properties": {"x": {"type": "number"}}}},
+        },
+        "p",
+        "M",
+    )
+    with pytest.raises(ValueFault, match=r"p\.x is a string, it has to be a float64"):
+        from_ros(message, {"p": {"x": "1"}})
+    with pytest.raises(ValueFault, match=r"p\.y is no field of MP; it has x"):
+        from_ros(message, {"p": {"y": 1}})
+
+
+def test_the_package_of_a_lab_is_written_and_what_is_gone_is_removed(lab, tmp_path):
+    stale = tmp_path / "ws" / "labrun_interfaces" / "msg" / "FurnaceStatus.msg"
+    stale.parent.mkdir(parents=True)
+    stale.write_text("float64 celsius\n")
+    done = command(tmp_path, "--lab", str(lab), "--interfaces", "ws")
+
+    package = tmp_path / "ws" / "labrun_interfaces"
+    assert (
+        done.returncode == 0 and "colcon build --packages-select labrun_interfaces" in done.stdout
+    )
+    assert not stale.exists()
+    listed = re.findall(r'^  "(.+)"$', (package / "CMakeLists.txt").read_text(), re.M)
+    files = [
+        str(path.relative_to(package))
+        for path in package.rglob("*")
+        if path.parent != package and path.is_file()
+    ]
+    assert sorted(listed) == sorted(files)
+    assert "<name>labrun_interfaces</name>" in (package / "package.xml").read_text()
+    assert (package / "srv" / "LampAge.srv").read_text().splitlines()[:5] == [
+        "# lamp@1 age", "# effect: pure", "# cannot be cancelled", "# errors: Unknown", "# may be left out",
+    ]  # fmt: skip
+
+
+def test_a_folder_that_cannot_be_written_is_a_sentence(lab, tmp_path):
+    (tmp_path / "file").write_text("")
+    done = command(tmp_path, "--lab", str(lab), "--interfaces", "file")
+
+    assert done.returncode == 4
+    assert "cannot be written" in done.stderr and "Traceback" not in done.stderr
