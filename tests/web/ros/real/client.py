@@ -110,9 +110,7 @@ def lost(ros):
 
 def protocol(ros):
     run = ros.action(RunProtocol, "/labrun/run_protocol")
-    handle, heard = ros.send(
-        run, RunProtocol.Goal(protocol="hello", params_json='{"there": "30 mm"}')
-    )
+    handle, _ = ros.send(run, RunProtocol.Goal(protocol="hello", params_json='{"there": "30 mm"}'))
     end = ros.end(handle)
     bad, _ = ros.send(run, RunProtocol.Goal(protocol="nothing"))
     return {
