@@ -13,11 +13,10 @@ from .values import to_ros
 ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(1, 7)
 STATUS = {"SUCCEEDED": SUCCEEDED, "CANCELED": CANCELED, "ABORTED": ABORTED}
 """Numbers of action_msgs/msg/GoalStatus."""
-KEPT_S = 900.0
-"""How long ROS keeps a result that nobody has asked for."""
+KEPT_S, MOST_KEPT = 900.0, 1000
+"""How long ROS keeps a result that nobody has asked for, and how many we keep."""
 MOST_RUNNING = 200
 BEGIN_S = 30.0
-CLOSE_S = 5.0
 LOG = logging.getLogger(__name__)
 
 
@@ -104,7 +103,8 @@ class Goals:
         for goal in running:
             self.cancel(goal)
         if running:
-            await asyncio.wait([goal.task for goal in running], timeout=CLOSE_S)
+            wait_s = max(goal.action.close_s for goal in running)
+            await asyncio.wait([goal.task for goal in running], timeout=wait_s)
         for goal in running:
             goal.task.cancel()
         await asyncio.gather(*(goal.task for goal in running), return_exceptions=True)
@@ -135,8 +135,10 @@ class Goals:
             listener(goal)
 
     def _forget(self) -> None:
+        ended = [(g.ended, id) for id, g in self._goals.items() if g.ended is not None]
         over = time.time() - KEPT_S
-        for id in [g.id for g in self._goals.values() if g.ended is not None and g.ended < over]:
+        many = sorted(ended)[: max(0, len(ended) - MOST_KEPT)]
+        for id in {id for at, id in ended if at < over} | {id for _, id in many}:
             del self._goals[id]
 
 

@@ -62,9 +62,10 @@ def write_interfaces(lab: LoadedLab, package: str, folder: Path) -> list[Path]:
     """
     summary = f"Actions, services and messages of the lab {lab.lab.name}"
     written = [_write(folder / package, package, summary, lab_kinds(lab, package))]
-    if lab.lab.ros is not None and lab.lab.ros.aliases:
+    paper = paper_kinds(lab.lab)
+    if paper:
         summary = "The interfaces that the paper's programs use"
-        written.append(_write(folder / PAPER_PACKAGE, PAPER_PACKAGE, summary, paper_kinds()))
+        written.append(_write(folder / PAPER_PACKAGE, PAPER_PACKAGE, summary, paper))
     return written
 
 

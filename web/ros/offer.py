@@ -45,6 +45,8 @@ class Action(ABC):
     name: str
     kind: ActionKind
     can_cancel: bool = True
+    close_s: float = 5.0
+    """How long its goals are waited for when the lab is offered no more."""
 
     @abstractmethod
     async def carry(self, work: Work) -> End:

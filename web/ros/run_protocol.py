@@ -28,6 +28,8 @@ OPTIONS = {"params": "-p", "bind": "--bind", "answers": "--answer"}
 class RunProtocol(Action):
     """Runs what lies in the folder of protocols, or ships; `before` frees the devices for it."""
 
+    close_s = 60.0  # an abort runs `finally` and the safe state
+
     def __init__(
         self, kind: ActionKind, protocols: Path, runs: Path, lab: Path, state: Path,
         before: Callable[[], Any], by: str,

@@ -8,11 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...engine.lab import LoadedLab
+from ...engine.run_folder import FolderFault, FolderLock
 from ...schemas.contract import Contract
 from .aliases import add_aliases
 from .device import Device
 from .device_action import DeviceAction
 from .device_service import DeviceService
+from .fault import RosFault
 from .goals import Goals
 from .lab_here import lab_here
 from .names import topic_token
@@ -91,9 +93,36 @@ def _contract(lab: LoadedLab, name: str) -> Contract:
 
 
 @asynccontextmanager
-async def opened(lab: LoadedLab, package: str, folders: Folders) -> AsyncIterator[Site]:
-    """The lab on offer for as long as the block lasts; raises OSError where a folder cannot be written."""
-    folders.files.mkdir(parents=True, exist_ok=True)
+async def opened(
+    lab: LoadedLab,
+    package: str,
+    folders: Folders,
+    check: Callable[[Offers], None] = lambda offers: None,
+) -> AsyncIterator[Site]:
+    """The lab on offer for as long as the block lasts.
+
+    `check` may raise before any device is reached. Raises RosFault, and OSError where a folder cannot
+    be written.
+    """
+    for folder in (folders.files, folders.state):
+        folder.mkdir(parents=True, exist_ok=True)
+    lock = FolderLock(folders.state)
+    try:
+        lock.take()
+    except FolderFault as fault:
+        words = "another `labrun ros` serves from it; end it, or give this one a --state of its own"
+        raise RosFault(f"{folders.state}: {words}") from fault
+    try:
+        async with _offered(lab, package, folders, check) as site:
+            yield site
+    finally:
+        lock.release()
+
+
+@asynccontextmanager
+async def _offered(
+    lab: LoadedLab, package: str, folders: Folders, check: Callable[[Offers], None]
+) -> AsyncIterator[Site]:
     site = Site(lab_here(lab, folders.state), package, f"ros-{secrets.token_hex(4)}", folders)
     site.tokens = tokens_of(site.lab)
     kinds = contract_kinds(site.lab, package)
@@ -105,6 +134,7 @@ async def opened(lab: LoadedLab, package: str, folders: Folders) -> AsyncIterato
     )  # fmt: skip
     site.offers.actions[run.name] = run
     add_aliases(site, lab)
+    check(site.offers)
     try:
         await asyncio.gather(*(device.open() for device in site.devices.values()))
         yield site

@@ -7,7 +7,7 @@ import signal
 
 import pytest
 
-from .served import serve
+from .served import command, serve
 from .test_frames import GLOW, talking
 
 
@@ -135,3 +135,10 @@ def test_ctrl_c_ends_goals_and_devices_in_order(own):
     assert own.end() == 0
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+def test_a_second_one_from_the_same_folder_is_told_so(endpoint, lab):
+    done = command(endpoint.folder, "--lab", str(lab), "--port", "0")
+
+    assert done.returncode == 2
+    assert "another `labrun ros` serves from it" in done.stderr and "Traceback" not in done.stderr

@@ -1,5 +1,6 @@
 """The paper's `custom_interfaces`, field by field as its programs use them."""
 
+from ....schemas.lab import Lab
 from ..kinds import ActionKind, Field, Message, ServiceKind
 from ..own_kinds import text
 
@@ -45,9 +46,17 @@ LAUNCH_REQUEST = ServiceKind(
 )  # fmt: skip
 
 
-def paper_kinds() -> list[Message | ActionKind | ServiceKind]:
-    """All of them."""
-    return [
-        MOVE_GANTRY, TAKE_MEASUREMENT, EXPORT_SPECTRUM, ANALYZE_SPECTRUM, GANTRY_STATUS, SET_ZERO,
-        LAUNCH_REQUEST,
-    ]  # fmt: skip
+KINDS: dict[str, Message | ActionKind | ServiceKind] = {
+    "/move_gantry": MOVE_GANTRY, "/take_measurement": TAKE_MEASUREMENT,
+    "/export_spectrum": EXPORT_SPECTRUM, "/analyze_spectrum": ANALYZE_SPECTRUM,
+    "/gantry_status": GANTRY_STATUS, "/set_zero": SET_ZERO, "/launch": LAUNCH_REQUEST,
+}  # fmt: skip
+"""The paper's name -> its type."""
+
+
+def paper_kinds(lab: Lab) -> list[Message | ActionKind | ServiceKind]:
+    """Those that a lab's `ros` uses."""
+    if lab.ros is None:
+        return []
+    names = {*lab.ros.aliases} | ({"/launch"} if lab.ros.launch else set())
+    return [kind for name, kind in KINDS.items() if name in names]

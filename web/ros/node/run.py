@@ -27,15 +27,21 @@ async def run_node(
     from .face import node
 
     over = until_signal()
-    async with opened(lab, package, folders) as site:
-        types = types_of(site.offers)
-        async with node(site.offers, site.goals, types) as made:
-            say(f"labrun ros is the node /{made.get_name()}")
-            for device in site.devices.values():
-                if not device.online:
-                    say(f"{device.name} cannot be reached yet: {device.reason}")
-            say(f"{len(site.offers.actions)} actions; Ctrl-C ends it and leaves the devices safe")
-            await over.wait()
+    types: dict[str, Any] = {}
+
+    def check(offers: Offers) -> None:
+        types.update(types_of(offers))
+
+    async with (
+        opened(lab, package, folders, check) as site,
+        node(site.offers, site.goals, types) as made,
+    ):
+        say(f"labrun ros is the node /{made.get_name()}")
+        for device in site.devices.values():
+            if not device.online:
+                say(f"{device.name} cannot be reached yet: {device.reason}")
+        say(f"{len(site.offers.actions)} actions; Ctrl-C ends it and leaves the devices safe")
+        await over.wait()
 
 
 def types_of(offers: Offers) -> dict[str, Any]:

@@ -110,7 +110,9 @@ def lost(ros):
 
 def protocol(ros):
     run = ros.action(RunProtocol, "/labrun/run_protocol")
-    handle, _ = ros.send(run, RunProtocol.Goal(protocol="hello", params_json='{"there": "30 mm"}'))
+    handle, _ = ros.send(
+        run, RunProtocol.Goal(protocol="glowing.yaml", params_json='{"there": "30 mm"}')
+    )
     end = ros.end(handle)
     bad, _ = ros.send(run, RunProtocol.Goal(protocol="nothing"))
     return {

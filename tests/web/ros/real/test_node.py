@@ -16,9 +16,27 @@ import pytest
 
 from . import make_ros
 
-pytestmark = [pytest.mark.soak, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.soak, pytest.mark.timeout(1800)]
 HERE = Path(__file__).parent
-ALIASES = "ros: {aliases: {/move_gantry: gantry}}\n"
+LAB = """
+name: ros
+simulated: true
+contracts: [./lamp.yaml]
+devices:
+  gantry: {contract: gantry@1, driver: sim_gantry, config: {clock: fast, homed: true}}
+  Lamp__9_: {contract: lamp@1, driver: "./lamp.py:Lamp"}
+ros: {aliases: {/move_gantry: gantry}}
+"""
+PROTOCOL = """
+labrun: 1
+name: glowing
+params: {there: {type: quantity, unit: mm, default: 20 mm}}
+devices: {gantry: gantry@1, lamp: lamp@1}
+steps:
+  - {id: travel, do: gantry.move_to, with: {x: "${{ params.there }}"}}
+  - {do: lamp.glow, with: {seconds: 0.2 s}}
+outputs: {x: "${{ steps.travel.x }}"}
+"""
 RUNS_HERE = sys.platform == "linux" and platform.machine() == "x86_64"
 LIBC = platform.libc_ver()
 
@@ -29,9 +47,10 @@ def kept(kind, *texts):
     return Path(tempfile.gettempdir()) / f"labrun-ros-{kind}-{digest}"
 
 
-def made(folder, make):
+def made(folder, make, *, anew=False):
     if not (folder / "complete").exists():
-        shutil.rmtree(folder, ignore_errors=True)
+        if anew:  # half of an environment is none; half of a build goes on
+            shutil.rmtree(folder, ignore_errors=True)
         folder.parent.mkdir(parents=True, exist_ok=True)
         make(folder)
         (folder / "complete").touch()
@@ -44,14 +63,15 @@ def ros():
         pytest.skip(
             f"the wheels of ROS 2 are for x86-64 Linux with glibc, this is {platform.platform()}"
         )
-    return made(kept("wheels", Path(make_ros.__file__).read_text(), sys.prefix), make_ros.make)
+    return made(
+        kept("wheels", Path(make_ros.__file__).read_text(), sys.prefix), make_ros.make, anew=True
+    )
 
 
 @pytest.fixture(scope="session")
 def ros_lab(lab):
-    text = lab.read_text()
     path = lab.with_name("ros.yaml")
-    path.write_text(text + ALIASES)
+    path.write_text(LAB)
     return path
 
 
@@ -104,6 +124,7 @@ def node(ros, ros_lab, environment, tmp_path):
         "--lab",
         str(ros_lab),
     ]
+    (tmp_path / "glowing.yaml").write_text(PROTOCOL)
     log = tmp_path / "node.log"
     with log.open("wb") as sink:
         process = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=sink, stderr=sink)
@@ -174,7 +195,7 @@ def test_interfaces_of_another_lab_are_named_and_nothing_starts(ros, environment
         .replace("seconds: {type: number", "seconds: {type: integer")
     )
     (tmp_path / "lamp.yaml").write_text(other)
-    shutil.copy(lab, tmp_path)
+    (tmp_path / "lab.yaml").write_text(LAB)
     done = subprocess.run(
         [str(ros / "bin" / "python"), "-P", "-m", "labrun.engine", "ros", "--node", "--lab", "lab.yaml"],
         cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120,
