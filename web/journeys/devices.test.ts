@@ -73,7 +73,8 @@ describe('the gantry', () => {
     await expect.poll(() => page.getByRole('status', { name: 'X position' }).innerText(), { timeout: 5_000 }).toBe(aimed.toFixed(2))
     await page.getByRole('button', { name: 'Set 0 for X' }).click()
 
-    expect(await page.getByRole('status', { name: 'X position' }).innerText()).toBe('0.00')
+    await expect.poll(() => page.getByRole('status', { name: 'X position' }).innerText(), { timeout: 5_000 }).toBe('0.00')
+    expect((await status('gantry'))['work_x']).toBe(0)
 
     await page.getByLabel('Go to X').fill('5')
     await page.getByLabel('Go to Y').fill('')
@@ -81,7 +82,8 @@ describe('the gantry', () => {
     await expect.poll(async () => (await status('gantry'))['x'], { timeout: 20_000 }).toBeCloseTo(aimed + 5, 1)
     await page.getByLabel('Go to X').fill('9000')
     await page.getByText(/x 900\d.* is outside 0–730 mm|outside 0–730 mm/).first().waitFor()
-    await page.getByRole('button', { name: 'Clear zero' }).click()
+    await page.getByRole('button', { name: 'Return to zero' }).click()
+    await expect.poll(async () => (await status('gantry'))['x'], { timeout: 20_000 }).toBeCloseTo(aimed, 1)
     await leave(person)
   })
 

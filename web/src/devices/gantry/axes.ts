@@ -28,3 +28,13 @@ export function mostFeed(moving: ActionForm | undefined): number | null {
   const feed = (moving?.params as Schema | undefined)?.properties?.['feed']
   return feed?.unit === 'mm/min' ? (feed.maximum ?? null) : null
 }
+
+/** The zero that the device itself counts from, in bench coordinates; axes that count from the bench's are left out. */
+export function zeroOf(device: DeviceState, axes: readonly Axis[]): Place {
+  const zero: Place = {}
+  for (const axis of axes) {
+    const [at, from] = [device.status[axis], device.status[`work_${axis}`]]
+    if (typeof at === 'number' && typeof from === 'number' && Math.abs(at - from) > 1e-6) zero[axis] = at - from
+  }
+  return zero
+}
