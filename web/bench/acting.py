@@ -77,7 +77,7 @@ class Acting:
         params = self.checked(station, action, asked.params)
         self._arming.check_free(device)
         station.reached()
-        if station.turn.locked():
+        if station.turn.locked() and not wanted.meanwhile:
             raise Refusal(409, "BUSY", f"{device} is busy with another action by hand")
         if level_of(wanted) == 3:
             self._arming.spend(station, action, by, asked.armed)
@@ -151,27 +151,36 @@ class Acting:
         self, station: Station, state: GoalState, deadline: Deadline, leased: asyncio.Future[None]
     ) -> None:
         """From the lease to the last word; before `leased` is set, nothing was sent."""
+        if station.contract.actions[state.action].meanwhile and station.turn.locked():
+            return await self._send(station, state, deadline, leased)  # by the lease that is held
         async with station.turn:
             client = station.reached()
             await take_lease(client, station.name, state.by)
+            station.goal = state.id
             try:
-                deadline.check()
-                goal = self._goal(station, client, state)
-                self._goals[state.id] = state
-                self._forget_old()
-                station.goal = state.id
-                self._note(state)
-                if not leased.done():
-                    leased.set_result(None)
-                action = station.contract.actions[state.action]
-                outcome = await follow(client, goal, action, lambda r: self._report(state.id, r))
-                station.take_result(outcome.result)
-                await asyncio.to_thread(self._end, state.id, outcome)
+                await self._send(station, state, deadline, leased)
             finally:
                 station.goal = None
                 await client.release(station.name)
                 self._changed(state.id)
                 self._moved(station.name)
+
+    async def _send(
+        self, station: Station, state: GoalState, deadline: Deadline, leased: asyncio.Future[None]
+    ) -> None:
+        deadline.check()
+        client = station.reached()
+        goal = self._goal(station, client, state)
+        self._goals[state.id] = state
+        self._forget_old()
+        self._note(state)
+        if not leased.done():
+            leased.set_result(None)
+        action = station.contract.actions[state.action]
+        outcome = await follow(client, goal, action, lambda r: self._report(state.id, r))
+        station.take_result(outcome.result)
+        await asyncio.to_thread(self._end, state.id, outcome)
+        self._changed(state.id)
 
     def _goal(self, station: Station, client: DeviceClient, state: GoalState) -> Goal:
         action = station.contract.actions[state.action]

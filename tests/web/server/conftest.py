@@ -203,8 +203,8 @@ def _wait_for():
     return wait_for
 
 
-def make_house(folder, clock="fast", protocols=None, arguments=()):
-    """Protocols and a lab in a folder, not served yet."""
+def make_house(folder, clock="fast", protocols=None, arguments=(), lab=LAB, beside=None):
+    """Protocols and a lab in a folder, not served yet; `beside` are files beside the lab."""
     shelf = folder / "protocols"
     shelf.mkdir(parents=True)
     for name, text in (
@@ -212,7 +212,9 @@ def make_house(folder, clock="fast", protocols=None, arguments=()):
     ).items():
         (shelf / name).parent.mkdir(parents=True, exist_ok=True)
         (shelf / name).write_text(text)
-    (folder / "lab.yaml").write_text(LAB.format(clock=clock))
+    (folder / "lab.yaml").write_text(lab.format(clock=clock))
+    for name, text in (beside or {}).items():
+        (folder / name).write_text(text)
     return House(folder, [str(shelf), "--lab", str(folder / "lab.yaml"), *arguments])
 
 

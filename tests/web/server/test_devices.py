@@ -1,10 +1,31 @@
 """Devices by hand: forms, actions, arming, jogging, and the stop."""
 
+import json
 import os
 import signal
 import time
 
 import pytest
+
+from labrun.schemas.contracts import shipped_contracts
+
+STAGE = """\
+name: small
+simulated: true
+contracts: [./stage.yaml]
+devices:
+  gantry:
+    contract: stage@1
+    driver: "./stage.py:Stage"
+    config: {{clock: {clock}, homed: true}}
+"""
+STAGE_DRIVER = """\
+from labrun.drivers.sim_gantry import SimGantry
+
+
+class Stage(SimGantry):
+    contract = "stage@1"
+"""
 
 
 def test_a_device_tells_its_state_and_its_actions_as_forms(shared, page):
@@ -110,6 +131,22 @@ def moves(house):
     return [entry for entry in house.truth("gantry") if entry["what"] == "move"]
 
 
+def test_a_move_by_hand_is_held_and_let_go_on_while_another_move_is_refused(house, wait_for):
+    page = house(clock=1).client()
+    page.take()
+    page.reach("gantry")
+    moving = page.command("/devices/gantry/actions/move_to", {"params": {"x": 200}}).json()
+    held = page.command("/devices/gantry/actions/hold", {}).json()
+    wait_for(lambda: page.get("/devices/gantry").json()["status"]["state"] == "hold", "the hold")
+    other = page.command("/devices/gantry/actions/move_to", {"params": {"x": 0}})
+    page.command("/devices/gantry/actions/resume", {})
+    wait_for(lambda: page.get(f"/goals/{moving['id']}").json()["ended_at"], "the end")
+
+    assert moving["ended_at"] is None and held["state"] == "SUCCEEDED"
+    assert (other.status_code, other.json()["code"]) == (409, "BUSY")
+    assert page.get(f"/goals/{moving['id']}").json()["result"]["x"] == pytest.approx(200, abs=0.01)
+
+
 def test_a_hold_stops_by_itself_when_no_keep_alive_comes(house, wait_for):
     made = house(clock=1)
     client = made.client()
@@ -126,24 +163,41 @@ def test_a_hold_stops_by_itself_when_no_keep_alive_comes(house, wait_for):
     assert 0 < move["end"][0] - move["start"][0] < 19  # cut short: a stretch would be 20 mm
 
 
-def test_a_hold_goes_on_over_its_stretches_while_keep_alives_come(house, socket, wait_for):
-    made = house(clock=1)
+def test_a_hold_goes_on_while_keep_alives_come(house, socket, wait_for):
+    made, jog, stopped = held_for(house(clock=1), socket, 3.2)
+    wait_for(lambda: moves(made), "the move")
+    (move,) = moves(made)
+
+    assert jog["moving"]
+    assert stopped["moving"] is False and stopped["reason"] == "let go"
+    assert move["end"][1] > 20  # 10 mm/s for three seconds
+
+
+def test_where_a_device_has_no_jog_a_hold_goes_on_over_stretches(house, socket, wait_for):
+    contract = shipped_contracts()["gantry@1"].model_dump(mode="json") | {"type": "stage@1"}
+    contract["actions"] = {name: contract["actions"][name] for name in ("home", "move_to", "halt")}
+    beside = {"stage.yaml": json.dumps(contract), "stage.py": STAGE_DRIVER}
+    made, jog, stopped = held_for(house(clock=1, lab=STAGE, beside=beside), socket, 3.2)
+    wait_for(lambda: len(moves(made)) >= 2, "two stretches")
+
+    assert jog["moving"]
+    assert stopped["moving"] is False and stopped["reason"] == "let go"
+    assert abs(moves(made)[0]["end"][1] - 20) < 0.01  # the first stretch to its end
+
+
+def held_for(made, socket, seconds):
+    """The y axis held by a person at 10 mm/s, then let go."""
     client = made.client()
     client.take()
     client.reach("gantry")
     ui = socket(made, client)
     asked = {"axis": "y", "direction": 1, "feed_mm_min": 600}
     jog = client.command("/devices/gantry/jog/start", asked).json()
-    until = time.monotonic() + 3.2
+    until = time.monotonic() + seconds
     while time.monotonic() < until:
         ui.emit("jog", {"id": jog["id"]})
         time.sleep(0.1)
-    stopped = client.post(f"/jogs/{jog['id']}/stop").json()
-    wait_for(lambda: len(moves(made)) >= 2, "two stretches")
-
-    assert stopped["moving"] is False and stopped["reason"] == "let go"
-    assert abs(moves(made)[0]["end"][1] - 20) < 0.01  # the first stretch to its end
-    assert client.get("/devices/gantry").json()["status"]["state"] in ("idle", "moving")
+    return made, jog, client.post(f"/jogs/{jog['id']}/stop").json()
 
 
 def test_a_hold_ends_with_the_connection_that_kept_it_alive(house, socket, wait_for):
@@ -171,8 +225,10 @@ def test_a_hold_cannot_run_beyond_the_end_of_its_axis(shared, page, wait_for):
     page.command("/devices/gantry/actions/move_to", {"params": {"x": 0}})
     asked = {"axis": "x", "direction": -1, "feed_mm_min": 600}
     jog = page.command("/devices/gantry/jog/start", asked).json()
+    reason = wait_for(lambda: page.post(f"/jogs/{jog['id']}/beat").json()["reason"], "its end")
 
-    assert jog["moving"] is False and jog["reason"] == "x is at its limit"
+    assert reason == "x is at its limit"
+    assert page.get("/devices/gantry").json()["status"]["x"] == 0
 
 
 def test_stop_all_needs_no_sign_in_and_breaks_off_what_moves(house, wait_for):
