@@ -65,10 +65,14 @@ class DeviceAction(Action):
         async with self.device.borrowed() as client:
             goal = self._goal(client, params, f"{self.device.owner}/{work.id}/{part}")
 
+            said: list[tuple[float | None, str]] = [(None, "")]
+
             def report(told: GoalReport) -> None:
                 work.begun.set()
-                if told.state == "EXECUTING" and (told.progress is not None or told.message):
-                    work.tell(feedback(told.progress, told.message))
+                new = (told.progress, told.message)
+                if told.state == "EXECUTING" and new != said[-1]:  # a heartbeat says the same again
+                    said[:] = [new]
+                    work.tell(feedback(*new))
 
             return await self._followed(client, goal, work, report)
 

@@ -34,7 +34,10 @@ class Goal:
 
     async def end(self) -> End:
         """Wait for its end; cancelling the wait leaves the goal alone."""
-        return await asyncio.shield(self.task)
+        await asyncio.wait({self.task})
+        if self.task.cancelled():
+            return aborted(self.action, "Stopped", "the lab is offered to ROS no more", "unknown")
+        return self.task.result()
 
 
 class Goals:

@@ -6,7 +6,7 @@
 import asyncio
 import logging
 import threading
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Any
 
@@ -44,8 +44,7 @@ async def node(offers: Offers, goals: Goals, types: dict[str, Any]) -> AsyncIter
     ]
     for service in offers.services.values():
         _serve(made, service, types[service.kind.type], crossing)
-    for topic in offers.topics.values():
-        _publish(made, topic, types[topic.kind.type])
+    published = [_publish(made, topic, types[topic.kind.type]) for topic in offers.topics.values()]
     thread = threading.Thread(target=_spin, args=(executor,), name="rclpy", daemon=True)
     thread.start()
     try:
@@ -53,6 +52,8 @@ async def node(offers: Offers, goals: Goals, types: dict[str, Any]) -> AsyncIter
     finally:
         await goals.close()
         await asyncio.sleep(LAST_WORDS_S)  # the results are on their way in the other thread
+        for leave in published:
+            leave()
         executor.shutdown(timeout_sec=2)
         rclpy.try_shutdown()
         await asyncio.to_thread(thread.join, 5)
@@ -70,9 +71,15 @@ def _spin(executor: SingleThreadedExecutor) -> None:
         LOG.exception("the node of ROS fell over")
 
 
-def _publish(node: Node, topic: Topic, cls: Any) -> None:
+def _publish(node: Node, topic: Topic, cls: Any) -> Callable[[], None]:
+    """Publish a topic; what is returned ends that."""
     publisher = node.create_publisher(cls, topic.name, LATCHED)
-    topic.listen(lambda values: publisher.publish(fill(topic.kind, cls(), values)))
+
+    def tell(values: Values) -> None:
+        publisher.publish(fill(topic.kind, cls(), values))
+
+    topic.listen(tell)
+    return lambda: topic.leave(tell)
 
 
 def _serve(node: Node, service: Service, cls: Any, crossing: Crossing) -> None:
