@@ -1,9 +1,9 @@
 // Stock roslib 1.4, which knows no actions of ROS 2, sends goals by the services behind them.
+const { randomBytes } = require("crypto");
 const ROSLIB = require("roslib1");
 
 const [url, text] = process.argv.slice(2);
 const ros = new ROSLIB.Ros({ url });
-let count = 0;
 
 const call = (name, serviceType, args) =>
   new Promise((ok, no) =>
@@ -12,7 +12,7 @@ const call = (name, serviceType, args) =>
 
 const DO = {
   goal: async (step) => {
-    const goal_id = { uuid: [...Array(15).fill(process.pid % 256), (count += 1)] };
+    const goal_id = { uuid: [...randomBytes(16)] };
     const feedback = [];
     const topic = new ROSLIB.Topic({
       ros, name: `${step.name}/_action/feedback`, messageType: `${step.type}_FeedbackMessage`,
