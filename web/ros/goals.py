@@ -35,6 +35,10 @@ class Goal:
     async def end(self) -> End:
         """Wait for its end; cancelling the wait leaves the goal alone."""
         await asyncio.wait({self.task})
+        return self.known_end()
+
+    def known_end(self) -> End:
+        """Its end, once its task is done."""
         if self.task.cancelled():
             return aborted(self.action, "Stopped", "the lab is offered to ROS no more", "unknown")
         return self.task.result()

@@ -79,7 +79,8 @@ class ActionFace:
         key = bytes(handle.goal_id.uuid)
         goal = self._handles[key]
         try:
-            end = await self._crossing.over(goal.end())
+            # A goal that is over by now needs no way there and back.
+            end = goal.known_end() if goal.task.done() else await self._crossing.over(goal.end())
         finally:
             del self._handles[key]
         result = fill(self.action.kind.result, self._cls.Result(), end.result)
