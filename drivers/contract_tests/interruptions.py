@@ -58,7 +58,7 @@ class Interruptions(Stage):
             _, following = await session.begin(lasting)
             safe, words = (await session.client.stop(device))[device]
             ended = await soon(following, f"{device} was stopped")
-            status = await session.newest_status()
+            status = await session.status_once(self.is_safe)
 
         assert safe, words
         assert ended.state in ("CANCELED", "ABORTED", "SUCCEEDED")
@@ -79,7 +79,7 @@ class Interruptions(Stage):
             await following
             async with connected(self.case, contract, url, owner=None) as session:
                 outcome = await session.client.follow(goal, send=False)
-                status = await session.newest_status()
+                status = await session.status_once(self.is_safe)
 
         match contract.on_lease_lapse:
             case "finish":

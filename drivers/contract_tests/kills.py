@@ -16,7 +16,7 @@ class Kills(Stage):
         lasting = self.case.lasting
         async with self._killed(tmp_path, lasting) as (session, goal):
             outcome = await session.client.follow(goal, send=False)
-            status = await session.newest_status()
+            status = await session.status_once(self.is_safe)
             await session.prepare(lasting)
             after = await session.do(lasting)
 

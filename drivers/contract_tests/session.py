@@ -2,7 +2,7 @@
 
 import asyncio
 import itertools
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from hashlib import sha256
@@ -21,6 +21,8 @@ from .case import Case, Params
 
 MOMENT_S = 0.3
 """After that long an action that was begun is in its middle."""
+
+TOLD_LATE_S = 2.0
 
 _numbers = itertools.count(1)
 
@@ -79,6 +81,17 @@ class Session:
             while not self.statuses:  # noqa: ASYNC110 - the client tells by a callback
                 await asyncio.sleep(0.01)
         return self.statuses[-1]
+
+    async def status_once(self, true: Callable[[Params], bool]) -> Params:
+        """The first status of which this is true; after two seconds the newest, whatever it says.
+
+        What an instrument tells of itself may be a moment older than what it was told to do.
+        """
+        until = asyncio.get_running_loop().time() + TOLD_LATE_S
+        while not true(status := await self.newest_status()):
+            if asyncio.get_running_loop().time() > until:
+                break
+        return status
 
 
 @asynccontextmanager

@@ -86,6 +86,7 @@ def test_a_silent_browser_is_nobody_and_the_server_does_not_speak_for_it(hand, s
     _, client = hand
     jog = client.command("/devices/stage/jog/start", HOLD).json()
     wait_for(lambda: stage.ended, "the end of the jog")
+    time.sleep(1)  # until the server has heard of it, too; asking would be a keep-alive
     told = client.post(f"/jogs/{jog['id']}/beat").json()
 
     assert told["moving"] is False and "no keep-alive" in told["reason"]
