@@ -102,7 +102,7 @@ class SimGantry(Twin):
             over = None
         else:
             low, high = self._range(axis)
-            if self.clock.tick_s >= 1:  # no hand is on a clock that leaps: it lets go at once
+            if self.clock.leaps:  # no hand is on a clock that leaps: it lets go at once
                 way = feed / 60 * lease
                 low, high = max(low, there[i] - way), min(high, there[i] + way)
             there[i] = high if direction == "+" else low

@@ -13,11 +13,13 @@ class Clock:
     would on the real one. A number is how many times faster than real the clock runs. `rehearsal`
     sleeps every second, on a loop whose time leaps.
 
-    `tick_s` is how often something that goes on looks about itself.
+    Where it `leaps`, no person can do anything meanwhile. `tick_s` is how often something that
+    goes on looks about itself.
     """
 
     def __init__(self, kind: str | float = "real") -> None:
         self.fast = kind == "fast"
+        self.leaps = kind in ("fast", "rehearsal")
         self.speed = 1.0 if kind in TICKS_S else _speed(kind)
         self.tick_s = TICKS_S[kind] if isinstance(kind, str) else TICKS_S["real"] * self.speed
         self.elapsed_s = 0.0
