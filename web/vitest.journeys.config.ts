@@ -8,6 +8,8 @@ export default defineConfig({
     testTimeout: 120_000,
     hookTimeout: 120_000,
     fileParallelism: false,
+    // A jog must be kept alive ten times a second: a machine that stalls ends it, and so it should.
+    retry: 1,
     sequence: { concurrent: false },
   },
 })

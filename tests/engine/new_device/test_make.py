@@ -72,6 +72,7 @@ def test_its_own_test_passes(tmp_path):
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(1000)
 @pytest.mark.parametrize("contract", ["own", *SHIPPED])
 def test_its_whole_test_passes_for_every_contract(tmp_path, contract):
     new(tmp_path, "hot_plate", *([] if contract == "own" else ["--contract", contract]))

@@ -16,7 +16,8 @@ import pytest
 
 from . import make_ros
 
-pytestmark = [pytest.mark.soak, pytest.mark.timeout(1800)]
+# One worker has them all: the environment with ROS is made once.
+pytestmark = [pytest.mark.soak, pytest.mark.timeout(1800), pytest.mark.xdist_group("ros")]
 HERE = Path(__file__).parent
 LAB = """
 name: ros
