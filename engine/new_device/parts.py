@@ -55,6 +55,9 @@ def good_call(action: Action) -> dict[str, Any]:
     """Parameters that the contract allows: those required, and as many more as it wants."""
     schemas = action.param_schemas()
     names = action.required() or list(schemas)[: action.params.get("minProperties", 0)]
+    for one_of in ("oneOf", "anyOf"):  # parameters of which one or the other is needed: the first
+        first = next(iter(action.params.get(one_of, [])), {})
+        names = [*names, *(name for name in first.get("required", []) if name not in names)]
     return {name: plain(name, schemas[name]) for name in names}
 
 
