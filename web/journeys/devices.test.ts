@@ -87,6 +87,19 @@ describe('the gantry', () => {
     await leave(person)
   })
 
+  it('is held on its way, and goes on along it', async () => {
+    const person = await atDevice('gantry')
+    const { page } = person
+    const aim = Number((await status('gantry'))['y']) > 350 ? 0 : 700
+    await page.getByLabel('Go to Y').fill(String(aim))
+    await page.getByRole('form', { name: 'Position' }).getByRole('button', { name: 'Go to' }).click()
+    await page.getByRole('button', { name: 'Hold still' }).click()
+    await expect.poll(async () => (await status('gantry'))['state'], { timeout: 10_000 }).toBe('hold')
+    await page.getByRole('button', { name: 'Go on' }).click()
+    await expect.poll(async () => (await status('gantry'))['y'], { timeout: 20_000 }).toBeCloseTo(aim, 1)
+    await leave(person)
+  })
+
   it('keeps a place under a name and comes back to it', async () => {
     const person = await atDevice('gantry')
     const { page } = person

@@ -38,3 +38,6 @@ export function zeroOf(device: DeviceState, axes: readonly Axis[]): Place {
   }
   return zero
 }
+
+/** What brings a move to a stand for a while, and lets it go on: buttons beside the move, no cards of their own. */
+export const PAUSING = ['hold', 'resume'] as const
