@@ -282,11 +282,12 @@ def test_a_uuid_that_is_none_or_known_is_refused(endpoint):
         endpoint, *({**send, "id": n, "args": {**goal, "goal_id": {"uuid": uuid}}}
         for n, uuid in enumerate([[1], "x", [0] * 16, [256] * 16])), hear=4,
     )  # fmt: skip
-    first, second = exchange(endpoint, {**send, "args": goal}, {**send, "args": goal}, hear=2)
+    two = exchange(endpoint, {**send, "args": goal}, {**send, "args": goal}, hear=2)
+    refused, taken = sorted(two, key=lambda answer: answer["result"])
 
     assert [answer["result"] for answer in answers] == [False] * 4
-    assert [one["result"] for one in (second, first)] == [True, False]
-    assert "is known already" in first["values"]
+    assert [one["result"] for one in (taken, refused)] == [True, False]
+    assert "is known already" in refused["values"]
 
 
 def test_a_busy_device_rejects_the_second_goal(endpoint):

@@ -60,8 +60,11 @@ def test_what_was_reduced_is_downloaded_with_its_points(measured):
 
 def test_a_run_without_spectra_says_why_it_is_not_reduced(measured, wait_for):
     _, client, _ = measured
+    asking = client.run_of("talk.yaml")  # alive as long as nobody answers
+    live = client.post(f"/runs/{asking}/reduce")
+    client.command(f"/runs/{asking}/abort")
+    client.until(asking, "aborted")
     run = client.run_of("long.yaml")
-    live = client.post(f"/runs/{run}/reduce")
     client.until(run, "succeeded")
     client.post(f"/runs/{run}/reduce")
     wait_for(lambda: client.get(f"/runs/{run}/reduction").json()["state"] == "failed", "a reason")
