@@ -80,7 +80,7 @@ async def _reach(name: str, lab: LoadedLab, connections: Connections) -> None:
     device = lab.lab.devices[name]
     if device.url is not None:
         await _open(name, device.url, device.token, connections)
-    elif device.port is not None and _listens(device.port):
+    elif device.port is not None and listens(device.port):
         await _open(name, f"http://127.0.0.1:{device.port}", device.token, connections)
     else:
         await _start(name, device, lab, connections)
@@ -173,7 +173,8 @@ async def _lease(device: str, connections: Connections, owner: str) -> None:
     connections.leased.append(device)
 
 
-def _listens(port: int) -> bool:
+def listens(port: int) -> bool:
+    """Whether something answers at a port of this machine."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
         probe.settimeout(0.5)
         return probe.connect_ex(("127.0.0.1", port)) == 0

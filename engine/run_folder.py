@@ -4,6 +4,7 @@ import json
 import os
 import re
 import secrets
+import time
 from collections.abc import Iterable
 from datetime import datetime
 from hashlib import sha256
@@ -24,6 +25,8 @@ LAB = "lab.yaml"
 CONTRACTS = "contracts"
 SERVERS = "servers"
 ASKED = "run.json"
+LOOK_S = 0.2
+"""A lock is tried for so long: longer than anybody takes who looks whether it is held."""
 
 
 class FolderFault(Exception):
@@ -159,7 +162,7 @@ class FolderLock:
         """Take the lock, or raise FolderFault when another engine holds it."""
         file = self.path.open("a+")
         try:
-            _lock(file)
+            _lock_in_time(file)
         except OSError as fault:
             file.close()
             raise FolderFault(
@@ -189,6 +192,18 @@ def is_live(folder: Path) -> bool:
         return False
     except OSError:
         return True
+
+
+def _lock_in_time(file: IO[str]) -> None:
+    """Lock; whoever only looks whether somebody is there (`is_live`) holds it for an instant."""
+    until = time.monotonic() + LOOK_S
+    while True:
+        try:
+            return _lock(file)
+        except OSError:
+            if time.monotonic() > until:
+                raise
+        time.sleep(LOOK_S / 20)
 
 
 def _lock(file: IO[str]) -> None:

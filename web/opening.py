@@ -10,7 +10,6 @@ from ..engine.lab import LoadedLab
 from .bench.acting import Acting
 from .bench.arming import Arming
 from .bench.bench import Bench
-from .bench.bench_lab import bench_lab
 from .bench.jogging import Jogging
 from .bench.stopping import Stopping
 from .guard.control import Control
@@ -18,6 +17,7 @@ from .guard.fault import FaultLog
 from .guard.once import Keys
 from .guard.refusal import Refusal
 from .guard.sessions import Sessions
+from .lab_here import lab_here
 from .live.launching import Launching
 from .live.resuming import Resuming
 from .live.runs import Runs
@@ -46,7 +46,7 @@ async def opened(options: Options, lab: LoadedLab) -> AsyncIterator[Site]:
     options.state.mkdir(parents=True, exist_ok=True)
     options.runs.mkdir(parents=True, exist_ok=True)
     workers = Workers()
-    site = _site(options, lab, bench_lab(lab, options.state / "bench"), workers)
+    site = _site(options, lab, lab_here(lab, options.state / "bench"), workers)
     site.push.open(_sources(site))
     await site.runs.open()
     site.launching.open()

@@ -2,25 +2,22 @@
 
 import asyncio
 import contextlib
-import os
-import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from ...drivers.client import DeviceClient, ServerUnreachable
-from ...drivers.launch import RunningServer, ServerFailed, start_server
-from ...engine.connect import IDLE_EXIT_S, server_config
+from ...drivers.launch import RunningServer, ServerFailed
 from ...engine.lab import LoadedLab
 from ...schemas.contract import Contract
 from ...schemas.lab import LabDevice
 from ..clock import iso, now_iso
+from ..device_server import greet, serve_here
 from ..guard.refusal import Refusal
 from ..models.devices import DeviceState, Reach
 
 AGAIN_S = 2.0
-GREETING_S = 5.0
 SILENT_S = 4.0
 """A device server tells its status each second: after this without one, it is lost."""
 
@@ -142,37 +139,14 @@ class Station:
     async def _connect(self) -> None:
         url = self.device.url
         if url is None:
-            url = await self._serve()
+            url, self._server = await serve_here(self.name, self._lab, self._folder)
         client = DeviceClient(
             url, self.device.token, on_status=self._on_status, on_link=self._on_link
         )
-        try:
-            described = await client.open(GREETING_S)
-            if self.name not in described.devices:
-                served = ", ".join(described.devices) or "nothing"
-                raise ServerUnreachable(url, f"it serves {served}, not {self.name}")
-            kept = described.devices[self.name].contract.get("type")
-            if kept != self.contract.type:
-                raise ServerUnreachable(url, f"it keeps {kept}, not {self.contract.type}")
-        except BaseException:
-            await client.close()
-            raise
+        described = await greet(client, url, self.name, self.contract.type)
         self.client = client
         self._on_status(self.name, described.devices[self.name].status)
         self._set("online", "")
-
-    async def _serve(self) -> str:
-        """The address of the device's server: one that listens at its port, or one of our own."""
-        port = self.device.port
-        assert port is not None
-        left = self._folder / self.name
-        ours = left.is_dir()
-        if not ours and await asyncio.to_thread(_listens, port):
-            return f"http://127.0.0.1:{port}"  # somebody serves it in another shell
-        config = server_config({self.name: self.device}, self._lab, self._folder)
-        config.update(port=port, idle_exit_s=IDLE_EXIT_S, owner_pid=os.getpid())
-        self._server = await start_server(config, left)
-        return self._server.url
 
     async def _until_gone(self) -> None:
         """Wait for the end of our server; of somebody else's only the link tells, which comes back."""
@@ -202,9 +176,3 @@ class Station:
             self._since = now_iso()
         self._reach, self._reason = reach, reason
         self._changed(self.name)
-
-
-def _listens(port: int) -> bool:
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
-        probe.settimeout(0.5)
-        return probe.connect_ex(("127.0.0.1", port)) == 0

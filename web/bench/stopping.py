@@ -26,22 +26,25 @@ class Stopping:
         self._arming = arming
         self._abort = abort
         self._tell = tell
-        self._under_way: asyncio.Task[Stopped] | None = None
+        self._latest: asyncio.Task[Stopped] | None = None
+        self._press: str | None = None
 
-    async def stop_all(self) -> Stopped:
-        """Stop; whoever asks while that is under way gets the same answer.
+    async def stop_all(self, press: str | None = None) -> Stopped:
+        """Stop; whoever asks while that is under way, or again for the same press, gets its answer.
 
         A page asks by two ways at once, and an engine that is told twice to abort leaves out
         `finally`. The stop goes on when its asker has gone.
         """
-        if self._under_way is None or self._under_way.done():
-            self._under_way = asyncio.create_task(self._stop_all())
-        return await asyncio.shield(self._under_way)
+        same = press is not None and press == self._press
+        if self._latest is None or (self._latest.done() and not same):
+            self._latest = asyncio.create_task(self._stop_all())
+            self._press = press
+        return await asyncio.shield(self._latest)
 
     async def close(self) -> None:
         """Wait for the end of a stop."""
-        if self._under_way is not None:
-            await asyncio.wait({self._under_way})
+        if self._latest is not None:
+            await asyncio.wait({self._latest})
 
     async def _stop_all(self) -> Stopped:
         """Devices first; runs are aborted beside, so that none goes on when its device is calm."""

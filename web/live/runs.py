@@ -9,6 +9,7 @@ from pathlib import Path
 from ...engine.control_server import FILE
 from ...engine.reports import make_reports
 from ...engine.run_folder import JOURNAL
+from ...engine.run_folder import is_live as has_engine
 from ..guard.refusal import Refusal, not_found
 from ..models.push import Notice, RunLog, RunPatch
 from ..models.push import Watched as WatchedTold
@@ -66,9 +67,11 @@ class Runs:
         return [run for run in self._open.values() if run.live]
 
     def is_live(self, id: str) -> bool:
-        """True while a run's engine is there."""
+        """True while a run's engine is there, also before the watch has seen its folder."""
         run = self._open.get(id)
-        return run is not None and (run.live or run.fate == "starting")
+        if run is None:
+            return has_engine(self.place(id))
+        return run.live or run.fate == "starting"
 
     def used_by(self, device: str) -> str | None:
         """The run, or launch, that has a device."""

@@ -35,7 +35,7 @@ class Sources:
     signed_in: Callable[[Mapping[str, Any]], bool]
     beat: Callable[[str, str], None]
     gone: Callable[[str], None]
-    stop: Callable[[], Awaitable[BaseModel]]
+    stop: Callable[[str | None], Awaitable[BaseModel]]
 
 
 @dataclass(slots=True)
@@ -183,12 +183,14 @@ class Push:
     async def _stop(self, session: str, data: Any = None) -> dict[str, Any]:
         """At once; but one that lay in a stalled line must not stop what was started since."""
         assert self.sources is not None
-        until_ms = data.get("until_ms") if isinstance(data, dict) else None
+        asked = data if isinstance(data, dict) else {}
+        until_ms, press = asked.get("until_ms"), asked.get("press")
         try:
             Deadline(until_ms if isinstance(until_ms, int | float) else None).check()
         except Refusal as late:
             return late.fault.model_dump()
-        return (await self.sources.stop()).model_dump(mode="json")
+        stopped = await self.sources.stop(press if isinstance(press, str) else None)
+        return stopped.model_dump(mode="json")
 
 
 _PENDING: set[asyncio.Future[Any]] = set()

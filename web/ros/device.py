@@ -2,23 +2,20 @@
 
 import asyncio
 import contextlib
-import os
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
 from ...drivers.client import DeviceClient, LeaseHeld, ServerUnreachable
-from ...drivers.launch import RunningServer, ServerFailed, start_server
-from ...engine.connect import IDLE_EXIT_S, server_config
+from ...drivers.launch import RunningServer, ServerFailed
 from ...engine.lab import LoadedLab
 from ...schemas.contract import Contract
 from ...schemas.lab import LabDevice
-from .listens import listens
+from ..device_server import greet, serve_here
 from .offer import Refused
 
 AGAIN_S = 1.0
-GREETING_S = 5.0
 TTL_S = 10.0
 HOLD_S = 1.0
 """How long a lease is kept for the next goal; then somebody else may have the device."""
@@ -164,37 +161,16 @@ class Device:
             client = DeviceClient(
                 url, self.device.token, on_status=self._on_status, on_link=self._on_link
             )
-            try:
-                described = await client.open(GREETING_S)
-                self._check(url, client)
-            except BaseException:
-                await client.close()
-                raise
+            described = await greet(client, url, self.name, self.contract.type)
         except (ServerUnreachable, ServerFailed, OSError) as fault:
             self._reason = str(fault)
             raise
         self._client, self._up = client, True
         self._on_status(self.name, described.devices[self.name].status)
 
-    def _check(self, url: str, client: DeviceClient) -> None:
-        if self.name not in client.devices:
-            served = ", ".join(client.devices) or "nothing"
-            raise ServerUnreachable(url, f"it serves {served}, not {self.name}")
-        kept = client.devices[self.name].contract.get("type")
-        if kept != self.contract.type:
-            raise ServerUnreachable(url, f"it keeps {kept}, not {self.contract.type}")
-
     async def _serve(self) -> str:
-        """The address of its server: one that listens at its port, or one of our own."""
-        port = self.device.port
-        assert port is not None
-        own = self._folder / self.name
-        if not own.is_dir() and await asyncio.to_thread(listens, port):
-            return f"http://127.0.0.1:{port}"  # somebody serves it in another shell
-        config = server_config({self.name: self.device}, self._lab, self._folder)
-        config.update(port=port, idle_exit_s=IDLE_EXIT_S, owner_pid=os.getpid())
-        self._server = await start_server(config, own)
-        return self._server.url
+        url, self._server = await serve_here(self.name, self._lab, self._folder)
+        return url
 
     async def _drop(self) -> None:
         client, self._client, self._up = self._client, None, False

@@ -2,9 +2,7 @@
 
 import asyncio
 import json
-import os
 import subprocess
-import sys
 from collections.abc import AsyncGenerator, Mapping
 from pathlib import Path
 
@@ -12,10 +10,10 @@ from pydantic import ValidationError
 
 from ...engine.control_server import NotLive, ask_run
 from ...schemas.event import Event
+from ..live.engine import start_engine
 
 LOOK_S = 0.03
 LAST_LINES = 12
-FLAGS = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 
 class EngineProcess:
@@ -63,21 +61,14 @@ class EngineProcess:
                 await asyncio.sleep(LOOK_S)
 
 
-def start_engine(
+def start_run(
     protocol: Path, options: Mapping[str, Mapping[str, str]], lab: Path, runs: Path, log: Path
 ) -> EngineProcess:
     """Start a run; raises OSError. `options`: `-p`, `--bind` and `--answer` with their pairs."""
     arguments = ["run", "--json", "--lab", str(lab), "--runs", str(runs)]
     for option, pairs in options.items():
         arguments += [part for name, value in pairs.items() for part in (option, f"{name}={value}")]
-    log.parent.mkdir(parents=True, exist_ok=True)
-    with log.open("ab") as sink:
-        process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "labrun.engine", *arguments, "--", str(protocol)],
-            stdin=subprocess.DEVNULL, stdout=sink, stderr=subprocess.STDOUT, cwd=protocol.parent,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"}, start_new_session=sys.platform != "win32",
-            creationflags=FLAGS,
-        )  # fmt: skip
+    process = start_engine([*arguments, "--", str(protocol)], log, protocol.parent)
     return EngineProcess(process, log)
 
 

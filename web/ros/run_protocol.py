@@ -13,7 +13,7 @@ from ...engine.check import check_file
 from ...engine.run_files import FileFault, inside
 from ...engine.watch.progress import Progress
 from ...schemas.event import Event
-from .engine_process import EngineProcess, start_engine
+from .engine_process import EngineProcess, start_run
 from .goals import aborted, result_of
 from .kinds import ActionKind
 from .offer import Action, End, Refused, Values, Work
@@ -57,7 +57,7 @@ class RunProtocol(Action):
         await self._before()
         log = self._state / "launches" / f"{work.id}.log"
         try:
-            engine = start_engine(path, options, self._lab, self._runs, log)
+            engine = start_run(path, options, self._lab, self._runs, log)
         except OSError as fault:
             raise Refused(f"no engine could be started: {fault}") from fault
         work.begun.set()

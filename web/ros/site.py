@@ -10,13 +10,13 @@ from pathlib import Path
 from ...engine.lab import LoadedLab
 from ...engine.run_folder import FolderFault, FolderLock
 from ...schemas.contract import Contract
+from ..lab_here import lab_here
 from .aliases import add_aliases
 from .device import Device
 from .device_action import DeviceAction
 from .device_service import DeviceService
 from .fault import RosFault
 from .goals import Goals
-from .lab_here import lab_here
 from .names import topic_token
 from .of_contract import ContractKinds, kinds_of
 from .offer import Offers, Topic, Values

@@ -3,7 +3,7 @@
 from fastapi import APIRouter
 from fastapi.responses import FileResponse
 
-from ..guard.headers import CommandKey, InTime, Operator, PerhapsInTime
+from ..guard.headers import CommandKey, InTime, Key, Operator, PerhapsInTime
 from ..guard.once import CommandRoute
 from ..models.devices import (
     ArmAction,
@@ -116,9 +116,10 @@ async def jog_stop(id: str, site: TheSite) -> JogState:
 
 
 @commands.post("/stop")
-async def stop_all(site: TheSite, in_time: PerhapsInTime) -> Stopped:
+async def stop_all(site: TheSite, in_time: PerhapsInTime, press: Key = None) -> Stopped:
     """STOP ALL: every device into its safe state, live runs aborted. No control, key or sign-in.
 
-    Answers within a second which devices confirmed.
+    Answers within a second which devices confirmed. With the key of a stop that was asked for over
+    the socket (`press`), it is that stop, and not a second one.
     """
-    return await site.stopping.stop_all()
+    return await site.stopping.stop_all(press)

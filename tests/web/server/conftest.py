@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import httpx
@@ -123,6 +124,12 @@ class House:
         return client
 
     @property
+    def authorization(self):
+        """What a program says that knows the token, where one is wanted."""
+        asked = dict(pairwise(self.arguments))
+        return {"Authorization": f"Bearer {asked['--token']}"} if "--token" in asked else {}
+
+    @property
     def servers(self):
         return self.shelf / ".labrun" / "web" / "bench" / "servers"
 
@@ -224,7 +231,7 @@ def end(house):
         client.close()
     if house.process is not None and house.process.poll() is None:
         with contextlib.suppress(httpx.HTTPError):
-            client = house.client()
+            client = house.client(headers=house.authorization)
             client.post("/stop")
             wait_for(lambda: not any(r["live"] for r in client.get("/runs").json()), "no run", 40)
             client.close()

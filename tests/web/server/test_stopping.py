@@ -16,15 +16,17 @@ def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order
     wait_for(lambda: client.run(id)["under_way"], "an action")
     ui = socket(made, client)
     by_socket = []
-    other = threading.Thread(target=lambda: by_socket.append(ui.call("stop")))
+    press = {"press": "pressed-at-noon"}
+    other = threading.Thread(target=lambda: by_socket.append(ui.call("stop", press)))
     other.start()
-    by_post = client.post("/stop").json()
+    by_post = client.post("/stop", headers={"Idempotency-Key": press["press"]}).json()
     other.join()
+    late = ui.call("stop", press)
     run = client.until(id, "aborted")
     journal = (made.shelf / "runs" / id / "journal.jsonl").read_text().splitlines()
     verbs = [r["verb"] for r in map(json.loads, journal) if r["kind"] == "control"]
 
-    assert by_socket == [by_post]
+    assert by_socket == [by_post] == [late]
     assert by_post["runs"][0]["told"] and by_post["all_confirmed"]
     assert verbs == ["abort"]
     assert run["fate"] == "aborted" and run["nodes"]["finally/0"]

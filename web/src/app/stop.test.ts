@@ -1,5 +1,7 @@
 import { createPinia, setActivePinia } from 'pinia'
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest'
+import type { Socket } from 'socket.io-client'
+import { useLive } from '../api/push/live'
 import type { Stopped } from '../api/types'
 import { ALARM_MS, useStop } from './stop'
 
@@ -26,6 +28,26 @@ describe('STOP ALL', () => {
 
     expect(fetched).toHaveBeenCalledOnce()
     expect(stop.state).toBe('confirmed')
+  })
+
+  it('is one stop for each press, by whichever way it comes', async () => {
+    const emitted: { press: string }[] = []
+    const emitWithAck = (_: string, asked: { press: string }) => {
+      emitted.push(asked)
+      return Promise.resolve(told(true))
+    }
+    const socket = { connected: true, volatile: { timeout: () => ({ emitWithAck }) } }
+    vi.spyOn(useLive(), 'line').mockReturnValue(socket as unknown as Socket)
+    const fetched = vi.fn<(path: string, asked: { headers: Record<string, string> }) => unknown>()
+    fetched.mockImplementation(() => Promise.resolve(Response.json(told(true))))
+    vi.stubGlobal('fetch', fetched)
+    const stop = useStop()
+    await stop.stopAll()
+    await stop.stopAll()
+    const posted = fetched.mock.calls.map(([, asked]) => asked.headers['Idempotency-Key'])
+
+    expect(emitted.map((asked) => asked.press)).toEqual(posted)
+    expect(new Set(posted).size).toBe(2)
   })
 
   it('is an alarm that names who did not confirm', async () => {

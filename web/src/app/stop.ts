@@ -31,7 +31,8 @@ export const useStop = defineStore('stop', () => {
       if (mine === latest && state.value === 'stopping') state.value = 'alarm'
     }, ALARM_MS)
     try {
-      const told = await Promise.any([byPost(), bySocket()])
+      const press = newKey()
+      const told = await Promise.any([byPost(press), bySocket(press)])
       if (mine === latest) took(told)
     } catch {
       if (mine !== latest) return
@@ -43,20 +44,22 @@ export const useStop = defineStore('stop', () => {
   }
 
   /** Straight past everything that could hold it up; it goes out even while the page is left. */
-  async function byPost(): Promise<Stopped> {
+  async function byPost(press: string): Promise<Stopped> {
     const response = await fetch('/api/v1/stop', {
       method: 'POST', keepalive: true,
-      headers: { 'Idempotency-Key': newKey(), 'X-Deadline': String(until()) },
+      headers: { 'Idempotency-Key': press, 'X-Deadline': String(until()) },
       signal: AbortSignal.timeout(PATIENCE_MS),
     })
     if (!response.ok) throw new Error(`the server answered ${response.status}`)
     return (await response.json()) as Stopped
   }
 
-  async function bySocket(): Promise<Stopped> {
+  async function bySocket(press: string): Promise<Stopped> {
     const socket = live.line()
     if (socket === null) throw new Error('there is no connection')
-    const told = await askSocket<Stopped | Fault>(socket, 'stop', { until_ms: until() }, PATIENCE_MS)
+    const told = await askSocket<Stopped | Fault>(
+      socket, 'stop', { press, until_ms: until() }, PATIENCE_MS,
+    )
     if ('devices' in told) return told
     throw new Error(told.message)
   }
