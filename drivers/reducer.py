@@ -66,13 +66,4 @@ def _reduce(source: str | bytes, elements: list[str] | None) -> dict[str, Any]:
 
 
 def _warm_up() -> None:
-    """Reduce a made-up spectrum that has what real ones have: noise, peaks alone and in pairs."""
-    import numpy as np
-
-    import_module("scipy.special")  # a self-absorbed line wants it, and this one has none
-    wavelength = np.linspace(190.0, 950.0, 22_800)
-    counts = 200 + np.random.default_rng(1).normal(0, 5, len(wavelength))
-    for centre in (*np.arange(250.0, 800.0, 20.0), 250.3, 610.36, 670.78, 656.28, 766.49):
-        counts += 4000 / (1 + ((wavelength - centre) / 0.08) ** 2)
-    rows = (f"{x:.4f},{y:.1f}" for x, y in zip(wavelength, counts, strict=True))
-    _reduce("\n".join(("wavelength,intensity", *rows)).encode(), None)
+    import_module(f"{REDUCTION}.warm_up").warm_up()

@@ -120,20 +120,23 @@ def find_elements(
     asked = tuple(elements)
     found = {}
     offsets = offsets or Offsets.none("air")
+    bright = np.flatnonzero(peaks.area > 0)
+    centre_nm, error = peaks.centre_nm[bright], peaks.area_error[bright]
     for element in asked:
         line = predominant_line(element)
         line_nm = offsets.place(line.wavelength_nm)
         if not range_nm[0] <= line_nm <= range_nm[1]:
             found[element] = ElementPeak(line, "outside the spectrum")
             continue
-        distance = np.where(peaks.area > 0, np.abs(peaks.centre_nm - line_nm), np.inf)
-        nearest = int(np.argmin(distance)) if len(peaks) else -1
-        if nearest < 0 or distance[nearest] > TOLERANCE_NM:
+        nearest = int(np.argmin(np.abs(centre_nm - line_nm))) if len(bright) else -1
+        if nearest < 0 or abs(centre_nm[nearest] - line_nm) > TOLERANCE_NM:
             found[element] = ElementPeak(line, "no peak")
         else:
-            area, error = float(peaks.area[nearest]), float(peaks.area_error[nearest])
-            offset_nm = _offset(float(peaks.centre_nm[nearest]), line, offsets)
-            found[element] = ElementPeak(line, "found", area, error, nearest, offset_nm)
+            at = int(bright[nearest])
+            offset_nm = _offset(float(centre_nm[nearest]), line, offsets)
+            found[element] = ElementPeak(
+                line, "found", float(peaks.area[at]), float(error[nearest]), at, offset_nm
+            )
     return found
 
 
@@ -154,4 +157,4 @@ def with_hydrogen(
 
 def _offset(shown_nm: float, line: Line, offsets: Offsets) -> float:
     """From where a perfect instrument would show the line."""
-    return shown_nm - float(in_medium(np.array([line.wavelength_nm]), offsets.medium)[0])
+    return shown_nm - Offsets.none(offsets.medium).place(line.wavelength_nm)

@@ -8,7 +8,7 @@ import numpy as np
 from .faint_lines import ENOUGH, explained
 from .identify import Identified
 from .index import DETECTED, UNCERTAIN
-from .spectrum import FloatArray
+from .spectrum import BoolArray
 from .strengths import atoms
 from .voigt import VoigtPeaks
 from .weigh import best_entries
@@ -63,20 +63,22 @@ def evidence(identified: Identified, peaks: VoigtPeaks) -> dict[str, Evidence]:
     return found
 
 
-def _claims(identified: Identified, peaks: VoigtPeaks) -> list[tuple[str, FloatArray]]:
-    """Of each likely element, the area that it should have of each peak, (k,)."""
-    found = []
-    for e in np.flatnonzero(identified.indexed.weight > UNCERTAIN):
-        entries = _entries(identified, int(e))
-        entries = entries[identified.matched.peak[entries] >= 0]
-        area = np.exp(identified.effective[entries] + identified.indexed.log_scale[e])
-        share = np.bincount(identified.matched.peak[entries], area, len(peaks))
-        found.append((str(atoms().elements[e]), share))
-    return found
+def _claims(identified: Identified, peaks: VoigtPeaks) -> tuple[list[str], BoolArray]:
+    """The likely elements (l,), and which peaks each should have a good part of, (l, k)."""
+    likely = np.flatnonzero(identified.indexed.weight > UNCERTAIN)
+    good = np.zeros((len(likely), len(peaks)), dtype=np.bool_)
+    least = CONFOUNDS * peaks.area
+    for row, e in enumerate(likely.tolist()):
+        entries = _entries(identified, e)
+        which = identified.matched.peak[entries]
+        seen = which >= 0
+        area = np.exp(identified.effective[entries][seen] + identified.indexed.log_scale[e])
+        good[row] = np.bincount(which[seen], area, len(peaks)) > least
+    return atoms().elements[likely].tolist(), good
 
 
-def _entries(identified: Identified, e: int):
-    return np.arange(identified.catalogue.first[e], identified.catalogue.first[e + 1])
+def _entries(identified: Identified, e: int) -> slice:
+    return slice(identified.catalogue.first[e], identified.catalogue.first[e + 1])
 
 
 def _of(
@@ -87,7 +89,8 @@ def _of(
     limit = float(matched.limit[best])
     entries = _entries(identified, e)
     expected = np.exp(identified.effective[entries] + identified.indexed.log_scale[e])
-    due = entries[(expected > matched.limit[entries]) & (matched.peak[entries] > -3)]
+    shows = (expected > matched.limit[entries]) & (matched.peak[entries] > -3)
+    due = entries.start + np.flatnonzero(shows)
     there = due[matched.peak[due] >= 0]
     gone = due[matched.peak[due] < 0]
     line_nm, area, error = float(matched.shown_nm[best]), 0.0, NAN
@@ -103,10 +106,10 @@ def _of(
         clear = peaks.area[own_alone] > SINGLE * peaks.area_error[own_alone]
         sure = len(own_alone) > 1 or bool(clear.any())
     status: Status = "detected" if sure else "uncertain"
+    names, good = claimed
     rivals = tuple(
-        other for other, share in claimed
-        if other != name and np.any(share[own] > CONFOUNDS * peaks.area[own])
-    )  # fmt: skip
+        names[row] for row in np.flatnonzero(good[:, own].any(axis=1)) if names[row] != name
+    )
     missing = tuple(float(nm) for nm in matched.shown_nm[gone[:SHOWN_MISSING]])
     return Evidence(name, status, score, len(there), len(due), missing, line_nm, area, error,
                     rivals, limit)  # fmt: skip

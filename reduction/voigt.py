@@ -144,7 +144,7 @@ def _taken_over(channels: IntArray, before: tuple[IntArray, VoigtPeaks] | None):
 
 
 def _parameters(peaks: VoigtPeaks) -> FloatArray:
-    return np.column_stack([peaks.area, peaks.centre_nm, peaks.sigma_nm, peaks.gamma_nm])
+    return np.array((peaks.area, peaks.centre_nm, peaks.sigma_nm, peaks.gamma_nm)).T
 
 
 def seen_widths(

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ..tables.arrow import unpacked
+from ..tables.rows import unpacked
 from ..tables.write import file_names, write_tables
 from .gather import is_reduced
 from .source import natural
@@ -36,11 +36,7 @@ class Job:
         """Write all tables anew from the rows there are, and let them take their names together."""
         names = sorted(self.spool.kept, key=natural)
         written = write_tables(
-            (
-                {table: unpacked(table, raw) for table, raw in self.spool.rows(name).items()}
-                for name in names
-            ),
-            self.meanwhile,
+            ((name, unpacked(self.spool.rows(name))) for name in names), self.meanwhile
         )
         counts = counts_of(self.spool)
         self.about.seconds = time.monotonic() - self.began

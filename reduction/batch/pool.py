@@ -48,6 +48,11 @@ class Pool:
         self.workers: list[_Worker] = []
         self.stillborn = 0
 
+    def call_up(self) -> None:
+        """Start all processes now: they take a second to be ready, and may do so meanwhile."""
+        while len(self.workers) < self.room:
+            self._new()
+
     def start(self, number: int, chunk: Chunk) -> None:
         """Give the chunk to a process that has none; there is one while `room` is kept."""
         worker = next((w for w in self.workers if w.number is None), None) or self._new()

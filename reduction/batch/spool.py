@@ -11,7 +11,8 @@ from .work import Done
 @dataclass(slots=True)
 class _Kept:
     done: Done  # without its rows
-    places: dict[str, tuple[int, int]]
+    at: int
+    length: int
 
 
 class Spool:
@@ -29,21 +30,16 @@ class Spool:
     def put(self, done: Done) -> None:
         """Keep one. Raises OSError when the disk is full."""
         self.file.seek(self.end)
-        places = {}
-        for table, raw in done.rows.items():
-            self.file.write(raw)
-            places[table] = (self.end, len(raw))
-            self.end += len(raw)
-        self.kept[done.name] = _Kept(replace(done, rows={}), places)
+        self.file.write(done.rows)
+        self.kept[done.name] = _Kept(replace(done, rows=b""), self.end, len(done.rows))
+        self.end += len(done.rows)
         self.puts += 1
 
-    def rows(self, name: str) -> dict[str, bytes]:
-        """The packed rows of one spectrum by table."""
-        found = {}
-        for table, (at, length) in self.kept[name].places.items():
-            self.file.seek(at)
-            found[table] = self.file.read(length)
-        return found
+    def rows(self, name: str) -> bytes:
+        """The packed rows of one spectrum."""
+        kept = self.kept[name]
+        self.file.seek(kept.at)
+        return self.file.read(kept.length)
 
     def told(self) -> Iterator[Done]:
         """What is known of each, without its rows, in the order in which they came."""

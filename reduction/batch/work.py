@@ -2,7 +2,7 @@
 
 import hashlib
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..fault import Unreadable
@@ -12,7 +12,7 @@ from .settle import settle
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What became of one file: its packed rows by table, and what the summary tells of it.
+    """What became of one file: its packed rows, and what the summary tells of it.
 
     reason: why it was not reduced, or empty. seconds: of a clock on the wall, reading included.
     """
@@ -26,7 +26,7 @@ class Done:
     detected: tuple[str, ...] = ()
     uncertain: tuple[str, ...] = ()
     temperature_k: float | None = None
-    rows: dict[str, bytes] = field(default_factory=dict)
+    rows: bytes = b""
 
 
 def reduce_file(name: str, path: Path, settings: Settings) -> Done:
@@ -54,11 +54,11 @@ def load(path: Path) -> bytes | str:
 
 def failed(name: str, reason: str, raw: bytes | None = None) -> Done:
     """A file that gave nothing but a reason."""
-    from ..tables.arrow import batch_of, packed
     from ..tables.file_rows import failed_row
+    from ..tables.rows import packed
 
     one_line = " ".join(reason.split())
-    rows = {"files": packed(batch_of("files", name, failed_row(one_line)))}
+    rows = packed({"files": failed_row(one_line)})
     sha256, size = ("", 0) if raw is None else _known(raw)
     return Done(name, one_line, sha256, size, rows=rows)
 
@@ -79,11 +79,11 @@ def reduce_bytes(name: str, raw: bytes, settings: Settings, began: float | None 
 def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
     from ..read import read_spectrum
     from ..reduce import reduce_spectrum
-    from ..tables.rows import rows_of
+    from ..tables.rows import packed, rows_of
 
     spectrum = read_spectrum(raw, settings.unit)
     reduction = reduce_spectrum(spectrum, settings.elements, settings.medium)
-    rows = rows_of(name, spectrum, reduction, settings.elements)
+    rows = packed(rows_of(spectrum, reduction, settings.elements))
     said = reduction.evidence.values()
     return Done(
         name, "", *_known(raw), time.perf_counter() - began, reduction.n_peaks,

@@ -2,6 +2,7 @@
 
 import signal
 import warnings
+from contextlib import suppress
 from importlib import import_module
 from multiprocessing.connection import Connection
 
@@ -17,6 +18,7 @@ def main(link: Connection, settings: Settings) -> None:
     warnings.simplefilter("ignore")  # for people, only what is told in a row counts
     try:
         _tell_of_compiling(link)
+        _get_ready()
         link.send((UP,))
         while True:
             number, chunk = link.recv()
@@ -24,6 +26,14 @@ def main(link: Connection, settings: Settings) -> None:
             link.send((DONE, number, done))
     except (EOFError, OSError):
         return
+
+
+def _get_ready() -> None:
+    """What fails here fails again for each spectrum, and is told there."""
+    from ..warm_up import warm_up
+
+    with suppress(Exception):
+        warm_up()
 
 
 def _tell_of_compiling(link: Connection) -> None:

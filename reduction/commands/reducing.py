@@ -71,9 +71,9 @@ def _reduce(asked: Asked) -> int:
 
     settings = _settings(asked)
     out = asked.out or default_out(asked.files)
-    found = gather(asked.files, out)
-    _say_what(found, asked)
-    with Shown() as shown, closing(_crew(asked, settings, shown, len(found.spectra))) as crew:
+    with Shown() as shown, closing(_crew(asked, settings, shown)) as crew:
+        found = gather(asked.files, out)
+        _say_what(found, asked)
         about = Circumstances(settings, _workers(crew), root_of(asked.files), found.left_aside)
         with job_in(out, about) as job:
             batch = Batch(crew, job.spool, shown.take)
@@ -132,10 +132,10 @@ def _settings(asked: Asked) -> Any:
 
 
 def _elements(text: str | None) -> tuple[str, ...] | None:
-    from ..elements import predominant_line
-
     if text is None:
         return None
+    from ..elements import predominant_line
+
     symbols = tuple(dict.fromkeys(word.capitalize() for word in text.replace(",", " ").split()))
     if not symbols:
         raise WrongUsage("--elements: write symbols, as in --elements Li,K,Si")
@@ -156,12 +156,15 @@ def _say_what(found: Any, asked: Asked) -> None:
         raise WrongUsage(f"there is no spectrum in {', '.join(map(str, asked.files))}")
 
 
-def _crew(asked: Asked, settings: Any, shown: Any, spectra: int) -> Any:
+def _crew(asked: Asked, settings: Any, shown: Any) -> Any:
     from ..batch.pool import Pool, cores
 
     if asked.dask is None:
-        most = spectra if not asked.watch else cores()
-        return Pool(asked.jobs or max(min(cores(), most), 1), settings, shown.compiling)
+        folders = any(path.is_dir() for path in asked.files)
+        most = cores() if folders else min(cores(), len(asked.files))
+        pool = Pool(asked.jobs or most, settings, shown.compiling)
+        pool.call_up()
+        return pool
     from ..batch.cluster import Cluster
 
     cluster = Cluster(asked.dask, settings)

@@ -1,6 +1,9 @@
-"""Tables as Arrow knows them: typed columns, and bytes that travel between processes."""
+"""Tables as Arrow knows them: typed columns, made of the cells of many spectra at once."""
 
+from collections.abc import Sequence
 from functools import cache
+from itertools import chain
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -21,31 +24,32 @@ def schema_of(table: str) -> pa.Schema:
     ])  # fmt: skip
 
 
-def batch_of(table: str, spectrum: str, cells: Cells) -> pa.RecordBatch:
-    """The rows of one spectrum. Raises ValueError when the cells are not those of the table."""
-    columns = TABLES[table]
-    wanted = [column.name for column in columns[1:]]
-    if list(cells) != wanted:
-        raise ValueError(f"the cells of {table} are {wanted}, not {list(cells)}")
-    arrays = [_array(column, cells[column.name]) for column in columns[1:]]
-    name = pa.array([spectrum] * len(arrays[0]), TYPES["text"])
-    return pa.RecordBatch.from_arrays([name, *arrays], schema=schema_of(table))
+def table_of(table: str, spectra: Sequence[tuple[str, Cells]]) -> pa.Table:
+    """The rows of spectra, each a name and its cells, in that order.
+
+    Raises ValueError when the cells are not those of the table.
+    """
+    first, *columns = TABLES[table]
+    wanted = [column.name for column in columns]
+    for _, cells in spectra:
+        if list(cells) != wanted:
+            raise ValueError(f"the cells of {table} are {wanted}, not {list(cells)}")
+    lengths = [len(cells[wanted[0]]) for _, cells in spectra]
+    names = chain.from_iterable([name] * n for (name, _), n in zip(spectra, lengths, strict=True))
+    arrays = [_array(column, [cells[column.name] for _, cells in spectra]) for column in columns]
+    return pa.Table.from_arrays(
+        [pa.array(list(names), TYPES[first.kind]), *arrays], schema=schema_of(table)
+    )
 
 
-def _array(column: Column, values) -> pa.Array:
+def _array(column: Column, parts: Sequence[Any]) -> pa.Array:
     if column.kind == "number":
-        given = (
-            values if isinstance(values, np.ndarray) else [NAN if v is None else v for v in values]
-        )
-        return pa.array(rounded(given, column), from_pandas=True)
-    return pa.array(values, TYPES[column.kind])
+        values = np.concatenate([_numbers(part) for part in parts]) if parts else np.empty(0)
+        return pa.array(rounded(values, column), from_pandas=True)
+    return pa.array(list(chain.from_iterable(parts)), TYPES[column.kind])
 
 
-def packed(batch: pa.RecordBatch) -> bytes:
-    """The rows alone: whoever unpacks them knows the columns."""
-    return batch.serialize().to_pybytes()
-
-
-def unpacked(table: str, raw: bytes) -> pa.RecordBatch:
-    """What `packed` packed."""
-    return pa.ipc.read_record_batch(pa.py_buffer(raw), schema_of(table))
+def _numbers(values: Any) -> np.ndarray:
+    if isinstance(values, np.ndarray):
+        return values
+    return np.array([NAN if value is None else value for value in values], dtype=np.float64)

@@ -1,7 +1,7 @@
 """The columns of every table, with their units: docs/reference/reduction-tables.md repeats them."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 Kind = Literal["text", "whole", "number"]
 
@@ -84,7 +84,7 @@ PLASMA = (
 )
 TABLES = {"files": FILES, "peaks": PEAKS, "elements": ELEMENTS, "plasma": PLASMA}
 
-Cells = dict[str, object]
+Cells = dict[str, Any]
 """The cells of one table by column: arrays or lists of one length; NaN and None are empty cells."""
 
 BETWEEN_FLAGS = "; "

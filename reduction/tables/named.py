@@ -44,11 +44,11 @@ def names(reduction: Reduction) -> Names:
     counts = share > CONFOUNDS * reduction.peaks.area[peak]
     nm = in_medium(found.expected.vacuum_nm[entries], reduction.medium)
     order = np.lexsort((entries, -share))
-    for i in order[counts[order]]:
-        at, name = int(peak[i]), str(atoms().elements[which[i]])
+    order = order[counts[order]]
+    symbols, stages = atoms().elements[which[order]].tolist(), 1 + atoms().ion[leader[order]]
+    for at, name, s, i in zip(peak[order].tolist(), symbols, stages, order, strict=True):
         if not element[at]:
-            element[at], line_nm[at] = name, nm[i]
-            stage[at] = 2 if atoms().ion[leader[i]] else 1
+            element[at], line_nm[at], stage[at] = name, nm[i], s
         elif name != element[at] and name not in shared[at]:
             shared[at].append(name)
     return Names(element, stage, line_nm, shared)

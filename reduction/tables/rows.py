@@ -1,25 +1,36 @@
 """All rows of one spectrum, packed for the way to whoever writes them."""
 
+import pickle
 from collections.abc import Sequence
 
 from ..reduce import Reduction
 from ..spectrum import Spectrum
-from .arrow import batch_of, packed
+from .columns import Cells
 from .element_rows import element_rows
 from .file_rows import file_row
 from .peak_rows import peak_rows
 from .plasma_rows import plasma_row
 
+Rows = dict[str, Cells]
+"""The cells of one spectrum by table."""
 
-def rows_of(
-    name: str, spectrum: Spectrum, reduction: Reduction, only: Sequence[str] | None = None
-) -> dict[str, bytes]:
-    """The packed rows by table. name: of the spectrum; only: elements that get a row, all if None."""
+
+def rows_of(spectrum: Spectrum, reduction: Reduction, only: Sequence[str] | None = None) -> Rows:
+    """The rows by table. only: elements that get a row, all if None."""
     x = spectrum.wavelength_nm
-    cells = {
+    return {
         "files": file_row(spectrum, reduction),
         "peaks": peak_rows(x, reduction),
         "elements": element_rows(x, reduction, only),
         "plasma": plasma_row(reduction),
     }
-    return {table: packed(batch_of(table, name, said)) for table, said in cells.items()}
+
+
+def packed(rows: Rows) -> bytes:
+    """For the way from a worker of ours, and for a file that nobody else writes."""
+    return pickle.dumps(rows, protocol=5)
+
+
+def unpacked(raw: bytes) -> Rows:
+    """What `packed` packed."""
+    return pickle.loads(raw)

@@ -6,25 +6,25 @@ from contextlib import ExitStack
 from itertools import islice
 from pathlib import Path
 
-import pyarrow as pa
 import pyarrow.parquet
 
-from .arrow import schema_of
+from .arrow import schema_of, table_of
 from .columns import TABLES
 from .csv_text import CsvFile
+from .rows import Rows
 
 TOGETHER = (
     256  # spectra in a row group: a number of its own, so that files do not depend on workers
 )
 COMPRESSION = "zstd"
 THREADS = 4
-Batches = Iterable[dict[str, pa.RecordBatch]]
+Named = tuple[str, Rows]
 
 
-def write_tables(spectra: Batches, folder: Path) -> list[Path]:
+def write_tables(spectra: Iterable[Named], folder: Path) -> list[Path]:
     """Write the tables of all spectra, in the order given, into `folder`; the files written.
 
-    Each item holds the rows of one spectrum by table; tables that it lacks have none. The same rows
+    Each item is a spectrum's name and its rows by table; tables that it lacks have none. The same rows
     give the same bytes, with one version of Arrow. Raises OSError where the disk does not take them.
     """
     with ExitStack() as opened, ThreadPoolExecutor(THREADS) as threads:
@@ -32,8 +32,8 @@ def write_tables(spectra: Batches, folder: Path) -> list[Path]:
         for group in _groups(spectra):
             written = []
             for table, writers in sinks.items():
-                rows = [batches[table] for batches in group if table in batches]
-                together = pa.Table.from_batches(rows, schema_of(table))
+                rows = [(name, told[table]) for name, told in group if table in told]
+                together = table_of(table, rows)
                 if len(together):
                     written += [threads.submit(sink.write_table, together) for sink in writers]
             for one in written:
@@ -56,7 +56,7 @@ def _sinks(table: str, folder: Path, opened: ExitStack) -> tuple:
     )
 
 
-def _groups(spectra: Batches) -> Iterator[list[dict[str, pa.RecordBatch]]]:
+def _groups(spectra: Iterable[Named]) -> Iterator[list[Named]]:
     rest = iter(spectra)
     while group := list(islice(rest, TOGETHER)):
         yield group

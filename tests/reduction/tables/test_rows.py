@@ -1,17 +1,18 @@
 """Rows against the truth that the spectra were made of, and against what a reduction says."""
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from scipy.special import voigt_profile
 
 from labrun.reduction import Spectrum, reduce_spectrum
-from labrun.reduction.tables.arrow import unpacked
+from labrun.reduction.tables.arrow import table_of
 from labrun.reduction.tables.columns import TABLES
 from labrun.reduction.tables.element_rows import element_rows
 from labrun.reduction.tables.named import names
 from labrun.reduction.tables.peak_rows import heights, peak_rows
 from labrun.reduction.tables.plasma_rows import plasma_row
-from labrun.reduction.tables.rows import rows_of
+from labrun.reduction.tables.rows import packed, rows_of, unpacked
 
 
 @pytest.fixture(scope="module")
@@ -138,10 +139,21 @@ def test_saturated_and_bad_channels_are_flagged_on_the_peaks_that_they_touch():
 
 def test_rows_are_packed_and_unpacked_without_loss(found):
     spectrum, _, reduction = found
-    packed = rows_of("a/b.csv", spectrum, reduction)
-    peaks = unpacked("peaks", packed["peaks"])
+    rows = unpacked(packed(rows_of(spectrum, reduction)))
+    peaks = table_of("peaks", [("a/b.csv", rows["peaks"])])
 
-    assert set(packed) == set(TABLES)
+    assert set(rows) == set(TABLES)
     assert len(peaks) == reduction.n_peaks
     assert set(peaks["spectrum"].to_pylist()) == {"a/b.csv"}
     assert peaks["center_nm"].to_pylist() == pytest.approx(reduction.peaks.centre_nm, abs=1e-5)
+
+
+def test_rows_of_many_spectra_are_those_of_each_one_after_the_other(found):
+    spectrum, _, reduction = found
+    for table, cells in rows_of(spectrum, reduction).items():
+        several = table_of(table, [("a.csv", cells), ("b.csv", cells)])
+        one_by_one = pa.concat_tables(table_of(table, [(n, cells)]) for n in ("a.csv", "b.csv"))
+
+        assert several.equals(one_by_one)
+    with pytest.raises(ValueError, match="the cells of plasma are"):
+        table_of("plasma", [("a.csv", {"temperature_k": [1.0]})])
