@@ -25,7 +25,7 @@ export async function aPerson(
   browser: Browser, address: string, options: BrowserContextOptions = {}, known: Record<string, unknown> = { welcomed: true },
 ): Promise<Person> {
   const context = await browser.newContext({ viewport: WIDE, baseURL: address, reducedMotion: 'reduce', ...options })
-  context.setDefaultTimeout(15_000)
+  context.setDefaultTimeout(30_000)
   await context.addInitScript((preferences) => {
     if (localStorage.getItem('labrun.preferences') === null) {
       localStorage.setItem('labrun.preferences', JSON.stringify(preferences))
@@ -40,4 +40,9 @@ export async function aPerson(
 /** Wait until the page hears the server. */
 export async function isLive(page: Page): Promise<void> {
   await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'live' }).waitFor()
+}
+
+/** Wait until every device of the bench can be reached, and so is known. */
+export async function allOnline(page: Page): Promise<void> {
+  await page.getByText(/^([1-9]\d*) of \1 online$/).waitFor({ timeout: 60_000 })
 }

@@ -5,7 +5,7 @@ import { join } from 'node:path'
 import type { Browser, Locator, Page } from 'playwright-core'
 import { afterAll, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, orderFault, startBench } from './bench'
-import { aPerson, isLive, NARROW, openBrowser, type Person } from './browser'
+import { allOnline, aPerson, isLive, NARROW, openBrowser, type Person } from './browser'
 import { axe, picture } from './look'
 
 interface Device { name: string; status: Record<string, number | string | boolean> }
@@ -27,7 +27,7 @@ async function atDevice(device: string, options = {}, at = bench): Promise<Perso
   const person = await aPerson(browser, at.address, options, { welcomed: true, name: 'Ada' })
   await person.page.goto(`/devices/${device}`)
   await isLive(person.page)
-  await person.page.getByText(/(\d) of \1 online/).waitFor({ timeout: 60_000 })
+  await allOnline(person.page)
   await person.page.getByRole('button', { name: 'Take control' }).click()
   const dialog = person.page.getByRole('dialog')
   const release = person.page.getByRole('button', { name: 'Release control' })

@@ -2,7 +2,7 @@
 import type { Browser } from 'playwright-core'
 import { afterAll, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, isLive, NARROW, openBrowser } from './browser'
+import { allOnline, aPerson, isLive, NARROW, openBrowser } from './browser'
 import { picture } from './look'
 
 let bench: Bench
@@ -102,7 +102,7 @@ describe('the frame', () => {
     await page.getByRole('button', { name: 'Release control' }).waitFor()
     await page.keyboard.press('g')
     await page.keyboard.press('d')
-    await page.getByText(/^(\d+) of \1 online$/).waitFor({ timeout: 60_000 })
+    await allOnline(page)
     const before = await x()
     await tabTo('X+')
     await page.keyboard.press('Space')

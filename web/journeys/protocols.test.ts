@@ -2,7 +2,7 @@
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, NARROW, openBrowser } from './browser'
+import { allOnline, aPerson, NARROW, openBrowser } from './browser'
 import { axe, picture } from './look'
 
 let bench: Bench
@@ -325,7 +325,7 @@ describe('the editor', () => {
     await open(page, 'byhand.yaml')
     await row(page, /Move to/).click()
     await page.goto('/devices/gantry')
-    await page.getByText(/(\d) of \1 online/).waitFor({ timeout: 60_000 })
+    await allOnline(page)
     await page.getByRole('button', { name: 'Take control' }).click()
     await page.getByRole('button', { name: 'Release control' }).waitFor()
     const device = page.getByRole('region', { name: 'Device detail' })

@@ -2,7 +2,7 @@
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, orderFault, startBench } from './bench'
-import { aPerson, isLive, openBrowser } from './browser'
+import { allOnline, aPerson, isLive, openBrowser } from './browser'
 import { axe, picture } from './look'
 
 interface Device { name: string; status: Record<string, number> }
@@ -21,15 +21,15 @@ afterAll(async () => {
 const stop = (page: Page) => page.getByRole('button', { name: 'Stop all devices' })
 const x = async (): Promise<number> => (await ask<Device>(bench, '/devices/gantry')).status['x'] ?? Number.NaN
 
-async function allOnline(page: Page): Promise<void> {
+async function atGantry(page: Page): Promise<void> {
   await page.goto('/devices/gantry')
-  await page.getByText(/^(\d+) of \1 online$/).waitFor({ timeout: 60_000 })
+  await allOnline(page)
 }
 
 describe('STOP ALL', () => {
   it('says of each device that it confirmed, from any page, by button and by Esc Esc', async () => {
     const { page, context, faults } = await aPerson(browser, bench.address)
-    await allOnline(page)
+    await atGantry(page)
     await page.goto('/settings')
     await isLive(page)
     await stop(page).click()
@@ -61,7 +61,7 @@ describe('STOP ALL', () => {
 
   it('names the device that did not confirm, as wide as the page', async () => {
     const { page, context } = await aPerson(browser, bench.address)
-    await allOnline(page)
+    await atGantry(page)
     await orderFault(bench, { device: 'libs', kind: 'freeze' })
     await stop(page).click()
     const alarm = page.getByRole('alert').filter({ hasText: 'libs did not confirm the stop. Use the hardware e-stop.' })
@@ -78,7 +78,7 @@ describe('STOP ALL', () => {
 
   it('says at once that nothing confirmed when the server is silent, and stops nothing later', async () => {
     const { page, context } = await aPerson(browser, bench.address)
-    await allOnline(page)
+    await atGantry(page)
     bench.signal('SIGSTOP')
     await stop(page).click()
     const alarm = page.getByRole('alert').filter({ hasText: 'Use the hardware e-stop' })
@@ -94,7 +94,7 @@ describe('STOP ALL', () => {
 describe('a run', () => {
   it('is told on every screen, keeps its devices, and is aborted by STOP ALL', async () => {
     const { page, context, faults } = await aPerson(browser, bench.address)
-    await allOnline(page)
+    await atGantry(page)
     const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Ada' })
     const headers = { 'X-Control-Lease': lease, 'X-Deadline': String(Date.now() + 30_000), 'Idempotency-Key': crypto.randomUUID() }
     const { settings } = await ask<{ settings: { checklists: Record<string, string[]> } }>(bench, '/settings')
@@ -127,7 +127,7 @@ describe('a run', () => {
 describe('an offline spell', () => {
   it('does nothing that is clicked, and does not do it later', async () => {
     const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
-    await allOnline(page)
+    await atGantry(page)
     await page.getByRole('button', { name: 'Take control' }).click()
     await page.getByRole('button', { name: 'Release control' }).waitFor()
     const first = await x()
@@ -158,7 +158,7 @@ describe('an offline spell', () => {
 
   it('shows itself when the network of the browser is gone, and ends by itself', async () => {
     const { page, context } = await aPerson(browser, bench.address)
-    await allOnline(page)
+    await atGantry(page)
     await context.setOffline(true)
     await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'offline' }).waitFor()
     await stop(page).click()

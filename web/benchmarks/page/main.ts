@@ -27,7 +27,7 @@ async function runPage(server: Pretended): Promise<App> {
   const app = createApp(RunPage, { run: RUN }).use(createPinia()).use(router)
   await router.push(`/runs/${RUN}`)
   app.mount('#app')
-  useLive().listen(() => server.socket())
+  useLive().listen(() => Promise.resolve(true), () => server.socket())
   while (!document.querySelector('[aria-label="Outline"]')) await new Promise((resolve) => setTimeout(resolve, 20))
   await nextTick()
   return app

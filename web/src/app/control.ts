@@ -5,6 +5,7 @@ import { api, command, read } from '../api/client'
 import { serverNow } from '../api/clock'
 import { keepLease, leaseOfTab } from '../api/lease'
 import { useLive } from '../api/push/live'
+import { Refused } from '../api/refused'
 import { usePreferences } from './preferences'
 
 const RENEW_BELOW_S = 240
@@ -26,7 +27,10 @@ export const useControl = defineStore('control', () => {
   /** Take it; from somebody else only with a reason. */
   async function take(name: string, reason = ''): Promise<void> {
     const body = { name: name.trim(), reason }
-    const told = await command(() => api.POST('/api/v1/control/take', { body }))
+    const told = await command(() => api.POST('/api/v1/control/take', { body })).catch(async (failure: unknown) => {
+      if (failure instanceof Refused && failure.status === 423) live.bench.control = await read(api.GET('/api/v1/control'))
+      throw failure
+    })
     keep({ lease: told.lease, since: told.control.since })
     live.bench.control = told.control
     preferences.name = body.name

@@ -1,6 +1,6 @@
 // Whether this browser is let in, and what the server is.
 import { defineStore } from 'pinia'
-import { ref } from 'vue'
+import { computed, ref } from 'vue'
 import { api, read } from '../api/client'
 import { heardTime } from '../api/clock'
 import type { AllSettings, Asked, Session, Settings } from '../api/types'
@@ -11,15 +11,19 @@ export const useSession = defineStore('session', () => {
   const session = ref<Session | null>(null)
   const all = ref<AllSettings | null>(null)
 
+  const signed_in = computed(() => session.value?.signed_in ?? false)
+
   /** Ask until the server answers; on loopback that signs in. */
-  async function enter(): Promise<Session> {
-    for (;;) {
-      try {
-        return await take(read(api.GET('/api/v1/session')))
-      } catch {
-        await new Promise((resolve) => setTimeout(resolve, AGAIN_MS))
-      }
+  async function enter(): Promise<void> {
+    while (session.value === null) {
+      await look()
+      if (session.value === null) await new Promise((resolve) => setTimeout(resolve, AGAIN_MS))
     }
+  }
+
+  /** Ask once whether this browser is let in; a server that does not answer changes nothing. */
+  async function look(): Promise<boolean> {
+    return take(read(api.GET('/api/v1/session'))).then((told) => told.signed_in, () => false)
   }
 
   /** Sign in with the token that `labrun web` was started with. */
@@ -46,5 +50,5 @@ export const useSession = defineStore('session', () => {
     return told
   }
 
-  return { session, all, enter, signIn, signOut, loadSettings, saveSettings }
+  return { session, signed_in, all, enter, look, signIn, signOut, loadSettings, saveSettings }
 })

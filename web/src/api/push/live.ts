@@ -3,7 +3,7 @@ import { defineStore } from 'pinia'
 import { computed, reactive, ref } from 'vue'
 import type { Socket } from 'socket.io-client'
 import { heardTime } from '../clock'
-import { api, commandsNeed, read } from '../client'
+import { commandsNeed } from '../client'
 import type { Notice, Patch, Snapshot } from '../types'
 import { applyPatch, emptyBench, fromSnapshot } from './bench'
 import { askSocket, openSocket } from './socket'
@@ -79,20 +79,19 @@ export const useLive = defineStore('live', () => {
     }
   }
 
-  async function enterAgain(): Promise<void> {
+  async function enterAgain(isLetIn: () => Promise<boolean>): Promise<void> {
     if (socket === null || Date.now() - entered_at < ENTER_MS) return
     entered_at = Date.now()
-    const signed_in = await read(api.GET('/api/v1/session')).then((told) => told.signed_in, () => false)
-    if (signed_in && socket !== null && !socket.connected) socket.disconnect().connect()
+    if ((await isLetIn()) && socket !== null && !socket.connected) socket.disconnect().connect()
   }
 
-  /** Begin to listen; gives back the end of it. */
-  function listen(open: () => Socket = openSocket): () => void {
+  /** Begin to listen; `isLetIn` asks whether this browser is signed in. Gives back the end of it. */
+  function listen(isLetIn: () => Promise<boolean>, open: () => Socket = openSocket): () => void {
     socket = open()
     socket.on('connect', () => (connected.value = true))
     socket.on('disconnect', () => (connected.value = false))
     // The server is another one by now, or knows this browser no more: ask to be let in again.
-    socket.on('connect_error', () => void enterAgain())
+    socket.on('connect_error', () => void enterAgain(isLetIn))
     socket.on('snapshot', takeAll)
     socket.on('patch', takePatch)
     socket.on('notice', (notice: Notice) => told.forEach((tell) => tell(notice)))
@@ -113,6 +112,7 @@ export const useLive = defineStore('live', () => {
       window.removeEventListener('online', lost)
       socket?.disconnect()
       socket = null
+      connected.value = false
     }
   }
 
