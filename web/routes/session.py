@@ -30,7 +30,10 @@ async def sign_in(asked: SignIn, response: Response, site: TheSite) -> Session:
     """Sign in with the token; the answer sets an HttpOnly cookie."""
     if not site.sessions.is_token(asked.token):
         raise Refusal(
-            401, "WRONG_TOKEN", "the token is wrong", "it is the one that labrun web was started with"
+            401,
+            "WRONG_TOKEN",
+            "the token is wrong",
+            "it is the one that labrun web was started with",
         )
     site.sessions.set_cookie(response)
     return _session(site, True)

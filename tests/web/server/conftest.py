@@ -79,6 +79,21 @@ steps:
       - {id: there, do: gantry.move_to, with: {x: "${{ 20 * i + 20 }}", feed: 2500}}
     collect: {i: "${{ i }}"}
 """
+ASKS_MIDWAY = """\
+labrun: 1
+name: midway
+devices: {gantry: gantry@1}
+defaults: {timeout: 60 s}
+steps:
+  - id: out
+    foreach: {i: "${{ range(4) }}"}
+    steps: [{id: there, do: gantry.move_to, with: {x: "${{ 20 * i + 20 }}"}}]
+  - {id: ready, confirm: "Is the bench clear?"}
+  - id: on
+    foreach: {i: "${{ range(4) }}"}
+    steps: [{id: there, do: gantry.move_to, with: {x: "${{ 20 * i + 100 }}"}}]
+"""
+PROTOCOLS = {"grid.yaml": GRID, "talk.yaml": TALK, "long.yaml": LONG, "midway.yaml": ASKS_MIDWAY}
 LASER_LIST = ["enclosure closed", "nobody in the beam path", "sample fixed"]
 
 
@@ -214,9 +229,7 @@ def make_house(folder, clock="fast", protocols=None, arguments=(), lab=LAB, besi
     """Protocols and a lab in a folder, not served yet; `beside` are files beside the lab."""
     shelf = folder / "protocols"
     shelf.mkdir(parents=True)
-    for name, text in (
-        protocols or {"grid.yaml": GRID, "talk.yaml": TALK, "long.yaml": LONG}
-    ).items():
+    for name, text in (protocols or PROTOCOLS).items():
         (shelf / name).parent.mkdir(parents=True, exist_ok=True)
         (shelf / name).write_text(text)
     (folder / "lab.yaml").write_text(lab.format(clock=clock))
@@ -241,9 +254,7 @@ def end(house):
             os.kill(json.loads(path.read_text())["pid"], signal.SIGKILL)
 
 
-@pytest.fixture(scope="module")
-def lasting(tmp_path_factory):
-    """Makes servers that the tests of a file share."""
+def _lasting(tmp_path_factory):
     made = []
 
     def make(**more):
@@ -255,6 +266,10 @@ def lasting(tmp_path_factory):
         end(one)
 
 
+lasting = pytest.fixture(scope="module", name="lasting")(_lasting)
+lasting_over_files = pytest.fixture(scope="session", name="lasting_over_files")(_lasting)
+
+
 @pytest.fixture(scope="module")
 def lasting_demo(tmp_path_factory):
     """The demonstration, twenty times faster than real."""
@@ -263,10 +278,27 @@ def lasting_demo(tmp_path_factory):
     end(house)
 
 
-@pytest.fixture(scope="module")
-def shared(lasting):
-    """A server that the tests of a file share."""
-    return lasting()
+@pytest.fixture(scope="session")
+def shared(lasting_over_files):
+    """A server that all tests share which leave it as it was, but for runs and protocols."""
+    return lasting_over_files()
+
+
+@pytest.fixture(scope="session")
+def unhurried(lasting_over_files):
+    """Another one, whose gantry takes as long as a real one."""
+    return lasting_over_files(clock=1)
+
+
+@pytest.fixture(scope="session")
+def finished(shared):
+    """The name of a run of six points on the shared server, done."""
+    client = shared.client().reach("gantry", "libs")
+    client.take("Ada", reason="a run to look at")
+    run = client.run_of("grid.yaml", params={"sample": "core17"})
+    client.until(run, "succeeded")
+    client.post("/control/release", headers=client._leased())
+    return run
 
 
 @pytest.fixture
@@ -289,6 +321,18 @@ def page(shared):
     client = shared.client()
     client.take("Ada", reason="a test begins")
     yield client
+    client.post("/control/release", headers=client._leased())
+    client.close()
+
+
+@pytest.fixture
+def hand(unhurried):
+    """A browser with control of the unhurried server; what it leaves moving is stopped."""
+    client = unhurried.client()
+    client.take("Ada", reason="a test begins")
+    yield client.reach("gantry")
+    client.post("/stop")
+    wait_for(lambda: not any(run["live"] for run in client.get("/runs").json()), "no run")
     client.post("/control/release", headers=client._leased())
     client.close()
 

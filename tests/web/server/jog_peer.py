@@ -56,15 +56,7 @@ class Stage:
     """The wire of a device server, and one axis after the other that moves."""
 
     def __init__(self):
-        self.place = {"x": 50.0, "y": 50.0, "z": 50.0}
-        self.homed = True
-        self.deaf = False
-        """While true it takes no goal that it knows already: its network is down one way."""
-        self.goals = []
-        self.sent_again = 0
-        self.ended = {}
-        self.running = {}
-        self.cancelled = set()
+        self.begin()
         self.sio = socketio.AsyncServer(async_mode="asgi", transports=["websocket"])
         for event in ("describe", "lease", "release", "goal", "cancel", "query", "stop"):
             self.sio.on(event, getattr(self, f"_{event}"), namespace="/action")
@@ -74,6 +66,18 @@ class Stage:
         )
         self.server = uvicorn.Server(config)
         self.thread = threading.Thread(target=self.server.run)
+
+    def begin(self):
+        """As it was when it was switched on."""
+        self.place = {"x": 50.0, "y": 50.0, "z": 50.0}
+        self.homed = True
+        self.deaf = False
+        """While true it takes no goal that it knows already: its network is down one way."""
+        self.goals = []
+        self.sent_again = 0
+        self.ended = {}
+        self.running = {}
+        self.cancelled = set()
 
     def open(self):
         self.thread.start()

@@ -1,75 +1,86 @@
 """The server is killed, restarted, or ended: runs belong to their engines and go on."""
 
 import contextlib
+import json
 import os
+import signal
+import subprocess
+import sys
 import time
 
+import pytest
 
-def test_a_run_goes_on_when_the_server_is_killed_and_is_found_again(house, wait_for):
-    made = house(clock=0.5)  # half as fast as real: it must not be over before the server is back
+
+@pytest.fixture(scope="module")
+def killed_often(lasting):
+    return lasting(clock=2)
+
+
+@pytest.fixture
+def made(killed_often):
+    """A server that may be killed or ended; the next test starts it again."""
+    if killed_often.process.poll() is not None:
+        killed_often.start()
+    return killed_often
+
+
+def begun(made):
+    """A browser with control, and a run that asks midway."""
     client = made.client()
-    client.take()
+    client.take("Ada", reason="a test begins")
     client.reach("gantry")
-    id = client.run_of("long.yaml", checklist=[], operator="Ada")
-    wait_for(lambda: client.run(id)["done"] >= 2, "two points")
+    return client, client.run_of("midway.yaml", checklist=[], operator="Ada")
+
+
+def journal(made, id):
+    return (made.shelf / "runs" / id / "journal.jsonl").read_text()
+
+
+def test_a_run_goes_on_when_the_server_is_killed_and_is_found_again_with_its_question(
+    made, wait_for
+):
+    client, id = begun(made)
+    wait_for(lambda: client.run(id)["done"] >= 1, "a point")
     before = client.run(id)
+    asked_before = '"asked"' in journal(made, id)
     made.kill()
-    journal = made.folder / "protocols" / "runs" / id / "journal.jsonl"
-    size = journal.stat().st_size
-    wait_for(lambda: journal.stat().st_size > size + 500, "the run to go on without a server")
+    wait_for(lambda: '"asked"' in journal(made, id), "the run to go on without a server")
     made.start()
     again = made.client()
     found = again.run(id)
     listed = again.get("/runs").json()
-    again.take()
+    again.take("Ada", reason="after a restart")
+    wait_for(lambda: again.run(id)["open_questions"], "its question")
+    asked = again.run(id)["open_questions"]
+    again.command(f"/runs/{id}/questions/ready", {"choice": "yes"})
     run = again.until(id, "succeeded")
     truth = [entry["end"][0] for entry in made.truth("gantry") if entry["what"] == "move"]
 
-    assert before["live"] and before["total"] == 12
-    assert found["live"] and found["fate"] == "running" and found["total"] == 12
+    assert before["live"] and not asked_before
+    assert found["live"] and found["fate"] == "running"
     assert found["launch"]["operator"] == "Ada" and listed[0]["id"] == id
-    assert run["done"] == 12 and run["resumes"] == 0
-    assert [round(x) for x in truth] == [20 * i + 20 for i in range(12)]  # each once, in order
-
-
-def test_a_question_is_still_open_after_a_restart_and_can_be_answered(house, wait_for):
-    made = house()
-    client = made.client()
-    client.take()
-    client.reach("gantry")
-    id = client.run_of("talk.yaml", checklist=[])
-    wait_for(lambda: client.run(id)["open_questions"], "a question")
-    made.kill()
-    made.start()
-    again = made.client()
-    again.take()
-    wait_for(lambda: again.run(id)["live"], "live")
-    asked = again.run(id)["open_questions"]
-    again.command(f"/runs/{id}/questions/ready", {"choice": "yes"})
-
     assert asked[0]["text"] == "Is the bench clear?"
-    assert again.until(id, "succeeded")
+    assert run["done"] == 8 and run["resumes"] == 0
+    assert [round(x) for x in truth] == [20 * i + 20 for i in range(8)]  # each once, in order
 
 
-def test_an_orderly_end_leaves_a_live_run_and_its_devices_alone(house, wait_for):
-    made = house(clock=1)
-    client = made.client()
-    client.take()
-    client.reach("gantry")
-    id = client.run_of("long.yaml", checklist=[])
-    wait_for(lambda: client.run(id)["done"] >= 1, "a point")
+def test_an_orderly_end_leaves_a_live_run_and_its_devices_alone(made, wait_for):
+    client, id = begun(made)
+    wait_for(lambda: client.run(id)["open_questions"], "a question")
     pid = made.server_pid("gantry")
     said = made.stop()
-    journal = made.folder / "protocols" / "runs" / id / "journal.jsonl"
-    wait_for(lambda: '"finished"' in journal.read_text(), "the end of the run")
+    os.kill(pid, 0)  # raises if the device server had been ended with the page's
+    made.start()
+    again = made.client()
+    again.take("Ada", reason="after an end")
+    wait_for(lambda: again.run(id)["live"], "live")
+    again.command(f"/runs/{id}/questions/ready", {"choice": "yes"})
 
     assert "a run is still going on" in said
-    assert '"fate":"succeeded"' in journal.read_text().splitlines()[-1]
-    os.kill(pid, 0)  # raises if the device server had been ended with the page's
+    assert again.until(id, "succeeded")["resumes"] == 0
 
 
-def test_an_orderly_end_without_a_run_ends_the_device_servers(house, wait_for):
-    made = house()
+def test_an_orderly_end_without_a_run_ends_the_device_servers(made, wait_for):
     client = made.client()
     client.reach("gantry", "libs")
     pids = [made.server_pid(device) for device in ("gantry", "libs")]
@@ -86,17 +97,13 @@ def test_an_orderly_end_without_a_run_ends_the_device_servers(house, wait_for):
     assert made.process.returncode == 0
 
 
-def test_a_killed_engine_leaves_an_interrupted_run_that_goes_on_in_a_new_one(house, wait_for):
-    import json
-    import signal
-
-    made = house(clock=4)
-    client = made.client()
-    client.take()
-    client.reach("gantry")
+def test_a_killed_engine_leaves_an_interrupted_run_that_goes_on_in_a_new_one(
+    unhurried, hand, wait_for
+):
+    client = hand
     id = client.run_of("long.yaml", checklist=[])
     wait_for(lambda: client.run(id)["done"] >= 2, "two points")
-    control = made.folder / "protocols" / "runs" / id / "control.json"
+    control = unhurried.shelf / "runs" / id / "control.json"
     os.kill(json.loads(control.read_text())["pid"], signal.SIGKILL)
     run = client.until(id, "interrupted")
     wait_for(lambda: client.command(f"/runs/{id}/resume", {}).status_code == 202, "a new engine")
@@ -108,12 +115,8 @@ def test_a_killed_engine_leaves_an_interrupted_run_that_goes_on_in_a_new_one(hou
     assert len(log["lines"]) == 1
 
 
-def test_two_servers_on_one_port_are_refused_with_a_sentence(house):
-    import subprocess
-    import sys
-
-    made = house()
-    port = made.url.rpartition(":")[2]
+def test_two_servers_on_one_port_are_refused_with_a_sentence(shared):
+    port = shared.url.rpartition(":")[2]
     second = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "web", "--demo", "--no-browser", "--port", port],
         capture_output=True, text=True, timeout=60,
@@ -123,16 +126,13 @@ def test_two_servers_on_one_port_are_refused_with_a_sentence(house):
     assert "listens at" in second.stderr and "Traceback" not in second.stderr
 
 
-def test_a_browser_that_closes_does_nothing_to_its_run(house, socket, wait_for):
-    made = house(clock=8)
-    client = made.client()
-    client.take()
-    client.reach("gantry")
-    ui = socket(made, client)
-    id = client.run_of("long.yaml", checklist=[])
+def test_a_browser_that_closes_does_nothing_to_its_run(shared, page, socket):
+    page.reach("gantry")
+    ui = socket(shared, page)
+    id = page.run_of("long.yaml", checklist=[])
     ui.call("watch", {"run": id})
     ui.close()
-    other = made.client()
+    other = shared.client()
     time.sleep(0.2)
 
     assert other.until(id, "succeeded")["done"] == 12

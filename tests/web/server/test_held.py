@@ -23,26 +23,47 @@ devices:
 HOLD = {"axis": "x", "direction": 1, "feed_mm_min": 600}
 
 
-@pytest.fixture
-def stage():
+@pytest.fixture(scope="module")
+def lasting_stage():
     made = jog_peer.Stage()
     made.url = made.open()
     yield made
     made.close()
 
 
-@pytest.fixture
-def hand(house, stage, tmp_path):
-    """A server whose lab has the stage, and a browser with control of it."""
-    folder = tmp_path / "lab"
-    folder.mkdir()
+@pytest.fixture(scope="module")
+def served(lasting, lasting_stage, tmp_path_factory):
+    """A server whose lab has the stage."""
+    folder = tmp_path_factory.mktemp("lab")
     with (folder / "stage.yaml").open("w") as file:
         YAML(typ="safe", pure=True).dump(jog_peer.CONTRACT, file)
-    (folder / "lab.yaml").write_text(LAB.format(url=stage.url))
-    made = house(arguments=["--lab", str(folder / "lab.yaml")])
-    client = made.client()
-    client.take()
-    return made, client.reach("stage")
+    (folder / "lab.yaml").write_text(LAB.format(url=lasting_stage.url))
+    return lasting(arguments=["--lab", str(folder / "lab.yaml")])
+
+
+@pytest.fixture
+def stage(lasting_stage, wait_for):
+    """The stage, at rest in the middle, with no memory of what it did before."""
+    wait_for(lambda: not lasting_stage.running, "rest")
+    lasting_stage.begin()
+    return lasting_stage
+
+
+@pytest.fixture
+def hand(served, stage, wait_for):
+    """The server, started again where a test killed it, and a browser with control of it."""
+    if served.process.poll() is not None:
+        served.start()
+    client = served.client()
+    client.take("Ada", reason="a test begins")
+    client.reach("stage")
+
+    def is_told():
+        told = client.get("/devices/stage").json()["status"]
+        return told["homed"] and all(told[axis] == stage.place[axis] for axis in "xyz")
+
+    wait_for(is_told, "the stage as it is")
+    return served, client
 
 
 def say(client, jog, seconds):

@@ -113,9 +113,7 @@ def test_points_outside_the_bench_are_shown_and_told(shared, page):
     assert told["tracks"][0]["outside"] == [1, 2, 3, 4]
 
 
-def test_times_are_those_of_past_runs_once_there_were_any(shared, page):
-    page.reach("gantry", "libs")
-    page.until(page.run_of("grid.yaml"), "succeeded")
+def test_times_are_those_of_past_runs_once_there_were_any(page, finished):
     told = page.post("/preview", json={"text": grid(page), "name": "grid.yaml"}).json()
 
     assert told["time_s"]["runs"] >= 1

@@ -7,16 +7,10 @@ import numpy as np
 import pytest
 
 
-@pytest.fixture(scope="module")
-def done(shared):
+@pytest.fixture
+def done(page, finished):
     """A browser and a run of six points that has ended."""
-    client = shared.client()
-    client.take("Ada", reason="results")
-    client.reach("gantry", "libs")
-    id = client.run_of("grid.yaml", params={"sample": "core17"})
-    client.until(id, "succeeded")
-    client.post("/control/release", headers=client._leased())
-    return client, id
+    return page, finished
 
 
 def floats(answer):

@@ -15,10 +15,8 @@ def test_a_run_is_started_and_told_to_its_end(shared, page):
     assert run["params"]["sample"] == "a"
 
 
-def test_the_points_of_a_run_have_places_keys_and_fates(shared, page):
-    page.reach("gantry", "libs")
-    id = page.run_of("grid.yaml")
-    page.until(id, "succeeded")
+def test_the_points_of_a_run_have_places_keys_and_fates(page, finished):
+    id = finished
     points = page.get(f"/runs/{id}/points", params={"loop": "main/scan", "limit": 4}).json()
 
     assert points["total"] == 6
@@ -27,10 +25,8 @@ def test_the_points_of_a_run_have_places_keys_and_fates(shared, page):
     assert points["status"] == ["ok"] * 4
 
 
-def test_a_point_leads_to_its_actions_their_lines_its_row_and_its_spectrum(shared, page):
-    page.reach("gantry", "libs")
-    id = page.run_of("grid.yaml")
-    run = page.until(id, "succeeded")
+def test_a_point_leads_to_its_actions_their_lines_its_row_and_its_spectrum(page, finished):
+    id, run = finished, page.run(finished)
     point = page.get(f"/runs/{id}/point", params={"loop": "main/scan", "key": "2,1"}).json()
     lines = run["protocol_text"].splitlines()
 
@@ -42,10 +38,8 @@ def test_a_point_leads_to_its_actions_their_lines_its_row_and_its_spectrum(share
     assert [line["kind"] for line in point["log"]] == ["ended"] * 3
 
 
-def test_the_outline_has_a_row_a_step_with_its_line_and_what_became_of_it(shared, page):
-    page.reach("gantry", "libs")
-    id = page.run_of("grid.yaml")
-    run = page.until(id, "succeeded")
+def test_the_outline_has_a_row_a_step_with_its_line_and_what_became_of_it(page, finished):
+    run = page.run(finished)
     told = {node["path"]: node for node in run["outline"]}
 
     assert list(told) == [
@@ -59,10 +53,8 @@ def test_the_outline_has_a_row_a_step_with_its_line_and_what_became_of_it(shared
     assert run["nodes"]["finally/0"]["status"] == "ok"
 
 
-def test_the_log_comes_in_windows(shared, page):
-    page.reach("gantry", "libs")
-    id = page.run_of("grid.yaml")
-    page.until(id, "succeeded")
+def test_the_log_comes_in_windows(page, finished):
+    id = finished
     last = page.get(f"/runs/{id}/log", params={"limit": 5}).json()
     before = page.get(
         f"/runs/{id}/log", params={"limit": 5, "before": last["lines"][0]["n"]}
@@ -90,11 +82,8 @@ def test_a_question_is_answered_from_the_page(shared, page, wait_for):
     assert run["nodes"]["main/ready"]["message"] == "yes (Ada)"
 
 
-def test_pausing_needs_no_control_and_going_on_does(house, wait_for):
-    made = house(clock=2)
-    client, other = made.client(), made.client()
-    client.take()
-    client.reach("gantry")
+def test_pausing_needs_no_control_and_going_on_does(unhurried, hand, wait_for):
+    client, other = hand, unhurried.client()
     id = client.run_of("long.yaml", checklist=[])
     wait_for(lambda: client.run(id)["live"], "live")
     paused = other.post(f"/runs/{id}/pause", json={})
@@ -111,11 +100,8 @@ def test_pausing_needs_no_control_and_going_on_does(house, wait_for):
     assert run["reason"] == "aborted by Ada"
 
 
-def test_a_run_pauses_after_the_point_that_is_under_way(house, wait_for):
-    made = house(clock=3)
-    client = made.client()
-    client.take()
-    client.reach("gantry")
+def test_a_run_pauses_after_the_point_that_is_under_way(hand, wait_for):
+    client = hand
     id = client.run_of("long.yaml", checklist=[])
     wait_for(lambda: client.run(id)["loops"][0]["current"], "a point")
     said = client.post(f"/runs/{id}/pause", json={"when": "after_point"})
@@ -127,11 +113,8 @@ def test_a_run_pauses_after_the_point_that_is_under_way(house, wait_for):
     assert 0 < run["done"] < 12 and not run["pausing"]
 
 
-def test_an_aborted_run_goes_on_where_it_was(house, wait_for):
-    made = house(clock=4)
-    client = made.client()
-    client.take()
-    client.reach("gantry")
+def test_an_aborted_run_goes_on_where_it_was(hand, wait_for):
+    client = hand
     id = client.run_of("long.yaml", checklist=[])
     wait_for(lambda: client.run(id)["done"] >= 2, "two points")
     client.command(f"/runs/{id}/abort")
@@ -146,11 +129,8 @@ def test_an_aborted_run_goes_on_where_it_was(house, wait_for):
     assert run["resumes"] == 1 and run["done"] == 12 > done
 
 
-def test_a_run_goes_on_with_a_changed_protocol_and_the_difference_is_told_before(house, wait_for):
-    made = house(clock=4)
-    client = made.client()
-    client.take()
-    client.reach("gantry")
+def test_a_run_goes_on_with_a_changed_protocol_and_the_difference_is_told_before(hand, wait_for):
+    client = hand
     id = client.run_of("long.yaml", checklist=[])
     wait_for(lambda: client.run(id)["done"] >= 2, "two points")
     client.command(f"/runs/{id}/abort")
@@ -187,10 +167,8 @@ def test_what_cannot_be_started_says_why(shared, page):
     assert missing.status_code == 404
 
 
-def test_runs_that_are_not_there_or_not_live_say_so(shared, page):
-    page.reach("gantry", "libs")
-    id = page.run_of("grid.yaml")
-    page.until(id, "succeeded")
+def test_runs_that_are_not_there_or_not_live_say_so(page, finished):
+    id = finished
     told = [
         page.get("/runs/none"), page.get("/runs/..%2f..%2fetc"),
         page.get(f"/runs/{id}/point", params={"loop": "main/scan", "key": "9,9"}),

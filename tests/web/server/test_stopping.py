@@ -6,12 +6,9 @@ import time
 
 
 def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order(
-    house, wait_for, socket
+    unhurried, hand, wait_for, socket
 ):
-    made = house(clock=3)
-    client = made.client()
-    client.take()
-    client.reach("gantry", "libs")
+    made, client = unhurried, hand.reach("libs")
     id = client.run_of("grid.yaml")
     wait_for(lambda: client.run(id)["under_way"], "an action")
     ui = socket(made, client)
@@ -32,18 +29,16 @@ def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order
     assert run["fate"] == "aborted" and run["nodes"]["finally/0"]
 
 
-def test_a_run_that_comes_up_is_never_told_as_interrupted(house, wait_for):
-    made = house(clock=3)
-    client = made.client()
-    client.take()
-    client.reach("gantry", "libs")
+def test_a_run_that_comes_up_is_never_told_as_interrupted(unhurried, hand, wait_for):
+    made, client = unhurried, hand.reach("libs")
+    before = {run["id"] for run in client.get("/runs").json()}
     seen = []
     over = threading.Event()
 
     def look():
         eye = made.client()
         while not over.is_set():
-            seen.extend((run["fate"], run["protocol"]) for run in eye.get("/runs").json())
+            seen.extend(run for run in eye.get("/runs").json() if run["id"] not in before)
 
     watching = threading.Thread(target=look)
     watching.start()
@@ -52,8 +47,8 @@ def test_a_run_that_comes_up_is_never_told_as_interrupted(house, wait_for):
     over.set()
     watching.join()
 
-    assert {fate for fate, _ in seen} <= {"starting", "running"}
-    assert {name for _, name in seen} <= {"long"}
+    assert {run["fate"] for run in seen} <= {"starting", "running"}
+    assert {run["protocol"] for run in seen} <= {"long"}
 
 
 def test_a_stop_that_lay_in_a_stalled_line_is_late_and_one_in_time_is_not(shared, page, socket):

@@ -1256,7 +1256,8 @@ export interface paths {
          * Stop All
          * @description STOP ALL: every device into its safe state, live runs aborted. No control, key or sign-in.
          *
-         *     Answers within a second which devices confirmed.
+         *     Answers within a second which devices confirmed. With the key of a stop that was asked for over
+         *     the socket (`press`), it is that stop, and not a second one.
          */
         post: operations["stop_all"];
         delete?: never;
@@ -6225,6 +6226,8 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
+                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                "Idempotency-Key"?: string | null;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
             };
