@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ...engine.lab import LoadedLab
 from ..guard.refusal import not_found
+from ..kept_out import kept_out
 from ..models.devices import DeviceDetail, DeviceState
 from .form import action_form, moving_of
 from .station import Station
@@ -20,6 +21,7 @@ class Bench:
         self, lab: LoadedLab, folder: Path, changed: Callable[[str], None],
         used_by: Callable[[str], str | None], armed: Callable[[str], str | None],
     ) -> None:  # fmt: skip
+        self._lab = lab
         self.stations = {name: Station(name, lab, folder, changed) for name in lab.lab.devices}
         self._used_by = used_by
         self._armed = armed
@@ -66,6 +68,7 @@ class Bench:
             actions=[action_form(name, one, limits) for name, one in contract.actions.items()],
             axes=list(moving.ranges_mm) if moving is not None else [],
             ranges_mm={**moving.ranges_mm} if moving is not None else {},
+            keep_out=kept_out(self._lab, device),
         )  # fmt: skip
 
     async def scan(self) -> list[DeviceState]:

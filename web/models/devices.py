@@ -51,6 +51,18 @@ class ActionForm(Told):
     interlock: dict[str, Any] = Field(default_factory=dict)
 
 
+class KeepOut(Told):
+    """A box that a machine does not enter, in mm; null where it reaches all along an axis."""
+
+    name: str
+    x0: float | None
+    x1: float | None
+    y0: float | None
+    y1: float | None
+    z0: float | None
+    z1: float | None
+
+
 class DeviceDetail(DeviceState):
     """A device with its contract."""
 
@@ -62,6 +74,7 @@ class DeviceDetail(DeviceState):
     actions: list[ActionForm]
     axes: list[Axis] = Field(description="That can be jogged; empty where none can.")
     ranges_mm: dict[str, tuple[float, float]] = Field(description="Of each axis, on this bench.")
+    keep_out: list[KeepOut] = Field(description="Boxes on the bench that it does not enter, in mm.")
 
 
 class CallAction(Told):

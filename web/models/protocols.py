@@ -4,6 +4,7 @@ from typing import Any
 
 from pydantic import Field
 
+from .devices import KeepOut
 from .told import Fault, FoundProblem, Told
 
 LARGEST_TEXT = 2_000_000
@@ -228,6 +229,7 @@ class Track(Told):
     track: list[int] = Field(description="Index into `tracks`.")
     joined: list[bool] = Field(description="Whether it comes there from the point before.")
     outside: list[int] = Field(description="Indexes of points outside the area.")
+    keep_out: list[KeepOut] = Field(description="Boxes that it does not enter, in mm.")
     tracks: list[str]
     unknown: int = Field(description="Places that are known only in the run.")
     length_mm: float

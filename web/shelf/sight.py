@@ -3,6 +3,7 @@
 from math import isinf
 
 from ...engine.check import Checked
+from ...engine.lab import LoadedLab
 from ...engine.language.shape import Place
 from ...engine.views.count import Tally, number_of, tally
 from ...engine.views.forecast import Outlook, outlook
@@ -14,6 +15,7 @@ from ...engine.views.preview.plane import Area as PlaneArea
 from ...engine.views.preview.walk import Path, Walk
 from ...engine.views.words.item import Item
 from ...engine.views.words.page import as_markdown, page
+from ..kept_out import kept_out
 from ..models.protocols import (
     Area,
     Graph,
@@ -73,7 +75,7 @@ def preview_of(checked: Checked, timings: Timings) -> Preview:
     lasers = [actions[label] for label, danger in _dangers(checked).items() if danger == "laser"]
     known = [times for times in lasers if times is not None]
     return Preview(
-        tracks=[_track(path) for path in walk.paths.values() if path.points or path.unknown],
+        tracks=[_track(path, checked.lab) for path in walk.paths.values() if path.points or path.unknown],
         notes=walk.notes, full=walk.full, actions=actions, actions_text=number_of(found),
         shots=sum(known) if len(known) == len(lasers) else None,
         needs_you=questions_of(checked.protocol), time_s=time_of(view, found, timings),
@@ -96,13 +98,13 @@ def _dangers(checked: Checked) -> dict[str, str | None]:
     return found
 
 
-def _track(path: Path) -> Track:
+def _track(path: Path, lab: LoadedLab | None) -> Track:
     return Track(
         device=path.plane.device, contract=path.plane.contract, area=_area(path.plane.area),
         allowed=_area(path.plane.allowed), x_mm=[one.x_mm for one in path.points],
         y_mm=[one.y_mm for one in path.points], track=[one.track for one in path.points],
         joined=[one.joined for one in path.points], outside=path.outside, tracks=path.tracks,
-        unknown=path.unknown, length_mm=path.length_mm,
+        keep_out=kept_out(lab, path.plane.device), unknown=path.unknown, length_mm=path.length_mm,
     )  # fmt: skip
 
 

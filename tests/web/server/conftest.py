@@ -91,7 +91,7 @@ steps:
   - {id: ready, confirm: "Is the bench clear?"}
   - id: on
     foreach: {i: "${{ range(4) }}"}
-    steps: [{id: there, do: gantry.move_to, with: {x: "${{ 20 * i + 100 }}"}}]
+    steps: [{id: farther, do: gantry.move_to, with: {x: "${{ 20 * i + 100 }}"}}]
 """
 PROTOCOLS = {"grid.yaml": GRID, "talk.yaml": TALK, "long.yaml": LONG, "midway.yaml": ASKS_MIDWAY}
 LASER_LIST = ["enclosure closed", "nobody in the beam path", "sample fixed"]

@@ -131,16 +131,17 @@ def test_an_aborted_run_goes_on_where_it_was(hand, wait_for):
 
 def test_a_run_goes_on_with_a_changed_protocol_and_the_difference_is_told_before(hand, wait_for):
     client = hand
-    id = client.run_of("long.yaml", checklist=[])
+    client.post("/protocols", json={"name": "changed.yaml", "copy_of": "long.yaml"})
+    id = client.run_of("changed.yaml", checklist=[])
     wait_for(lambda: client.run(id)["done"] >= 2, "two points")
     client.command(f"/runs/{id}/abort")
     client.until(id, "aborted")
     wait_for(lambda: not client.run(id)["live"], "the end of its engine")
-    old = client.get("/protocols/long.yaml").json()
+    old = client.get("/protocols/changed.yaml").json()
     text = old["text"].replace("range(12)", "range(14)")
-    client.put("/protocols/long.yaml", json={"text": text, "base": old["revision"]})
-    changes = client.post(f"/runs/{id}/changes", json={"protocol": "long.yaml"}).json()
-    client.command(f"/runs/{id}/resume", {"protocol": "long.yaml"})
+    client.put("/protocols/changed.yaml", json={"text": text, "base": old["revision"]})
+    changes = client.post(f"/runs/{id}/changes", json={"protocol": "changed.yaml"}).json()
+    client.command(f"/runs/{id}/resume", {"protocol": "changed.yaml"})
     run = client.until(id, "succeeded")
 
     assert any(line.startswith("+") and "range(14)" in line for line in changes["diff"])

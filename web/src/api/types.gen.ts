@@ -1856,6 +1856,11 @@ export interface components {
              * @description The goal by hand that is under way.
              */
             goal?: string | null;
+            /**
+             * Keep Out
+             * @description Boxes on the bench that it does not enter, in mm.
+             */
+            keep_out: components["schemas"]["KeepOut"][];
             /** Name */
             name: string;
             /**
@@ -2219,6 +2224,26 @@ export interface components {
             distance_mm: number;
             /** Feed Mm Min */
             feed_mm_min?: number | null;
+        };
+        /**
+         * KeepOut
+         * @description A box that a machine does not enter, in mm; null where it reaches all along an axis.
+         */
+        KeepOut: {
+            /** Name */
+            name: string;
+            /** X0 */
+            x0: number | null;
+            /** X1 */
+            x1: number | null;
+            /** Y0 */
+            y0: number | null;
+            /** Y1 */
+            y1: number | null;
+            /** Z0 */
+            z0: number | null;
+            /** Z1 */
+            z1: number | null;
         };
         /**
          * Launch
@@ -3837,6 +3862,11 @@ export interface components {
              * @description Whether it comes there from the point before.
              */
             joined: boolean[];
+            /**
+             * Keep Out
+             * @description Boxes that it does not enter, in mm.
+             */
+            keep_out: components["schemas"]["KeepOut"][];
             /** Length Mm */
             length_mm: number;
             /**

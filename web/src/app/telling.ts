@@ -15,6 +15,9 @@ export function newsOf(before: RunSummary | undefined, now: RunSummary): { probl
   return { problem: true, text: `${now.protocol} ${now.fate}${now.reason ? `: ${now.reason}` : ''}` }
 }
 
+/** How the last run ended that ended while the page was hidden. */
+let unseen = ''
+
 /** Notices of the server and news of runs, for as long as the calling scope lives. */
 export function useTelling(): void {
   const live = useLive()
@@ -34,9 +37,17 @@ export function useTelling(): void {
       if (news === null) continue
       notices.tell(news.text, { level: news.problem ? 'problem' : 'info', run: run.id })
       if (preferences.notifications) elsewhere(news.text, run.id)
+      if (document.hidden) unseen = news.problem ? '✕' : '✓'
     }
     markTitle(Object.values(now))
   })
+  const seen = (): void => {
+    if (document.hidden) return
+    unseen = ''
+    markTitle(Object.values(live.bench.runs))
+  }
+  document.addEventListener('visibilitychange', seen)
+  onScopeDispose(() => document.removeEventListener('visibilitychange', seen))
 }
 
 function elsewhere(text: string, run: string): void {
@@ -45,9 +56,10 @@ function elsewhere(text: string, run: string): void {
   notification.onclick = () => window.focus()
 }
 
-/** `(!)` before the title while a run waits for a person. */
+/** `(!)` before the title while a run waits for a person; ✓ or ✕ for one that ended while nobody looked. */
 function markTitle(runs: RunSummary[]): void {
   const waits = runs.some((run) => run.live && run.questions > 0)
-  const bare = document.title.replace(/^\(!\) /, '')
-  document.title = waits ? `(!) ${bare}` : bare
+  const bare = document.title.replace(/^(\(!\)|✓|✕) /, '')
+  const mark = waits ? '(!)' : unseen
+  document.title = mark ? `${mark} ${bare}` : bare
 }

@@ -1,5 +1,6 @@
 // Draw a path over the bench: millimetres to pixels, the limits, the points, the one that is looked at.
 import type { Told } from '../../api/types'
+import { type Colour, drawArea, drawKeptOut, drawRuler } from './ground'
 
 type Track = Told<'Track'>
 
@@ -64,62 +65,12 @@ export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { po
   brush.fillStyle = colour('panel')
   brush.fillRect(0, 0, frame.width, frame.height)
   drawArea(brush, track, frame, colour)
+  drawKeptOut(brush, track.keep_out, frame, colour)
   drawRuler(brush, frame, colour('muted'))
   drawPath(brush, track, frame, colour('line-strong'))
   drawPoints(brush, track, frame, lit, colour)
   if (corners) drawCorners(brush, corners, frame, colour)
   drawCross(brush, track, frame, point, colour('text'))
-}
-
-type Colour = (name: string) => string
-
-/** What the bench allows is light; beyond it the contract may allow more, which is hatched. */
-function drawArea(brush: CanvasRenderingContext2D, { area, allowed }: Track, frame: Frame, colour: Colour): void {
-  const rect = (one: Track['area'], pad: number): [number, number, number, number] => {
-    const [left, right] = [one.x0 === null ? -pad : frame.px(one.x0), one.x1 === null ? frame.width + pad : frame.px(one.x1)]
-    const [top, bottom] = [one.y1 === null ? -pad : frame.py(one.y1), one.y0 === null ? frame.height + pad : frame.py(one.y0)]
-    return [left, top, right - left, bottom - top]
-  }
-  brush.save()
-  brush.beginPath()
-  brush.rect(...rect(allowed, 10))
-  brush.clip()
-  brush.strokeStyle = colour('line')
-  brush.beginPath()
-  for (let at = -frame.height; at < frame.width; at += 9) {
-    brush.moveTo(at, frame.height)
-    brush.lineTo(at + frame.height, 0)
-  }
-  brush.stroke()
-  brush.restore()
-  brush.fillStyle = colour('bg')
-  brush.fillRect(...rect(area, 10))
-  brush.strokeStyle = colour('fail')
-  brush.lineWidth = 1.5
-  brush.setLineDash([6, 4])
-  brush.strokeRect(...rect(area, 10))
-  brush.setLineDash([])
-  brush.lineWidth = 1
-}
-
-/** Round millimetres along both edges. */
-function drawRuler(brush: CanvasRenderingContext2D, frame: Frame, colour: string): void {
-  const wanted = 70 / frame.scale
-  const power = 10 ** Math.floor(Math.log10(wanted))
-  const step = [1, 2, 5, 10].map((one) => one * power).find((one) => one >= wanted) ?? power * 10
-  const digits = Math.max(0, -Math.floor(Math.log10(step)))
-  brush.fillStyle = brush.strokeStyle = colour
-  brush.font = '11px system-ui, sans-serif'
-  brush.textAlign = 'center'
-  for (let x = Math.ceil(frame.xOf(20) / step) * step; frame.px(x) < frame.width - 20; x += step) {
-    brush.fillText(x.toFixed(digits), frame.px(x), frame.height - 6)
-    brush.fillRect(frame.px(x), frame.height - 20, 1, 4)
-  }
-  brush.textAlign = 'left'
-  for (let y = Math.ceil(frame.yOf(frame.height - 30) / step) * step; frame.py(y) > 12; y += step) {
-    brush.fillText(y.toFixed(digits), 4, frame.py(y) + 4)
-  }
-  brush.fillText('mm', 4, frame.height - 6)
 }
 
 function drawPath(brush: CanvasRenderingContext2D, track: Track, frame: Frame, colour: string): void {
