@@ -1,6 +1,7 @@
 // The browser of the journeys: Debian's chromium, one context for each person.
 import { existsSync } from 'node:fs'
 import { type Browser, type BrowserContext, type BrowserContextOptions, chromium, type Page } from 'playwright-core'
+import { ask, type Bench } from './bench'
 
 const PLACES = [process.env['CHROMIUM'], '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
 
@@ -11,6 +12,16 @@ export async function openBrowser(): Promise<Browser> {
   const path = PLACES.find((one) => one !== undefined && existsSync(one))
   if (path === undefined) throw new Error('no chromium: apt-get install chromium, or set CHROMIUM')
   return chromium.launch({ executablePath: path, args: ['--no-sandbox', '--disable-dev-shm-usage'] })
+}
+
+/** After a journey that broke off: its browser is closed, what it left moving is stopped, control is free again. */
+export async function tidy(browser: Browser, bench: Bench): Promise<void> {
+  const left = browser.contexts()
+  if (left.length === 0) return
+  await Promise.all(left.map((context) => context.close()))
+  await ask(bench, '/stop', {})
+  const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Program', reason: 'a journey broke off' })
+  await ask(bench, '/control/release', {}, { 'X-Control-Lease': lease })
 }
 
 export interface Person {

@@ -3,9 +3,9 @@ import { mkdtemp, writeFile } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import type { Browser, Locator, Page } from 'playwright-core'
-import { afterAll, beforeAll, describe, expect, it } from 'vitest'
+import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, orderFault, startBench } from './bench'
-import { allOnline, aPerson, isLive, NARROW, openBrowser, type Person } from './browser'
+import { allOnline, aPerson, isLive, NARROW, openBrowser, type Person, tidy } from './browser'
 import { axe, picture } from './look'
 
 interface Device { name: string; status: Record<string, number | string | boolean> }
@@ -15,6 +15,7 @@ let browser: Browser
 beforeAll(async () => {
   ;[bench, browser] = await Promise.all([startBench({ speed: 4 }), openBrowser()])
 })
+afterEach(() => tidy(browser, bench))
 afterAll(async () => {
   await browser.close()
   await bench.close()

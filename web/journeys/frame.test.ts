@@ -1,8 +1,8 @@
 // The frame: welcome, places, control between two people, themes, keys.
 import type { Browser } from 'playwright-core'
-import { afterAll, beforeAll, describe, expect, it } from 'vitest'
+import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { allOnline, aPerson, isLive, NARROW, openBrowser } from './browser'
+import { allOnline, aPerson, isLive, NARROW, openBrowser, tidy } from './browser'
 import { picture } from './look'
 
 let bench: Bench
@@ -10,6 +10,7 @@ let browser: Browser
 beforeAll(async () => {
   ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
 })
+afterEach(() => tidy(browser, bench))
 afterAll(async () => {
   await browser.close()
   await bench.close()

@@ -1,8 +1,8 @@
 // Protocols: the list, the editor in all its views, one undo for text and picture, conflicts, drafts.
 import type { Browser, Page } from 'playwright-core'
-import { afterAll, beforeAll, describe, expect, it } from 'vitest'
+import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { allOnline, aPerson, NARROW, openBrowser } from './browser'
+import { allOnline, aPerson, NARROW, openBrowser, tidy } from './browser'
 import { axe, picture } from './look'
 
 let bench: Bench
@@ -10,6 +10,7 @@ let browser: Browser
 beforeAll(async () => {
   ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
 })
+afterEach(() => tidy(browser, bench))
 afterAll(async () => {
   await browser.close()
   await bench.close()

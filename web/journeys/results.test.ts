@@ -1,8 +1,8 @@
 // Results: a map and its spectra, points chosen and measured again, plasma and classes, tables, files.
 import type { Browser } from 'playwright-core'
-import { afterAll, beforeAll, describe, expect, it } from 'vitest'
+import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, isLive, NARROW, openBrowser } from './browser'
+import { aPerson, isLive, NARROW, openBrowser, tidy } from './browser'
 import { axe, picture } from './look'
 import { measuredMap } from './measured'
 
@@ -12,6 +12,7 @@ let run: string
 beforeAll(async () => {
   ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
 }, 120_000)
+afterEach(() => tidy(browser, bench))
 afterAll(async () => {
   await browser.close()
   await bench.close()

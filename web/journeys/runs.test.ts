@@ -1,8 +1,8 @@
 // Runs: launched from the form, followed on the map, paused, resumed, aborted, asked; found again after a crash.
 import type { Browser, Page } from 'playwright-core'
-import { afterAll, beforeAll, describe, expect, it } from 'vitest'
+import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, isLive, NARROW, openBrowser, type Person } from './browser'
+import { aPerson, isLive, NARROW, openBrowser, type Person, tidy } from './browser'
 import { axe, picture } from './look'
 
 let bench: Bench
@@ -10,6 +10,7 @@ let browser: Browser
 beforeAll(async () => {
   ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
 })
+afterEach(() => tidy(browser, bench))
 afterAll(async () => {
   await browser.close()
   await bench.close()

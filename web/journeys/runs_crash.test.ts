@@ -3,9 +3,9 @@ import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import type { Browser } from 'playwright-core'
-import { afterAll, beforeAll, expect, it } from 'vitest'
+import { afterAll, afterEach, beforeAll, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, isLive, openBrowser } from './browser'
+import { aPerson, isLive, openBrowser, tidy } from './browser'
 import { picture } from './look'
 
 /** A minute of turns on the simulated lab, without the optics. */
@@ -27,6 +27,7 @@ beforeAll(async () => {
   await writeFile(join(folder, 'slow.yaml'), SLOW)
   ;[bench, browser] = await Promise.all([startBench({ args: [folder] }), openBrowser()])
 })
+afterEach(() => tidy(browser, bench))
 afterAll(async () => {
   await browser.close()
   await bench.close()

@@ -1,8 +1,8 @@
 // Runs in which something goes wrong: what failed is found, and the run goes on with a changed protocol; by keys alone.
 import type { Browser } from 'playwright-core'
-import { afterAll, beforeAll, expect, it } from 'vitest'
+import { afterAll, afterEach, beforeAll, expect, it } from 'vitest'
 import { ask, type Bench, orderFault, startBench } from './bench'
-import { aPerson, openBrowser } from './browser'
+import { aPerson, openBrowser, tidy } from './browser'
 import { axe, picture } from './look'
 import { now, reached, startRun, until } from './measured'
 
@@ -27,6 +27,7 @@ beforeAll(async () => {
   ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
   await ask(bench, '/protocols', { name: 'scan.yaml', text: SCAN }, now())
 }, 120_000)
+afterEach(() => tidy(browser, bench))
 afterAll(async () => {
   await browser.close()
   await bench.close()

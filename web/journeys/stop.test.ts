@@ -2,7 +2,7 @@
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, orderFault, startBench } from './bench'
-import { allOnline, aPerson, isLive, openBrowser } from './browser'
+import { allOnline, aPerson, isLive, openBrowser, tidy } from './browser'
 import { axe, picture } from './look'
 
 interface Device { name: string; status: Record<string, number> }
@@ -12,7 +12,10 @@ let browser: Browser
 beforeAll(async () => {
   ;[bench, browser] = await Promise.all([startBench({ speed: 20 }), openBrowser()])
 })
-afterEach(() => bench.signal('SIGCONT'))
+afterEach(() => {
+  bench.signal('SIGCONT')
+  return tidy(browser, bench)
+})
 afterAll(async () => {
   await browser.close()
   await bench.close()
