@@ -57,3 +57,17 @@ export async function isLive(page: Page): Promise<void> {
 export async function allOnline(page: Page): Promise<void> {
   await page.getByText(/^([1-9]\d*) of \1 online$/).waitFor({ timeout: 60_000 })
 }
+
+/** Tab until something of this name has the focus, as a person without a mouse does. */
+export async function tabTo(page: Page, name: RegExp): Promise<void> {
+  for (let presses = 0; presses < 140; presses += 1) {
+    await page.keyboard.press('Tab')
+    const words = await page.evaluate(() => {
+      const at = document.activeElement
+      const label = at instanceof HTMLInputElement || at instanceof HTMLSelectElement ? at.labels?.[0]?.textContent : at?.textContent
+      return (at?.getAttribute('aria-label') ?? label ?? '').trim()
+    })
+    if (name.test(words)) return
+  }
+  throw new Error(`no Tab leads to ${name.source}`)
+}

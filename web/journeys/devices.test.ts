@@ -45,6 +45,7 @@ async function leave(person: Person): Promise<void> {
   expect(person.faults).toEqual([])
 
   await person.page.getByRole('button', { name: 'Release control' }).click()
+  await person.page.getByRole('button', { name: 'Take control' }).waitFor()
   await person.context.close()
 }
 

@@ -2,7 +2,7 @@
 import type { Browser } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { allOnline, aPerson, isLive, NARROW, openBrowser, tidy } from './browser'
+import { allOnline, aPerson, isLive, NARROW, openBrowser, tabTo, tidy } from './browser'
 import { picture } from './look'
 
 let bench: Bench
@@ -88,27 +88,18 @@ describe('the frame', () => {
     const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
     await page.goto('/settings')
     await isLive(page)
-    /** Tab until something of this name has the focus, as a person would. */
-    const tabTo = async (name: string): Promise<void> => {
-      for (let presses = 0; presses < 120; presses += 1) {
-        await page.keyboard.press('Tab')
-        const found = await page.evaluate(() => document.activeElement?.getAttribute('aria-label') ?? document.activeElement?.textContent?.trim())
-        if (found === name) return
-      }
-      throw new Error(`no Tab leads to ${name}`)
-    }
     const x = async () => (await ask<{ status: { x: number } }>(bench, '/devices/gantry')).status.x
-    await tabTo('Take control')
+    await tabTo(page, /^Take control$/)
     await page.keyboard.press('Enter')
     await page.getByRole('button', { name: 'Release control' }).waitFor()
     await page.keyboard.press('g')
     await page.keyboard.press('d')
     await allOnline(page)
     const before = await x()
-    await tabTo('X+')
+    await tabTo(page, /^X[+]$/)
     await page.keyboard.press('Space')
     await expect.poll(x, { timeout: 15_000 }).toBeCloseTo(before + 1, 2)
-    await tabTo('Release control')
+    await tabTo(page, /^Release control$/)
     await page.keyboard.press('Enter')
     await page.getByRole('button', { name: 'Take control' }).waitFor()
 

@@ -343,6 +343,7 @@ describe('the editor', () => {
     expect(faults).toEqual([])
 
     await page.getByRole('button', { name: 'Release control' }).click()
+    await page.getByRole('button', { name: 'Take control' }).waitFor()
     await context.close()
   })
 

@@ -2,7 +2,7 @@
 import type { Browser } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, expect, it } from 'vitest'
 import { ask, type Bench, orderFault, startBench } from './bench'
-import { aPerson, openBrowser, tidy } from './browser'
+import { aPerson, openBrowser, tabTo, tidy } from './browser'
 import { axe, picture } from './look'
 import { now, reached, startRun, until } from './measured'
 
@@ -80,46 +80,79 @@ it('what went wrong is found in the outline and in the log, and the run goes on 
 
   expect(faults).toEqual([])
   await page.getByRole('button', { name: 'Release control' }).click()
+  await page.getByRole('button', { name: 'Take control' }).waitFor()
   await context.close()
 })
 
 it('a run is started, paused and aborted by keys alone', async () => {
   const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
   await page.goto('/runs?start=pegmatite_map.yaml')
-  const press = async (name: RegExp): Promise<void> => {
-    for (let i = 0; i < 80; i++) {
-      await page.keyboard.press('Tab')
-      const words = await page.evaluate(() => {
-        const at = document.activeElement
-        return at instanceof HTMLInputElement ? (at.labels?.[0]?.textContent ?? '') : (at?.textContent ?? '')
-      })
-      if (name.test(words.trim())) return
-    }
-    throw new Error(`no way to ${name.source} by Tab`)
-  }
   await page.getByText('1,071 points').waitFor()
   for (const point of [/^enclosure closed$/, /^nobody in the beam path$/, /^sample fixed$/]) {
-    await press(point)
+    await tabTo(page, point)
     await page.keyboard.press('Space')
   }
-  await press(/^Start$/)
+  await tabTo(page, /^Start$/)
   await page.keyboard.press('Enter')
   await page.getByRole('dialog').waitFor()
-  await press(/^Start now$/)
+  await tabTo(page, /^Start now$/)
   await page.keyboard.press('Enter')
   await page.waitForURL('**/runs/2*')
   await page.getByRole('button', { name: 'Pause' }).waitFor()
-  await press(/^Pause$/)
+  await tabTo(page, /^Pause$/)
   await page.keyboard.press('Enter')
-  await press(/^Pause now/)
+  await tabTo(page, /^Pause now/)
   await page.keyboard.press('Enter')
   await page.getByText('Paused: nothing moves').waitFor()
-  await press(/^Abort$/)
+  await tabTo(page, /^Abort$/)
   await page.keyboard.press('Enter')
-  await press(/^Abort the run$/)
+  await tabTo(page, /^Abort the run$/)
   await page.keyboard.press('Enter')
   await page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor({ timeout: 30_000 })
 
   expect(faults).toEqual([])
+  await page.getByRole('button', { name: 'Release control' }).click()
+  await page.getByRole('button', { name: 'Take control' }).waitFor()
+  await context.close()
+})
+
+it('from the empty first start to a finished map, by keys alone', async () => {
+  const { page, context, faults } = await aPerson(browser, bench.address, {}, {})
+  const press = async (name: RegExp, key = 'Enter'): Promise<void> => {
+    await tabTo(page, name)
+    await page.keyboard.press(key)
+  }
+  const fill = async (name: RegExp, words: string): Promise<void> => {
+    await press(name, 'Control+a')
+    await page.keyboard.type(words)
+  }
+  await page.goto('/')
+  await page.getByRole('heading', { name: 'Welcome to labrun' }).waitFor()
+  await fill(/^Your name/, 'Ada')
+  await press(/^Next$/)
+  await page.getByText('devices are online').waitFor()
+  await press(/^Next$/)
+  await press(/^Go to the protocols/)
+  await page.getByRole('link', { name: 'pegmatite_map.yaml', exact: true }).waitFor()
+  await press(/^pegmatite_map\.yaml$/)
+  await page.getByRole('status', { name: 'Check' }).filter({ hasText: 'no problems' }).waitFor()
+  await press(/^Run$/)
+  await page.getByText('1,071 points').waitFor()
+  await fill(/^width/, '0.4')
+  await fill(/^height/, '0.4')
+  for (const point of [/^enclosure closed$/, /^nobody in the beam path$/, /^sample fixed$/]) await press(point, 'Space')
+  await page.getByText('9 points').first().waitFor()
+  await press(/^Start$/)
+  await page.getByRole('dialog').waitFor()
+  await press(/^Start now$/)
+  const end = page.getByRole('region', { name: 'How it ended' })
+  await end.getByText('Done').waitFor({ timeout: 90_000 })
+  await press(/^Look at the results$/)
+  await page.getByRole('region', { name: 'Map', exact: true }).getByText('9 of 9 cells measured').waitFor()
+  await picture(page, 'keys-results')
+
+  expect(faults).toEqual([])
+  await page.getByRole('button', { name: 'Release control' }).click()
+  await page.getByRole('button', { name: 'Take control' }).waitFor()
   await context.close()
 })
