@@ -185,11 +185,18 @@ async def through_node(folder: Path, count: int) -> None:
     async with _site(folder) as site, node(site.offers, site.goals, types_of(site.offers)) as made:
         server = ActionServer(made, NothingNothing, "/bare", nothing)
         bare = await asyncio.to_thread(ask_node, "/bare", count)
+        spent = time.process_time()
         ours = await asyncio.to_thread(ask_node, "/nothing/nothing", count)
+        spent_ms = 1e3 * (time.process_time() - spent) / count
+        own = await direct(site, count)
         server.destroy()
     print(f"bare action server of rclpy      {median_ms(bare):8.2f} ms median")
+    print(f"device server asked directly     {median_ms(own):8.2f} ms   (ledger on disk)")
     print(f"goal through the node            {median_ms(ours):8.2f} ms   (wanted: under 15)")
-    print(f"of which the node adds           {median_ms(ours) - median_ms(bare):8.2f} ms")
+    print(
+        f"  beyond the two above           {median_ms(ours) - median_ms(bare) - median_ms(own):8.2f} ms"
+    )
+    print(f"  processor time of the node     {spent_ms:8.2f} ms")
 
 
 def write_lab(folder: Path) -> None:

@@ -129,6 +129,7 @@ async def _bridge(
 ) -> None:  # fmt: skip
     from .bridge.gate import Gate
     from .bridge.serve import bridge
+    from .greeting import greeting
     from .signals import until_signal
     from .site import opened
 
@@ -138,12 +139,8 @@ async def _bridge(
         bridge(site.offers, site.goals, Gate(host, token, frozenset(origins)), port) as address,
     ):
         typer.echo(f"labrun ros at {address}")
-        for device in site.devices.values():
-            if not device.online:
-                typer.echo(f"{device.name} cannot be reached yet: {device.reason}")
-        typer.echo(
-            f"{len(site.offers.actions)} actions; Ctrl-C ends it and leaves the devices safe"
-        )
+        for line in greeting(site):
+            typer.echo(line)
         await over.wait()
 
 

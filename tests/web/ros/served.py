@@ -20,6 +20,8 @@ class Served:
     process: subprocess.Popen
     url: str
     folder: Path
+    said: str
+    """What stood on the terminal until it served."""
 
     def end(self) -> int:
         """Ctrl-C, and its exit status."""
@@ -38,18 +40,18 @@ def serve(folder: Path, *options: str, lab: Path | None = None) -> Served:
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )  # fmt: skip
     log.close()
-    return Served(process, _address(process, folder), folder)
+    return Served(process, *_address(process, folder))
 
 
-def _address(process: subprocess.Popen, folder: Path) -> str:
+def _address(process: subprocess.Popen, folder: Path) -> tuple[str, Path, str]:
     until, said = time.monotonic() + START_S, b""
     assert process.stdout is not None
     while time.monotonic() < until and process.poll() is None:
         if select.select([process.stdout], [], [], 0.5)[0]:
             said += os.read(process.stdout.fileno(), 4096)
         found = re.search(rb"labrun ros at (\S+)\n", said)
-        if found:
-            return found[1].decode()
+        if found and b"Ctrl-C ends it" in said:
+            return found[1].decode(), folder, said.decode()
     process.kill()
     raise AssertionError(f"it did not start: {said.decode()} {(folder / 'ros.log').read_text()}")
 

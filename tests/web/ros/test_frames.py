@@ -184,6 +184,15 @@ def test_a_client_that_wants_pieces_gets_them(endpoint):
     assert "/rosapi/services" in whole["values"]["services"]
 
 
+def test_pieces_of_many_messages_together_are_bounded(endpoint):
+    data = "x" * (6 * 2**20)
+    told = exchange(
+        endpoint, *({"op": "fragment", "id": n, "data": data, "num": 0, "total": 2} for n in range(3))
+    )  # fmt: skip
+
+    assert "message 2 is given up" in told[0]["msg"]
+
+
 # --- bad input
 
 BAD = [
@@ -197,6 +206,10 @@ BAD = [
     ({"op": "advertise", "topic": "/x", "type": "std_msgs/String"}, "is not for this endpoint"),
     ({"op": "publish", "topic": "/gantry/status", "msg": {}}, "is not for this endpoint"),
     ({"op": "subscribe"}, "`subscribe` needs `topic`"),
+    ({"op": "subscribe", "topic": None}, "`subscribe` needs `topic`"),
+    ({"op": "call_service", "service": None}, "`call_service` needs `service`"),
+    ({"op": "send_action_goal", "action": None}, "`send_action_goal` needs `action`"),
+    ({"op": "fragment", "id": "f", "data": None, "num": 0, "total": 2}, "`fragment` needs `data`"),
     ({"op": "subscribe", "topic": 3}, "`topic` of `subscribe` has to be"),
     ({"op": "subscribe", "topic": "/gantry/statuss"}, "did you mean /gantry/status?"),
     ({"op": "subscribe", "topic": "/gantry/status", "type": "std_msgs/String"}, "not a std_msgs/String"),
@@ -359,16 +372,20 @@ def test_a_client_that_never_reads_is_dropped_and_others_are_served(endpoint):
 
 
 def test_a_goal_goes_on_when_its_socket_closes(endpoint):
+    stop = {"op": "call_service", "service": "/Lamp_9/glow/_action/cancel_goal"}
+
     async def main():
         async with talking(endpoint.url) as talk:
-            await talk.say({**GLOW, "id": "g", "args": {"seconds": 1.5}, "feedback": True})
+            await talk.say({**GLOW, "id": "g", "args": {"seconds": 60}, "feedback": True})
             await talk.hear("action_feedback")
         async with talking(endpoint.url) as talk:
             await talk.say({"op": "subscribe", "topic": "/Lamp_9/glow/_action/status"})
-            running = (await talk.hear("publish"))["msg"]["status_list"][-1]["status"]
-            return running, (await talk.hear("publish"))["msg"]["status_list"][-1]["status"]
+            told = [await talk.hear("publish")]
+            await talk.say(stop)  # it is nobody's any more, and it is there
+            told += [await talk.hear("publish"), await talk.hear("publish")]
+            return [message["msg"]["status_list"][-1]["status"] for message in told]
 
-    assert asyncio.run(main()) == (2, 4)
+    assert asyncio.run(main()) == [2, 3, 5]
 
 
 # --- who may connect

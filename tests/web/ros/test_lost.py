@@ -137,6 +137,13 @@ def test_ctrl_c_ends_goals_and_devices_in_order(own):
         os.kill(pid, 0)
 
 
+def test_who_starts_it_is_told_what_is_armed_by_that(endpoint):
+    assert "armed for every client, nobody is asked again: gantry (motion), slow (motion)" in (
+        endpoint.said
+    )
+    assert "actions; Ctrl-C ends it and leaves the devices safe" in endpoint.said
+
+
 def test_a_second_one_from_the_same_folder_is_told_so(endpoint, lab):
     done = command(endpoint.folder, "--lab", str(lab), "--port", "0")
 

@@ -1,6 +1,7 @@
 """One connection: what a client sends is done or answered in the protocol's own terms."""
 
 import asyncio
+import logging
 from collections.abc import Callable, Coroutine
 from typing import Any
 
@@ -14,6 +15,8 @@ from .rooms import Rooms
 
 MOST_TASKS = 1000
 LEVELS = ("none", "error", "warning", "info")
+FAULT = "a fault in labrun itself kept this from being done; the log of `labrun ros` says more"
+LOG = logging.getLogger(__name__)
 
 Operation = Callable[["Client", dict[str, Any]], None]
 Message = dict[str, Any]
@@ -101,6 +104,10 @@ class Client:
             operations[op](self, message)
         except Misformed as fault:
             self.complain(str(fault), _id(message))
+        except Exception:
+            # One frame that we stumble over is no reason to hang up on a client with goals under way.
+            LOG.exception("a frame of a client: %.300s", data)
+            self.complain(FAULT, _id(message))
 
     async def _hang_up_when_full(self) -> None:
         await self._outbox.full.wait()

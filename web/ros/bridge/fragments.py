@@ -47,9 +47,11 @@ class Fragments:
             raise Misformed(f"piece {num} of message {id} came twice, or counts to another total")
         pieces.data[num], pieces.touched = data, time.monotonic()
         pieces.size += len(data)
-        if pieces.size > MOST_BYTES:
+        if sum(one.size for one in self._open.values()) > MOST_BYTES:
             del self._open[id]
-            raise Misformed(f"message {id} is larger than {MOST_BYTES} bytes")
+            raise Misformed(
+                f"message {id} is given up: what is in pieces is over {MOST_BYTES} bytes"
+            )
         if len(pieces.data) < total:
             return None
         del self._open[id]

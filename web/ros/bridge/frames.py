@@ -98,7 +98,7 @@ def _deeper_than(value: Any, levels: int) -> bool:
 
 def want(message: dict[str, Any], name: str, kind: type | tuple[type, ...], words: str) -> Any:
     """A field that the operation cannot do without; raises Misformed."""
-    if name not in message:
+    if message.get(name) is None:
         raise Misformed(f"`{message['op']}` needs `{name}`, {words}")
     return may(message, name, kind, words)
 

@@ -1,15 +1,17 @@
 """Services: `call_service`, answered by `service_response`."""
 
 import asyncio
+import logging
 from typing import Any
 
 from ....engine.language.suggest import did_you_mean
 from ..offer import Refused, Service
-from .client import Client, Message
+from .client import FAULT, Client, Message
 from .fragments import fragment_size
 from .frames import Misformed, may, want
 
 LONGEST_S = 3600.0
+LOG = logging.getLogger(__name__)
 
 
 def call_service(client: Client, message: Message) -> None:
@@ -53,5 +55,8 @@ async def _answered(service: Service, values: Any, timeout_s: float, answer: Any
         answer(str(fault), False)
     except TimeoutError:
         answer(f"{service.name} did not answer within {timeout_s:g} s", False)
+    except Exception:
+        LOG.exception("%s failed", service.name)
+        answer(FAULT, False)
     else:
         answer(response, True)

@@ -8,6 +8,7 @@ from typing import Any
 
 from ....engine.lab import LoadedLab
 from ..fault import RosFault
+from ..greeting import greeting
 from ..offer import Offers
 from ..signals import until_signal
 from ..site import Folders, opened
@@ -37,10 +38,8 @@ async def run_node(
         node(site.offers, site.goals, types) as made,
     ):
         say(f"labrun ros is the node /{made.get_name()}")
-        for device in site.devices.values():
-            if not device.online:
-                say(f"{device.name} cannot be reached yet: {device.reason}")
-        say(f"{len(site.offers.actions)} actions; Ctrl-C ends it and leaves the devices safe")
+        for line in greeting(site):
+            say(line)
         await over.wait()
 
 
