@@ -128,12 +128,13 @@ async def _bridge(
     origins: list[str],
 ) -> None:  # fmt: skip
     from .bridge.gate import Gate
-    from .bridge.serve import bridge
+    from .bridge.serve import ask_for, bridge
     from .greeting import greeting
     from .signals import until_signal
     from .site import opened
 
     over = until_signal()
+    await ask_for(host, port)
     async with (
         opened(lab, package, folders) as site,
         bridge(site.offers, site.goals, Gate(host, token, frozenset(origins)), port) as address,

@@ -1,13 +1,17 @@
 """What comes back from ROS in the contract's words; configurations that cannot be."""
 
+import asyncio
 import json
 import os
 import subprocess
 import sys
 
 import pytest
+from ruamel.yaml import YAML
 
+from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.ros_action.config import read_config
+from labrun.drivers.ros_action.driver import RosAction
 from labrun.schemas.contracts import parse_contract
 
 from .robot import ARM, config, end_robot, start_robot
@@ -71,13 +75,28 @@ def test_an_aborted_goal_is_the_contracts_error_of_that_name(ours):
     assert "TooFar: 1.2 m is out of reach at 0.5 m/s" in done.stderr
 
 
-def test_an_aborted_goal_of_another_name_is_the_one_that_the_lab_says(ours):
-    text = (ours / "lab.yaml").read_text().replace('"frame": "bench"', '"frame": "moon"')
-    (ours / "moon.yaml").write_text(text)
-    done = labrun(ours, "call", "arm.reach", "x=12", "--lab", "moon.yaml", "--yes")
+def reached(ours, before, after):
+    """How the driver fails by itself, with its configuration changed."""
+    lab = (ours / "lab.yaml").read_text().replace(before, after)
+    config = YAML(typ="safe").load(lab)["devices"]["arm"]["config"]
 
-    assert done.returncode == 1
-    assert "Stuck: which frame is 'moon'?" in done.stderr
+    async def main():
+        driver = RosAction(Place("arm", config, {}, ours, ours, CONTRACT))
+        await driver.open()
+        try:
+            await driver.reach(GoalContext("g"), x=12)
+        finally:
+            await driver.close()
+
+    with pytest.raises(ActionFailed) as failed:
+        asyncio.run(main())
+    return failed.value
+
+
+def test_an_aborted_goal_of_another_name_is_the_one_that_the_lab_says(ours):
+    failed = reached(ours, '"frame": "bench"', '"frame": "moon"')
+
+    assert (failed.name, str(failed)) == ("Stuck", "Stuck: which frame is 'moon'?")
 
 
 @pytest.mark.parametrize(
@@ -89,11 +108,10 @@ def test_an_aborted_goal_of_another_name_is_the_one_that_the_lab_says(ours):
     ],
 )
 def test_what_ros_does_not_take_surely_did_not_happen(ours, before, after, words):
-    (ours / "other.yaml").write_text((ours / "lab.yaml").read_text().replace(before, after))
-    done = labrun(ours, "call", "arm.reach", "x=12", "--lab", "other.yaml", "--yes")
+    failed = reached(ours, before, after)
 
-    assert done.returncode == 1
-    assert "Rejected" in done.stderr and words in done.stderr
+    assert (failed.name, failed.happened) == ("Rejected", "no")
+    assert words in str(failed)
 
 
 def test_a_bridge_that_is_not_there_is_a_sentence(tmp_path):

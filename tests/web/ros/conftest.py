@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import select
 import shutil
 import subprocess
 import sys
@@ -56,35 +57,62 @@ def node_modules():
     return folder
 
 
-def _talk(command, url, steps):
-    done = subprocess.run(
-        [*command, url, json.dumps(steps)], capture_output=True, text=True, timeout=TALK_S,
-        env={**os.environ, "PYTHONWARNINGS": "ignore"},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout.splitlines()[-1])
+class Talker:
+    """A stock client in a process of its own, which is kept: `talk(url, step, ...)` is one connection."""
+
+    def __init__(self, command):
+        self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115 - kept as long as the process
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True,
+            env={**os.environ, "PYTHONWARNINGS": "ignore"},
+        )  # fmt: skip
+
+    def __call__(self, url, *steps):
+        self._process.stdin.write(json.dumps({"url": url, "steps": steps}) + "\n")
+        self._process.stdin.flush()
+        answered = select.select([self._process.stdout], [], [], TALK_S)[0]
+        line = self._process.stdout.readline() if answered else ""
+        assert line, self._said()
+        return json.loads(line)
+
+    def _said(self):
+        self._errors.seek(0)
+        return f"{self._process.args} did not answer: {self._errors.read()}"
+
+    def end(self):
+        try:
+            self._process.communicate(timeout=20)
+        except subprocess.TimeoutExpired:  # it waits for an answer that a failed test did not get
+            self._process.kill()
+            self._process.communicate()
+        self._errors.close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def roslibpy():
-    command = [sys.executable, str(CLIENTS / "roslibpy_talk.py")]
-    return lambda url, *steps: _talk(command, url, steps)
+    talker = Talker([sys.executable, str(CLIENTS / "roslibpy_talk.py")])
+    yield talker
+    talker.end()
 
 
 def _node(node_modules, name):
     # A script finds its modules beside itself, so it is run from where they are.
-    shutil.copy(CLIENTS / name, node_modules / name)
-    return lambda url, *steps: _talk(["node", str(node_modules / name)], url, steps)
+    script = node_modules / f"{os.getpid()}_{name}"
+    shutil.copy(CLIENTS / name, script)
+    talker = Talker(["node", str(script)])
+    yield talker
+    talker.end()
+    script.unlink()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def roslib2(node_modules):
-    return _node(node_modules, "roslib2_talk.mjs")
+    yield from _node(node_modules, "roslib2_talk.mjs")
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def roslib1(node_modules):
-    return _node(node_modules, "roslib1_talk.cjs")
+    yield from _node(node_modules, "roslib1_talk.cjs")
 
 
 @pytest.fixture(params=["roslibpy", "roslib2", "roslib1"])

@@ -10,7 +10,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-START_S = 60
+START_S = 90
 
 
 @dataclass
@@ -53,6 +53,7 @@ def _address(process: subprocess.Popen, folder: Path) -> tuple[str, Path, str]:
         if found and b"Ctrl-C ends it" in said:
             return found[1].decode(), folder, said.decode()
     process.kill()
+    process.communicate()
     raise AssertionError(f"it did not start: {said.decode()} {(folder / 'ros.log').read_text()}")
 
 

@@ -1,9 +1,14 @@
 """The paper's own names and types work as they are."""
 
+import asyncio
 import shutil
 from pathlib import Path
 
 import pytest
+
+from labrun.engine.lab import load_lab
+from labrun.web.ros.fault import RosFault
+from labrun.web.ros.site import Folders, opened
 
 from .served import command, serve
 
@@ -146,19 +151,39 @@ def test_registered_protocols_are_launched_and_nothing_else(roslib1, paper):
     assert not list(paper.folder.glob("**/pwned*"))
 
 
+def aliased(folder, aliases):
+    (folder / "lab.yaml").write_text(LAB.partition("ros:")[0] + f"ros: {{aliases: {aliases}}}\n")
+
+
+def test_an_alias_that_cannot_be_is_a_sentence_and_status_2(tmp_path):
+    aliased(tmp_path, "{/move_gantry: libs}")
+    done = command(tmp_path, "--lab", "lab.yaml", "--port", "0")
+
+    assert done.returncode == 2
+    assert "/move_gantry needs a gantry@1, and libs is a libs_analyzer@1" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 @pytest.mark.parametrize(
     ("aliases", "words"),
     [
-        ("{/move_gantry: libs}", "/move_gantry needs a gantry@1, and libs is a libs_analyzer@1"),
         ("{/move_gantry: gantri}", "there is no device gantri; did you mean gantry?"),
         ("{move__gantry: gantry}", "is no name for ROS"),
         ("{/gantry/home: gantry.home}", "is taken already"),
         ("{/arm: gantry.fly}", "is no `device.action` of this lab"),
     ],
 )
-def test_an_alias_that_cannot_be_is_a_sentence_and_status_2(tmp_path, aliases, words):
-    (tmp_path / "lab.yaml").write_text(LAB.partition("ros:")[0] + f"ros: {{aliases: {aliases}}}\n")
-    done = command(tmp_path, "--lab", "lab.yaml", "--port", "0")
+def test_an_alias_that_cannot_be_is_refused_before_any_device_starts(tmp_path, aliases, words):
+    aliased(tmp_path, aliases)
+    lab, _ = load_lab(tmp_path / "lab.yaml")
+    folders = Folders(*(tmp_path / name for name in ("protocols", "runs", "files", "state")))
 
-    assert done.returncode == 2
-    assert words in done.stderr and "Traceback" not in done.stderr
+    async def main():
+        async with opened(lab, "labrun_interfaces", folders):
+            pass
+
+    with pytest.raises(RosFault) as refused:
+        asyncio.run(main())
+
+    assert words in str(refused.value)
+    assert not (tmp_path / "state" / "servers").exists()

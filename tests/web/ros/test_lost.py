@@ -11,14 +11,14 @@ from .served import command, serve
 from .test_frames import GLOW, talking
 
 
-@pytest.fixture
-def own(lab, tmp_path):
-    """An endpoint of the test's own, which it may hurt."""
-    served = serve(tmp_path, lab=lab)
+@pytest.fixture(scope="module")
+def own(lab, tmp_path_factory):
+    """An endpoint that the tests here may hurt; the last of them ends it."""
+    served = serve(tmp_path_factory.mktemp("own"), lab=lab)
     yield served
 
     assert served.process.poll() is not None or served.end() == 0
-    assert "Traceback" not in (tmp_path / "ros.log").read_text()
+    assert "Traceback" not in (served.folder / "ros.log").read_text()
 
 
 def server_pid(served, device):
@@ -49,8 +49,8 @@ def test_a_goal_is_aborted_at_once_when_its_device_server_is_killed_and_the_next
     assert again["status"] == 4
 
 
-def test_cancelling_run_protocol_aborts_the_run(own, tmp_path):
-    (tmp_path / "long.yaml").write_text(
+def test_cancelling_run_protocol_aborts_the_run(own):
+    (own.folder / "long.yaml").write_text(
         "labrun: 1\nname: long\ndevices: {slow: gantry@1}\nsteps:\n"
         "  - foreach: {i: '${{ range(500) }}'}\n    steps:\n"
         "      - {do: slow.move_to, with: {x: '${{ i }}'}}\n      - wait: 200 ms\n"
@@ -76,7 +76,7 @@ def test_cancelling_run_protocol_aborts_the_run(own, tmp_path):
     assert told[0]["values"]["run"] == end["values"]["run"]
     progress = [m["values"]["progress"] for m in told[:-1] if m["values"]["total"]]
     assert progress == sorted(progress) and 0 < progress[-1] < 0.2
-    assert (tmp_path / "runs" / end["values"]["run"] / "journal.jsonl").is_file()
+    assert (own.folder / "runs" / end["values"]["run"] / "journal.jsonl").is_file()
 
 
 @pytest.mark.parametrize(
@@ -123,20 +123,6 @@ def test_a_protocol_that_cannot_run_is_refused_with_the_checkers_words(
     assert told["result"] is False and words in told["values"]
 
 
-def test_ctrl_c_ends_goals_and_devices_in_order(own):
-    async def main():
-        async with talking(own.url) as talk:
-            await talk.say({**GLOW, "id": "g", "args": {"seconds": 60}, "feedback": True})
-            await talk.hear("action_feedback")
-
-    asyncio.run(main())
-    pid = server_pid(own, "Lamp__9_")
-
-    assert own.end() == 0
-    with pytest.raises(ProcessLookupError):
-        os.kill(pid, 0)
-
-
 def test_who_starts_it_is_told_what_is_armed_by_that(endpoint):
     assert "armed for every client, nobody is asked again: gantry (motion), slow (motion)" in (
         endpoint.said
@@ -149,3 +135,17 @@ def test_a_second_one_from_the_same_folder_is_told_so(endpoint, lab):
 
     assert done.returncode == 2
     assert "another `labrun ros` serves from it" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_ctrl_c_ends_goals_and_devices_in_order(own):
+    async def main():
+        async with talking(own.url) as talk:
+            await talk.say({**GLOW, "id": "g", "args": {"seconds": 60}, "feedback": True})
+            await talk.hear("action_feedback")
+
+    asyncio.run(main())
+    pid = server_pid(own, "Lamp__9_")
+
+    assert own.end() == 0
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)

@@ -1,5 +1,6 @@
 """Listen, let clients in through the gate, serve each until it leaves."""
 
+import asyncio
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 
@@ -34,6 +35,13 @@ async def bridge(offers: Offers, goals: Goals, gate: Gate, port: int) -> AsyncIt
     ) as server:  # fmt: skip
         host, bound = next(iter(server.sockets)).getsockname()[:2]
         yield f"ws://{f'[{host}]' if ':' in host else host}:{bound}"
+
+
+async def ask_for(host: str, port: int) -> None:
+    """Raise OSError where the port cannot be had; asked before any device is started."""
+    probe = await asyncio.get_running_loop().create_server(asyncio.Protocol, host, port)
+    probe.close()
+    await probe.wait_closed()
 
 
 def _subprotocol(

@@ -1,9 +1,10 @@
 // Stock roslib 1.4, which knows no actions of ROS 2, sends goals by the services behind them.
+// Each line on stdin is `{url, steps}`; a JSON list of what came of the steps on stdout.
 const { randomBytes } = require("crypto");
+const { createInterface } = require("readline");
 const ROSLIB = require("roslib1");
 
-const [url, text] = process.argv.slice(2);
-const ros = new ROSLIB.Ros({ url });
+let ros;
 
 const call = (name, serviceType, args) =>
   new Promise((ok, no) =>
@@ -63,9 +64,14 @@ const DO = {
   },
 };
 
-ros.on("connection", async () => {
+const talk = async ({ url, steps }) => {
+  ros = new ROSLIB.Ros({ url });
+  await new Promise((open) => ros.on("connection", open));
   const told = [];
-  for (const step of JSON.parse(text)) told.push(await DO[step.do](step));
+  for (const step of steps) told.push(await DO[step.do](step));
   console.log(JSON.stringify(told));
   ros.close();
-});
+};
+
+let last = Promise.resolve();
+createInterface({ input: process.stdin }).on("line", (line) => (last = last.then(() => talk(JSON.parse(line)))));

@@ -1,8 +1,8 @@
-// Stock roslib 2 does a list of steps against an endpoint; a JSON list of what came of them on stdout.
+// Stock roslib 2: each line on stdin is `{url, steps}`; a JSON list of what came of the steps on stdout.
+import { createInterface } from "node:readline";
 import * as ROSLIB from "roslib";
 
-const [url, text] = process.argv.slice(2);
-const ros = new ROSLIB.Ros({ url });
+let ros;
 
 const DO = {
   goal: (step) =>
@@ -51,10 +51,15 @@ const DO = {
   },
 };
 
-ros.on("connection", async () => {
+const talk = async ({ url, steps }) => {
+  ros = new ROSLIB.Ros({ url });
+  await new Promise((open) => ros.on("connection", open));
   const told = [];
-  for (const step of JSON.parse(text)) told.push(await DO[step.do](step));
+  for (const step of steps) told.push(await DO[step.do](step));
   // An Int64Array holds BigInts, which JSON does not know.
   console.log(JSON.stringify(told, (_, value) => (typeof value === "bigint" ? Number(value) : value)));
   ros.close();
-});
+};
+
+let last = Promise.resolve();
+createInterface({ input: process.stdin }).on("line", (line) => (last = last.then(() => talk(JSON.parse(line)))));

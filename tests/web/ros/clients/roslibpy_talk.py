@@ -1,4 +1,4 @@
-"""Stock roslibpy does a list of steps against an endpoint; a JSON list of what came of them on stdout."""
+"""Stock roslibpy: each line on stdin is `{url, steps}`; a JSON list of what came of the steps on stdout."""
 
 import json
 import queue
@@ -61,14 +61,17 @@ def look(ros, step):
 
 
 def main():
-    url, steps = sys.argv[1], json.loads(sys.argv[2])
-    host, _, port = url.removeprefix("ws://").rpartition(":")
-    ros = roslibpy.Ros(host, int(port))
-    ros.run(timeout=WAIT_S)
-    told = [globals()[step["do"]](ros, step) for step in steps]
-    ros.close()
-    print(json.dumps(told), flush=True)
-    ros.terminate()
+    ros = None
+    for line in sys.stdin:
+        asked = json.loads(line)
+        host, _, port = asked["url"].removeprefix("ws://").rpartition(":")
+        ros = roslibpy.Ros(host, int(port))
+        ros.run(timeout=WAIT_S)
+        told = [globals()[step["do"]](ros, step) for step in asked["steps"]]
+        ros.close()
+        print(json.dumps(told), flush=True)
+    if ros is not None:
+        ros.terminate()
 
 
 main()

@@ -3,6 +3,7 @@
 Run by the Python of the environment with ROS: `client.py NAME`.
 """
 
+import functools
 import json
 import os
 import signal
@@ -10,12 +11,13 @@ import statistics
 import sys
 import time
 
+import py_trees
 import rclpy
 from custom_interfaces.action import MoveGantry
 from labrun_interfaces.action import LampBeacon, LampGlow, RunProtocol
 from labrun_interfaces.msg import LampStatus
 from labrun_interfaces.srv import LampAge
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.executors import SingleThreadedExecutor
 
 FOUND_S, WAIT_S = 30, 60
@@ -126,6 +128,81 @@ def paper(ros):
     good, bad = [ros.send(move, MoveGantry.Goal(cmd=cmd))[0] for cmd in ("G90 G0 X5", "M3")]
     end = ros.end(good)
     return {"status": end.status, "msg": end.result.msg, "bad": bad.accepted}
+
+
+class Ask(py_trees.behaviour.Behaviour):
+    """Sends a goal when it begins, looks at what came of it, cancels when it is interrupted."""
+
+    def __init__(self, client, goal):
+        super().__init__("ask")
+        self.client, self.goal = client, goal
+
+    def initialise(self):
+        self.handle = self.ending = self.end = None
+        self.client.send_goal_async(self.goal).add_done_callback(self.answered)
+
+    def answered(self, sending):
+        self.handle = sending.result()
+        if self.handle.accepted:
+            self.ending = self.handle.get_result_async()
+            self.ending.add_done_callback(functools.partial(setattr, self, "end"))
+
+    def update(self):
+        if self.handle is not None and not self.handle.accepted:
+            return py_trees.common.Status.FAILURE
+        if self.end is None:
+            return py_trees.common.Status.RUNNING
+        good = self.end.result().status == 4
+        return py_trees.common.Status.SUCCESS if good else py_trees.common.Status.FAILURE
+
+    def terminate(self, new_status):
+        running, invalid = py_trees.common.Status.RUNNING, py_trees.common.Status.INVALID
+        if (self.status, new_status) == (running, invalid):
+            self.handle.cancel_goal_async()
+
+
+def tree(ros):
+    glow = ros.action(LampGlow, "/Lamp_9/glow")
+
+    def ticked(goal, enough):
+        behaviour = Ask(glow, goal)
+        root = py_trees.trees.BehaviourTree(py_trees.composites.Sequence("root", True, [behaviour]))
+        until = time.monotonic() + WAIT_S
+        while not enough(behaviour) and time.monotonic() < until:
+            root.tick()
+            ros.executor.spin_once(timeout_sec=0.02)
+        return root, behaviour
+
+    def ended(behaviour):
+        return behaviour.status not in (
+            py_trees.common.Status.INVALID, py_trees.common.Status.RUNNING,
+        )  # fmt: skip
+
+    goals = {
+        "good": LampGlow.Goal(seconds=0.2), "burnt": LampGlow.Goal(seconds=1.0, colour="#fff"),
+        "rejected": LampGlow.Goal(seconds=-1.0),
+    }  # fmt: skip
+    told = {name: ticked(goal, ended)[0].root.status.name for name, goal in goals.items()}
+    root, behaviour = ticked(LampGlow.Goal(seconds=60.0), lambda one: getattr(one, "ending", None))
+    root.interrupt()
+    canceled = ros.wait(behaviour.ending).status
+    return {**told, "interrupted": behaviour.status.name, "canceled": canceled}
+
+
+def graph(ros):
+    until = time.monotonic() + FOUND_S
+    while time.monotonic() < until:
+        actions = dict(get_action_names_and_types(ros.node))
+        if "/labrun/run_protocol" in actions:
+            break
+        time.sleep(0.2)
+    time.sleep(SETTLE_S)
+    (info,) = ros.node.get_publishers_info_by_topic("/Lamp_9/status")
+    return {
+        "actions": actions, "topics": dict(ros.node.get_topic_names_and_types()),
+        "services": dict(ros.node.get_service_names_and_types()), "node": info.node_name,
+        "qos": [info.qos_profile.reliability.name, info.qos_profile.durability.name],
+    }  # fmt: skip
 
 
 def speed(ros):

@@ -1,7 +1,6 @@
 """`labrun ros --node` with a real ROS 2: its action clients, its types, its discovery."""
 
 import json
-import os
 import platform
 import shutil
 import signal
@@ -9,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import ExitStack, contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
 
@@ -16,8 +16,7 @@ import pytest
 
 from . import make_ros
 
-# One worker has them all: the environment with ROS is made once.
-pytestmark = [pytest.mark.soak, pytest.mark.timeout(1800), pytest.mark.xdist_group("ros")]
+pytestmark = [pytest.mark.soak, pytest.mark.timeout(1800)]
 HERE = Path(__file__).parent
 LAB = """
 name: ros
@@ -49,13 +48,36 @@ def kept(kind, *texts):
 
 
 def made(folder, make, *, anew=False):
-    if not (folder / "complete").exists():
-        if anew:  # half of an environment is none; half of a build goes on
-            shutil.rmtree(folder, ignore_errors=True)
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        make(folder)
-        (folder / "complete").touch()
+    with locked(folder.name, wait=True):  # of several workers one makes it, and the others wait
+        if not (folder / "complete").exists():
+            if anew:  # half of an environment is none; half of a build goes on
+                shutil.rmtree(folder, ignore_errors=True)
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            make(folder)
+            (folder / "complete").touch()
     return folder
+
+
+@contextmanager
+def locked(name, *, wait):
+    """Held by one process of this machine at a time; raises BlockingIOError where it may not wait."""
+    import fcntl
+
+    with (Path(tempfile.gettempdir()) / f"{name}.lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        yield
+
+
+@pytest.fixture(scope="session")
+def domain():
+    """A domain of ROS that no other session on this machine is in."""
+    with ExitStack() as kept_locks:
+        for number in range(1, 101):
+            with suppress(BlockingIOError):
+                kept_locks.enter_context(locked(f"labrun-ros-domain-{number}", wait=False))
+                yield str(number)
+                return
+        pytest.fail("a hundred domains of ROS are in use")
 
 
 @pytest.fixture(scope="session")
@@ -102,9 +124,8 @@ def interfaces(ros, ros_lab, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def environment(ros, interfaces):
+def environment(ros, interfaces, domain):
     prefixes = [path for path in sorted(interfaces.iterdir()) if (path / "share").is_dir()]
-    domain = str(1 + os.getpid() % 100)  # others on this machine have domains of their own
     return {
         **make_ros.clean_environment(ros, *prefixes),
         "ROS_DOMAIN_ID": domain,
@@ -182,6 +203,26 @@ def test_a_protocol_runs_as_an_action(node, ask):
     assert (told["status"], told["fate"], told["bad"]) == (4, "succeeded", False)
     assert told["outputs"]["x"] == {"$quantity": [30.0, "mm"]}
     assert (node / "runs" / told["run"] / "report.html").is_file()
+
+
+def test_a_behaviour_tree_of_ros_ticks_succeeds_fails_and_is_interrupted(node, ask):
+    """As an action client of py_trees_ros does it: callbacks from a spinning node, ticks beside."""
+    assert ask("tree") == {
+        "good": "SUCCESS", "burnt": "FAILURE", "rejected": "FAILURE",
+        "interrupted": "INVALID", "canceled": 5,
+    }  # fmt: skip
+
+
+def test_what_the_command_line_of_ros_asks_for_is_there(node, ask):
+    """`ros2 action list -t`, `ros2 topic info -v`, `ros2 node info` ask the graph for this."""
+    told = ask("graph")
+
+    assert told["actions"]["/Lamp_9/glow"] == ["labrun_interfaces/action/LampGlow"]
+    assert told["actions"]["/labrun/run_protocol"] == ["labrun_interfaces/action/RunProtocol"]
+    assert told["actions"]["/move_gantry"] == ["custom_interfaces/action/MoveGantry"]
+    assert told["topics"]["/Lamp_9/status"] == ["labrun_interfaces/msg/LampStatus"]
+    assert told["services"]["/Lamp_9/age"] == ["labrun_interfaces/srv/LampAge"]
+    assert told["node"] == "labrun" and told["qos"] == ["RELIABLE", "TRANSIENT_LOCAL"]
 
 
 def test_the_papers_types_work_as_they_are(node, ask):
