@@ -377,7 +377,8 @@ def test_a_goal_goes_on_when_its_socket_closes(endpoint):
     async def main():
         async with talking(endpoint.url) as talk:
             await talk.say({**GLOW, "id": "g", "args": {"seconds": 60}, "feedback": True})
-            await talk.hear("action_feedback")
+            begun = await talk.hear("action_feedback", "action_result")
+            assert begun["op"] == "action_feedback", begun
         async with talking(endpoint.url) as talk:
             await talk.say({"op": "subscribe", "topic": "/Lamp_9/glow/_action/status"})
             told = [await talk.hear("publish")]

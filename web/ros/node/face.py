@@ -5,10 +5,9 @@
 
 import asyncio
 import logging
-import sys
 import threading
-from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from typing import Any
 
 import rclpy
@@ -25,9 +24,6 @@ from .messages import fill, from_message
 
 NAME = "labrun"
 LAST_WORDS_S = 0.5
-SWITCH_S = 0.0003
-"""How long one of our two threads may keep the other waiting for the interpreter; Python's own 5 ms,
-several times a goal, are most of what a goal costs here on a busy machine."""
 LATCHED = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
@@ -52,8 +48,7 @@ async def node(offers: Offers, goals: Goals, types: dict[str, Any]) -> AsyncIter
     thread = threading.Thread(target=_spin, args=(executor,), name="rclpy", daemon=True)
     thread.start()
     try:
-        with _quick_turns():
-            yield made
+        yield made
     finally:
         await goals.close()
         await asyncio.sleep(LAST_WORDS_S)  # the results are on their way in the other thread
@@ -65,16 +60,6 @@ async def node(offers: Offers, goals: Goals, types: dict[str, Any]) -> AsyncIter
         for face in faces:
             face.server.destroy()
         made.destroy_node()
-
-
-@contextmanager
-def _quick_turns() -> Iterator[None]:
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(min(before, SWITCH_S))
-    try:
-        yield
-    finally:
-        sys.setswitchinterval(before)
 
 
 def _spin(executor: SingleThreadedExecutor) -> None:

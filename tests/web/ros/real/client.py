@@ -184,7 +184,7 @@ def tree(ros):
     }  # fmt: skip
     told = {name: ticked(goal, ended)[0].root.status.name for name, goal in goals.items()}
     root, behaviour = ticked(LampGlow.Goal(seconds=60.0), lambda one: getattr(one, "ending", None))
-    root.interrupt()
+    root.root.stop(py_trees.common.Status.INVALID)
     canceled = ros.wait(behaviour.ending).status
     return {**told, "interrupted": behaviour.status.name, "canceled": canceled}
 
