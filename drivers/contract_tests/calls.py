@@ -41,15 +41,20 @@ class Calls(Stage):
         check_status(session, status)
 
     @told
-    async def test_a_bad_call_is_refused_with_a_sentence(self, tmp_path: Path, action: str) -> None:
+    async def test_a_bad_call_is_refused_with_a_sentence(self, tmp_path: Path) -> None:
         async with self._session(tmp_path) as (session, calls):
-            wanted = session.contract.actions[action]
             limits = read_limits(self.case.limits, session.contract)
-            tried = list(bad_calls(wanted, self.case.good[action], limits))
-            tried += [("bad", params) for params in self.case.bad.get(action, [])]
-            endings = [(what, await session.do(action, params)) for what, params in tried]
+            tried = [
+                (action, what, params)
+                for action, wanted in session.contract.actions.items()
+                for what, params in [
+                    *bad_calls(wanted, self.case.good[action], limits),
+                    *(("bad", params) for params in self.case.bad.get(action, [])),
+                ]
+            ]
+            endings = [(a, what, await session.do(a, params)) for a, what, params in tried]
 
-        for what, outcome in endings:
+        for action, what, outcome in endings:
             error = outcome.error
             assert error is not None and error.name == "Rejected", f"{action}, {what}: {outcome}"
             assert error.happened == "no" and action in error.message, f"{action}, {what}: {error}"

@@ -10,18 +10,22 @@ from .controller import Controller
 SAYS_SO_S = 1.5
 BOOTS_S = 1.5
 TRIES = 3
+NO_RESET = (
+    ". It takes no reset since: where an emergency stop is pressed release it, and unlock; "
+    "else switch it off and on"
+)
 
 
-async def recover(controller: Controller) -> None:
+async def recover(controller: Controller, tries: int = TRIES) -> None:
     """Wait for what comes after an alarm, reset, and wait for the boot; `alarm` says if none came."""
     await controller.until(lambda: controller.wants_reset or not controller.dead, SAYS_SO_S)
-    for _ in range(TRIES):
+    for _ in range(tries):
         if not controller.dead or controller.lost:
             return
         controller.reset()
         await controller.until(lambda: not controller.dead or bool(controller.lost), BOOTS_S)
-    if controller.dead and not controller.lost:
-        controller.alarm += ". It does not answer since: switch it off and on"
+    if controller.dead and not controller.lost and NO_RESET not in controller.alarm:
+        controller.alarm += NO_RESET
 
 
 RECOVERED_S = SAYS_SO_S + TRIES * BOOTS_S

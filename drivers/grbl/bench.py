@@ -1,8 +1,9 @@
 """The bench's coordinates and the machine's: where zero is, which axis is which, how far it goes.
 
 GRBL's machine space is negative (0 is at the plus end of each axis, -travel at the minus end),
-whichever way it homes. `origin` is the machine's position, per axis of the bench, where the bench
-has its zero; by default the corner at the minus end, as far from the switch as homing pulls off.
+whichever way it homes; only a firmware that was built so has its 0 where it homes. `origin` is the
+machine's position, per axis of the bench, where the bench has its zero; by default the corner at
+the minus end, as far from the switch as homing pulls off.
 """
 
 from dataclasses import dataclass
@@ -129,6 +130,8 @@ def whole_limits(place: Place) -> Limits:
 def _machine_range(settings: Settings, axis: int) -> tuple[float, float]:
     """From the minus end to the plus end, the switch's own end as far as homing pulls off."""
     travel, off = settings.travel[axis], settings.pull_off
+    if settings.zero_where_homed:
+        return (0.0, travel - off) if settings.homes_to_minus(axis) else (off - travel, 0.0)
     return (-travel + off, 0.0) if settings.homes_to_minus(axis) else (-travel, -off)
 
 

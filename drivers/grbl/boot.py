@@ -3,12 +3,13 @@
 import asyncio
 
 from .controller import ASK, Controller
-from .faults import GrblFault
+from .faults import GrblFault, Refused, Silent
 from .settings import Settings
 from .stopping import stop
 
 REPORT_S = 1.0
 RESET_S = 2.0
+OPTIONS_S = 2.0
 OFFSET_LOOKS = 40  # the offset comes with every tenth to thirtieth report
 
 
@@ -18,8 +19,9 @@ async def reach(controller: Controller, boot_s: float) -> None:
     controller.connected()
     try:
         await _greet(controller, boot_s)
+        _check_age(controller)
         lines = await controller.ask("$$")
-        controller.configure(Settings.read(lines))
+        controller.configure(Settings.read(lines, await _options(controller)))
         await _learn_offset(controller)
     except BaseException as fault:
         controller.disconnected(str(fault))
@@ -52,6 +54,23 @@ async def _greet(controller: Controller, boot_s: float) -> None:
         raise OSError(not_grbl(controller, boot_s))
 
 
+def _check_age(controller: Controller) -> None:
+    if controller.firmware.startswith("Grbl 0."):
+        raise OSError(
+            f"{controller.port.name}: this is {controller.firmware}, whose reports are of an older "
+            f"kind; GRBL 1.1 or grblHAL is wanted: flash it anew"
+        )
+
+
+async def _options(controller: Controller) -> str:
+    """How its firmware was built, as letters; none where it does not say."""
+    try:
+        told = await controller.ask("$I", OPTIONS_S)
+    except (Refused, Silent):
+        return ""
+    return next((text.split(",")[0] for text in told if "," in text), "")
+
+
 async def _learn_offset(controller: Controller) -> None:
     for _ in range(OFFSET_LOOKS):
         await controller.look()
@@ -79,5 +98,6 @@ def not_grbl(controller: Controller, boot_s: float) -> str:
         )
     return (
         f"{name} is open, but nothing on it answers: no GRBL banner within {boot_s:g} s, no report "
-        f"to `?` and no boot on a reset; is the controller switched on, and is this its port?"
+        f"to `?` and no boot on a reset; is the controller switched on, is this its port, and is it "
+        f"its speed ({baud} baud)?"
     )

@@ -1,11 +1,11 @@
 """Talk with a GRBL controller: lines and their answers, reports, alarms, boots."""
 
 import asyncio
-import contextlib
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from ..news import News
 from .faults import Alarmed, GrblFault, Lost, NotConnected, Refused, Restarted, Silent
 from .port import Port
 from .report import Report, ReportReader
@@ -63,21 +63,8 @@ class Controller:
         self._told: list[str] = []
         self._reset_asked = False
         self._in_flight: deque[_Line] = deque()
-        self._news = asyncio.Event()
-
-    async def until(self, true: Callable[[], bool], seconds: float) -> bool:
-        """Wait until something that it says makes this true; False where it did not in time."""
-        clock = asyncio.get_running_loop().time
-        end = clock() + seconds
-        while not true():
-            self._news.clear()
-            left = end - clock()
-            if left <= 0:
-                return False
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(left):
-                    await self._news.wait()
-        return True
+        self._news = News()
+        self.until = self._news.until
 
     def write(self, data: bytes) -> None:
         """Bytes that are obeyed at once, past all lines; nothing where the port is lost."""
@@ -126,7 +113,10 @@ class Controller:
         before = self.reports_heard
         self.write(ASK)
         if not await self.until(lambda: self.reports_heard > before or bool(self.lost), seconds):
-            self.mute = f"it did not answer `?` within {seconds:g} s; {self.last_words}"
+            self.mute = (
+                f"it did not answer `?` within {seconds:g} s; {self.last_words}. "
+                f"Is it switched on, and its cable in?"
+            )
             raise Silent(self.mute)
         if self.lost or self.report is None:
             raise Lost(self.lost)
@@ -153,9 +143,11 @@ class Controller:
         self._reset_asked = True  # opening the port boots most boards
 
     def configure(self, settings: Settings) -> None:
-        """Take in its settings."""
+        """Take in its settings; a boot that comes from here on is one that nobody asked for."""
         self.settings = settings
+        self._reset_asked = False
         self.reports.inches = settings.inches
+        self.reports.offset = None  # what was told before may be read wrongly
 
     def disconnected(self, why: str) -> None:
         """The port is closed, and all that waited is told why."""
@@ -192,7 +184,7 @@ class Controller:
             case "message":
                 self.message = said.text
                 self.wants_reset = self.wants_reset or said.text == "Reset to continue"
-            case "setting":
+            case "setting" | "options":
                 self._told.append(said.text)
             case _:
                 pass

@@ -38,6 +38,12 @@ class Silent(GrblFault):
     """No answer in time."""
 
 
+class StillLocked(GrblFault):
+    """It answers nothing since an alarm, so nothing was asked of it."""
+
+    happened: Happened = "no"
+
+
 class Lost(GrblFault):
     """The port is gone."""
 

@@ -17,12 +17,12 @@ from .boot import reach
 from .by_hand import ByHand
 from .config import PLACING
 from .controller import HOLD, RESUME, Controller
-from .faults import GrblFault, Lost, NotConnected, Restarted, Silent
+from .faults import GrblFault, Lost, NotConnected, Restarted, Silent, StillLocked
 from .homing import home
 from .jog import jog_by, jog_while
 from .motion import Ended, Move
 from .report import Report
-from .stopping import finished, stop
+from .stopping import finished, stop, wake
 from .telling import state_of, trouble_of
 
 AGAIN_S = 1.0
@@ -45,6 +45,7 @@ class Grbl(ByHand):
         self.controller.on_alarm = self._recover
         self.controller.on_report = self._reported
         self._tasks: set[asyncio.Task[None]] = set()
+        self._recovery: asyncio.Task[None] | None = None
         self._doing: str | None = None
         self._stopped = False
 
@@ -94,6 +95,7 @@ class Grbl(ByHand):
                     await self._home_here()
                 else:
                     seconds = float(self.place.config.get("homing_timeout", 120))
+                    await self._recovered()
                     await self._clear_hold()
                     await home(self.controller, seconds, self._ended(goal))
                 self._read_report()
@@ -128,13 +130,14 @@ class Grbl(ByHand):
         self._check_connected("halt")
         with self._telling("halt"):
             await stop(self.controller, moving=self._doing is not None)
+            await wake(self.controller)
         return {}
 
     async def unlock(self, goal: GoalContext) -> dict[str, Any]:
         self._check_connected("unlock")
         c = self.controller
         with self._telling("unlock (`$X`)"):
-            await c.until(lambda: not c.dead, 5.0)
+            await self._recovered()
             locked = (await c.look()).state == "Alarm"
             if locked:
                 await c.ask("$X")
@@ -177,8 +180,20 @@ class Grbl(ByHand):
     async def _clear_hold(self) -> None:
         """A hold that was left would keep `$H` waiting for ever."""
         c = self.controller
-        if not c.dead and (await c.look()).state in ("Hold", "Door", "Check", "Sleep"):
+        if (await c.look()).state in ("Hold", "Door"):
             await stop(c, moving=False)
+        await wake(c)
+
+    async def _recovered(self) -> None:
+        """After an alarm: wait until it answers again, and try anew where it had given up."""
+        c = self.controller
+        if not c.dead:
+            return
+        if self._recovery is None or self._recovery.done():
+            self._recovery = self._start(recover(c, 1))
+        await asyncio.wait({self._recovery})
+        if c.dead:
+            raise StillLocked(c.alarm)
 
     async def _drive(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point:
         with self._moving(goal, "move", end) as move:
@@ -207,7 +222,10 @@ class Grbl(ByHand):
     async def _machine(self) -> Point:
         report = await self.controller.look()
         if report.machine is None:
-            raise Silent("it has not told its work offset, without which its report says no place")
+            raise Silent(
+                "it has not told its work offset, without which its report says no place; "
+                "`$10=1` makes it tell the machine's own"
+            )
         return report.machine
 
     def _offset(self) -> Point | None:
@@ -304,12 +322,13 @@ class Grbl(ByHand):
         self._reported()
 
     def _recover(self) -> None:
-        self._start(recover(self.controller))
+        self._recovery = self._start(recover(self.controller))
 
-    def _start(self, work: Any) -> None:
+    def _start(self, work: Any) -> asyncio.Task[None]:
         task = asyncio.get_running_loop().create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+        return task
 
 
 def _progress(

@@ -45,7 +45,7 @@ class Box:
     def words(self) -> str:
         """Its name and ranges."""
         ranges = [
-            f"{axis} {low:g} to {high:g}"
+            f"{axis} {low - TOUCH_MM:g} to {high + TOUCH_MM:g}"
             for axis, low, high in zip("xyz", self.low, self.high, strict=True)
             if (low, high) != (-INFINITE, INFINITE)
         ]

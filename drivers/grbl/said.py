@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
-Kind = Literal["ok", "error", "alarm", "banner", "report", "message", "setting", "other"]
+Kind = Literal["ok", "error", "alarm", "banner", "report", "message", "setting", "options", "other"]
 
 LONGEST = 1024  # a line that goes on for ever is noise
 
@@ -14,6 +14,7 @@ PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("message", re.compile(r"\[MSG:(.*)\]$")),
     ("alarm", re.compile(r"ALARM:(\d+)$")),
     ("error", re.compile(r"error:(\d+)$")),
+    ("options", re.compile(r"\[OPT:(.*)\]$")),
     ("setting", re.compile(r"^\$(\d+=\S+)")),
     # Noise may stand before the `ok`; a text that ends so by chance has a mark of its kind in it.
     ("ok", re.compile(r"^[^|:=]*(ok)$")),
@@ -30,7 +31,12 @@ class Said:
 
 
 def understand(line: str) -> Said:
-    """The meaning of one line without its end; what makes no sense is `other`."""
+    """The meaning of one line without its end; what makes no sense is `other`.
+
+    A start-up line of the controller's own (`>G20:ok`, `>FOO:error:2`) answers nothing we said.
+    """
+    if line.startswith(">"):
+        return Said("other", line)
     for kind, pattern in PATTERNS:
         if found := pattern.search(line):
             text = found.group(1)

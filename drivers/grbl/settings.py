@@ -10,15 +10,17 @@ Point = tuple[float, float, float]
 class Settings:
     """Read once after every boot. Lengths in mm, rates in mm/min, accelerations in mm/s2.
 
-    What a controller does not tell is taken to be GRBL's own default.
+    What a controller does not tell is taken to be GRBL's own default. `options` are the letters of
+    `[OPT:...]` in the answer to `$I`, which say how the firmware was built.
     """
 
     values: dict[int, float] = field(default_factory=dict)
+    options: str = ""
 
     AXES: ClassVar[range] = range(3)
 
     @classmethod
-    def read(cls, lines: list[str]) -> "Settings":
+    def read(cls, lines: list[str], options: str = "") -> "Settings":
         """From the lines of `$$` (`130=810.000`); what is no number is left out."""
         values: dict[int, float] = {}
         for line in lines:
@@ -27,7 +29,7 @@ class Settings:
                 values[int(number)] = float(value)
             except ValueError:
                 continue
-        return cls(values)
+        return cls(values, options)
 
     def _three(self, first: int, default: float) -> Point:
         x, y, z = (self.values.get(first + axis, default) for axis in self.AXES)
@@ -62,14 +64,22 @@ class Settings:
         """Reports are in inches."""
         return bool(self.values.get(13, 0))
 
+    @property
+    def zero_where_homed(self) -> bool:
+        """Homing makes its end the machine's zero (a build with HOMING_FORCE_SET_ORIGIN)."""
+        return "Z" in self.options
+
     def homes_to_minus(self, axis: int) -> bool:
         """Where the limit switch of an axis (0, 1, 2) sits."""
         return bool(int(self.values.get(23, 0)) >> axis & 1)
 
     @property
     def tolerance(self) -> float:
-        """How far it may stand from where it was sent: 0.005 mm, or half a step where that is more."""
-        return max(0.005, 0.5 / min(self.steps_per_mm) + 0.001)
+        """How far it may stand from where it was sent: 0.005 mm, or half a step where that is more.
+
+        On top comes the rounding of a report and of its offset: 0.0005 mm each, or 0.00005 inch.
+        """
+        return max(0.005, 0.5 / min(self.steps_per_mm) + (0.003 if self.inches else 0.001))
 
     @property
     def braking_s(self) -> float:

@@ -110,5 +110,16 @@ async def _reset(controller: Controller) -> None:
     )
 
 
+async def wake(controller: Controller) -> None:
+    """Out of Sleep and Check, which nothing but a reset ends; raises a GrblFault."""
+    report = await controller.look()
+    if report.state == "Sleep":
+        controller.homed = False
+        controller.alarm = controller.alarm or "it slept with its motors off. Home it"
+    if report.state in ("Sleep", "Check"):
+        await _reset(controller)
+        await controller.look()
+
+
 class NotStopped(GrblFault):
     """The worst answer that a stop can give."""

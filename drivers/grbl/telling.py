@@ -26,7 +26,7 @@ def trouble_of(controller: Controller) -> str:
     if controller.alarm:
         return controller.alarm
     if controller.mute:
-        return f"{controller.mute}. Is it switched on?"
+        return controller.mute
     state = controller.report.state if controller.report else ""
     if state == "Alarm":
         return "it is locked until it is homed (or unlocked, without a known place)"

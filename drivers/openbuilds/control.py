@@ -8,11 +8,11 @@ ends with a `G4 P0 (tag)` of its own, which the controller answers when all moti
 import asyncio
 import contextlib
 import re
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ..grbl.faults import Alarmed, GrblFault, Lost, NotConnected, Refused, Silent
 from ..grbl.words import alarm_words, error_words
+from ..news import News
 from .proofs import Proofs
 from .view import ALARM, CONNECTED, NONE, OPENING, View, read_view
 
@@ -51,7 +51,8 @@ class Control:
         self._http: aiohttp.ClientSession | None = None
         self._sio: socketio.AsyncClient | None = None
         self.proofs = Proofs()
-        self._news = asyncio.Event()
+        self._news = News()
+        self.until = self._news.until
 
     async def open(self) -> None:
         """Connect to CONTROL; raises OSError with a sentence."""
@@ -99,20 +100,6 @@ class Control:
         if self._http is not None:
             http, self._http = self._http, None
             await http.close()
-
-    async def until(self, true: Callable[[], bool], seconds: float) -> bool:
-        """Wait until something that it tells makes this true; False where it did not in time."""
-        clock = asyncio.get_running_loop().time
-        end = clock() + seconds
-        while not true():
-            self._news.clear()
-            left = end - clock()
-            if left <= 0:
-                return False
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(left):
-                    await self._news.wait()
-        return True
 
     @property
     def lost(self) -> str:

@@ -152,8 +152,9 @@ class OpenBuilds(ByHand):
                     f"{self._name()} does not tell its settings (`$$`): {fault}"
                 ) from fault
         lines = [f"{number}={value}" for number, value in control.settings.items()]
-        self.bench = read_bench(self.place.config, self.limits, Settings.read(lines))
-        self.tolerance = Settings.read(lines).tolerance
+        settings = Settings.read(lines, control.look().options)
+        self.bench = read_bench(self.place.config, self.limits, settings)
+        self.tolerance = settings.tolerance
         control.unsettle()  # opening the port has booted the controller
         with contextlib.suppress(Lost):
             await control.settled()

@@ -22,6 +22,7 @@ class View:
     offset: Point
     active_port: str
     alarm: str
+    options: str  # the letters of how the firmware was built
 
     @property
     def machine(self) -> Point:
@@ -46,6 +47,7 @@ def read_view(status: Any) -> View | None:
             _point(position["offset"]),
             str((comms.get("interfaces") or {}).get("activePort") or ""),
             str(comms.get("alarm") or ""),
+            "".join(map(str, (status["machine"].get("firmware") or {}).get("features") or ())),
         )
     except (KeyError, TypeError, ValueError):
         return None

@@ -142,7 +142,7 @@ def test_goals_that_are_cancelled_over_a_bad_wire_end_and_stay_ended(bench, impa
     assert max(done(bench, "hold").values()) == 1
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.soak)])
 def test_a_goal_that_was_refused_is_not_done_by_a_late_copy_of_it(bench, impatient, seed):
     verdicts = {}
 

@@ -2,6 +2,8 @@
 
 from labrun.drivers.contract_tests import Case, KeepsContract
 
+from .gantry_calls import GOOD
+
 
 class TestSimGantry(KeepsContract):
     case = Case(
@@ -9,18 +11,7 @@ class TestSimGantry(KeepsContract):
         config={"clock": "fast", "homed": True},
         slow={"clock": "real"},
         limits={"x": {"maximum": "500 mm"}},
-        good={
-            "home": {},
-            "move_to": {"x": 90, "z": 50.5},
-            "jog": {"axis": "x", "distance": 60},
-            "hold": {},
-            "resume": {},
-            "set_zero": {"axes": ["x", "y"]},
-            "last_by_hand": {},
-            "go_to_zero": {"axes": ["z"], "feed": 600},
-            "halt": {},
-            "unlock": {},
-        },
+        good={**GOOD, "go_to_zero": {"axes": ["z"], "feed": 1500}},
         bad={
             "move_to": [{"x": 500.1}, {"y": "10 mm"}, {"x": None}],
             "jog": [{"axis": "x", "distance": 1, "direction": "+"}, {"axis": "x"}, {"axis": "a"}],

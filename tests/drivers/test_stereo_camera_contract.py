@@ -1,6 +1,7 @@
 """The depth camera keeps depth_camera@1 on a real server, before a folder of photographs."""
 
 import contextlib
+import functools
 import os
 import sys
 import threading
@@ -42,12 +43,8 @@ class TestStereoCamera(KeepsContract):
         eye = Intrinsics(LENS.width, LENS.height, LENS.matrix(), np.array(LENS.distortion))
         write_camera(folder / "cam.yaml", Camera(eye))
         (folder / "photos").mkdir()
-        grey, depth = photograph(
-            LENS, stand(BOARD.middle(), 520, 30, 4), BOARD, np.random.default_rng(1)
-        )
-        tenths = np.round(depth * 10).astype(np.uint16)
-        assert cv2.imwrite(str(folder / "photos" / "a_depth.png"), tenths)
-        picture = cv2.imencode(".png", np.repeat(grey[..., None], 3, axis=-1))[1].tobytes()
+        picture, depth = files()
+        (folder / "photos" / "a_depth.png").write_bytes(depth)
         config = {"camera": str(folder / "cam.yaml"), "folder": str(folder / "photos")}
         if slow:
             with developing(folder / "photos" / "a.png", picture):
@@ -55,6 +52,17 @@ class TestStereoCamera(KeepsContract):
         else:
             (folder / "photos" / "a.png").write_bytes(picture)
             yield config
+
+
+@functools.cache
+def files() -> tuple[bytes, bytes]:
+    """A photograph and its depth map, as PNG files."""
+    grey, depth = photograph(
+        LENS, stand(BOARD.middle(), 520, 30, 4), BOARD, np.random.default_rng(1)
+    )
+    made = np.repeat(grey[..., None], 3, axis=-1), np.round(depth * 10).astype(np.uint16)
+    picture, tenths = (cv2.imencode(".png", one)[1].tobytes() for one in made)
+    return picture, tenths
 
 
 @contextmanager

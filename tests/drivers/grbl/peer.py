@@ -52,6 +52,9 @@ class Peer:
         self.silent = False
         self.homing_fails = False
         self.eats_ok_of = None  # a line whose next `ok` is lost
+        self.emergency = False  # pressed; grblHAL obeys no reset as long as it is
+        self.startup = []  # what its start-up lines say, after a boot and after homing
+        self.zero_where_homed = False  # built with HOMING_FORCE_SET_ORIGIN
         self.offset = [0.0, 0.0, 0.0]
         self._said = 0
         self._late_banner = False
@@ -171,7 +174,7 @@ class Peer:
         if self._ready_at:
             return
         if self.dead_at is not None and not self.reset_allowed and now >= self.dead_at + SWALLOW_S:
-            self.say("[MSG:Reset to continue]")
+            self.say("[MSG:Emergency stop]" if self.emergency else "[MSG:Reset to continue]")
             self.reset_allowed = True
         if self.homing_until is not None and now >= self.homing_until:
             self._homed()
@@ -183,6 +186,12 @@ class Peer:
         self.say(f"\r\n{'GrblHAL 1.1f' if self.hal else 'Grbl 1.1h'} [{hint} for help]")
         if self.state == "Alarm":
             self.say("[MSG:'$H'|'$X' to unlock]")
+        else:
+            self._start_up()
+
+    def _start_up(self):
+        for words in self.startup:
+            self.say(words)
 
     def say(self, text):
         if self.silent or self.master is None:
@@ -231,7 +240,7 @@ class Peer:
             self._go_on()
 
     def _reset(self):
-        if self.dead_at is not None and not self.reset_allowed:
+        if self.emergency or (self.dead_at is not None and not self.reset_allowed):
             return  # swallowed
         was_moving = self.move is not None and self.state not in ("Hold:0",)
         homing = self.homing_until is not None
@@ -242,7 +251,7 @@ class Peer:
             self._clear()
             self._late_banner, self._ready_at = True, self.now() + SWALLOW_S
             return
-        if self.dead_at is not None:
+        if self.dead_at is not None or self.state == "Sleep":
             self.state = "Alarm"
         elif self.state != "Alarm":
             self.state = "Idle"
@@ -259,12 +268,17 @@ class Peer:
         self.queue.clear()
         self.block = None
 
+    def press(self):
+        """The emergency stop, as grblHAL takes it."""
+        self.emergency = True
+        self._alarm(10)
+
     def _report(self):
         state = self.state
         if state == "Run" and not self.move and not self.queue:
             state = "Idle"
-        place = [f"{v:.3f}" for v in self.place]
-        work = [f"{v - o:.3f}" for v, o in zip(self.place, self.offset, strict=True)]
+        place = [self._length(v) for v in self.place]
+        work = [self._length(v - o) for v, o in zip(self.place, self.offset, strict=True)]
         kind = "MPos" if int(self.settings[10]) & 1 else "WPos"
         fields = [f"{kind}:{','.join(place if kind == 'MPos' else work)}"]
         if self.hal or int(self.settings[10]) & 2:
@@ -272,11 +286,14 @@ class Peer:
         speed = self.move[0].speed_at(self.now() - self.move[1]) * 60 if self.move else 0
         fields.append(f"FS:{speed:.0f},0")
         if self.wco_in == 0:
-            fields.append("WCO:" + ",".join(f"{v:.3f}" for v in self.offset))
+            fields.append("WCO:" + ",".join(self._length(v) for v in self.offset))
         elif self.wco_in == 1:
             fields.append("Ov:100,100,100" + ("|A:|TLR:0" if self.hal else ""))
         self.wco_in = (self.wco_in + 1) % (30 if self.move else 10)
         self.say(f"<{state}|{'|'.join(fields)}>")
+
+    def _length(self, mm):
+        return f"{mm / 25.4:.4f}" if self.settings[13] else f"{mm:.3f}"
 
     # -- lines --------------------------------------------------------------------------------
 
@@ -287,7 +304,7 @@ class Peer:
                 if self.block() is False:
                     return
                 self.block = None
-            if self.state in ("Hold:0", "Hold:1", "Door:0") or len(self.queue) >= PLANNER:
+            if self.state in ("Hold:0", "Hold:1", "Door:0", "Sleep") or len(self.queue) >= PLANNER:
                 return
             while self.rx and not self.line.endswith(b"\n"):
                 self.line += bytes([self.rx.popleft()])
@@ -313,6 +330,8 @@ class Peer:
             return self._dollar(line, text)
         if self.state in ("Alarm", "Jog"):
             return self.say("error:9")
+        if self.state == "Check":
+            return self._ok(text)
         words = re.findall(r"([A-Z])(-?\d*\.?\d*)", line)
         if any(not value for _, value in words):
             return self.say("error:2")
@@ -356,7 +375,7 @@ class Peer:
         return True
 
     def _dollar(self, line, text):
-        if line in ("$$", "$H") and self.state not in ("Idle", "Alarm"):
+        if line in ("$$", "$H", "$I", "$SLP") and self.state not in ("Idle", "Alarm"):
             return self.say("error:8")
         if line == "$$":
             for number, value in self.settings.items():
@@ -366,6 +385,26 @@ class Peer:
         if line == "$G":
             self.say("[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]")
             return self._ok(text)
+        if line == "$I":
+            letters = "VZ" if self.zero_where_homed else "V"
+            self.say(f"[VER:1.1{'f' if self.hal else 'h'}.20190830:]")
+            self.say(f"[OPT:{letters},35,1024,3,0]" if self.hal else f"[OPT:{letters},15,128]")
+            if self.hal:
+                self.say("[FIRMWARE:grblHAL]")
+            return self._ok(text)
+        if line == "$SLP":
+            self.say("[MSG:Sleeping]")
+            self._ok(text)
+            self.state = "Sleep"
+            return None
+        if line == "$C":
+            if self.state != "Check":
+                self.say("[MSG:Enabled]")
+                self.state = "Check"
+                return self._ok(text)
+            self.say("[MSG:Disabled]")
+            self._ok(text)
+            return self._reset()
         if line == "$X":
             if self.state == "Alarm":
                 self.say("[MSG:Caution: Unlocked]")
@@ -393,11 +432,12 @@ class Peer:
         for i in range(3):
             plus = not int(self.settings[23]) >> i & 1
             travel, off = self.settings[130 + i], self.settings[27]
-            place = -off if plus else -(travel - off)
+            place = 0.0 if self.zero_where_homed else -off if plus else -(travel - off)
             self.steps[i] = math.floor(place * self.settings[100 + i])
         self.target = list(self.steps)
         self.stands.append((time.time(), self.place))
         self.state = "Idle"
+        self._start_up()
         self._ok("$H")
 
     def _jog(self, line, text):
@@ -427,7 +467,11 @@ class Peer:
         return target
 
     def _in_travel(self, target):
-        return all(-self.settings[130 + i] <= v <= 0 for i, v in enumerate(target))
+        for i, place in enumerate(target):
+            to_plus = self.zero_where_homed and int(self.settings[23]) >> i & 1
+            if not 0 <= (place if to_plus else -place) <= self.settings[130 + i]:
+                return False
+        return True
 
     def _queue(self, values, codes, feed):
         target = self._target(values, codes)

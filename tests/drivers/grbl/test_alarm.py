@@ -181,3 +181,41 @@ def test_the_emergency_stop_takes_the_power_and_gives_it_back(peers, gantry, pla
         return await until(driver, lambda s: "started anew" in s["alarm"])
 
     assert not played(gantry(peer), story)["homed"]
+
+
+def test_a_pressed_emergency_stop_is_waited_for_and_unlocked_when_it_is_released(
+    peers, gantry, played
+):
+    peer = peers(hal=True)
+
+    async def story(driver):
+        peer.press()
+        pressed = await until(driver, lambda s: "takes no reset" in s["alarm"])
+        with pytest.raises(ActionFailed, match=r"Alarm: .*the emergency stop is pressed"):
+            await driver.unlock(GoalContext("a"))
+        with pytest.raises(ActionFailed, match=r"HomingFailed: .*the emergency stop is pressed"):
+            await driver.home(GoalContext("b"))
+        peer.emergency = False
+        await driver.unlock(GoalContext("c"))
+        unlocked = await driver.status()
+        await driver.home(GoalContext("d"))
+        return pressed, unlocked, await driver.move_to(GoalContext("e"), x=3)
+
+    pressed, unlocked, place = played(gantry(peer), story)
+
+    assert pressed["state"] == "alarm" and pressed["alarm"].count("takes no reset") == 1
+    assert (unlocked["state"], unlocked["homed"], unlocked["alarm"]) == ("idle", False, "")
+    assert place["x"] == pytest.approx(3, abs=0.005)
+
+
+def test_a_reset_button_is_an_accident_also_where_opening_the_port_boots_nothing(
+    peers, gantry, played
+):
+    peer = peers(boots_on_open=False)
+
+    async def story(driver):
+        peer.boots_on_open = True  # from here on it says its banner
+        peer._power_on()
+        return await until(driver, lambda s: "started anew" in s["alarm"])
+
+    assert not played(gantry(peer, boot_s=0.3), story)["homed"]

@@ -34,6 +34,15 @@ def test_an_origin_of_ones_own_moves_everything():
     assert bench.high[0] == 700.0
 
 
+def test_a_firmware_whose_zero_is_where_it_homes_has_its_reach_on_the_other_side():
+    lines = [f"{number}={value}" for number, value in LEAD.values.items()]
+    bench = read_bench({}, WHOLE, Settings.read(lines, "VZ"))
+
+    assert bench.origin == (0.0, 0.0, -85.0)
+    assert (bench.low, bench.high) == ((0.0, 0.0, 0.0), (730.0, 725.0, 85.0))
+    assert bench.to_bench((0.0, 0.0, 0.0)) == (0.0, 0.0, 85.0)
+
+
 def test_axes_may_be_turned():
     bench = read_bench({"axes": {"x": "Y", "y": "-X"}}, WHOLE, LEAD)
 
@@ -77,7 +86,7 @@ def test_the_way_may_not_go_through_a_keep_out_box(start, end, fine):
     if fine:
         bench.check_path(start, end, "g")
     else:
-        with pytest.raises(ActionFailed, match=r"keep-out box `clamp` \(x 100.01 to 139.99"):
+        with pytest.raises(ActionFailed, match=r"keep-out box `clamp` \(x 100 to 140"):
             bench.check_path(start, end, "g")
 
 

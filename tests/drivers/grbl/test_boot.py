@@ -125,6 +125,12 @@ def test_nothing_on_the_port(stranger):
     assert "nothing on it answers: no GRBL banner within 0.3 s" in fault_of(stranger(b""))
 
 
+def test_a_firmware_of_before_1_1_is_named(stranger):
+    said = fault_of(stranger(b"Grbl 0.9j ['$' for help]\r\n"))
+
+    assert "this is Grbl 0.9j, whose reports are of an older kind" in said
+
+
 def test_a_port_behind_the_network_that_is_not_there(tmp_path):
     config = {"port": "socket://127.0.0.1:1"}
     driver = Grbl(Place("gantry", config, {}, tmp_path, tmp_path))

@@ -6,29 +6,15 @@ import pytest
 
 from labrun.drivers.contract_tests import Case, KeepsContract
 
-GOOD = {
-    "home": {},
-    "move_to": {"x": 90, "z": 50.5},
-    "jog": {"axis": "x", "distance": 60},
-    "hold": {},
-    "resume": {},
-    "set_zero": {"axes": ["x", "y"]},
-    "last_by_hand": {},
-    "go_to_zero": {"axes": ["x"], "feed": 600},
-    "halt": {},
-    "unlock": {},
-}
+from ..gantry_calls import BAD, GOOD, NEEDS
 
 
 class TestGrbl(KeepsContract):
     case = Case(
         driver="grbl",
         good=GOOD,
-        bad={"move_to": [{"x": 731}], "jog": [{"axis": "x"}], "set_zero": [{"axes": []}]},
-        needs={
-            **{action: ["home"] for action in ("move_to", "jog", "set_zero")},
-            "go_to_zero": ["home", "move_to", "set_zero", "jog"],
-        },
+        bad=BAD,
+        needs=NEEDS,
         quick=frozenset({"set_zero"}),
         lasting="move_to",
     )

@@ -22,6 +22,9 @@ from labrun.drivers.grbl.said import Lines, understand
         ("<Idle|MPos:0.000,0.0ok", "other", 0),
         ("$110=2500.000", "setting", 0),
         ("[VER:1.1h.20190830:]", "other", 0),
+        ("[OPT:VZ,15,128]", "options", 0),
+        (">G20G54:ok", "other", 0),
+        (">FOO:error:20", "other", 0),
     ],
 )
 def test_a_line_is_what_it_is(line, kind, code):

@@ -16,7 +16,12 @@ def test_it_keeps_the_contract(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("look", "scale", "steps"), [("grey", 1.0, 2), ("dark", 1.4, 1), ("paper", 0.8, 2)]
+    ("look", "scale", "steps"),
+    [
+        ("grey", 1.2, 2),
+        pytest.param("dark", 1.4, 1, marks=pytest.mark.soak),
+        pytest.param("paper", 0.8, 2, marks=pytest.mark.soak),
+    ],
 )
 def test_shots_are_fired_and_exported_whatever_the_program_looks_like(gui, look, scale, steps):
     analyser = gui.start(look=look, scale=scale, steps=steps)
@@ -57,7 +62,7 @@ def test_boxes_that_are_ticked_already_stay_ticked(gui):
 
 
 def test_a_file_that_grows_slowly_is_taken_when_it_is_whole(gui):
-    gui.start(write_s=3.0)
+    gui.start(write_s=1.0)
 
     async def story(driver):
         return await gui.spectrum(driver, (await driver.measure(GoalContext("m")))["shot_id"])
@@ -71,7 +76,7 @@ def test_a_file_that_stays_half_is_not_handed_over_and_nothing_is_deleted(gui):
     async def story(driver):
         return await gui.spectrum(driver, (await driver.measure(GoalContext("m")))["shot_id"])
 
-    failure = gui.fails(story, delete="file", export_s=3)
+    failure = gui.fails(story, delete="file", export_s=1.5)
 
     assert (failure.name, failure.happened) == ("Timeout", "unknown")
     assert "_1.csv" in failure.message and "nothing was deleted" in failure.message

@@ -98,7 +98,7 @@ def killed_shots(gui, seed: int, rounds: int) -> None:
 
 
 def test_no_goal_is_shot_twice_and_no_shot_denied_when_its_server_is_killed(gui):
-    killed_shots(gui, 1, 3)
+    killed_shots(gui, 1, 2)
 
 
 @pytest.mark.soak

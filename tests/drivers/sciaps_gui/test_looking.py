@@ -20,7 +20,14 @@ def program(gui, look: str = "grey") -> Program:
     return Program(read_buttons(gui.recorded(look)), "Profile Builder")
 
 
-@pytest.mark.parametrize(("look", "scale"), [("grey", 0.7), ("dark", 1.3), ("paper", 1.9)])
+@pytest.mark.parametrize(
+    ("look", "scale"),
+    [
+        ("dark", 1.3),
+        pytest.param("grey", 0.7, marks=pytest.mark.soak),
+        pytest.param("paper", 1.9, marks=pytest.mark.soak),
+    ],
+)
 def test_all_parts_of_an_open_dialog_are_found(gui, look, scale):
     analyser = gui.start(look=look, scale=scale)
     analyser.order("open ask_all")
@@ -37,7 +44,10 @@ def test_all_parts_of_an_open_dialog_are_found(gui, look, scale):
         assert abs(down + view.corner[1] - y - h / 2) < h / 4, name
 
 
-@pytest.mark.parametrize("scale", [0.75, 1.0, 1.7])
+@pytest.mark.parametrize(
+    "scale",
+    [0.75, pytest.param(1.0, marks=pytest.mark.soak), pytest.param(1.7, marks=pytest.mark.soak)],
+)
 def test_words_of_the_main_window_are_no_labels_of_a_dialog(gui, scale):
     gui.start(look="dark", scale=scale)  # its "Ready" is like "Folder:" to 0.75
     eyes = program(gui, "dark")

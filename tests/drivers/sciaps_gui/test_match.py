@@ -27,14 +27,24 @@ def right(sight, place) -> bool:
     )
 
 
-@pytest.mark.parametrize(
-    "look",
-    [
-        "grey",
-        pytest.param("dark", marks=pytest.mark.soak),
-        pytest.param("paper", marks=pytest.mark.soak),
-    ],
-)
+LOOKS = [
+    "grey",
+    pytest.param("dark", marks=pytest.mark.soak),
+    pytest.param("paper", marks=pytest.mark.soak),
+]
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.3, 2.0])
+def test_every_button_is_found_at_half_and_at_double_size(seen_at, scale):
+    picture, places = seen_at("grey", scale)
+    sights = look_for(picture, templates(seen_at, "grey"))
+
+    assert [s.words() for name, s in sights.items() if not right(s, places[name])] == []
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("look", ["grey", "dark", "paper"])
 def test_buttons_are_found_49_of_50_times_from_half_to_double_size(seen_at, look):
     recorded = templates(seen_at, look)
     draw = random.Random(f"sizes {look}")
@@ -49,6 +59,15 @@ def test_buttons_are_found_49_of_50_times_from_half_to_double_size(seen_at, look
     assert OF - len(missed) >= WANTED, missed
 
 
+def test_a_button_that_is_not_there_is_not_found(seen_at):
+    picture, _ = seen_at("grey", 1.2, without=["measure"])
+    sights = look_for(picture, templates(seen_at, "grey"))
+
+    assert [name for name, sight in sights.items() if not sight.hits] == ["measure"]
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(600)
 def test_no_button_is_found_where_there_is_none(seen_at):
     recorded = templates(seen_at, "grey")
     draw = random.Random("none")
@@ -97,7 +116,7 @@ def test_a_greyed_out_button_is_known_as_such():
     assert "greyed out" in sight.words()
 
 
-@pytest.mark.parametrize("look", ["grey", "dark", "paper"])
+@pytest.mark.parametrize("look", LOOKS)
 def test_a_program_that_is_busy_is_seen_to_be(seen_at, look):
     recorded = templates(seen_at, look)
     picture, _ = seen_at(look, 1.2, busy=True)

@@ -34,7 +34,7 @@ def failed(work) -> ActionFailed:
 
 def test_95_of_100_places_are_within_the_figures():
     random = np.random.default_rng(5)
-    rendered = [row for _ in range(2) for row in vision.scene(random, 20, True)]
+    rendered = [row for _ in range(1) for row in vision.scene(random, 30, True)]
     projected = [row for _ in range(60) for row in vision.scene(random, 10, False)]
     xy_by_depth, z_by_depth, xy_by_height, *told = np.array(rendered + projected, float).T
 
