@@ -164,7 +164,7 @@ class Controller:
         for line in self.lines.cut(data):
             self.heard_at = asyncio.get_running_loop().time()
             said = understand(line)
-            if said.kind not in ("report", "ok"):
+            if said.kind not in ("report", "ok", "setting", "options"):
                 self.overheard.append(line[:80])
             self._hear(said)
         self._news.set()
@@ -215,13 +215,15 @@ class Controller:
         self.boots += 1
         self.firmware = firmware
         self.dead, self.deaf, self.wants_reset = False, False, False
+        why = f"it started anew: `{firmware}`"
         if not self._reset_asked:
+            why += ". Look at its reset button, its emergency stop and its power, and home it"
             self.homed = False
             self.alarm = self.alarm or (
                 "it started anew by itself (reset button, emergency stop, or its power failed); "
                 "where it stands is not known. Home it"
             )
-        self._fail(Restarted(f"it started anew: `{firmware}`"))
+        self._fail(Restarted(why))
         self._reset_asked = False
 
 

@@ -82,7 +82,10 @@ class Move:
                 raise Ended
             if c.silent_s() > SILENCE_S:
                 c.forget(answer)
-                raise Silent(f"it fell silent for {SILENCE_S:g} s; {c.last_words}")
+                raise Silent(
+                    f"it fell silent for {SILENCE_S:g} s; {c.last_words}. It was told to stop, and "
+                    f"nobody knows whether it heard: look at it, then home it"
+                )
             c.write(ASK)
             if c.reports_heard == heard or c.report is None:
                 continue

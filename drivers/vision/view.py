@@ -36,7 +36,8 @@ class View:
     def depth(self) -> "np.ndarray":
         """Millimetres ahead of every pixel, NaN where unknown; raises ActionFailed."""
         raise ActionFailed(
-            "NoDepth", "this camera sees no depth: say the height of what is looked for"
+            "NoDepth",
+            "this camera sees no depth: say the height of what is looked for, or give a depth map",
         )
 
     def depth_sd_mm(self, ahead_mm: float, spread_mm: float) -> float:
