@@ -29,6 +29,8 @@ class NewDevice:
 def device_name(name: str) -> str:
     """The name, as files, classes and labs can bear it; raises CannotMake for others."""
     if NAME.fullmatch(name) is None or keyword.iskeyword(name):
+        if keyword.iskeyword(name):
+            raise CannotMake(f"{name!r} is a word of Python itself; choose another name")
         better = re.sub(r"\W+", "_", name.lower()).strip("_")
         guess = f"; {better!r} would do" if NAME.fullmatch(better) else ""
         raise CannotMake(

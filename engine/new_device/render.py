@@ -34,7 +34,7 @@ def lab_text(name: str, contract: Contract, contract_file: str | None) -> str:
     simple = [n for n, a in contract.actions.items() if not parts.good_call(a)]
     quiet = min(simple or contract.actions, key=lambda n: contract.actions[n].effect != "pure")
     own = "" if contract_file is None else f"contracts: [./{contract_file}]\n"
-    more = {"quiet": quiet, "contracts": own, "device": device_text(name, contract)}
+    more = {"quiet": quiet, "contracts": own, "device": device_text(name, contract).rstrip()}
     return _render("lab", _names(name) | more)
 
 

@@ -144,7 +144,7 @@ def test_nothing_is_overwritten(tmp_path):
     ("name", "words"),
     [
         ("Hot-Plate", "'hot_plate' would do"), ("2plates", "is no name for a device"),
-        ("class", "is no name for a device"), ("json", "a Python module 'json' already"),
+        ("class", "is a word of Python itself"), ("json", "a Python module 'json' already"),
         ("labrun", "a Python module 'labrun' already"), ("../x", "is no name"), ("", "is no name"),
     ],
 )  # fmt: skip
