@@ -25,6 +25,8 @@ CLOSE_S = 3.0
 SETTLE_S = 1.0
 PORT_S = 10.0
 STALE_S = 2.0
+REPORT_S = 2.0
+RUNNING = "Running"
 SETTING = re.compile(r"^\$(\d+=\S+)")
 BANNER = re.compile(r"Grbl(?:HAL)? \d")
 
@@ -117,8 +119,12 @@ class Control:
         self._settled_at = asyncio.get_running_loop().time() + SETTLE_S
 
     async def settled(self) -> View:
-        """The view when what moved last is surely in it; raises Lost."""
+        """The view when what moved last is surely in it; raises Lost.
+
+        `Running` is CONTROL's own word from a command on; the controller's next report replaces it.
+        """
         await asyncio.sleep(max(0.0, self._settled_at - asyncio.get_running_loop().time()))
+        await self.until(lambda: bool(self.lost) or self.look().run != RUNNING, REPORT_S)
         return self.look()
 
     def silent_s(self) -> float:

@@ -25,7 +25,7 @@ class TestGrbl(KeepsContract):
 
     @contextmanager
     def peer(self, folder, *, slow):
-        self.controller = self.peers(speed=1.5 if slow else 20, homing_s=3 if slow else None)
+        self.controller = self.peers(speed=1 if slow else 20, homing_s=3 if slow else None)
         yield {"port": self.controller.path}
 
     def is_safe(self, status):

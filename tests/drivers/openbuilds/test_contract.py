@@ -27,7 +27,7 @@ class TestOpenBuilds(KeepsContract):
 
     @contextmanager
     def peer(self, folder, *, slow):
-        self.controller = self.peers(speed=1.5 if slow else 20, homing_s=3 if slow else None)
+        self.controller = self.peers(speed=1 if slow else 20, homing_s=3 if slow else None)
         with elsewhere(self.program(self.controller)) as control:
             yield {"url": control.url, "port": self.controller.path}
 

@@ -1,5 +1,7 @@
 """Samples on a bench that the test paints itself: by their colours or their height, not their shade."""
 
+import functools
+
 import numpy as np
 import pytest
 from scenes import Chessboard, Lens, photograph, stand
@@ -16,12 +18,18 @@ PLACE = stand(np.array([200.0, 270, 0]), 650, 33)
 SLAB = (60.0, 150.0, 90.0, 50.0)  # left, front, width, length, mm
 
 
+@functools.cache
+def taken():
+    """The bare bench and its board, without noise: grey, and depth in mm."""
+    return photograph(LENS, PLACE, TRUTH)
+
+
 class Bench:
     """A photograph to paint on: grey board, grainy grey bench, depth of the bench."""
 
     def __init__(self, seed=1):
         self.random = np.random.default_rng(seed)
-        grey, depth = photograph(LENS, PLACE, TRUTH)
+        grey, depth = taken()
         rays = LENS.rays(np.stack(np.meshgrid(np.arange(960.0), np.arange(540.0)), -1)) @ PLACE.turn
         far = -PLACE.place[2] / rays[..., 2]
         self.x, self.y = (PLACE.place[k] + rays[..., k] * far for k in (0, 1))
