@@ -37,7 +37,7 @@ def pairs():
             photograph(LENS, place, TRUTH, random)[0],
             photograph(RIGHT, place.beside(BASELINE), TRUTH, random)[0],
         )
-        for n, place in enumerate(places(7))
+        for n, place in enumerate(places(9))
     }
 
 
