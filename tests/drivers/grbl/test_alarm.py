@@ -5,6 +5,7 @@ import asyncio
 import pytest
 
 from labrun.drivers.driver import ActionFailed, GoalContext
+from labrun.drivers.grbl import alarm
 
 
 async def until(driver, true):
@@ -184,8 +185,9 @@ def test_the_emergency_stop_takes_the_power_and_gives_it_back(peers, gantry, pla
 
 
 def test_a_pressed_emergency_stop_is_waited_for_and_unlocked_when_it_is_released(
-    peers, gantry, played
+    peers, gantry, played, monkeypatch
 ):
+    monkeypatch.setattr(alarm, "BOOTS_S", 0.5)  # a second and a half, where nobody presses it
     peer = peers(hal=True)
 
     async def story(driver):

@@ -60,9 +60,9 @@ def test_an_error_of_which_the_lab_says_that_it_fires_nothing_did_not_happen(gui
 
 def test_a_click_into_a_program_that_then_hangs_acts_later_and_is_not_repeated(gui):
     analyser = gui.start()
-    analyser.order("hang_after_click 3")
+    analyser.order("hang_after_click 5")
 
-    assert gui.play(shoot, measure_s=2) == {"shot_id": "shot-000001"}
+    assert gui.play(shoot, measure_s=4) == {"shot_id": "shot-000001"}
     assert analyser.shots() == 1
 
 
