@@ -74,6 +74,7 @@ async def start_server(
 
     `folder` keeps its settings and its log, and its ledger where the settings name no other. One
     that an engine left behind here with the same settings goes on to be used: it knows its goals.
+    One whose owner still lives is left alone, and this one is not started.
     """
     try:
         return await _start_or_adopt(config, folder, timeout_s)
@@ -87,6 +88,11 @@ async def _start_or_adopt(config: dict[str, Any], folder: Path, timeout_s: float
     settings: dict[str, Any] = {"folder": str(folder), **config}
     left = await _left_behind(Path(settings["folder"]), settings.get("token"))
     if left is not None:
+        if left.owner != os.getpid() and alive(left.owner):
+            raise ServerFailed(
+                f"{', '.join(left.devices)} at {left.url} is served from {settings['folder']} already, "
+                f"by process {left.owner}; end that one first, or choose another folder"
+            )
         if left.same(fingerprint(ServerSettings.model_validate(settings)), settings.get("port")):
             return RunningServer(None, left.url, left.devices, left.pid)
         await RunningServer(None, left.url, left.devices, left.pid).stop()
@@ -137,6 +143,7 @@ class _Left:
     url: str
     devices: list[str]
     settings: str
+    owner: int | None
 
     def same(self, fingerprint: str, port: int | None) -> bool:
         return self.settings == fingerprint and (not port or self.url.endswith(f":{port}"))
@@ -146,7 +153,9 @@ async def _left_behind(folder: Path, token: str | None) -> _Left | None:
     """The server that still serves this folder, if there is one that answers."""
     try:
         words = json.loads((folder / FILE).read_bytes())
-        left = _Left(words["pid"], words["url"], words["devices"], words["settings"])
+        left = _Left(
+            words["pid"], words["url"], words["devices"], words["settings"], words.get("owner")
+        )
         client = DeviceClient(left.url, token)
         try:
             # The boot tells our server from a stranger that got the same port since.

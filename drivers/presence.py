@@ -24,6 +24,7 @@ class Presence:
             "boot": boot,
             "devices": list(settings.devices),
             "settings": fingerprint(settings),
+            "owner": settings.owner_pid,
         }
 
     def announce(self) -> None:
@@ -46,7 +47,7 @@ def fingerprint(settings: ServerSettings) -> str:
 
 
 def alive(pid: int | None) -> bool:
-    """True where a process is there, as far as this system lets us ask."""
+    """True where a process is there and has not ended, as far as this system lets us ask."""
     # On Windows a signal of 0 would end the process instead of asking after it.
     if pid is None or sys.platform == "win32":
         return False
@@ -56,4 +57,13 @@ def alive(pid: int | None) -> bool:
         return False
     except PermissionError:
         return True
-    return True
+    return not _waits_for_its_parent(pid)
+
+
+def _waits_for_its_parent(pid: int) -> bool:
+    """A process that has ended and that nobody has asked about yet still has its number."""
+    try:
+        words = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False
+    return words.rpartition(")")[2].split()[:1] == ["Z"]

@@ -1,7 +1,9 @@
 """`labrun serve [LAB] [DEVICE...]`: device servers in the foreground."""
 
 import asyncio
+import os
 import signal
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +14,8 @@ from ..lab import LoadedLab, load_lab
 from .options import say
 
 FIRST_PORT = 4101
+ORPHAN_S = 60.0
+"""Calm for so long, a server ends where this command was killed; Windows does not tell that."""
 
 
 def serve(
@@ -58,7 +62,10 @@ def _configs(
     for index, group in enumerate(groups):
         config = server_config(group, lab, folder.resolve())
         fixed = next(iter(group.values())).port
-        config.update(host=host, port=fixed or port + index, token=token)
+        config.update(
+            host=host, port=fixed or port + index, token=token,
+            owner_pid=os.getpid(), idle_exit_s=None if sys.platform == "win32" else ORPHAN_S,
+        )  # fmt: skip
         configs.append(config)
     return configs
 

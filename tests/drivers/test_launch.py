@@ -3,6 +3,7 @@
 import asyncio
 import os
 import signal
+import subprocess
 import sys
 
 import pytest
@@ -77,6 +78,27 @@ def test_a_server_left_behind_with_other_settings_makes_room(bench):
     first, second, status = asyncio.run(story())
 
     assert (second != first, status) == (True, 0)
+
+
+def test_a_server_whose_owner_lives_is_left_alone(bench):
+    with subprocess.Popen(["sleep", "60"]) as owner:
+
+        async def story():
+            first = await start_server(bench.settings(owner_pid=owner.pid), bench.folder)
+            with pytest.raises(ServerFailed) as told:
+                await start_server(bench.settings(limits={"x": [0, 5]}), bench.folder)
+            owner.kill()  # nobody asks after it: it waits for its parent, and is no owner any more
+            await asyncio.to_thread(os.waitid, os.P_PID, owner.pid, os.WEXITED | os.WNOWAIT)
+            second = await start_server(bench.settings(), bench.folder)
+            await second.stop()
+            await first.process.wait()
+            return first, second, str(told.value)
+
+        first, second, words = asyncio.run(story())
+
+    assert second.pid == first.pid
+    assert f"at {first.url} is served from {bench.folder}" in words
+    assert f"already, by process {owner.pid}; end that one first" in words
 
 
 def test_a_server_that_was_killed_is_not_mistaken_for_one_that_is_there(bench):
