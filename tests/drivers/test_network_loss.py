@@ -87,6 +87,7 @@ def assert_true(verdicts, deeds):
     assert not {i for i, word in happened.items() if word == "no"} & set(deeds)
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(("kind", "seed"), [*((kind, 1) for kind in FAULTS), ("all", 3)])
 def test_no_goal_is_done_twice_and_every_verdict_is_true(bench, impatient, kind, seed):
     verdicts = {}

@@ -54,6 +54,7 @@ def labrun(*words, full_from=None):
     )
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("writes", [1, 5, 7, 8, 10, 15, 26])
 def test_whichever_write_finds_no_room_nothing_is_lost_and_nothing_done_twice(
     tmp_path, bench, writes

@@ -63,6 +63,7 @@ def test_what_may_be_done_again_is_asked_for_again_without_a_retry(tmp_path):
     ]  # fmt: skip
 
 
+@pytest.mark.soak
 def test_a_server_that_goes_on_dying_is_a_failure_of_the_step(tmp_path):
     status, ended, finished = run(tmp_path, deaths=99)
 

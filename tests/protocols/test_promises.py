@@ -73,6 +73,7 @@ def test_multi_sample_maps_every_core_of_its_table(tmp_path):
         assert (ran.folder / f"element_maps_{core['sample']}.png").stat().st_size > 10_000
 
 
+@pytest.mark.soak
 def test_adaptive_map_is_fine_where_there_is_lithium_and_only_there(tmp_path):
     ran = Ran(tmp_path, "adaptive_map.yaml")
     rows = ran.rows()
@@ -112,6 +113,7 @@ def test_calibrate_camera_finds_where_the_camera_sits_beside_the_tool(tmp_path):
         assert (ran.folder / name).read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.soak
 def test_calibrate_camera_fails_where_the_offsets_lie_too_far_apart(tmp_path):
     ran = Ran(tmp_path, "calibrate_camera.yaml", "-p", "spread=1 um")
 
@@ -136,6 +138,7 @@ def test_find_and_scan_finds_the_core_and_fires_at_nothing_else(tmp_path):
     assert (ran.folder / "element_maps.png").stat().st_size > 10_000
 
 
+@pytest.mark.soak
 def test_find_and_scan_fires_nowhere_where_there_is_no_core(tmp_path):
     ran = Ran(tmp_path, "find_and_scan.yaml", "-p", "smallest=9000 mm**2")
 
@@ -169,6 +172,7 @@ def test_wavelength_check_tells_the_offsets_that_the_simulated_detectors_were_gi
     assert sum(numbers(ran.rows(), "Li_off_nm")) / 3 == pytest.approx(outputs["red"], abs=1e-4)
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
@@ -183,6 +187,7 @@ def test_wavelength_check_fails_with_a_sentence(tmp_path, words, sentence):
     assert sentence in ran.told
 
 
+@pytest.mark.soak
 def test_two_stations_fire_at_the_same_time_each_at_its_own_core(tmp_path):
     ran = Ran(tmp_path, "two_station.yaml")
     first, second = (ran.truth(device, "shot") for device in ("libs", "libs_b"))

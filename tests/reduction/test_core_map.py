@@ -43,6 +43,7 @@ def adjusted_rand(one, other):
     return (both - chance) / ((a + b) / 2 - chance)
 
 
+@pytest.mark.soak
 def test_classes_are_the_grains_of_the_core(run, points):
     classes = classify(points, TELLING)
 

@@ -8,6 +8,7 @@ import pytest
 from labrun.drivers.contract_tests import Case, KeepsContract
 
 
+@pytest.mark.soak
 class TestAecp(KeepsContract):
     case = Case(
         driver="aecp",

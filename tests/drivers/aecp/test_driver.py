@@ -74,6 +74,7 @@ def test_an_export_that_is_asked_for_again_is_not_made_again(aecp):
     assert first.data == second.data
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("plan", "error", "happened", "words", "shots"),
     [
@@ -211,6 +212,7 @@ def test_the_same_goal_is_never_sent_twice(aecp):
     assert aecp.shots() == 1
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("plan", "error", "words"),
     [
@@ -236,6 +238,7 @@ def test_an_export_that_is_not_whole_is_never_handed_over(aecp, plan, error, wor
     assert files == {}
 
 
+@pytest.mark.soak
 def test_a_spectrum_cut_at_the_end_of_a_line_lacks_channels(aecp):
     aecp.start()
 

@@ -5,6 +5,8 @@ import json
 import subprocess
 import sys
 
+import pytest
+
 PROTOCOL = """labrun: 1
 name: one-point
 devices: {libs: libs_analyzer@1, gantry: gantry@1}
@@ -60,6 +62,7 @@ def test_one_point_from_homing_to_the_spectrum(aecp, tmp_path):
     assert aecp.shots() == 1
 
 
+@pytest.mark.soak
 def test_a_shot_whose_answer_was_lost_goes_on_without_a_second_one(aecp, tmp_path):
     aecp.start(plans={"measure": ["mute"]})
     done = run(tmp_path, aecp, measure_s=3)

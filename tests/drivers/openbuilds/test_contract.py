@@ -11,6 +11,7 @@ from labrun.drivers.contract_tests import Case, KeepsContract
 from ..gantry_calls import BAD, GOOD, NEEDS
 
 
+@pytest.mark.soak
 class TestOpenBuilds(KeepsContract):
     case = Case(
         driver="openbuilds",

@@ -191,6 +191,7 @@ def test_homing_that_fails_says_why(peer, played):
     assert (status["state"], status["homed"]) == ("alarm", False)
 
 
+@pytest.mark.soak
 def test_a_controller_that_falls_silent_is_found_by_its_frozen_place(peers, played, monkeypatch):
     from labrun.drivers.openbuilds import watch
 
@@ -264,6 +265,7 @@ def test_a_jog_by_a_distance_and_one_that_is_held(peers, played):
     assert peer.move is None and not peer.queue
 
 
+@pytest.mark.soak
 def test_the_port_that_is_unplugged_and_back_is_opened_again(peers, played):
     peer = peers(speed=2)
 
@@ -289,6 +291,7 @@ def test_the_port_that_is_unplugged_and_back_is_opened_again(peers, played):
     assert place["x"] == pytest.approx(2, abs=0.005)
 
 
+@pytest.mark.soak
 def test_it_comes_back_when_the_program_was_started_anew(peer, program, gantry):
     async def whole():
         async with program(peer) as first:
@@ -368,6 +371,7 @@ def test_a_job_of_the_programs_own_is_left_alone(peer, program, gantry):
     asyncio.run(story())
 
 
+@pytest.mark.soak
 def test_a_move_that_an_earlier_life_began_is_stopped(peers, program, gantry):
     peer = peers(speed=1)
 

@@ -48,6 +48,7 @@ def test_shots_are_fired_and_exported_whatever_the_program_looks_like(gui, look,
     ]  # fmt: skip
 
 
+@pytest.mark.soak
 def test_boxes_that_are_ticked_already_stay_ticked(gui):
     gui.start(ticked=["separate_spectrum", "new_folder"])
 
@@ -61,6 +62,7 @@ def test_boxes_that_are_ticked_already_stay_ticked(gui):
     assert files[0].parent.name.startswith("shot-000001_")
 
 
+@pytest.mark.soak
 def test_a_file_that_grows_slowly_is_taken_when_it_is_whole(gui):
     gui.start(write_s=1.0)
 
@@ -70,6 +72,7 @@ def test_a_file_that_grows_slowly_is_taken_when_it_is_whole(gui):
     assert len(gui.play(story).splitlines()) == CHANNELS + 1
 
 
+@pytest.mark.soak
 def test_a_file_that_stays_half_is_not_handed_over_and_nothing_is_deleted(gui):
     analyser = gui.start(write_s=100.0)
 
@@ -99,6 +102,7 @@ def test_what_was_exported_is_deleted_by_name_and_nothing_else(gui, delete):
     assert data == again
 
 
+@pytest.mark.soak
 def test_the_spectrum_of_another_shot_is_noticed_before_anything_is_deleted(gui):
     analyser = gui.start(keep=True)  # whatever is measured, the oldest shot stays selected
 
@@ -141,6 +145,7 @@ def test_a_goal_that_was_stopped_before_its_click_is_not_clicked(gui):
     assert analyser.shots() == 0
 
 
+@pytest.mark.soak
 def test_an_old_shot_that_was_not_exported_cannot_be_any_more(gui):
     gui.start()
 

@@ -5,6 +5,8 @@ import json
 import subprocess
 import sys
 
+import pytest
+
 PROTOCOL = """labrun: 1
 name: two-points
 devices: {libs: libs_analyzer@1, gantry: gantry@1}
@@ -25,6 +27,7 @@ finally:
 """
 
 
+@pytest.mark.soak
 def test_a_run_with_a_simulated_gantry_and_a_real_program(gui, tmp_path):
     analyser = gui.start()
     lab = {

@@ -58,6 +58,7 @@ def test_an_error_of_which_the_lab_says_that_it_fires_nothing_did_not_happen(gui
     assert "Interlock open" in failure.message
 
 
+@pytest.mark.soak
 def test_a_click_into_a_program_that_then_hangs_acts_later_and_is_not_repeated(gui):
     analyser = gui.start()
     analyser.order("hang_after_click 5")
@@ -171,6 +172,7 @@ def test_a_program_drawn_far_larger_than_recorded_is_not_guessed_at(gui):
     assert gui.fails(lambda driver: driver.locate(GoalContext("l"))).name == "ButtonNotFound"
 
 
+@pytest.mark.soak
 def test_a_program_that_grows_between_two_shots_is_found_again(gui):
     gui.start(scale=0.9)
 
@@ -225,6 +227,7 @@ def test_an_export_folder_that_is_gone_is_told_before_anything_is_clicked(gui):
     assert "nothing was clicked" in failure.message
 
 
+@pytest.mark.soak
 def test_a_picture_that_a_message_names_outlives_the_call(gui, tmp_path):
     gui.start(without=["measure"])
     config = {"contract": "libs_analyzer@1", "driver": "sciaps_gui", "config": gui.config()}
@@ -257,6 +260,7 @@ def test_an_export_folder_without_room_is_told_before_anything_is_clicked(gui, m
     assert "has room for 4096 bytes more" in failure.message
 
 
+@pytest.mark.soak
 def test_a_shot_that_is_over_leaves_it_safe(gui):
     gui.start()
 

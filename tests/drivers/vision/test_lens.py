@@ -9,6 +9,9 @@ from labrun.drivers.vision.lens import LensFault, fit_lens, fit_pair
 from labrun.drivers.vision.rig import rectification
 from labrun.drivers.vision.view import StereoView
 
+pytestmark = (
+    pytest.mark.soak
+)  # its photographs take half a minute to draw; `labrun calibrate-camera` is tested in the suite
 LENS = Lens(640, 360, 532.5, (326.0, 174.0), (-0.08, 0.03, 0.001, -0.0007, 0.0))
 RIGHT = Lens(640, 360, 535.0, (316.0, 182.0), (-0.07, 0.02, 0.0004, 0.0006, 0.0))
 TRUTH, BOARD = Chessboard(), Board(9, 6, 25)

@@ -41,12 +41,14 @@ def test_a_run_comes_to_the_same_whenever_its_engines_are_killed(survives, strat
     survives(*data.draw(strategies.engine_dies()))
 
 
+@pytest.mark.soak
 @examples(8)
 @given(data=st.data())
 def test_a_run_comes_to_the_same_when_its_devices_are_touched_meanwhile(survives, strategies, data):
     survives(*data.draw(strategies.devices_are_touched()))
 
 
+@pytest.mark.soak
 @examples(8)
 @given(data=st.data())
 def test_a_run_comes_to_the_same_when_the_device_server_dies_in_mid_action(

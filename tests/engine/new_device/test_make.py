@@ -61,6 +61,7 @@ def test_what_is_written_is_clean_and_keeps_the_shape_of_its_contract(tmp_path, 
         check_driver(find_driver(place, tmp_path), shape)
 
 
+@pytest.mark.soak
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 def test_its_own_test_passes(tmp_path):
     new(tmp_path, "hot_plate")

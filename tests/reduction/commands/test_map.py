@@ -61,6 +61,7 @@ def test_what_cannot_be_done_is_a_sentence(tmp_path, labrun, text, words, said):
     assert said in done.stderr and "Traceback" not in done.stderr
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("text", "said", "figure"),
     [

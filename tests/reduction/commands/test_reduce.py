@@ -232,6 +232,7 @@ def test_in_a_terminal_there_is_a_bar(spectra, tmp_path):
     assert b"6 spectra reduced" in told
 
 
+@pytest.mark.soak
 @pytest.mark.timeout(300)
 def test_the_first_reduction_after_an_install_says_that_it_compiles(spectra, tmp_path):
     for path in sorted(spectra.iterdir())[1:]:

@@ -15,6 +15,7 @@ def control(lasting_demo):
     return client
 
 
+@pytest.mark.soak
 def test_the_shipped_protocols_run_on_the_demonstration(control):
     control.reach("gantry", "libs", "reduce")
     names = [one["name"] for one in control.get("/protocols").json()]
@@ -27,6 +28,7 @@ def test_the_shipped_protocols_run_on_the_demonstration(control):
     assert run["done"] == 9 and {"Li", "K", "Si"} <= maps
 
 
+@pytest.mark.soak
 def test_a_fault_that_was_ordered_happens_and_is_told(control):
     control.reach("gantry", "libs", "reduce")
     ordered = control.command(

@@ -1,5 +1,7 @@
 """Runs from the page: started, watched, paused, answered, aborted, resumed."""
 
+import pytest
+
 LASER_LIST = ["enclosure closed", "nobody in the beam path", "sample fixed"]
 
 
@@ -129,6 +131,7 @@ def test_an_aborted_run_goes_on_where_it_was(hand, wait_for):
     assert run["resumes"] == 1 and run["done"] == 12 > done
 
 
+@pytest.mark.soak
 def test_a_run_goes_on_with_a_changed_protocol_and_the_difference_is_told_before(hand, wait_for):
     client = hand
     client.post("/protocols", json={"name": "changed.yaml", "copy_of": "long.yaml"})
