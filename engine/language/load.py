@@ -38,6 +38,9 @@ def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
     if not isinstance(data, dict):
         message = f"a protocol is written as keys with values, not as {kind_words(data)}"
         return None, [source.problem((), "E113", message, "it begins with `labrun: 1`")]
+    if _is_lab(data):
+        message, hint = "this is a lab file, not a protocol", "name it beside a protocol, with `--lab`"
+        return None, [source.problem((), "E113", message, hint)]
     problems: list[Problem] = list(_version(data, source))
     sections: dict[str, list[Any]] = {}
     for name in SECTIONS:
@@ -53,6 +56,15 @@ def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
         update["steps"] = []
     protocol = frame.model_copy(update=update)
     return Loaded(protocol, whole=not problems), problems
+
+
+def _is_lab(data: dict[str, Any]) -> bool:
+    """A lab's devices are mappings with a contract, a protocol's are contracts."""
+    devices = data.get("devices")
+    named = devices.values() if isinstance(devices, dict) else ()
+    if "labrun" in data or "steps" in data or not named:
+        return False
+    return all(isinstance(device, dict) and "contract" in device for device in named)
 
 
 def _version(data: dict[str, Any], source: Source) -> Iterator[Problem]:
