@@ -95,10 +95,14 @@ def _run(argv: list[str], plugins: dict) -> None:
         """What stands before a command."""
 
     app.callback(help=SUMMARY)(options)
-    named = argv[0] if argv and argv[0] in COMMANDS else None
-    for name in COMMANDS if named is None else (named, "run"):
+    asked = argv[:1]  # loading all of them takes longer than many of them need
+    own = [name for name in COMMANDS if [name] == asked]
+    others = {name: point for name, point in plugins.items() if [name] == asked}
+    if not own and not others:
+        own, others = list(COMMANDS), plugins
+    for name in own:
         app.command(name)(_command(name))
-    for name, point in plugins.items():
+    for name, point in others.items():
         app.command(name)(point.load())
     app(argv, prog_name="labrun")
 

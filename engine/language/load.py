@@ -39,7 +39,10 @@ def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
         message = f"a protocol is written as keys with values, not as {kind_words(data)}"
         return None, [source.problem((), "E113", message, "it begins with `labrun: 1`")]
     if _is_lab(data):
-        message, hint = "this is a lab file, not a protocol", "name it beside a protocol, with `--lab`"
+        message, hint = (
+            "this is a lab file, not a protocol",
+            "name it beside a protocol, with `--lab`",
+        )
         return None, [source.problem((), "E113", message, hint)]
     problems: list[Problem] = list(_version(data, source))
     sections: dict[str, list[Any]] = {}

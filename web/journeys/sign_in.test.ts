@@ -1,7 +1,7 @@
 // Reached over the network: nothing but the form and STOP ALL until the token is known, and from then on everything.
 import type { Browser } from 'playwright-core'
 import { afterAll, beforeAll, expect, it } from 'vitest'
-import { type Bench, startBench } from './bench'
+import { ask, type Bench, startBench } from './bench'
 import { allOnline, aPerson, isLive, NARROW, openBrowser } from './browser'
 import { axe, picture } from './look'
 
@@ -12,6 +12,8 @@ beforeAll(async () => {
   ;[bench, browser] = await Promise.all([
     startBench({ args: ['--demo', '--speed', '50', '--host', '0.0.0.0', '--token', TOKEN] }), openBrowser(),
   ])
+  const headers = { Authorization: `Bearer ${TOKEN}` }
+  await expect.poll(async () => (await ask<{ reach: string }>(bench, '/devices/gantry', undefined, headers)).reach).toBe('online')
 })
 afterAll(async () => {
   await browser.close()
