@@ -16,7 +16,7 @@ class TestSimDepthCamera(KeepsContract):
         good={
             "capture": {"image": "pictures/a.png", "depth": "pictures/a_depth.png"},
             "calibrate": {"x": 60, "y": 140},
-            "locate_point": {"u": 640, "v": 360},
+            "locate_point": {"u": 640, "v": 300},
             "locate_samples": {"min_height": 5},
         },
         needs={"locate_point": ["calibrate"], "locate_samples": ["calibrate"]},
