@@ -1,6 +1,6 @@
 // Reached over the network: nothing but the form and STOP ALL until the token is known, and from then on everything.
 import type { Browser } from 'playwright-core'
-import { afterAll, beforeAll, expect, it } from 'vitest'
+import { afterAll, beforeAll, expect, it, vi } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
 import { allOnline, aPerson, isLive, NARROW, openBrowser } from './browser'
 import { axe, picture } from './look'
@@ -13,7 +13,9 @@ beforeAll(async () => {
     startBench({ args: ['--demo', '--speed', '50', '--host', '0.0.0.0', '--token', TOKEN] }), openBrowser(),
   ])
   const headers = { Authorization: `Bearer ${TOKEN}` }
-  await expect.poll(async () => (await ask<{ reach: string }>(bench, '/devices/gantry', undefined, headers)).reach).toBe('online')
+  const reach = async (): Promise<string> =>
+    (await ask<{ reach: string }>(bench, '/devices/gantry', undefined, headers)).reach
+  await vi.waitUntil(async () => (await reach()) === 'online', { timeout: 30_000, interval: 200 })
 })
 afterAll(async () => {
   await browser.close()
