@@ -2,7 +2,7 @@
 
 from math import isinf
 
-from ..drivers.grbl.keep_out import TOUCH_MM, Box, read_boxes
+from ..drivers.grbl.keep_out import Box, read_boxes
 from ..engine.lab import LoadedLab
 from .models.devices import KeepOut
 
@@ -20,7 +20,6 @@ def kept_out(lab: LoadedLab | None, device: str) -> list[KeepOut]:
 
 
 def _told(box: Box) -> KeepOut:
-    """As it was written: a box's faces themselves may be touched, so it is read a little smaller."""
-    x0, y0, z0 = (None if isinf(edge) else round(edge - TOUCH_MM, 6) for edge in box.low)
-    x1, y1, z1 = (None if isinf(edge) else round(edge + TOUCH_MM, 6) for edge in box.high)
+    x0, y0, z0 = (None if isinf(edge) else edge for edge in box.low)
+    x1, y1, z1 = (None if isinf(edge) else edge for edge in box.high)
     return KeepOut(name=box.name, x0=x0, x1=x1, y0=y0, y1=y1, z0=z0, z1=z1)

@@ -11,20 +11,30 @@ TOUCH_MM = 0.01  # what stands on a box's face has not entered it
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """Ranges on the bench in mm; an axis that the lab leaves out is kept out at any value."""
+    """Ranges on the bench in mm, as written; an axis that is left out is kept out at any value."""
 
     name: str
     low: Point
     high: Point
 
+    @property
+    def inside(self) -> tuple[Point, Point]:
+        """Low and high of what is kept out of: a little less, so that a face may be touched."""
+        (x0, y0, z0), (x1, y1, z1) = self.low, self.high
+        return (
+            (x0 + TOUCH_MM, y0 + TOUCH_MM, z0 + TOUCH_MM),
+            (x1 - TOUCH_MM, y1 - TOUCH_MM, z1 - TOUCH_MM),
+        )
+
     def holds(self, place: Point) -> bool:
         """Whether a place lies within."""
-        return all(a < p < b for a, p, b in zip(self.low, place, self.high, strict=True))
+        low, high = self.inside
+        return all(a < p < b for a, p, b in zip(low, place, high, strict=True))
 
     def meets(self, start: Point, end: Point) -> bool:
         """Whether the straight way between two places goes through (the slab method)."""
         enter, leave = 0.0, 1.0
-        for a, b, low, high in zip(start, end, self.low, self.high, strict=True):
+        for a, b, low, high in zip(start, end, *self.inside, strict=True):
             if a == b:
                 if not low < a < high:
                     return False
@@ -39,13 +49,14 @@ class Box:
         end[axis] = edge
         if not self.meets(start, (end[0], end[1], end[2])):
             return None
-        face = self.low[axis] if sign > 0 else self.high[axis]
+        low, high = self.inside
+        face = low[axis] if sign > 0 else high[axis]
         return face if sign * (face - start[axis]) >= 0 else start[axis]
 
     def words(self) -> str:
         """Its name and ranges."""
         ranges = [
-            f"{axis} {low - TOUCH_MM:g} to {high + TOUCH_MM:g}"
+            f"{axis} {low:g} to {high:g}"
             for axis, low, high in zip("xyz", self.low, self.high, strict=True)
             if (low, high) != (-INFINITE, INFINITE)
         ]
@@ -80,4 +91,4 @@ def _range(name: str, axis: str, written: Any) -> tuple[float, float]:
         low = high = 0.0
     if not low < high:
         raise ValueError(f"keep_out box {name}: {axis} is {written!r}, not [from, to] in mm")
-    return low + TOUCH_MM, high - TOUCH_MM
+    return low, high

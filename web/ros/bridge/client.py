@@ -46,9 +46,8 @@ class Client:
         try:
             async for data in self._socket:
                 self._take(data, operations)
-                await asyncio.sleep(
-                    0
-                )  # a client that floods us takes turns with devices and others
+                # A client that floods us takes turns with devices and others.
+                await asyncio.sleep(0)
         except ConnectionClosed:
             pass
         finally:

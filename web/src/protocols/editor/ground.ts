@@ -5,16 +5,18 @@ import type { Frame } from './drawing'
 export type Colour = (name: string) => string
 type Track = Told<'Track'>
 
+/** A box in pixels; where it has no end it reaches `pad` beyond the picture. */
+function rectOf(box: Track['area'], frame: Frame, pad: number): [number, number, number, number] {
+  const [left, right] = [box.x0 === null ? -pad : frame.px(box.x0), box.x1 === null ? frame.width + pad : frame.px(box.x1)]
+  const [top, bottom] = [box.y1 === null ? -pad : frame.py(box.y1), box.y0 === null ? frame.height + pad : frame.py(box.y0)]
+  return [left, top, right - left, bottom - top]
+}
+
 /** What the bench allows is light; beyond it the contract may allow more, which is hatched. */
 export function drawArea(brush: CanvasRenderingContext2D, { area, allowed }: Track, frame: Frame, colour: Colour): void {
-  const rect = (one: Track['area'], pad: number): [number, number, number, number] => {
-    const [left, right] = [one.x0 === null ? -pad : frame.px(one.x0), one.x1 === null ? frame.width + pad : frame.px(one.x1)]
-    const [top, bottom] = [one.y1 === null ? -pad : frame.py(one.y1), one.y0 === null ? frame.height + pad : frame.py(one.y0)]
-    return [left, top, right - left, bottom - top]
-  }
   brush.save()
   brush.beginPath()
-  brush.rect(...rect(allowed, 10))
+  brush.rect(...rectOf(allowed, frame, 10))
   brush.clip()
   brush.strokeStyle = colour('line')
   brush.beginPath()
@@ -25,11 +27,11 @@ export function drawArea(brush: CanvasRenderingContext2D, { area, allowed }: Tra
   brush.stroke()
   brush.restore()
   brush.fillStyle = colour('bg')
-  brush.fillRect(...rect(area, 10))
+  brush.fillRect(...rectOf(area, frame, 10))
   brush.strokeStyle = colour('fail')
   brush.lineWidth = 1.5
   brush.setLineDash([6, 4])
-  brush.strokeRect(...rect(area, 10))
+  brush.strokeRect(...rectOf(area, frame, 10))
   brush.setLineDash([])
   brush.lineWidth = 1
 }
@@ -57,15 +59,14 @@ export function drawRuler(brush: CanvasRenderingContext2D, frame: Frame, colour:
 /** Boxes that the machine does not enter, each with its name; some reach all along an axis. */
 export function drawKeptOut(brush: CanvasRenderingContext2D, boxes: Track['keep_out'], frame: Frame, colour: Colour): void {
   for (const box of boxes) {
-    const [left, right] = [box.x0 === null ? -2 : frame.px(box.x0), box.x1 === null ? frame.width + 2 : frame.px(box.x1)]
-    const [top, bottom] = [box.y1 === null ? -2 : frame.py(box.y1), box.y0 === null ? frame.height + 2 : frame.py(box.y0)]
+    const rect = rectOf(box, frame, 2)
     brush.fillStyle = colour('fail-bg')
     brush.strokeStyle = colour('fail')
-    brush.fillRect(left, top, right - left, bottom - top)
-    brush.strokeRect(left, top, right - left, bottom - top)
+    brush.fillRect(...rect)
+    brush.strokeRect(...rect)
     brush.fillStyle = colour('fail')
     brush.font = '11px system-ui, sans-serif'
     brush.textAlign = 'left'
-    brush.fillText(`✕ ${box.name}`, Math.max(left, 0) + 4, Math.max(top, 0) + 14)
+    brush.fillText(`✕ ${box.name}`, Math.max(rect[0], 0) + 4, Math.max(rect[1], 0) + 14)
   }
 }
