@@ -11,11 +11,16 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
-from setuptools import setup
+from setuptools import find_packages, setup
 from setuptools.command.build_py import build_py
 from setuptools.command.sdist import sdist
 
-WEB = Path(__file__).resolve().parent / "web"
+HERE = Path(__file__).resolve().parent
+WEB = HERE / "web"
+FOLDERS = ("drivers", "engine", "protocols", "reduction", "schemas", "system", "web")
+ROOMS = find_packages(
+    str(HERE), include=[f"{name}{part}" for name in FOLDERS for part in ("", ".*")]
+)
 INPUTS = (
     "package.json", "package-lock.json", "index.html", "vite.config.ts", "tsconfig.json", "scripts",
     "src", "public",
@@ -82,4 +87,7 @@ class Sdist(sdist):
 
 
 if __name__ == "__main__":
-    setup(cmdclass={"build_py": BuildPy, "sdist": Sdist})
+    setup(
+        packages=["labrun", *(f"labrun.{room}" for room in ROOMS)],
+        cmdclass={"build_py": BuildPy, "sdist": Sdist},
+    )

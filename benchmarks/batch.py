@@ -1,12 +1,12 @@
-"""Print how fast a folder of spectra is reduced, from files to tables, beside reading it with numpy.
+"""Print how fast a folder of spectra is reduced, from files to tables, compared with numpy reading it.
 
     python benchmarks/batch.py                     1,071 spectra of the simulated core, all cores
     python benchmarks/batch.py --spectra 100 --jobs 1
     python benchmarks/batch.py --folder spectra    spectra of your own
 
-`labrun reduce` runs as a user runs it: a process that starts, looks, reduces, writes eight tables
-and ends. Beside it `numpy.loadtxt` reads the same files and does nothing with them. Memory is that
-of the largest sum over all processes of the command, looked at ten times a second.
+`labrun reduce` runs as a user runs it: a process that starts, finds the files, reduces them, writes
+eight tables and ends. For comparison `numpy.loadtxt` only reads the same files. Memory is the
+largest sum over all processes of the command, sampled ten times a second.
 """
 
 import argparse
@@ -29,7 +29,7 @@ TABLES = ("files", "peaks", "elements", "plasma")
 
 def make_spectra(folder: Path, n: int) -> None:
     """Shots at the simulated core on the grid of `pegmatite_map.yaml`."""
-    from labrun.drivers.twins.shot import ShotMaker
+    from labrun.drivers.simulated.twins.shot import ShotMaker
 
     maker = ShotMaker(core=1, seed=3)
     for k in range(n):
@@ -39,7 +39,7 @@ def make_spectra(folder: Path, n: int) -> None:
 
 
 def reduce(folder: Path, out: Path, jobs: int) -> tuple[float, float, float]:
-    """Seconds on the wall, of processors, and the most megabytes that were held."""
+    """Wall-clock seconds, processor seconds, and peak memory in megabytes."""
     command = [
         sys.executable, "-m", "labrun.engine", "reduce", str(folder), "-o", str(out),
         "--jobs", str(jobs), "--no-figures",

@@ -1,6 +1,6 @@
-"""How well recorded buttons are found: five buttons at ten sizes, in three looks, beside the published way.
+"""How well recorded buttons are found: five buttons at ten sizes, in three looks, against the published way.
 
-Wants Xvfb and a Python with tkinter: `python benchmarks/buttons.py`.
+Needs Xvfb and a Python with tkinter: `python benchmarks/buttons.py`.
 """
 
 import argparse
@@ -21,30 +21,31 @@ from labrun.drivers.sciaps_gui.match import Template, look_for
 PROGRAM = Path(__file__).parents[1] / "tests" / "drivers" / "sciaps_gui" / "analyser_program.py"
 MAIN = ("measure", "export", "sync", "delete", "sample_name")
 LOOKS = ("grey", "dark", "paper")
-SCALES = np.geomspace(0.5, 2.0, 10)
 LEFT, TOP = 60, 40
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--looks", nargs="*", default=LOOKS, choices=LOOKS)
-    looks = options.parse_args().looks
+    options.add_argument("--sizes", type=int, default=10, help="from half to double")
+    given = options.parse_args()
+    sizes = np.geomspace(0.5, 2.0, given.sizes)
     with screen(), TemporaryDirectory() as folder:
         print(
             f"{'look':<8}{'found':>9}{'wrong':>7}{'absent, found':>15}{'published way':>15}{'s a screen':>12}"
         )
-        for look in looks:
-            print(row(look, Path(folder)))
+        for look in given.looks:
+            print(row(look, sizes, Path(folder)))
 
 
-def row(look: str, folder: Path) -> str:
+def row(look: str, sizes: np.ndarray, folder: Path) -> str:
     window, places = seen(folder, look, 1.0)
     recorded = [
         Template(n, window[y : y + h, x : x + w]) for n in MAIN for x, y, w, h in [places[n]]
     ]
     found = wrong = published = absent = 0
     seconds = []
-    for scale in SCALES:
+    for scale in sizes:
         picture, places = seen(folder, look, float(scale))
         began = time.perf_counter()
         sights = look_for(picture, recorded)
@@ -54,13 +55,13 @@ def row(look: str, folder: Path) -> str:
             right = hit is not None and near(hit.centre, places[template.name])
             found, wrong = found + right, wrong + (hit is not None and not right)
             published += near(published_way(picture, template.picture), places[template.name])
-    for n, scale in enumerate(SCALES):
+    for n, scale in enumerate(sizes):
         name = MAIN[n % len(MAIN)]
         picture, _ = seen(folder, look, float(scale), without=[name])
         absent += len(look_for(picture, recorded)[name].hits)
-    of = len(SCALES) * len(MAIN)
+    of = len(sizes) * len(MAIN)
     return (
-        f"{look:<8}{f'{found}/{of}':>9}{wrong:>7}{f'{absent}/{len(SCALES)}':>15}"
+        f"{look:<8}{f'{found}/{of}':>9}{wrong:>7}{f'{absent}/{len(sizes)}':>15}"
         f"{f'{published}/{of}':>15}{float(np.median(seconds)):>12.2f}"
     )
 
@@ -119,15 +120,15 @@ def python_with_tk() -> str:
             and not subprocess.run([path, "-c", "import tkinter"], capture_output=True).returncode
         ):
             return path
-    sys.exit("no Python here imports tkinter; install it: apt-get install python3-tk")
+    sys.exit("no Python here has tkinter; install it: apt-get install python3-tk")
 
 
 class screen:  # noqa: N801 - read as a word: `with screen():`
-    """An X server that nobody sees."""
+    """A virtual X server."""
 
     def __enter__(self) -> None:
         if shutil.which("Xvfb") is None:
-            sys.exit("there is no Xvfb; install it: apt-get install xvfb")
+            sys.exit("Xvfb is not installed: apt-get install xvfb")
         read, write = os.pipe()
         arguments = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1920x1200x24"]
         self.server = subprocess.Popen(arguments, pass_fds=[write], stderr=subprocess.DEVNULL)

@@ -1,4 +1,4 @@
-"""What the engine costs per action over real Socket.IO, journal and ledger on disk.
+"""Engine time per action over real Socket.IO, with journal and ledger on disk.
 
 A device that does nothing is asked N times by a protocol. Beside it, in the same run: a bare
 `sio.call` to the same server, and an fsync of a line as long as a journal record.
@@ -53,7 +53,7 @@ ACTIONS_A_POINT = 6
 
 def engine_times(folder: Path, count: int) -> tuple[list[float], list[float]]:
     """Seconds from goal to goal, and from a result to the next goal, through the whole engine."""
-    from labrun.drivers.client import DeviceClient
+    from labrun.drivers.client.client import DeviceClient
     from labrun.engine.check import check_file
     from labrun.engine.commands.run import start
 
@@ -85,9 +85,9 @@ async def bare_calls(folder: Path, count: int) -> list[float]:
     """Seconds of a bare `sio.call` that the same server answers at once."""
     import socketio
 
-    from labrun.drivers.launch import start_server
-    from labrun.engine.connect import server_config
-    from labrun.engine.lab import load_lab
+    from labrun.drivers.client.launch import start_server
+    from labrun.engine.dispatch.connect import server_config
+    from labrun.engine.lab.lab import load_lab
 
     lab, problems = load_lab(folder / "lab.yaml")
     assert lab is not None, problems
@@ -120,7 +120,7 @@ def fsyncs(folder: Path, count: int) -> list[float]:
 
 
 def main() -> None:
-    """Print medians, and what they are beside the baselines."""
+    """Print medians, and their ratios to the baselines."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--goals", type=int, default=2000)
     count = parser.parse_args().goals

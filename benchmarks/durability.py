@@ -30,7 +30,7 @@ from beside.writes import writes_alone
 from dispatch import ACTIONS_A_POINT, PAPER_S_A_POINT, engine_times, fsyncs
 
 ROUNDS = 5
-"""Every line is measured a fifth at a time, in turn, so that a slow moment is not one line's alone."""
+"""Every line is measured a fifth at a time, in turn, so that a slow moment affects all lines."""
 WARM_UP = 20
 """What is left out at the start of each round."""
 FSYNCS_AN_ACTION = 3
@@ -77,7 +77,7 @@ def engine(folder: Path, count: int) -> list[float]:
 @contextlib.contextmanager
 def forgetful_journal() -> Iterator[None]:
     """New runs write their journals and leave the rest to the system."""
-    from labrun.engine import begin
+    from labrun.engine.runner import begin
 
     unsynced = functools.partial(begin.Journal, sync=False)
     with mock.patch.object(begin, "Journal", unsynced):
@@ -132,12 +132,16 @@ def load() -> str:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--actions", type=int, default=1000, help="also the steps of DBOS")
-    parser.add_argument("--points", type=int, default=500, help="of bluesky's grid")
-    parser.add_argument("--peers", default=sys.executable, help="an interpreter that has them")
+    parser.add_argument(
+        "--actions", type=int, default=1000, help="number of actions and of DBOS steps"
+    )
+    parser.add_argument("--points", type=int, default=500, help="points of bluesky's grid")
+    parser.add_argument(
+        "--peers", default=sys.executable, help="an interpreter with bluesky and DBOS"
+    )
     said = parser.parse_args()
     if min(said.actions, said.points) < ROUNDS:
-        parser.error(f"a median wants at least {ROUNDS} actions and points")
+        parser.error(f"a median needs at least {ROUNDS} actions and points")
     before, place = load(), place_on_disk()
     with tempfile.TemporaryDirectory(dir=place) as name:
         times = measure(Path(name), said.actions)

@@ -1,6 +1,6 @@
 """A loop of instant steps: time per iteration and memory, for many iterations beside 10,000.
 
-Each count runs in a process of its own, so that memory is its own. Run: python benchmarks/loop.py
+Each count runs in a separate process, so that memory is measured separately. Run: python benchmarks/loop.py
 """
 
 import argparse
@@ -23,7 +23,7 @@ steps:
 
 
 def measure(count: int) -> dict[str, float]:
-    """Run a loop of this many iterations here, and say what it took."""
+    """Run a loop of this many iterations here; return time and memory."""
     with tempfile.TemporaryDirectory() as folder:
         _run(10, Path(folder))  # imports and first-time caches are not what is measured
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -1,4 +1,4 @@
-"""What the page waits for: from a journal's record to the patch, and answers with many numbers.
+"""Latency of the page: from a journal record to its patch, and answers with many numbers.
 
 A real `labrun web` and a real run of 1,071 points (51 x 21) of a device that does nothing for a
 while, about 50 journal records a second. Beside the answers, in the same run: the smallest one.
@@ -188,7 +188,7 @@ def measure(url: str, runs: Path, pid: int) -> None:
     before, began = cpu_s(pid), time.perf_counter()
     time.sleep(10)
     spent = (cpu_s(pid) - before) / (time.perf_counter() - began)
-    print(f"processor while nobody looks: {100 * spent:.1f} %")
+    print(f"processor use when idle: {100 * spent:.1f} %")
 
 
 def cpu_s(pid: int) -> float:

@@ -42,17 +42,17 @@ from truth import (
 )
 
 from labrun.reduction import Reduction, Spectrum, read_spectrum, reduce_spectrum
-from labrun.reduction.background import background
-from labrun.reduction.bad import bridged, mark_bad
-from labrun.reduction.elements import find_elements
-from labrun.reduction.evidence import evidence
-from labrun.reduction.identify import identify
-from labrun.reduction.noise import local_noise
-from labrun.reduction.peaks import find_peaks
-from labrun.reduction.profiles import fit_profiles
-from labrun.reduction.resampled import resampled
-from labrun.reduction.state import plasma_state
-from labrun.reduction.voigt import fit_peaks
+from labrun.reduction.elements.elements import find_elements
+from labrun.reduction.elements.evidence import evidence
+from labrun.reduction.elements.identify import identify
+from labrun.reduction.elements.state import plasma_state
+from labrun.reduction.peaks.background import background
+from labrun.reduction.peaks.peaks import find_peaks
+from labrun.reduction.peaks.profiles import fit_profiles
+from labrun.reduction.peaks.voigt import fit_peaks
+from labrun.reduction.spectrum.bad import bridged, mark_bad
+from labrun.reduction.spectrum.noise import local_noise
+from labrun.reduction.spectrum.resampled import resampled
 
 CHANNELS = 22_800
 REPEATS = 15
@@ -84,7 +84,7 @@ def csv_of(x: np.ndarray, y: np.ndarray) -> bytes:
 
 def samples() -> list[bytes]:
     """Spectra of the simulated analyser (a pegmatite core), 22,800 channels, as CSV."""
-    from labrun.drivers.twins.shot import ShotMaker
+    from labrun.drivers.simulated.twins.shot import ShotMaker
 
     maker = ShotMaker(core=1, seed=3)
     places = [(0.4, 1.0), (1.2, 3.0), (2.0, 5.0), (2.8, 7.0), (3.6, 9.0), (1.6, 8.0)]

@@ -106,8 +106,8 @@ async def _figures(site, count: int) -> None:
 
 def add_here(site) -> None:
     """An action that is over at once, in this process: what is left is the endpoint's own part."""
-    from labrun.web.ros.goals import result_of
-    from labrun.web.ros.offer import Action, End
+    from labrun.web.ros.offers.goals import result_of
+    from labrun.web.ros.offers.offer import Action, End
 
     class Here(Action):
         name = "/here"
@@ -121,8 +121,9 @@ def add_here(site) -> None:
 
 
 def _site(folder: Path):
-    from labrun.engine.lab import load_lab
-    from labrun.web.ros.site import Folders, opened
+    from labrun.engine.lab.lab import load_lab
+    from labrun.web.ros.offers.offered_lab import Folders
+    from labrun.web.ros.open_lab import opened
 
     lab, problems = load_lab(folder / "lab.yaml")
     assert lab is not None, problems
@@ -175,8 +176,8 @@ async def through_node(folder: Path, count: int) -> None:
     from labrun_interfaces.action import NothingNothing
     from rclpy.action import ActionServer
 
+    from labrun.web.ros.as_node import types_of
     from labrun.web.ros.node.face import node
-    from labrun.web.ros.node.run import types_of
 
     def nothing(handle):
         handle.succeed()

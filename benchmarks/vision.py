@@ -1,4 +1,4 @@
-"""How near to the truth a camera places things: rendered scenes with noise, and how sure it says it is.
+"""Accuracy of positions from a camera: rendered scenes with noise, and its stated uncertainty.
 
 Each scene is a bench seen from up to 1 m at 20 to 45 degrees by a lens with distortion, a board of
 9 x 6 corners of 25 mm on it (200 x 125 mm). The corners that are found get noise of 0.3 pixel, every
@@ -16,12 +16,16 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 from scenes import Chessboard, Lens, Stand, photograph, stand
 
-from labrun.drivers.vision.board import Board, find_corners, on_bench
-from labrun.drivers.vision.depth import depth_around
-from labrun.drivers.vision.intrinsics import Intrinsics
-from labrun.drivers.vision.pose import Calibration, fit_pose
-from labrun.drivers.vision.sight import point_at_depth, point_at_height, uncertainty_mm
-from labrun.drivers.vision.view import DepthView
+from labrun.drivers.cameras.vision.board import Board, corners_on_bench, find_corners
+from labrun.drivers.cameras.vision.depth import depth_around
+from labrun.drivers.cameras.vision.intrinsics import Intrinsics
+from labrun.drivers.cameras.vision.pixel_position import (
+    point_at_depth,
+    point_at_height,
+    uncertainty_mm,
+)
+from labrun.drivers.cameras.vision.pose import Calibration, fit_pose
+from labrun.drivers.cameras.vision.view import DepthView
 
 LENS = Lens(distortion=(-0.06, 0.03, 0.0008, -0.0005, 0.0))
 BOARD = Chessboard()
@@ -38,7 +42,7 @@ def place(random: np.random.Generator) -> Stand:
 
 
 def calibrated(corners: np.ndarray) -> tuple[Calibration, Intrinsics]:
-    """Where labrun thinks that the camera is."""
+    """The camera pose as labrun estimates it."""
     eye = Intrinsics(LENS.width, LENS.height, LENS.matrix(), np.array(LENS.distortion))
     board = Board(BOARD.columns, BOARD.rows, BOARD.square, BOARD.x, BOARD.y)
     return fit_pose(corners, board, eye), eye
@@ -93,12 +97,12 @@ def scene(random: np.random.Generator, points: int, rendered: bool) -> list:
     if rendered:
         grey, _ = photograph(LENS, at, BOARD, random)
         board = Board(BOARD.columns, BOARD.rows, BOARD.square, BOARD.x, BOARD.y)
-        corners = on_bench(grey, find_corners(grey, board))
+        corners = corners_on_bench(grey, find_corners(grey, board))
     return errors(at, corners + random.normal(0, CORNER_PX, corners.shape), random, points)
 
 
 def main() -> None:
-    """Print the errors of many scenes beside what is wanted."""
+    """Print the errors of many scenes with the required limits."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--rendered", type=int, default=20, help="scenes that are photographed")
     parser.add_argument("--projected", type=int, default=300, help="scenes of corners alone")

@@ -12,10 +12,10 @@ from ..schemas.messages import FileContent
 
 
 class ActionFailed(Exception):
-    """The action ended with an error of its contract: raised by drivers, told to the engine.
+    """The action ended with an error of its contract: raised by drivers, reported to the engine.
 
-    `happened` says whether the action took effect all the same; where it is None the contract's
-    word for this error holds.
+    `happened` says whether the action took effect all the same; if it is None, the contract's
+    value for this error applies.
     """
 
     def __init__(self, name: str, message: str, happened: Happened | None = None) -> None:
@@ -31,10 +31,10 @@ class ActionCanceled(Exception):
 
 @dataclass(slots=True)
 class GoalContext:
-    """What a driver's action sees of the goal it serves.
+    """What a driver's action sees of its goal.
 
-    `wanted_at` (of `time.monotonic()`) is when its sender last sent it: the same goal sent again
-    says that it is still wanted, which is how somebody holds an action that must not outlive the
+    `wanted_at` (of `time.monotonic()`) is when its sender last sent it: sending the same goal again
+    means that it is still wanted, which is how a client holds an action that must not outlive the
     hold, such as a jog.
     """
 
@@ -45,15 +45,15 @@ class GoalContext:
     tell: Callable[[float | None, str], None] = lambda progress, message: None
 
     def feedback(self, progress: float | None = None, message: str = "") -> None:
-        """Tell the engine how far it is (0..1) and in words; also the proof of being alive."""
+        """Report progress (0..1) and a message to the engine; also serves as a sign of life."""
         self.tell(progress, message)
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a driver lives: its device's name, its configuration, folders of its own.
+    """A driver's surroundings: its device's name, its configuration, its own folders.
 
-    `contract` is what the device has to keep; None where a driver is used without a server.
+    `contract` is what the device has to keep; None if a driver is used without a server.
     """
 
     device: str
@@ -65,31 +65,31 @@ class Place:
 
 
 class Driver:
-    """One async method an action, `status()` and `safe()`.
+    """One async method per action, `status()` and `safe()`.
 
     An action is `async def move_to(self, goal, *, x=None, y=None) -> dict`: `goal` is a
-    GoalContext, the parameters are numbers in the contract's units, the answer is the contract's
-    `returns`. A file that the action returns is the name it was asked for; its content is put
+    GoalContext, the parameters are numbers in the contract's units, the return value is the
+    contract's `returns`. A returned file is given by the name that was requested; its content goes
     into `goal.files` under the name of the result.
     """
 
     contract: ClassVar[str]
     any_contract: ClassVar[bool] = False
-    """True where the lab's `config` says how a contract is kept, whichever it is."""
-    versions: dict[str, str] = {}  # noqa: RUF012 - replaced by what the hardware says, never changed
+    """True if the lab's `config` defines how a contract is kept, whichever contract it is."""
+    versions: dict[str, str] = {}  # noqa: RUF012 - replaced by what the hardware reports, never mutated
 
     def __init__(self, place: Place) -> None:
         self.place = place
 
     async def open(self) -> None:
-        """Reach the hardware; raises OSError with a sentence where it cannot be reached."""
+        """Connect to the hardware; raises OSError with the reason if that fails."""
 
     async def close(self) -> None:
-        """Let go of the hardware."""
+        """Release the hardware."""
 
     async def status(self) -> dict[str, Any]:
-        """The contract's `status`, as it is now."""
+        """The current values of the contract's `status`."""
         return {}
 
     async def safe(self) -> None:
-        """Bring the device into its safe state, whatever it does."""
+        """Bring the device into its safe state, whatever it is doing."""

@@ -1,4 +1,4 @@
-"""Find a driver class by name or path, and refuse one that does not keep its contract."""
+"""Find a driver class by name or path, and reject one that does not keep its contract."""
 
 import importlib
 import importlib.util
@@ -14,31 +14,31 @@ from ..schemas.contract import Action, Contract
 from .driver import Driver
 
 SHIPPED = {
-    "sim_gantry": "labrun.drivers.sim_gantry:SimGantry",
-    "sim_libs": "labrun.drivers.sim_libs:SimLibs",
-    "sim_balance": "labrun.drivers.sim_balance:SimBalance",
-    "sim_pipette": "labrun.drivers.sim_pipette:SimPipette",
-    "sim_depth_camera": "labrun.drivers.sim_depth_camera:SimDepthCamera",
-    "stereo_camera": "labrun.drivers.stereo_camera:StereoCamera",
+    "sim_gantry": "labrun.drivers.simulated.gantry:SimGantry",
+    "sim_libs": "labrun.drivers.simulated.libs:SimLibs",
+    "sim_balance": "labrun.drivers.simulated.balance:SimBalance",
+    "sim_pipette": "labrun.drivers.simulated.pipette:SimPipette",
+    "sim_depth_camera": "labrun.drivers.simulated.depth_camera:SimDepthCamera",
+    "stereo_camera": "labrun.drivers.cameras.stereo_camera:StereoCamera",
     "reducer": "labrun.drivers.reducer:Reducer",
-    "balance": "labrun.drivers.balance:Balance",
+    "balance": "labrun.drivers.balance.driver:Balance",
     "grbl": "labrun.drivers.grbl.gantry:Grbl",
     "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",
     "aecp": "labrun.drivers.aecp.driver:Aecp",
     "sciaps_gui": "labrun.drivers.sciaps_gui.driver:SciapsGui",
     "ros_action": "labrun.drivers.ros_action.driver:RosAction",
 }
-"""Drivers that come with labrun; the entry-point group `labrun.drivers` adds those of others."""
+"""Drivers that come with labrun; the entry-point group `labrun.drivers` adds others."""
 
 GROUP = "labrun.drivers"
 
 
 class DriverFault(ValueError):
-    """A driver that cannot be used, with the reason in words."""
+    """A driver that cannot be used, with the reason."""
 
 
 def driver_places() -> dict[str, str]:
-    """Driver name -> `module:Class`, of the shipped ones and of every installed package."""
+    """Driver name -> `module:Class`, for the shipped ones and for every installed package."""
     from importlib.metadata import entry_points
 
     return {entry.name: entry.value for entry in entry_points(group=GROUP)} | SHIPPED
@@ -53,15 +53,15 @@ def find_driver(name: str, base: Path) -> type[Driver]:
         place = SHIPPED.get(name) or driver_places().get(name)
         if place is None:
             raise DriverFault(
-                f"there is no driver {name!r}; known are {', '.join(sorted(driver_places()))}, "
-                f"and a file of your own is written ./my_driver.py:Class"
+                f"there is no driver {name!r}; the drivers are {', '.join(sorted(driver_places()))}; "
+                f"write your own file as ./my_driver.py:Class"
             )
         module_name, _, class_name = place.partition(":")
         module = _module(name, module_name)
     found = getattr(module, class_name, None)
     if not (isinstance(found, type) and issubclass(found, Driver)):
         raise DriverFault(
-            f"driver {name!r}: {class_name} is no class of {module.__name__} built on "
+            f"driver {name!r}: {class_name} is not a class in {module.__name__} derived from "
             f"labrun.drivers.driver.Driver"
         )
     return found
@@ -83,19 +83,19 @@ def _module_from_file(name: str, path: Path) -> ModuleType:
     )
     spec = importlib.util.spec_from_file_location(module_name, path)
     if spec is None or spec.loader is None:
-        raise DriverFault(f"driver {name!r}: {path} is no Python file")
+        raise DriverFault(f"driver {name!r}: {path} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as fault:  # whatever a stranger's file raises is a fault of that file
+    except Exception as fault:  # whatever a third-party file raises is an error in that file
         del sys.modules[module_name]
         raise DriverFault(f"driver {name!r}: {path}: {type(fault).__name__}: {fault}") from fault
     return module
 
 
 def check_driver(driver: type[Driver], contract: Contract) -> None:
-    """Raise DriverFault with every way in which the driver does not keep the contract."""
+    """Raise DriverFault listing every way in which the driver breaks the contract."""
     faults = list(_faults(driver, contract))
     if faults:
         raise DriverFault(
@@ -106,13 +106,13 @@ def check_driver(driver: type[Driver], contract: Contract) -> None:
 
 def _faults(driver: type[Driver], contract: Contract) -> Iterator[str]:
     if driver.any_contract:
-        return  # it is its configuration that may not fit, and the driver says so
+        return  # only its configuration may not fit, and the driver reports that
     spoken = getattr(driver, "contract", None)
     if spoken != contract.type:
-        yield f"it is a driver of {spoken}"
+        yield f"it is a driver for {spoken}"
     for name in contract.safe_state:
         if name not in contract.actions:
-            yield f"the safe state names {name}, which is no action of the contract"
+            yield f"the safe state names {name}, which is not an action of the contract"
     for name, action in contract.actions.items():
         method = getattr(driver, name, None)
         if not inspect.iscoroutinefunction(method):
@@ -131,4 +131,4 @@ def _parameter_faults(name: str, method: Any, action: Action) -> Iterator[str]:
         needed = parameter.default is parameter.empty
         plain = parameter.kind in (parameter.KEYWORD_ONLY, parameter.POSITIONAL_OR_KEYWORD)
         if plain and needed and parameter.name not in action.required():
-            yield f"{name} cannot do without {parameter.name}, which the contract does not require"
+            yield f"{name} requires {parameter.name}, which the contract does not require"

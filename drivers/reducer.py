@@ -1,4 +1,4 @@
-"""Offers the reduction of spectra as a device, so that it may run on another machine."""
+"""Offers spectrum reduction as a device, so that it may run on another machine."""
 
 import asyncio
 import os
@@ -8,17 +8,17 @@ from typing import Any, ClassVar
 
 from .driver import ActionFailed, Driver, GoalContext, Place
 
-# By name, since reduction is no part of the drivers: it is data in, figures out, and stands alone.
+# By name, since reduction is not part of the drivers: it is data in, figures out, and stands alone.
 REDUCTION = "labrun.reduction"
 WARM_UP_S = 60.0
 MOST_AT_ONCE = 4
 
 
 class Reducer(Driver):
-    """Keeps spectrum_reducer@1; spectra are reduced in threads, the server's loop goes on meanwhile.
+    """Implements spectrum_reducer@1; spectra are reduced in threads while the server's loop runs on.
 
-    The threads are the device's own and few: a heap of spectra waits for its turn, and takes
-    neither the memory nor the threads that other devices of the same server need.
+    The device has a few threads of its own: a backlog of spectra waits its turn, and takes neither
+    the memory nor the threads that other devices of the same server need.
     """
 
     contract: ClassVar[str] = "spectrum_reducer@1"
@@ -29,7 +29,7 @@ class Reducer(Driver):
         self._threads = ThreadPoolExecutor(most_at_once(), thread_name_prefix="reduce")
 
     async def open(self) -> None:
-        # The fits compile themselves on first use; better now than on the first goal's time.
+        # The fits are compiled on first use; better now than during the first goal.
         loop = asyncio.get_running_loop()
         self._warming = loop.run_in_executor(self._threads, _warm_up)
 
@@ -42,9 +42,9 @@ class Reducer(Driver):
         self, goal: GoalContext, *, spectrum: str, elements: list[str] | None = None
     ) -> dict[str, Any]:
         if self._warming is not None and not self._warming.done():
-            # One thread imports and compiles, alone: two of them can wait for each other for ever,
-            # one with numba's lock, one with Python's for a module that is being imported.
-            goal.feedback(message="the fits are being made ready (compiled, on first use only)")
+            # Only one thread imports and compiles: two could deadlock, one with numba's lock, one
+            # with Python's lock on a module that is being imported.
+            goal.feedback(message="compiling the fits, on first use only")
             await asyncio.wait([self._warming])
         sent = goal.files.get("spectrum")
         source = spectrum if sent is None else sent.data
@@ -56,7 +56,7 @@ class Reducer(Driver):
 
 
 def most_at_once() -> int:
-    """One for each core, few at the most: more at a time would only hold more memory."""
+    """One per core, up to a few: more at a time would only use more memory."""
     return max(1, min(os.cpu_count() or 1, MOST_AT_ONCE))
 
 

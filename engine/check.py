@@ -1,4 +1,4 @@
-"""Check a protocol against what its lab's devices can do: every problem at once, nothing raised."""
+"""Check a protocol against what its lab's devices can do; report every problem, raise none."""
 
 import gc
 from collections.abc import Iterator, Mapping
@@ -9,7 +9,6 @@ from typing import Any
 
 from ..schemas.problem import Problem
 from ..schemas.protocol import Protocol
-from .bind import BoundRole, bind_roles
 from .checks import (
     arguments,
     calculations,
@@ -37,13 +36,14 @@ from .checks import (
     unused,
     uses,
 )  # fmt: skip
-from .context import Context
-from .lab import LoadedLab, load_lab
+from .checks.context import Context
+from .lab.bind import BoundRole, bind_roles
+from .lab.lab import LoadedLab, load_lab
 from .language.load import Loaded, read_protocol
 from .language.source import Source, parse_source, read_source
-from .language.survey import Survey
-from .language.used import Opening
-from .params import read_params
+from .params.params import read_params
+from .survey.survey import Survey
+from .survey.used import Opener
 
 CHECKS = (
     names, arguments, paths, errors, uses,
@@ -57,7 +57,7 @@ CHECKS = (
 
 @dataclass
 class Checked:
-    """A protocol with everything that a run needs, as far as it is in order."""
+    """A protocol with everything that a run needs, as far as it is valid."""
 
     source: Source | None = None
     protocol: Protocol | None = None
@@ -69,7 +69,7 @@ class Checked:
 
     @property
     def ok(self) -> bool:
-        """True when there is no error; warnings do not stop a run."""
+        """True when there are no errors; warnings do not stop a run."""
         return self.protocol is not None and not any(p.severity == "error" for p in self.problems)
 
 
@@ -77,10 +77,10 @@ def check_file(
     path: Path, *, lab: Path | None = None, bind: Mapping[str, str] | None = None,
     params: Mapping[str, Any] | None = None, needed: bool = True,
 ) -> Checked:  # fmt: skip
-    """Check the protocol of a file.
+    """Check the protocol in a file.
 
     `params` are texts as on the command line, or values. `needed=False`: a parameter without a
-    value is a warning, as it is for somebody who only wants the file looked at.
+    value is only a warning, for a check without a run.
     """
     with _collector_at_rest():
         source, problems = read_source(path)
@@ -91,7 +91,7 @@ def check_text(
     text: str, name: str, *, lab: Path | None = None, bind: Mapping[str, str] | None = None,
     params: Mapping[str, Any] | None = None, needed: bool = False,
 ) -> Checked:  # fmt: skip
-    """Check the text of a protocol that is in no file, such as an editor's; `name` is shown."""
+    """Check a protocol that is not in a file, such as an editor's text; `name` is shown."""
     with _collector_at_rest():
         source, problems = parse_source(text, Path(name), name)
         return _check(source, problems, lab, bind or {}, params or {}, needed)
@@ -99,7 +99,7 @@ def check_text(
 
 @contextmanager
 def _collector_at_rest() -> Iterator[None]:
-    """A check makes many objects that stay; looking for garbage among them took a third of it."""
+    """Pause garbage collection: a check makes many lasting objects, and it took a third of the time."""
     was_on = gc.isenabled()
     gc.disable()
     try:
@@ -135,7 +135,7 @@ def _mean(
     needed: bool,
     loaded: Loaded,
 ) -> list[Problem]:
-    """What is wrong with what the protocol means: roles, parameters, and all the checks."""
+    """The problems in a protocol's meaning: roles, parameters, and all the checks."""
     protocol = checked.protocol
     assert protocol is not None
     problems: list[Problem] = []
@@ -143,14 +143,14 @@ def _mean(
         checked.roles, problems = bind_roles(protocol.devices, checked.lab, bind, source)
     checked.params, more = read_params(protocol.params, params, source, needed=needed)
     problems += more
-    opening = Opening()
+    opening = Opener()
     opened = opening.open(source, loaded)
     checked.survey = Survey(opened, checked.roles, checked.params)
     return [*problems, *opening.problems, *_found(checked.survey, checked.lab)]
 
 
 def _found(survey: Survey, lab: LoadedLab | None, *, used: bool = False) -> Iterator[Problem]:
-    """What all the checks find in a protocol, and in those that it uses."""
+    """Everything the checks find in a protocol and in those that it uses."""
     context = Context(
         survey.source, survey.protocol, lab, survey.roles, survey, survey.opened.loaded.whole, used
     )
@@ -161,7 +161,7 @@ def _found(survey: Survey, lab: LoadedLab | None, *, used: bool = False) -> Iter
 
 
 def in_order(problems: list[Problem], source: Source | None) -> list[Problem]:
-    """Sorted by place, those of the protocol first; the same said twice of a place only once."""
+    """Problems sorted by place, without duplicates, those of the protocol itself first."""
     name = source.name if source is not None else ""
     unique = {(*problem.place, problem.message): problem for problem in problems}
     return sorted(unique.values(), key=lambda problem: (problem.file != name, problem.place))

@@ -1,48 +1,38 @@
 """The command line: `labrun FILE`, and the commands beside it."""
 
 import importlib
+import io
 import os
 import sys
 import tempfile
 import traceback
+from functools import partial
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Annotated
 
 from .exit_status import CTRL_C, FAULT, PROBLEMS
 
-COMMANDS = (
-    "run",
-    "resume",
-    "runs",
-    "pause",
-    "continue",
-    "abort",
-    "answer",
-    "check",
-    "problem",
-    "explain",
-    "fmt",
-    "graph",
-    "words",
-    "preview",
-    "new",
-    "schema",
-    "serve",
-    "devices",
-    "call",
-    "calibrate-camera",
-    "locate",
-    "report",
-    "rehearse",
-    "torture",
-    "record-buttons",
-    "find-buttons",
+GROUPS = {
+    "Write a protocol": (
+        "new", "check", "problem", "explain", "words", "preview", "graph", "fmt", "schema",
+    ),
+    "Run it": ("run", "rehearse", "pause", "continue", "abort", "answer", "resume", "torture"),
+    "Look at runs": ("runs", "report"),
+    "Devices": ("devices", "call", "calibrate-camera", "locate", "record-buttons", "find-buttons"),
+    "Spectra": ("reduce", "map", "spectrum", "lines"),
+    "Serve": ("serve", "web", "ros"),
+}  # fmt: skip
+"""As `labrun --help` shows them; a command that is in none of these comes last."""
+
+FROM_ENTRY_POINTS = {"reduce", "map", "spectrum", "lines", "web", "ros"}
+COMMANDS = tuple(
+    name for names in GROUPS.values() for name in names if name not in FROM_ENTRY_POINTS
 )
 """Each is a function of the same name in `engine/commands/`; others come as entry points."""
 
 MODULES = {
-    "continue": "go_on",
+    "continue": "continue_run",
     "calibrate-camera": "calibrate_camera",
     "record-buttons": "record_buttons",
     "find-buttons": "find_buttons",
@@ -61,6 +51,9 @@ def arguments(argv: list[str], known: set[str]) -> list[str]:
 
 def main() -> None:
     """Run the command line; never a traceback for what a person wrote."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # what a console cannot show is a `?` there
+            stream.reconfigure(errors="replace")
     argv = sys.argv[1:]
     plugins = {p.name: p for p in entry_points(group="labrun.commands")} if _asks_more(argv) else {}
     argv = arguments(argv, {*COMMANDS, *plugins})
@@ -83,31 +76,36 @@ def _asks_more(argv: list[str]) -> bool:
 def _run(argv: list[str], plugins: dict) -> None:
     import typer
 
-    app = typer.Typer(
-        help=SUMMARY, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False
-    )
+    app = typer.Typer(help=SUMMARY, no_args_is_help=True, pretty_exceptions_enable=False)
 
     def options(
         version: Annotated[
-            bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Say it.")
+            bool,
+            typer.Option(
+                "--version",
+                callback=_show_version,
+                is_eager=True,
+                help="Show the version and exit.",
+            ),
         ] = False,
     ) -> None:
-        """What stands before a command."""
+        """Options before the command."""
 
     app.callback(help=SUMMARY)(options)
-    asked = argv[:1]  # loading all of them takes longer than many of them need
-    own = [name for name in COMMANDS if [name] == asked]
-    others = {name: point for name, point in plugins.items() if [name] == asked}
-    if not own and not others:
-        own, others = list(COMMANDS), plugins
-    for name in own:
-        app.command(name)(_command(name))
-    for name, point in others.items():
-        app.command(name)(point.load())
+    every = {name: partial(_command, name) for name in COMMANDS}
+    every |= {name: point.load for name, point in plugins.items()}
+    groups = {name: group for group, names in GROUPS.items() for name in names}
+    groups |= {name: "Other" for name in every if name not in groups}
+    # Loading all of them takes longer than many of them need.
+    wanted = (
+        argv[:1] if argv[:1] and argv[0] in every else [name for name in groups if name in every]
+    )
+    for name in wanted:
+        app.command(name, rich_help_panel=groups[name])(every[name]())
     app(argv, prog_name="labrun")
 
 
-def _say_version(wanted: bool) -> None:
+def _show_version(wanted: bool) -> None:
     if wanted:
         from .. import __version__
 
@@ -121,13 +119,13 @@ def _command(name: str):
 
 
 def _own_fault() -> int:
-    """One line, and a log with versions: this is ours to mend, not the user's to read."""
+    """One line, and a log with versions: this is for us to fix, not for the user to read."""
     import platform
 
     from .. import __version__
 
     kind, fault, _ = sys.exc_info()
-    words = f"labrun: a fault in labrun itself ({kind.__name__ if kind else 'unknown'})"
+    words = f"labrun: internal error ({kind.__name__ if kind else 'unknown'})"
     told = traceback.format_exc()
     try:
         with tempfile.NamedTemporaryFile(
@@ -138,6 +136,6 @@ def _own_fault() -> int:
             )
             log.write(f"{sys.argv}\n\n{told}")
         print(f"{words}; please report it with {log.name}", file=sys.stderr)
-    except OSError:  # no room for a log, either: the fault's own words have to do
+    except OSError:  # no room for a log, either
         print(f"{words}: {fault}", file=sys.stderr)
     return FAULT

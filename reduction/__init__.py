@@ -1,45 +1,44 @@
-"""Turn spectra into peaks, elements and maps; this package knows no device.
+"""Turn spectra into peaks, elements and maps.
 
-The names below are imported when they are first used: the fits compile themselves, the figures
-draw, and neither should slow down a command that needs neither. A step that is named like its
-module has a longer name here (`estimate_background`), as a package has one thing of each name.
+Knows nothing about devices. The names below are imported on first use: the fits are compiled and
+the figures load a plotting library, which should not slow down a command that needs neither. A
+step named like its module has a longer name here (`estimate_background`).
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .air import to_air, to_vacuum
-    from .background import background as estimate_background
-    from .background import despike
-    from .bad import BadChannels, mark_bad
-    from .boltzmann import Plot, PlotLines, fit_plot
-    from .boltzmann_plot import boltzmann_fit, boltzmann_points, boltzmann_y, saha_boltzmann_points
-    from .doublets import self_absorbed
-    from .evidence import Evidence
-    from .evidence import evidence as weigh_evidence
-    from .fault import Unreadable
-    from .figure import draw_element_maps
-    from .hydrogen import h_alpha
-    from .identify import Identified
-    from .identify import identify as identify_peaks
-    from .lines import line_table, lines_of
-    from .lithium import lithium_fraction, lithium_fraction_curve, ratio_curve, ratio_temperature
-    from .maps import ElementMap, element_map
-    from .noise import local_noise
-    from .offsets import Offsets, estimate_offsets
-    from .peaks import find_peaks
-    from .pitch import averaged, fit_at_pitch
-    from .plasma import relative_strengths, saha_ratio
-    from .profiles import Profiles, fit_profiles, search_residual
-    from .read import read_spectrum
+    from .elements.doublets import self_absorbed
+    from .elements.evidence import Evidence
+    from .elements.evidence import evidence as weigh_evidence
+    from .elements.hydrogen import h_alpha
+    from .elements.identify import Identified
+    from .elements.identify import identify as identify_peaks
+    from .elements.offsets import Offsets, estimate_offsets
+    from .elements.state import PlasmaState, mcwhirter_density, plasma_state
+    from .figures.figure import draw_element_maps
+    from .lines.air import to_air, to_vacuum
+    from .lines.lines import line_table, lines_of
+    from .maps.maps import ElementMap, element_map
+    from .peaks.background import background as estimate_background
+    from .peaks.background import despike
+    from .peaks.peaks import find_peaks
+    from .peaks.pitch import averaged, fit_at_pitch
+    from .peaks.profiles import Profiles, fit_profiles, search_residual
+    from .peaks.voigt import VoigtPeaks, fit_peaks
+    from .peaks.voigt import voigt as voigt_profile
+    from .plasma.boltzmann import Plot, PlotLines, fit_plot
+    from .plasma.lithium import ratio_curve, ratio_temperature
+    from .plasma.plasma import relative_strengths, saha_ratio
     from .reduce import Reduction, reduce_spectrum
-    from .resampled import resampled as channels_sharing_noise
-    from .shots import Shots, read_shots
-    from .spectrum import Spectrum
-    from .state import PlasmaState, mcwhirter_density, plasma_state
-    from .voigt import VoigtPeaks, fit_peaks
-    from .voigt import voigt as voigt_profile
+    from .spectrum.bad import BadChannels, mark_bad
+    from .spectrum.fault import Unreadable
+    from .spectrum.noise import local_noise
+    from .spectrum.read import read_spectrum
+    from .spectrum.resampled import resampled as channels_sharing_noise
+    from .spectrum.shots import Shots, read_shots
+    from .spectrum.spectrum import Spectrum
 
 __all__ = [
     "BadChannels",
@@ -57,9 +56,6 @@ __all__ = [
     "Unreadable",
     "VoigtPeaks",
     "averaged",
-    "boltzmann_fit",
-    "boltzmann_points",
-    "boltzmann_y",
     "channels_sharing_noise",
     "despike",
     "draw_element_maps",
@@ -75,8 +71,6 @@ __all__ = [
     "identify_peaks",
     "line_table",
     "lines_of",
-    "lithium_fraction",
-    "lithium_fraction_curve",
     "local_noise",
     "mark_bad",
     "mcwhirter_density",
@@ -87,7 +81,6 @@ __all__ = [
     "read_spectrum",
     "reduce_spectrum",
     "relative_strengths",
-    "saha_boltzmann_points",
     "saha_ratio",
     "search_residual",
     "self_absorbed",
@@ -97,65 +90,45 @@ __all__ = [
     "weigh_evidence",
 ]
 
-_HOME = {
-    "BadChannels": "bad",
-    "ElementMap": "maps",
-    "Evidence": "evidence",
-    "Identified": "identify",
-    "Offsets": "offsets",
-    "PlasmaState": "state",
-    "Plot": "boltzmann",
-    "PlotLines": "boltzmann",
-    "Profiles": "profiles",
-    "Reduction": "reduce",
-    "Shots": "shots",
-    "Spectrum": "spectrum",
-    "Unreadable": "fault",
-    "VoigtPeaks": "voigt",
-    "averaged": "pitch",
-    "boltzmann_fit": "boltzmann_plot",
-    "boltzmann_points": "boltzmann_plot",
-    "boltzmann_y": "boltzmann_plot",
-    "channels_sharing_noise": "resampled.resampled",
-    "despike": "background",
-    "draw_element_maps": "figure",
-    "element_map": "maps",
-    "estimate_background": "background.background",
-    "estimate_offsets": "offsets",
-    "find_peaks": "peaks",
-    "fit_at_pitch": "pitch",
-    "fit_peaks": "voigt",
-    "fit_plot": "boltzmann",
-    "fit_profiles": "profiles",
-    "h_alpha": "hydrogen",
-    "identify_peaks": "identify.identify",
-    "line_table": "lines",
-    "lines_of": "lines",
-    "lithium_fraction": "lithium",
-    "lithium_fraction_curve": "lithium",
-    "local_noise": "noise",
-    "mark_bad": "bad",
-    "mcwhirter_density": "state",
-    "plasma_state": "state",
-    "ratio_curve": "lithium",
-    "ratio_temperature": "lithium",
-    "read_shots": "shots",
-    "read_spectrum": "read",
-    "reduce_spectrum": "reduce",
-    "relative_strengths": "plasma",
-    "saha_boltzmann_points": "boltzmann_plot",
-    "saha_ratio": "plasma",
-    "search_residual": "profiles",
-    "self_absorbed": "doublets",
-    "to_air": "air",
-    "to_vacuum": "air",
-    "voigt_profile": "voigt.voigt",
-    "weigh_evidence": "evidence.evidence",
+_NAMES = {
+    "elements.doublets": "self_absorbed",
+    "elements.evidence": "Evidence weigh_evidence",
+    "elements.hydrogen": "h_alpha",
+    "elements.identify": "Identified identify_peaks",
+    "elements.offsets": "Offsets estimate_offsets",
+    "elements.state": "PlasmaState mcwhirter_density plasma_state",
+    "figures.figure": "draw_element_maps",
+    "lines.air": "to_air to_vacuum",
+    "lines.lines": "line_table lines_of",
+    "maps.maps": "ElementMap element_map",
+    "peaks.background": "despike estimate_background",
+    "peaks.peaks": "find_peaks",
+    "peaks.pitch": "averaged fit_at_pitch",
+    "peaks.profiles": "Profiles fit_profiles search_residual",
+    "peaks.voigt": "VoigtPeaks fit_peaks voigt_profile",
+    "plasma.boltzmann": "Plot PlotLines fit_plot",
+    "plasma.lithium": "ratio_curve ratio_temperature",
+    "plasma.plasma": "relative_strengths saha_ratio",
+    "reduce": "Reduction reduce_spectrum",
+    "spectrum.bad": "BadChannels mark_bad",
+    "spectrum.fault": "Unreadable",
+    "spectrum.noise": "local_noise",
+    "spectrum.read": "read_spectrum",
+    "spectrum.resampled": "channels_sharing_noise",
+    "spectrum.shots": "Shots read_shots",
+    "spectrum.spectrum": "Spectrum",
 }
+_OWN_NAME = {
+    "channels_sharing_noise": "resampled",
+    "estimate_background": "background",
+    "identify_peaks": "identify",
+    "voigt_profile": "voigt",
+    "weigh_evidence": "evidence",
+}
+_HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module, _, own_name = _HOME[name].partition(".")
-    return getattr(import_module(f".{module}", __name__), own_name or name)
+    return getattr(import_module(f".{_HOME[name]}", __name__), _OWN_NAME.get(name, name))

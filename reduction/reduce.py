@@ -1,4 +1,4 @@
-"""Reduce one spectrum: channels, background, peaks, elements, plasma; each step has its own file."""
+"""Reduce one spectrum: channels, background, peaks, elements, plasma; one file per step."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -7,31 +7,37 @@ from typing import Any
 
 import numpy as np
 
-from .bad import BadChannels, bridged, mark_bad
-from .elements import DEFAULT_ELEMENTS, ElementPeak, find_elements, predominant_line, with_hydrogen
-from .evidence import Evidence, evidence
-from .identify import Identified, identify
-from .offsets import Offsets
-from .pitch import fit_at_pitch
-from .profiles import Profiles
-from .resampled import resampled
-from .spectrum import FloatArray, Medium, Spectrum
-from .state import PlasmaState, plasma_state
-from .voigt import VoigtPeaks
+from .elements.elements import (
+    DEFAULT_ELEMENTS,
+    ElementPeak,
+    find_elements,
+    predominant_line,
+    with_hydrogen,
+)
+from .elements.evidence import Evidence, evidence
+from .elements.identify import Identified, identify
+from .elements.offsets import Offsets
+from .elements.state import PlasmaState, plasma_state
+from .peaks.pitch import fit_at_pitch
+from .peaks.profiles import Profiles
+from .peaks.voigt import VoigtPeaks
+from .spectrum.bad import BadChannels, bridged, mark_bad
+from .spectrum.resampled import resampled
+from .spectrum.spectrum import FloatArray, Medium, Spectrum
 
 FIRST_LINE_NM, LAST_LINE_NM = 190.0, 961.0  # of the line table
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reduction:
-    """What one spectrum says.
+    """The results of one spectrum.
 
-    peaks: all that were fitted, ascending. elements: the predominant peak of each element asked
-    for, in that order. evidence: what speaks for every element, by symbol. plasma: temperature and
-    density, None where nothing tells. medium: what the wavelengths are counted in. profiles, bad
-    and identified are the steps' own results, for figures. averaged: how many channels of the
-    spectrum were taken as one, 1 for most; `profiles.wavelength_nm` is the axis that was used, `bad`
-    is of the spectrum's own channels. notes: sentences about what was done to this spectrum.
+    peaks: all fitted peaks, ascending. elements: the predominant peak of each requested element,
+    in that order. evidence: the evidence for every element, by symbol. plasma: temperature and
+    density, None if they cannot be determined. medium: of the wavelengths. profiles, bad and
+    identified: intermediate results, for figures. averaged: how many channels of the spectrum were
+    averaged into one, usually 1; `profiles.wavelength_nm` is the axis that was used, `bad` refers
+    to the original channels. notes: sentences about what was done to this spectrum.
     """
 
     peaks: VoigtPeaks
@@ -47,22 +53,22 @@ class Reduction:
 
     @property
     def temperature_k(self) -> float | None:
-        """Of the plasma, None where the spectrum does not tell."""
+        """Plasma temperature, None if the spectrum does not determine it."""
         return None if self.plasma is None else self.plasma.temperature_k
 
     @property
     def areas(self) -> dict[str, float]:
-        """Area of each element's predominant peak in counts nm, 0 where there is none."""
+        """Area of each element's predominant peak in counts nm, 0 if there is none."""
         return {element: found.area for element, found in self.elements.items()}
 
     @property
     def offsets_nm(self) -> dict[str, float | None]:
-        """How far each element's predominant peak is from its place, None where there is none."""
+        """Offset of each element's predominant peak from its line, None if there is none."""
         return {element: found.offset_nm for element, found in self.elements.items()}
 
     @property
     def detected(self) -> list[str]:
-        """Symbols of the elements that are surely there, surest first."""
+        """Symbols of the detected elements, most certain first."""
         sure = [found for found in self.evidence.values() if found.status == "detected"]
         return [found.element for found in sorted(sure, key=lambda found: -found.score)]
 
@@ -71,7 +77,7 @@ class Reduction:
         return len(self.peaks)
 
     def to_dict(self) -> dict[str, Any]:
-        """The figures as plain numbers, in the words of the contract `spectrum_reducer@1`."""
+        """The results as plain numbers, with the names of the contract `spectrum_reducer@1`."""
         return {
             "areas": self.areas,
             "offsets": self.offsets_nm,
@@ -83,13 +89,12 @@ class Reduction:
 def reduce_spectrum(
     spectrum: Spectrum, elements: Iterable[str] | None = None, medium: Medium | None = None
 ) -> Reduction:
-    """Find, fit and name the peaks of a spectrum, and say what the plasma was.
+    """Find, fit and identify the peaks of a spectrum, and determine the state of the plasma.
 
-    elements: symbols whose predominant peak is wanted, DEFAULT_ELEMENTS if None. medium: what the
-    instrument's wavelengths are counted in; decided by the lines if None. Peaks stand out five
-    times of the noise; at the predominant lines of the elements asked for, three times is enough.
-    Raises ValueError for an element without lines in the table and for a spectrum without a good
-    channel.
+    elements: symbols whose predominant peak is wanted, DEFAULT_ELEMENTS if None. medium: of the
+    instrument's wavelengths; decided by the lines if None. A peak must exceed five times the noise,
+    or three times at the predominant line of a requested element. Raises ValueError for an element
+    without lines in the table and for a spectrum without a good channel.
     """
     asked = DEFAULT_ELEMENTS if elements is None else tuple(elements)
     x = spectrum.wavelength_nm
@@ -110,8 +115,8 @@ def reduce_spectrum(
 
 @lru_cache(maxsize=64)
 def wanted_nm(asked: tuple[str, ...], medium: Medium | None) -> FloatArray:
-    """Where the predominant lines of the elements may be seen, nm, ascending, shape (k,)."""
-    from .air import to_air
+    """Possible wavelengths of the elements' predominant lines, nm, ascending, shape (k,)."""
+    from .lines.air import to_air
 
     vacuum = np.sort([predominant_line(element).wavelength_nm for element in asked])
     if medium == "vacuum":
@@ -120,7 +125,7 @@ def wanted_nm(asked: tuple[str, ...], medium: Medium | None) -> FloatArray:
 
 
 def noise_shared(intensity: FloatArray) -> int:
-    """As `resampled`, of counts (n,) that may have channels without a number."""
+    """Like `resampled`, for counts (n,) that may contain NaN or infinite channels."""
     missing = ~np.isfinite(intensity)
     if missing.all():
         return 1
@@ -131,9 +136,9 @@ def _notes(x: FloatArray, averaged: int, shared: int) -> tuple[str, ...]:
     notes = []
     if averaged > 1:
         why = (
-            "lines are far wider"
+            "the lines are much wider than a channel"
             if shared == 1
-            else "their noise shows that they were interpolated"
+            else "the noise shows that the channels were interpolated"
         )
         notes.append(f"{averaged} channels at a time were averaged into one: {why}")
     if x[-1] < FIRST_LINE_NM or x[0] > LAST_LINE_NM:
@@ -145,7 +150,7 @@ def _notes(x: FloatArray, averaged: int, shared: int) -> tuple[str, ...]:
 
 
 def _trusted(identified: Identified, medium: Medium | None) -> Offsets:
-    """The offsets, if an element was found by them; else those of a perfect instrument."""
+    """The offsets, if an element was found with them; else those of a perfect instrument."""
     if identified.indexed.accepted:
         return identified.offsets
     return Offsets.none(medium or "air")

@@ -1,13 +1,13 @@
-"""Have all kernels ready before the first spectrum comes: loaded, or compiled on first use."""
+"""Prepare all kernels before the first spectrum: load them, or compile them on first use."""
 
 import numpy as np
 
-from .read import read_spectrum
 from .reduce import reduce_spectrum
+from .spectrum.read import read_spectrum
 
 
 def warm_up() -> None:
-    """Reduce a made-up spectrum that has what real ones have: noise, peaks alone and in pairs."""
+    """Reduce a synthetic spectrum with the features of real ones: noise, single and paired peaks."""
     import scipy.special  # noqa: F401  # a self-absorbed line wants it, and this one has none
 
     wavelength = np.linspace(190.0, 950.0, 22_800)

@@ -23,17 +23,17 @@ RESERVED_ERRORS: dict[str, Happened] = {
 
 
 class ActionError(Model):
-    """One way an action fails, and whether the action happened all the same."""
+    """One way that an action fails, and whether the action happened all the same."""
 
     happened: Happened = "unknown"
     summary: str = ""
 
 
 class Action(Model):
-    """What one device does when it is asked by this name.
+    """One action of a device.
 
-    One that may be asked for `meanwhile` acts on what the device does at the time (a feed hold):
-    it is accepted while another action is under way.
+    A `meanwhile` action acts on what the device is currently doing (a feed hold): it is accepted
+    while another action is running.
     """
 
     summary: str = ""
@@ -71,7 +71,7 @@ class Action(Model):
         return [n for n, s in properties.items() if s.get("format") == "path"]
 
     def happened(self, error: str) -> Happened:
-        """Whether the action happened when it ended with this error."""
+        """Whether the action happened if it ended with this error."""
         if error in self.errors:
             return self.errors[error].happened
         return RESERVED_ERRORS.get(error, "unknown")

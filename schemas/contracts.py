@@ -1,4 +1,4 @@
-"""Find contracts by type: those that ship with labrun and those a lab brings along."""
+"""Find contracts by type: those that ship with labrun and a lab's own."""
 
 import json
 from functools import cache
@@ -13,15 +13,15 @@ from .contract import Contract
 
 FOLDER = "labrun.schemas.devices"
 READ = "contracts.json"
-"""The same contracts as JSON, each with the hash of its YAML: read a hundred times as fast."""
+"""The same contracts as JSON, each with the hash of its YAML: loads a hundred times faster."""
 
 
 class ContractFault(ValueError):
-    """A contract file that cannot be read, with the reason in words."""
+    """A contract file that cannot be read, with the reason."""
 
 
 def parse_contract(text: str, name: str) -> Contract:
-    """A contract from its YAML text; `name` is what a fault calls the file."""
+    """A contract from its YAML text; `name` is the file's name in error messages."""
     from ruamel.yaml.error import YAMLError
 
     try:
@@ -41,7 +41,7 @@ def _data(text: str) -> Any:
 
 
 def read_contract(path: Path) -> Contract:
-    """A contract from a file of a lab's own."""
+    """A contract from a lab's own file."""
     try:
         return parse_contract(path.read_text(encoding="utf-8"), str(path))
     except (OSError, UnicodeDecodeError) as fault:
@@ -50,7 +50,7 @@ def read_contract(path: Path) -> Contract:
 
 @cache
 def shipped_contracts() -> dict[str, Contract]:
-    """Contract type -> contract, for those that ship: `gantry@1`, `libs_analyzer@1`, ..."""
+    """Contract type -> contract, for those that ship with labrun: `gantry@1`, `libs_analyzer@1`, ..."""
     read = json.loads((files(FOLDER) / READ).read_text(encoding="utf-8"))
     found = []
     for name, text in _texts().items():

@@ -1,4 +1,4 @@
-"""What a run tells those who watch it: the terminal, `--json`, and later the page."""
+"""The events of a run, for the terminal, `--json` and the page."""
 
 from typing import Any, Literal
 

@@ -39,7 +39,7 @@ MODELS: dict[str, TypeAdapter[Any]] = {
 
 
 def schema_text(name: str) -> str:
-    """One schema as it stands in its file."""
+    """One schema as the text of its file."""
     schema = {"$schema": DIALECT, **MODELS[name].json_schema(by_alias=True)}
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 

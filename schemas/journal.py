@@ -1,7 +1,7 @@
-"""The records of a journal: one JSON object a line, each chained to the last by a hash.
+"""The records of a journal: one JSON object per line, each chained to the previous one by a hash.
 
-Every record has `n` (its number), `at` (UTC), `kind`, and `hash`. What happened to a goal or a step
-is said with the fates of DESIGN section 7.
+Every record has `n` (its number), `at` (UTC), `kind`, and `hash`. The outcome of a goal or a step is
+given by the fates of DESIGN section 7.
 """
 
 from typing import Annotated, Any, Literal
@@ -13,14 +13,14 @@ from .messages import GoalError
 from .model import Model
 
 FORMAT = 1
-"""Version of the journal's format; a newer one is refused with a sentence."""
+"""Version of the journal's format; a newer one is refused with a message."""
 
 StepFate = Literal["succeeded", "failed", "skipped", "cancelled", "unknown"]
 RunFate = Literal["succeeded", "failed", "aborted", "paused", "interrupted"]
 
 
 class Record(Model):
-    """What every record bears; filled in by the journal."""
+    """The fields of every record; filled in by the journal."""
 
     n: int = 0
     at: str = ""
@@ -43,7 +43,7 @@ class Started(Record):
 
 
 class Resumed(Record):
-    """An engine took the run up again for the `count`-th time."""
+    """An engine resumed the run for the `count`-th time."""
 
     kind: Literal["resumed"] = "resumed"
     count: int
@@ -52,7 +52,7 @@ class Resumed(Record):
 
 
 class Changed(Record):
-    """The run goes on with another protocol or other parameters, kept in `folder` of the run.
+    """The run continues with another protocol or other parameters, kept in `folder` of the run.
 
     `reopened` are the paths of finished iterations in which something has to be done again.
     """
@@ -100,7 +100,7 @@ class GoalEnded(Record):
 
 
 class StepEnded(Record):
-    """A step that is no action came to its end: a wait, a question, a log line, a set."""
+    """A step that is not an action ended: a wait, a question, a log line, a set."""
 
     kind: Literal["step"] = "step"
     path: str
@@ -110,7 +110,7 @@ class StepEnded(Record):
 
 
 class Turned(Record):
-    """A retried group, a fallback or a repeated question went on to its next turn."""
+    """A retried group, a fallback or a repeated question started its next attempt."""
 
     kind: Literal["turn"] = "turn"
     path: str
@@ -138,7 +138,7 @@ class Answered(Record):
 
 
 class IterationEnded(Record):
-    """One iteration of a loop is over, its background actions included."""
+    """One iteration of a loop is over, including its background actions."""
 
     kind: Literal["iteration"] = "iteration"
     loop: str
@@ -154,7 +154,7 @@ class IterationEnded(Record):
 
     @property
     def row_key(self) -> str:
-        """What its row is called: `A/0,0` for the point 0,0 of the sample A."""
+        """The key of its row: `A/0,0` for the point 0,0 of the sample A."""
         return f"{self.within}/{self.key}" if self.within else self.key
 
 
@@ -179,7 +179,7 @@ class Control(Record):
 
 
 class SafeState(Record):
-    """A device was told to go into its safe state, and whether it confirmed."""
+    """A device was sent into its safe state, and whether it confirmed."""
 
     kind: Literal["safe"] = "safe"
     device: str
@@ -188,14 +188,14 @@ class SafeState(Record):
 
 
 class Again(Record):
-    """A person had the run go on after a step that had failed: it is tried again."""
+    """A person continued the run after a failed step: the step is tried again."""
 
     kind: Literal["again"] = "again"
     by: str = ""
 
 
 class Leased(Record):
-    """The engine holds a device under this epoch, at this boot of its server."""
+    """The engine holds a device with this epoch, at this boot of its server."""
 
     kind: Literal["leased"] = "leased"
     device: str
@@ -204,7 +204,7 @@ class Leased(Record):
 
 
 class Touched(Record):
-    """A device whose state may be gone: its server was started anew, or had put it into safe state."""
+    """A device whose state may be lost: its server was restarted, or had put it into its safe state."""
 
     kind: Literal["touched"] = "touched"
     device: str
@@ -212,7 +212,7 @@ class Touched(Record):
 
 
 class Finished(Record):
-    """The last record of a run that came to its end."""
+    """The last record of a run that ended."""
 
     kind: Literal["finished"] = "finished"
     fate: RunFate

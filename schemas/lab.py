@@ -1,11 +1,12 @@
-"""A lab says which device stands where, by which driver or address, with which limits."""
+"""A lab: its devices, each with its driver or address and its limits."""
 
 from typing import Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from .contract import ContractType, Name
 from .model import Model
+from .quantity import UnitError, seconds
 
 Number = int | float | str
 
@@ -36,9 +37,9 @@ class LabDevice(Model):
 
 
 class RosNames(Model):
-    """How the lab is called in ROS.
+    """The lab's names in ROS.
 
-    `package` is that of the generated interfaces. `aliases`: a name of the paper's programs -> the
+    `package` is that of the generated interfaces. `aliases`: a name used by the paper's programs -> the
     device behind it, or any name -> `device.action`. `launch`: what `/launch` may start, by name.
     """
 
@@ -55,4 +56,20 @@ class Lab(Model):
     simulated: bool = False
     contracts: list[str] = Field(default_factory=list)
     devices: dict[Name, LabDevice] = Field(min_length=1)
+    start_timeout: Number = "60 s"
     ros: RosNames | None = None
+
+    @field_validator("start_timeout")
+    @classmethod
+    def _is_a_time(cls, value: Number) -> Number:
+        try:
+            if seconds(value) > 0:
+                return value
+        except UnitError:
+            pass  # what it is not is said below, with what it should be
+        raise ValueError(f"{value!r} is not a time longer than 0 s, such as `60 s`")
+
+    @property
+    def start_timeout_s(self) -> float:
+        """How long a device server may take to start, or to answer for the first time."""
+        return seconds(self.start_timeout)

@@ -1,4 +1,4 @@
-"""What engine and device server say to each other on the namespace `/action`."""
+"""The messages between engine and device server on the namespace `/action`."""
 
 from typing import Any, Literal
 
@@ -24,7 +24,7 @@ Refusal = Literal[
 
 
 class GoalError(Model):
-    """Why a goal ended ABORTED: an error name of the contract, in words, and what is known."""
+    """Why a goal ended ABORTED: an error name of the contract, a message, and what is known."""
 
     name: str
     message: str = ""
@@ -53,7 +53,7 @@ class Goal(Model):
 
 
 class GoalReport(Model):
-    """What a server knows of one goal: in acknowledgements, answers to `query`, and `update`."""
+    """What a server knows about one goal: in acknowledgements, answers to `query`, and `update`."""
 
     id: str
     state: GoalState
@@ -72,11 +72,11 @@ class GoalReport(Model):
 
 
 class LeaseRequest(Model):
-    """Who wants a device for how long; `epoch` when it is renewed.
+    """A request for a device's lease: who wants it and for how long; `epoch` when renewing.
 
-    `ask` is a word that is new with every lease that is wanted: the same word again, from a late
-    copy or since the answer was lost, gives no second one. `again` when an engine takes by itself
-    what it had before: that does not end the hold after a stop, of which it may not have heard.
+    `ask` is a new token for every lease that is wanted: repeating it, in a late copy or because the
+    answer was lost, gives no second one. `again` is set when an engine retakes automatically what it
+    had before: that does not end the hold after a stop, which it may not know about.
     """
 
     device: str
@@ -106,7 +106,7 @@ class ServerDescription(Model):
 
 
 class QueryAnswer(Model):
-    """What became of goals; null where the server has no record of the id."""
+    """Reports on goals; null where the server has no record of the id."""
 
     boot: str
     ledger: str

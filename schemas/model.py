@@ -4,7 +4,7 @@ from pydantic import BaseModel, ConfigDict
 
 
 class Model(BaseModel):
-    """Unknown keys are faults, values do not change after they were read."""
+    """Unknown keys are errors, values do not change after they have been read."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True,

@@ -1,4 +1,4 @@
-"""A fault in something a person wrote: where it is, what it is, what to do now."""
+"""A fault in something a person wrote: where it is, what it is, what to do."""
 
 from typing import Literal
 
@@ -23,5 +23,5 @@ class Problem(Model):
 
     @property
     def place(self) -> tuple[str, int, int, str]:
-        """What problems are sorted by."""
+        """The key by which problems are sorted."""
         return (self.file, self.line, self.column, self.code)

@@ -37,7 +37,7 @@ class Param(Model):
 
 
 class Defaults(Model):
-    """What holds where a step says nothing else."""
+    """Defaults for steps that do not set their own."""
 
     timeout: Duration | None = None
     retry: "int | Retry | None" = None
@@ -45,7 +45,7 @@ class Defaults(Model):
 
 
 class Retry(Model):
-    """How often (in total) and when what failed is tried again."""
+    """How often (in total) and when a failed step is tried."""
 
     attempts: int = Field(ge=1, le=1000)
     wait: Duration = 0
@@ -62,7 +62,7 @@ class KeepGoing(Model):
 
 
 class StepBase(Model):
-    """What any step may say."""
+    """The keys that any step may have."""
 
     KIND: ClassVar[str]
 
@@ -101,7 +101,7 @@ class AnyOf(StepBase):
 
 
 class LoopBase(StepBase):
-    """What every loop may say."""
+    """The keys that every loop may have."""
 
     steps: "list[Step]" = Field(min_length=1)
     keep_going: KeepGoing | None = None
@@ -117,7 +117,7 @@ class Foreach(LoopBase):
 
 
 class Repeat(LoopBase):
-    """The same steps so many times."""
+    """The same steps a given number of times."""
 
     KIND: ClassVar[str] = "repeat"
     repeat: Count
@@ -141,7 +141,7 @@ class If(StepBase):
 
 
 class Use(StepBase):
-    """The steps of another protocol; `devices` says which role of this one plays which of its."""
+    """The steps of another protocol; `devices` maps its roles to roles of this one."""
 
     KIND: ClassVar[str] = "use"
     use: str = Field(min_length=1)
@@ -157,7 +157,7 @@ class Group(StepBase):
 
 
 class Confirm(StepBase):
-    """A person says yes before anything more happens."""
+    """A person must confirm before the run continues."""
 
     KIND: ClassVar[str] = "confirm"
     confirm: str
@@ -172,7 +172,7 @@ class Ask(StepBase):
 
 
 class Wait(StepBase):
-    """Nothing happens for a while."""
+    """Wait for a given time."""
 
     KIND: ClassVar[str] = "wait"
     wait: Duration
@@ -200,7 +200,7 @@ class Log(StepBase):
 
 
 class Fail(StepBase):
-    """The step fails, with these words."""
+    """The step fails, with this message."""
 
     KIND: ClassVar[str] = "fail"
     fail: str
@@ -213,7 +213,7 @@ STEP_KINDS: tuple[type[StepBase], ...] = (
 
 
 def step_kind(value: Any) -> str | None:
-    """The kind of step that a mapping is, by the first keyword it holds; None when it is none."""
+    """The kind of step that a mapping is, by its first keyword; None if it is not a step."""
     if isinstance(value, StepBase):
         return value.KIND
     if isinstance(value, dict):
@@ -226,11 +226,11 @@ def step_kind(value: Any) -> str | None:
 STEP_LISTS = {
     "steps": "steps", "parallel": "parallel", "any": "any", "then": "then", "else": "else_",
 }  # fmt: skip
-"""The keys under which a step holds steps -> the names of their fields."""
+"""The keys under which a step contains steps -> the names of their fields."""
 
 
 def inner_lists(step: StepBase) -> Iterator[tuple[str, "list[Step]"]]:
-    """The lists of steps that a step holds, each with its key in YAML; without its fallbacks."""
+    """The lists of steps that a step contains, each with its YAML key; without its fallbacks."""
     for key, name in _list_fields(type(step)):
         steps = getattr(step, name)
         if steps:

@@ -34,7 +34,7 @@ KINDS = {
 
 
 class UnitError(ValueError):
-    """A unit that is not known, or of another dimension than the one wanted."""
+    """A unit that is unknown, or of a different dimension than the one required."""
 
 
 @cache
@@ -44,12 +44,12 @@ def registry() -> "UnitRegistry":
 
     try:
         return UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
-    except Exception:  # no folder to keep it in, or one that another process left half written
+    except Exception:  # no folder to keep it in, or one left incomplete by another process
         return UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
 
 
 def _pint() -> Any:
-    """pint without dask, which it imports wherever it is there: a third of its time, for nothing."""
+    """pint without dask, which it imports if installed: a third of its import time, for nothing."""
     with_dask = "dask" in sys.modules
     try:
         if not with_dask:
@@ -67,9 +67,10 @@ def is_quantity(value: object) -> "TypeGuard[Quantity[Any]]":
 
 @lru_cache(maxsize=4096)
 def unit_of(text: str) -> Any:
-    """The pint unit that a text names; raises UnitError for one that nobody knows."""
+    """The pint unit that a text names; raises UnitError for an unknown one."""
+    units = registry()
     try:
-        return registry().Unit(text)
+        return units.Unit(text)
     except Exception as fault:  # pint raises half a dozen unrelated classes for a bad unit
         raise UnitError(f"{text!r} is not a unit") from fault
 
@@ -82,7 +83,7 @@ def quantity(magnitude: float, unit: str) -> "Quantity[Any]":
 
 @lru_cache(maxsize=4096)
 def parse_quantity(text: str) -> "Quantity[Any]":
-    """`0.2 mm` as a quantity; raises UnitError where the text is none."""
+    """`0.2 mm` as a quantity; raises UnitError if the text is not one."""
     match = QUANTITY.match(text)
     if match is None:
         raise UnitError(f"{text!r} is not a number with a unit, such as `0.2 mm`")
@@ -110,7 +111,7 @@ def _dimensions(key: str) -> Any:
 
 @lru_cache(maxsize=4096)
 def _factor(source: Any, target: str) -> float | None:
-    """The number to multiply by, or None where the conversion is no plain factor (degC)."""
+    """The number to multiply by, or None if the conversion is not a plain factor (degC)."""
     zero = registry().Quantity(0.0, source).to(target).magnitude
     return None if zero else float(registry().Quantity(1.0, source).to(target).magnitude)
 
@@ -128,14 +129,14 @@ def converts(source: Any, unit: str) -> bool:
 
 @lru_cache(maxsize=4096)
 def cancels_out(units: Any) -> bool:
-    """True where nothing is left of the units: mm/um, not degrees."""
+    """True if the units cancel out: mm/um, not degrees."""
     return registry().get_root_units(units)[1] == unit_of("")
 
 
 def magnitude_in(value: Any, unit: str) -> float:
     """The number of a quantity, a text such as `0.2 mm`, or a bare number, in `unit`.
 
-    Raises UnitError, with both dimensions in words, where the dimension is another one.
+    Raises UnitError, with both dimensions in words, if the dimensions differ.
     """
     if isinstance(value, str):
         value = parse_quantity(value)
@@ -168,6 +169,6 @@ def number_text(value: float) -> str:
 
 
 def quantity_text(value: "Quantity[Any]") -> str:
-    """`0.2 mm`: as a person would write it."""
+    """`0.2 mm`: as people write it."""
     unit = f"{value.units:~P}"
     return f"{number_text(value.magnitude)} {unit}".rstrip()

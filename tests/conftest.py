@@ -1,10 +1,88 @@
-"""Fixed seeds everywhere: Hypothesis draws the same examples in every run of the suite.
+"""For every test: fixed seeds, and what a test needs of the machine beside Python and pip.
 
-`pytest --hypothesis-profile=explore` draws new ones, to look for what nobody has thought of yet.
+Hypothesis draws the same examples in every run; `pytest --hypothesis-profile=explore` draws new
+ones, to look for what nobody has thought of yet. A test that needs a screen, Node or
+Graphviz bears the marker `needs`. Where that is missing, the test is left out, and one line at
+the end says what would bring it. With LABRUN_TEST_EVERYTHING set, as in CI, nothing may be missing.
 """
 
+import os
+import shutil
+from collections import Counter
+from collections.abc import Callable
+from typing import NamedTuple
+
+import pytest
 from hypothesis import settings
+
+from .python_with_tk import python_with_tk
 
 settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.register_profile("explore", derandomize=False, deadline=None, max_examples=1000)
 settings.load_profile("fixed")
+
+
+class Need(NamedTuple):
+    """Something that not every machine has: how to see that it is there, and how to get it."""
+
+    is_there: Callable[[], bool]
+    remedy: str
+
+
+NEEDS = {
+    "screen": Need(
+        lambda: shutil.which("Xvfb") is not None and python_with_tk() is not None,
+        "apt-get install xvfb python3-tk",
+    ),
+    "node": Need(
+        lambda: bool(shutil.which("node") and shutil.which("npm")), "install Node.js 20 or newer"
+    ),
+    "graphviz": Need(lambda: shutil.which("dot") is not None, "apt-get install graphviz"),
+}
+BY_FIXTURE = {"screen": "screen", "node_modules": "node"}
+"""Fixture -> what every test that uses it needs."""
+
+left_out: Counter[str] = Counter()
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """A test bears the marker of what its fixtures need."""
+    for fixture in BY_FIXTURE.keys() & set(getattr(item, "fixturenames", ())):
+        item.add_marker(pytest.mark.needs(BY_FIXTURE[fixture]))
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what needs something that is not here."""
+    needed = {item: [n for mark in item.iter_markers("needs") for n in mark.args] for item in items}
+    missing = {
+        item: [n for n in names if not NEEDS[n].is_there()] for item, names in needed.items()
+    }
+    out = [item for item in items if missing[item]]
+    left_out.update(missing[item][0] for item in out)
+    if out and os.environ.get("LABRUN_TEST_EVERYTHING"):
+        raise pytest.UsageError("; ".join(summary(left_out)))
+    items[:] = [item for item in items if not missing[item]]
+    config.hook.pytest_deselected(items=out)
+    if hasattr(config, "workeroutput"):
+        config.workeroutput["left_out"] = dict(left_out)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: object) -> None:
+    """Hear from a worker of pytest-xdist what it left out: each has collected everything."""
+    left_out.update(Counter(getattr(node, "workeroutput", {}).get("left_out", {})) - left_out)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """One line for each thing that was missing."""
+    for line in summary(left_out):
+        terminalreporter.write_line(line)
+
+
+def summary(counts: Counter[str]) -> list[str]:
+    """What was left out and what would bring it, a line each."""
+    return [
+        f"{count} tests left out, since they need {name}: {NEEDS[name].remedy}"
+        for name, count in sorted(counts.items())
+    ]

@@ -5,21 +5,41 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cv2
+
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_the_first_protocol_of_the_readme_runs(tmp_path):
-    yaml = re.search(r"```yaml\n(.*?)```", README, re.S)[1]
-    (tmp_path / "little.yaml").write_text(yaml, encoding="utf-8")
+FIRST = re.search(r"```yaml\n(.*?)```", README, re.S)[1]
 
-    ran = subprocess.run(
-        [sys.executable, "-m", "labrun.engine", "little.yaml"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=110,
+
+def labrun(folder, *words):
+    return subprocess.run(
+        [sys.executable, "-m", "labrun.engine", *words],
+        cwd=folder, capture_output=True, text=True, timeout=110,
     )  # fmt: skip
 
-    assert ran.returncode == 0, ran.stdout + ran.stderr
-    assert "element_maps.png" in ran.stdout
+
+def test_the_first_protocol_is_the_one_that_ships_and_checks_without_a_warning(tmp_path):
+    path = ROOT / "protocols" / "fill_plate.yaml"
+    checked = labrun(tmp_path, "check", str(path))
+
+    assert path.read_text(encoding="utf-8") == FIRST
+    assert "no problems" in checked.stdout
+
+
+def test_the_first_picture_is_what_preview_draws(tmp_path):
+    (tmp_path / "fill.yaml").write_text(FIRST, encoding="utf-8")
+    drawn = labrun(tmp_path, "preview", "fill.yaml", "-o", "drawn.png")
+    shown = [
+        cv2.imread(str(path)).astype(float)
+        for path in (ROOT / "docs" / "fill_plate.png", tmp_path / "drawn.png")
+    ]
+
+    assert drawn.returncode == 0, drawn.stderr
+    assert shown[0].shape == shown[1].shape
+    assert abs(shown[0] - shown[1]).mean() < 1.0
 
 
 def test_every_file_that_the_readme_points_to_is_there():

@@ -1,1 +1,4 @@
-"""What a person sees of a run in a browser: for now its report, one page that needs no server."""
+"""What a person sees in a browser: the page, its server, the report, and the faces for ROS.
+
+Never talks to a device but through `drivers.client`.
+"""

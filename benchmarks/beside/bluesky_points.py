@@ -1,7 +1,7 @@
 """One bluesky `grid_scan` over ophyd's simulated devices: seconds from point to point, as one JSON line.
 
 Nothing is kept: no document is written anywhere. Messages and device actions a point are counted in
-a scan of their own, so that the counting is not timed.
+a separate scan, so that the counting is not timed.
 Run with an interpreter that has bluesky and ophyd: python bluesky_points.py POINTS
 """
 
@@ -19,7 +19,7 @@ ACTIONS = ("set", "trigger")
 
 
 def measure(points: int) -> dict:
-    """Run the scans, and say what a point took and what it consisted of."""
+    """Run the scans; return the time of a point and what it consisted of."""
     from bluesky import RunEngine
     from bluesky.plans import grid_scan
     from ophyd.sim import det, motor1, motor2

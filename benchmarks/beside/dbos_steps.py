@@ -17,7 +17,7 @@ SYNCHRONOUS = ("OFF", "NORMAL", "FULL", "EXTRA")
 
 
 def measure(steps: int, folder: Path) -> dict:
-    """Run the workflow, and say what a step took and how durably it was kept."""
+    """Run the workflow; return the time of a step and its durability settings."""
     from dbos import DBOS, DBOSConfig
 
     config = DBOSConfig(
@@ -55,7 +55,7 @@ def measure(steps: int, folder: Path) -> dict:
 
 def durability(dbos) -> str:
     """What SQLite was told about safety, by the connections that the workflow used."""
-    # DBOS tells nobody in public; asked of the file by a stranger, SQLite would tell the stranger's.
+    # DBOS has no public API for it, and another connection would report its own settings.
     with dbos._sys_db.engine.connect() as disk:
         mode = disk.exec_driver_sql("PRAGMA journal_mode").scalar_one()
         level = disk.exec_driver_sql("PRAGMA synchronous").scalar_one()

@@ -7,9 +7,9 @@ Run: python nothing_server.py SETTINGS.json [--unsynced]
 import sqlite3
 import sys
 
-from labrun.drivers import host
-from labrun.drivers.ledger import Ledger
-from labrun.drivers.serve import main
+from labrun.drivers.server import host
+from labrun.drivers.server.ledger import Ledger
+from labrun.drivers.server.serve import main
 
 
 class UnsyncedLedger(Ledger):

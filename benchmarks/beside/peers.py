@@ -1,4 +1,4 @@
-"""Ask another library for its times: its script in this folder, run by an interpreter that has it."""
+"""Time another library: its script in this folder, run by an interpreter that has it."""
 
 import json
 import subprocess
@@ -10,16 +10,16 @@ HERE = Path(__file__).parent
 
 
 def ask_peer(python: str, script: str, *words: object) -> dict[str, Any]:
-    """What the script measured; `missing` or `failed`, in words, where it could not."""
+    """The script's results; `missing` or `failed`, as text, if it could not run."""
     command = [python, str(HERE / script), *map(str, words)]
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=LIMIT_S, stdin=subprocess.DEVNULL
         )
     except subprocess.TimeoutExpired:
-        return {"failed": f"{script} had not ended after {LIMIT_S} s"}
+        return {"failed": f"{script} did not end within {LIMIT_S} s"}
     except OSError as fault:
         return {"failed": f"{python} cannot be run: {fault.strerror}"}
     if done.returncode:
-        return {"failed": (done.stderr.splitlines() or [f"{script} said nothing"])[-1]}
+        return {"failed": (done.stderr.splitlines() or [f"{script} printed nothing"])[-1]}
     return json.loads(done.stdout.splitlines()[-1])

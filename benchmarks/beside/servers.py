@@ -1,4 +1,4 @@
-"""Device servers as processes of the benchmark's own, for as long as a block lasts."""
+"""Device servers as child processes of the benchmark, while a block runs."""
 
 import contextlib
 import json
@@ -9,8 +9,8 @@ from pathlib import Path
 
 from dispatch import CONTRACT, DRIVER, LAB
 
-from labrun.engine.connect import server_config
-from labrun.engine.lab import load_lab
+from labrun.engine.dispatch.connect import server_config
+from labrun.engine.lab.lab import load_lab
 
 END_S = 5
 SCRIPT = Path(__file__).with_name("nothing_server.py")

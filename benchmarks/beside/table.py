@@ -16,13 +16,13 @@ def show_head() -> None:
 
 
 def show_times(name: str, seconds: list[float]) -> None:
-    """The median of these times, and what the middle half of them lay between."""
+    """The median of these times, and the range of the middle half."""
     low, _, high = (1000 * q for q in statistics.quantiles(seconds, n=4))
     print(f"  {name:<{WIDTH}}{median_ms(seconds):9.3f}   {low:.3f} .. {high:.3f}")
 
 
 def show(name: str, value: float, words: str = "") -> None:
-    """One figure that was worked out, with what there is to say of it."""
+    """One computed figure, with a remark."""
     print(f"  {name:<{WIDTH}}{value:9.3f}   {words}".rstrip())
 
 
@@ -50,7 +50,7 @@ def show_dbos(said: dict[str, Any], durable_ms: float) -> None:
 
 
 def absent(name: str, said: dict[str, Any], command: str) -> bool:
-    """Say so where a library could not be measured."""
+    """Report a library that could not be measured."""
     if "missing" in said:
         print(f"  {name:<{WIDTH}}not installed: {command}   ({said['missing']})")
     elif "failed" in said:

@@ -4,7 +4,7 @@ import os
 import time
 from pathlib import Path
 
-from labrun.drivers.ledger import Ledger
+from labrun.drivers.server.ledger import Ledger
 from labrun.schemas.messages import Goal
 
 RECORDS = b"x" * 700

@@ -1,1 +1,4 @@
-"""The driver of the paper's own analyser server."""
+"""The driver for the paper's own analyser server.
+
+Never needs a change to that server.
+"""

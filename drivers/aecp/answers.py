@@ -1,7 +1,7 @@
-"""What the analyser server's words mean, and whether a shot was fired when it says them.
+"""What the analyser server's answers mean, and whether a shot was fired.
 
 The server answers `success` or the text of whatever exception was raised. Only texts that are
-raised before the click say that nothing happened; every other leaves it open.
+raised before the click mean that nothing happened; any other leaves it open.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Meaning:
 
 
 def text_of(answer: tuple[Any, ...]) -> str:
-    """The server's word: its answer's first part (`analyze` answers with two)."""
+    """The text of the answer: its first part (`analyze` answers with two)."""
     return str(answer[0]) if answer else ""
 
 
@@ -35,13 +35,13 @@ def meaning_of(text: str) -> Meaning | None:
     if text == SUCCESS:
         return None
     if text.startswith(BUSY):
-        return Meaning("Busy", "no", "nothing was clicked; ask again when it is idle")
+        return Meaning("Busy", "no", "nothing was clicked; try again when it is idle")
     if text.startswith(NOT_FOUND[0]) and text.endswith(NOT_FOUND[1]):
         # Raised before the click of the first button of a measurement. An export may have clicked
-        # others before it, but an export may be asked for again.
-        return Meaning("ButtonNotFound", "no", "have its buttons found again: `locate`")
+        # others before it, but an export may be repeated.
+        return Meaning("ButtonNotFound", "no", "find its buttons again with `locate`")
     if text.startswith(TOO_LONG):
-        return Meaning("Timeout", "unknown", "it clicked, and saw nothing come of it")
+        return Meaning("Timeout", "unknown", "it clicked, but saw no result")
     if any(sign in text for sign in FULL):
-        return Meaning("DiskFull", "unknown", "make room on the analyser's disk")
-    return Meaning("Rejected", "unknown", "look at the analyser's program")
+        return Meaning("DiskFull", "unknown", "free space on the analyser's disk")
+    return Meaning("Rejected", "unknown", "check the analyser's program")

@@ -1,8 +1,8 @@
-"""Keeps libs_analyzer@1 with the paper's own analyser server, as it is.
+"""Implements libs_analyzer@1 with the paper's own analyser server, unchanged.
 
-The server knows no goals, numbers no shots and cannot be asked what it did, so the driver keeps a
-book. A measurement whose answer was lost is unknown, unless the program's cache folder can be seen
-and has one new entry. The server deletes its cache with every export: what was exported is kept.
+The server knows no goals, does not number shots and cannot report what it did, so the driver keeps
+a log. A measurement whose answer was lost is unknown, unless the program's cache folder is visible
+and has one new entry. The server deletes its cache with every export: exported spectra are kept.
 """
 
 import asyncio
@@ -10,19 +10,19 @@ import time
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from ..analyser.arrival import Arrived, NotArrived, Wanted, arrived
-from ..analyser.book import AlreadyBegun, Shot, ShotBook
+from ..analyser.export_arrival import Arrived, NotArrived, Wanted, arrived
 from ..analyser.exporting import Exporting
 from ..analyser.folder import FolderFault, folder_at, see_that_it_is_there
-from ..analyser.kept import Kept
 from ..analyser.settings import settings_of
+from ..analyser.shot_log import AlreadyBegun, Shot, ShotLog
+from ..analyser.spectrum_store import SpectrumStore
 from ..driver import ActionFailed, Driver, GoalContext, Place
 from .answers import Meaning, meaning_of, text_of
 from .link import AnalyserLink, AnswerLost, NotSent
 from .settings import AecpSettings
 
 CACHE_LATE_S = 20.0
-"""The server gives a shot 15 s to appear in the cache; after that and a little more it will not."""
+"""The server gives a shot 15 s to appear in the cache; a little later than that it never will."""
 LOOK_S = 0.2
 CALM_S = 8.0
 BUTTONS = 8
@@ -39,14 +39,14 @@ class Aecp(Driver):
         self._link = AnalyserLink(self.settings.url)
         self._exports = folder_at(self.settings.exports)
         self._cache = folder_at(self.settings.cache) if self.settings.cache else None
-        self._kept = Kept(place.folder / "spectra")
+        self._spectra_kept = SpectrumStore(place.folder / "spectra")
         self._measuring = False
         self._awaited: tuple[int, int] | None = None  # the shot and the connection of its answer
 
     async def open(self) -> None:
-        self._book = ShotBook(self.place.folder / "shots.sqlite")
+        self._shot_log = ShotLog(self.place.folder / "shots.sqlite")
         self._exporting = Exporting(
-            self.place.device, self._book, self._kept, self.settings.channels
+            self.place.device, self._shot_log, self._spectra_kept, self.settings.channels
         )
         try:
             await see_that_it_is_there("exports", self._exports)
@@ -54,29 +54,29 @@ class Aecp(Driver):
                 await see_that_it_is_there("cache", self._cache)
             await self._link.open(self.settings.connect_s)
             await self._set_export_path()
-        except BaseException:
+        except BaseException:  # a cancel as well
             await self.close()
             raise
 
     async def close(self) -> None:
         await self._link.close()
-        self._book.close()
+        self._shot_log.close()
 
     async def status(self) -> dict[str, Any]:
-        return {"armed": self._measuring, "shots": self._book.count(), "interlock": "unknown"}
+        return {"armed": self._measuring, "shots": self._shot_log.count(), "interlock": "unknown"}
 
     async def safe(self) -> None:
-        """The laser fires only when it is told to; so: nothing is told, and what runs has ended.
+        """The laser fires only on command, so: send no command, and wait for what runs to end.
 
-        The server offers no way to lock the laser; raises OSError where it does not say IDLE.
+        The server cannot lock the laser; raises OSError if it does not report IDLE.
         """
         end = time.monotonic() + CALM_S
         while self._link.idle is not True:
             if time.monotonic() > end:
-                said = "is silent" if self._link.idle is None else "still says RUNNING"
+                said = "is silent" if self._link.idle is None else "still reports RUNNING"
                 raise OSError(
                     f"the analyser server at {self.settings.url} {said}; it cannot be stopped from "
-                    f"here: use the analyser's own switch"
+                    f"here: use the switch on the analyser"
                 )
             await asyncio.sleep(LOOK_S)
 
@@ -90,7 +90,7 @@ class Aecp(Driver):
                 "measure", "data", self.settings.measure_s, late=lambda a: self._note_late(shot, a)
             )
         except NotSent as fault:
-            self._book.denied(shot)
+            self._shot_log.denied(shot)
             raise self._failed("measure", "Rejected", f"{fault}; nothing was sent", "no") from fault
         except AnswerLost as fault:
             return await self._cleared_up(goal, shot, fault)
@@ -102,21 +102,21 @@ class Aecp(Driver):
         return await self._succeeded(shot)
 
     async def _succeeded(self, shot: Shot) -> dict[str, Any]:
-        """The server takes any change of its cache for a shot; where we see it, so do we look."""
+        """The server takes any change in its cache for a shot; where we can see the cache, we check."""
         new = await self._new_entries(shot)
         if new is None or len(new) == 1:
-            self._book.fired(shot, new[0] if new else None)
+            self._shot_log.fired(shot, new[0] if new else None)
             return {"shot_id": shot.name}
         if new:
             raise self._failed(
                 "measure", "Lost",
-                f"it says success, and {' and '.join(new)} are new in its cache: one is from another "
-                f"click, and which of them is this shot's cannot be told", "yes",
+                f"it reports success, and {' and '.join(new)} are new in its cache: one is from another "
+                f"click, and it is unclear which one belongs to this shot", "yes",
             )  # fmt: skip
         raise self._failed(
             "measure", "Lost",
-            f"it says success, but {self.settings.cache} has no new entry: it takes any change there "
-            f"for a shot, also one that was deleted", "unknown",
+            f"it reports success, but {self.settings.cache} has no new entry: it takes any change there "
+            f"for a shot, even a deletion", "unknown",
         )  # fmt: skip
 
     async def _cache_before(self) -> set[str] | None:
@@ -129,15 +129,15 @@ class Aecp(Driver):
         if goal.cancelled.is_set():
             raise self._failed("measure", "Rejected", "it was stopped; nothing was sent", "no")
         try:
-            return self._book.begin(goal.id, time.time(), before)
+            return self._shot_log.begin(goal.id, time.time(), before)
         except AlreadyBegun as fault:
             raise self._failed("measure", "Rejected", str(fault), "unknown") from fault
         except OSError as fault:
             raise self._failed("measure", "Rejected", f"{fault}; nothing was sent", "no") from fault
 
     async def _cleared_up(self, goal: GoalContext, shot: Shot, fault: AnswerLost) -> dict[str, Any]:
-        """After a lost answer only the cache folder can tell: one new entry is this shot."""
-        goal.feedback(None, f"{fault}; looking into the cache")
+        """After a lost answer only the cache folder can show it: one new entry is this shot."""
+        goal.feedback(None, f"{fault}; checking the cache")
         if await self._settled(shot):
             return {"shot_id": shot.name}
         seen = (
@@ -147,7 +147,7 @@ class Aecp(Driver):
         )
         raise self._failed(
             "measure", "Lost",
-            f"{fault}; {seen}, so nobody knows whether the laser fired. Look at the list in the "
+            f"{fault}; {seen}, so it is unknown whether the laser fired. Check the list in the "
             f"analyser's program", "unknown",
         )  # fmt: skip
 
@@ -155,7 +155,7 @@ class Aecp(Driver):
         self, goal: GoalContext, shot: Shot, text: str, meaning: Meaning
     ) -> dict[str, Any]:
         if meaning.happened == "no":
-            self._book.denied(shot)
+            self._shot_log.denied(shot)
         elif await self._settled(shot):
             return {"shot_id": shot.name}
         raise self._failed(
@@ -163,19 +163,19 @@ class Aecp(Driver):
         )
 
     async def _settled(self, shot: Shot) -> bool:
-        """Wait until it shows that this shot was fired, or no longer can; True where it does."""
+        """Wait until the cache shows that this shot was fired (True), or no longer can (False)."""
         while True:
             new = await self._new_entries(shot)
             if new is not None and len(new) == 1:
-                self._book.fired(shot, new[0])
+                self._shot_log.fired(shot, new[0])
                 return True
             if not self._may_still_show(shot):
-                kept = self._book.shot(shot.name)
+                kept = self._shot_log.shot(shot.name)
                 return kept is not None and kept.fate == "fired"
             await asyncio.sleep(LOOK_S)
 
     def _may_still_show(self, shot: Shot) -> bool:
-        known = self._book.shot(shot.name)
+        known = self._shot_log.shot(shot.name)
         if known is None or known.fate != "begun":
             return False
         age = time.time() - shot.at
@@ -185,7 +185,7 @@ class Aecp(Driver):
         return answer_may_come and self._link.up.is_set() and age < 2 * self.settings.measure_s
 
     async def _new_entries(self, shot: Shot) -> list[str] | None:
-        """What is new in the cache since before this shot; None where it cannot be seen."""
+        """What is new in the cache since before this shot; None if the cache cannot be seen."""
         if self._cache is None or shot.before is None:
             return None
         try:
@@ -194,21 +194,21 @@ class Aecp(Driver):
             return None
 
     def _note_late(self, shot: Shot, answer: tuple[Any, ...]) -> None:
-        """An answer that came after it was given up still says what happened."""
+        """An answer that came after the wait was given up still shows what happened."""
         self._awaited = None
         meaning = meaning_of(text_of(answer))
         if meaning is None and self._cache is None:
-            self._book.fired(shot, None)
+            self._shot_log.fired(shot, None)
         elif meaning is not None and meaning.happened == "no":
-            self._book.denied(shot)
+            self._shot_log.denied(shot)
 
     async def last_shot(self, goal: GoalContext) -> dict[str, Any]:
-        newest = self._book.newest()
+        newest = self._shot_log.newest()
         if newest is not None and newest.fate == "begun":
             await self._settled(newest)
-            newest = self._book.newest()
+            newest = self._shot_log.newest()
         if newest is None or newest.fate == "begun":
-            # An empty book may be a new one, and the server itself remembers nothing.
+            # An empty log may be a new one, and the server itself remembers nothing.
             return {"shot_id": None, "goal_id": None}
         return {"shot_id": newest.name, "goal_id": newest.goal}
 
@@ -222,7 +222,7 @@ class Aecp(Driver):
         return self._exporting.handed_over(goal, data, file)
 
     async def _earlier_export(self, shot: Shot) -> Arrived | None:
-        """What an export whose answer was lost has left; the server cannot make it a second time."""
+        """What an export whose answer was lost left behind; the server cannot repeat it."""
         if shot.asked is None or not await self._names_since(shot.asked):
             return None
         try:
@@ -238,7 +238,7 @@ class Aecp(Driver):
 
     async def _export(self, goal: GoalContext, shot: Shot) -> Arrived:
         before = await self._names_since(frozenset())
-        self._book.asked(shot, before)
+        self._shot_log.asked(shot, before)
         shot = replace(shot, asked=frozenset(before))
         meaning, said = None, "'success'"
         try:
@@ -250,15 +250,15 @@ class Aecp(Driver):
             said = str(fault)
         if meaning is not None and meaning.happened == "no":
             raise self._failed("export", meaning.error, f"it answered {said}: {meaning.now}", "no")
-        goal.feedback(0.5, "waiting until the file is whole")
+        goal.feedback(0.5, "waiting for the complete file")
         try:
             return await arrived(self._exports, self._wanted(shot), self.settings.export_s)
         except NotArrived as fault:
             error = "DiskFull" if fault.full else meaning.error if meaning else "Timeout"
             raise self._failed(
                 "export", error,
-                f"it said {said}, but in {self.settings.exports} {fault}. It has deleted its cache: "
-                f"keep what is there, and look at the disk and the program", "unknown",
+                f"it answered {said}, but in {self.settings.exports} {fault}. It has deleted its cache: "
+                f"keep what is there, and check the disk and the program", "unknown",
             ) from fault  # fmt: skip
 
     def _wanted(self, shot: Shot) -> Wanted:
@@ -282,7 +282,7 @@ class Aecp(Driver):
         except (NotSent, AnswerLost) as fault:
             raise self._failed(
                 "find_buttons", "ButtonNotFound",
-                f"{fault}; its search ends so when a template is missing: see its window", "no",
+                f"{fault}; its search ends like this when a template is missing: see its window", "no",
             ) from fault  # fmt: skip
         places = answer[0] if answer else None
         wrong = _fault_in_places(places)
@@ -299,7 +299,7 @@ class Aecp(Driver):
         return {}
 
     async def _set_export_path(self) -> None:
-        """Tell the server its export folder, where the lab names it; raises OSError."""
+        """Set the server's export folder, if the lab names it; raises OSError."""
         path = self.settings.export_path
         if path is None or path == self._link.export_path:
             return
@@ -310,7 +310,7 @@ class Aecp(Driver):
         if text_of(answer) != "success":
             raise OSError(
                 f"the analyser server at {self.settings.url} was asked to export into {path!r} and "
-                f"answered {text_of(answer)!r}; `export_path` is the folder as its machine names it"
+                f"answered {text_of(answer)!r}; `export_path` is the folder's path on its machine"
             )
 
     def _failed(self, asked: str, error: str, words: str, happened: Any) -> ActionFailed:
@@ -319,7 +319,7 @@ class Aecp(Driver):
 
 
 def _fault_in_places(places: Any) -> str | None:
-    """Its search takes the best place for every button however bad; two at one place gives it away."""
+    """Its search takes the best match for every button, however bad; two at one place reveal that."""
     try:
         points = [(int(x), int(y)) for x, y in places]
     except (TypeError, ValueError):
@@ -328,7 +328,5 @@ def _fault_in_places(places: Any) -> str | None:
         return f"it found {len(points)} buttons, where {BUTTONS} are expected"
     if len(set(points)) < len(points):
         twice = next(p for p in points if points.count(p) > 1)
-        return (
-            f"it found two buttons at {twice[0]},{twice[1]}: at least one of them is not to be seen"
-        )
+        return f"it found two buttons at {twice[0]},{twice[1]}: at least one of them is not visible"
     return None

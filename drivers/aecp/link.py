@@ -1,9 +1,12 @@
-"""The connection to the analyser server: one question at a time, and honest about lost answers."""
+"""The connection to the analyser server: one request at a time, and lost answers are reported."""
 
 import asyncio
 import contextlib
+import logging
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+
+from ...system.tasks import end, keep
 
 if TYPE_CHECKING:
     import aiohttp
@@ -11,20 +14,21 @@ if TYPE_CHECKING:
 
 AGAIN_S = 1.0
 FRESH_S = 3.0
-"""The server tells its status twice a second, unless it is blocked (by find_buttons: 12 s)."""
+"""The server sends its status twice a second, unless it is blocked (by find_buttons: 12 s)."""
+LOG = logging.getLogger("labrun")
 STATUSES = ("IDLE", "RUNNING")
 
 
 class NotSent(Exception):
-    """There is no connection, and nothing went out."""
+    """There is no connection, and nothing was sent."""
 
 
 class AnswerLost(Exception):
-    """It went out, and the connection broke (or time ran out) before an answer came."""
+    """It was sent, and the connection broke (or time ran out) before an answer came."""
 
 
 class AnalyserLink:
-    """Keeps a Socket.IO connection to the server; it comes back by itself until it is closed."""
+    """Keeps a Socket.IO connection to the server; it reconnects by itself until it is closed."""
 
     def __init__(self, url: str) -> None:
         self.url = url
@@ -43,11 +47,11 @@ class AnalyserLink:
         self._keeper: asyncio.Task[None] | None = None
 
     async def open(self, timeout_s: float) -> None:
-        """Connect, and hear that it is the analyser server; raises OSError with a sentence."""
+        """Connect, and check that it is the analyser server; raises OSError with the reason."""
         import aiohttp
 
         self._http = aiohttp.ClientSession()
-        self._keeper = asyncio.create_task(self._keep())
+        self._keeper = keep(f"the link to {self.url}", self._keep)
         try:
             async with asyncio.timeout(timeout_s):
                 await self._heard()
@@ -63,13 +67,13 @@ class AnalyserLink:
     def _who_is_there(self, timeout_s: float) -> str:
         if self._odd_status is not None:
             return (
-                f"{self.url} is no analyser server: its status is {str(self._odd_status)[:60]}, where "
+                f"{self.url} is not an analyser server: its status is {str(self._odd_status)[:60]}, where "
                 f"IDLE or RUNNING is expected; port 3000 would be OpenBuilds CONTROL, 1234 the analyser"
             )
         if self.up.is_set():
             return (
-                f"{self.url} speaks Socket.IO but told no status IDLE or RUNNING within "
-                f"{timeout_s:g} s: another server, or the analyser's hangs; start that one anew"
+                f"{self.url} speaks Socket.IO but sent no status IDLE or RUNNING within "
+                f"{timeout_s:g} s: it is another server, or the analyser's hangs; restart that one"
             )
         return (
             f"the analyser server at {self.url} cannot be reached: {self.trouble}; is it running, "
@@ -78,21 +82,18 @@ class AnalyserLink:
 
     @property
     def idle(self) -> bool | None:
-        """Whether the server said a moment ago that it does nothing; None where it is silent.
+        """Whether the server has just reported that it is idle; None if it is silent.
 
-        What it said before it was last asked for something counts for nothing.
+        What it reported before the last request does not count.
         """
         fresh = asyncio.get_running_loop().time() - self._told_at < FRESH_S
         heard = fresh and self._told_at > self._asked_at and self.up.is_set()
         return self.status == "IDLE" if heard else None
 
     async def close(self) -> None:
-        """Disconnect, and leave no task."""
-        if self._keeper is not None:
-            self._keeper.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await self._keeper
-            self._keeper = None
+        """Disconnect, and leave no task running."""
+        await end(self._keeper)
+        self._keeper = None
         if self._http is not None:
             await self._http.close()
             self._http = None
@@ -139,11 +140,15 @@ class AnalyserLink:
             self._waiting.discard(answer)
 
     async def _keep(self) -> None:
+        from socketio.exceptions import ConnectionError as Unconnected
+
         while True:
             try:
                 await self._connect()
                 await self._broken.wait()
             except Exception as fault:  # whatever it was, the next connection is another chance
+                if not isinstance(fault, (Unconnected, OSError)):
+                    LOG.exception("connecting to %s failed", self.url)
                 self.trouble = _plainly(fault)
             finally:
                 await self._drop()
@@ -152,7 +157,7 @@ class AnalyserLink:
     async def _connect(self) -> None:
         import socketio
 
-        # A fresh client each time: nothing of a broken connection reaches into the next.
+        # A fresh client each time: nothing of a broken connection carries over into the next.
         sio = socketio.AsyncClient(
             reconnection=False, handle_sigint=False, http_session=self._http, request_timeout=20
         )
@@ -168,9 +173,9 @@ class AnalyserLink:
     async def _drop(self) -> None:
         self.up.clear()
         if self._sio is not None:
-            with contextlib.suppress(Exception):  # what is broken may not part politely
-                await self._sio.disconnect()
-            self._sio = None
+            sio, self._sio = self._sio, None
+            with contextlib.suppress(OSError):  # a broken connection may not close cleanly
+                await sio.disconnect()
 
     def _note_status(self, status: Any = None, *_: Any) -> None:
         if status in STATUSES:
@@ -192,10 +197,10 @@ class AnalyserLink:
 
 
 def _plainly(fault: Exception) -> str:
-    """A connection's failure without the wrapping of three libraries."""
+    """A connection failure without the wrapping of three libraries."""
     words = str(fault) or type(fault).__name__
     if "Unexpected status code" in words:
-        return f"what answers there is no Socket.IO server ({words})"
+        return f"what answers there is not a Socket.IO server ({words})"
     if words == "One or more namespaces failed to connect":
-        return "it refuses to talk"
+        return "it refuses the connection"
     return words

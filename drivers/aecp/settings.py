@@ -9,8 +9,8 @@ class AecpSettings(Model):
     """`url` of the server; `exports`, its export folder as this machine sees it (a path or http://).
 
     `cache`, the folder of the program's own shots, lets a lost answer be cleared up afterwards.
-    `export_path` is the same export folder as the server's machine calls it; given, the server is
-    told. `spectrum` is the name of the file that holds a shot's spectrum among those exported.
+    `export_path` is the path of the same export folder on the server's machine; if given, it is
+    set on the server. `spectrum` is the name of the exported file that holds a shot's spectrum.
     """
 
     url: str = Field(default="http://localhost:1234", pattern=r"^https?://[^/\s]+/?$")

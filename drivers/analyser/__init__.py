@@ -1,1 +1,4 @@
-"""What drivers of real analysers share: a book of shots, export folders, spectra that are whole."""
+"""What drivers of real analysers share: a shot log, export folders, complete spectra.
+
+Never knows how a particular program is operated.
+"""

@@ -1,4 +1,4 @@
-"""The folder in which the analyser's program keeps its shots: entries are told apart by name."""
+"""The folder in which the analyser's program keeps its shots: entries are identified by name."""
 
 import asyncio
 import shutil
@@ -11,7 +11,7 @@ LOOK_S = 0.2
 
 
 class Cache:
-    """Entries whose names fit `pattern`; a name that is new since a click is that click's shot."""
+    """Entries whose names match `pattern`; a name that is new since a click is that click's shot."""
 
     def __init__(self, place: str, pattern: str = "*") -> None:
         self.place = place
@@ -23,7 +23,7 @@ class Cache:
         return {name for name in await self._folder.names() if fnmatch(name, self._pattern)}
 
     async def names_when_gone(self, name: str, timeout_s: float) -> set[str]:
-        """What is left once `name` has gone, or when the time is over."""
+        """What is left once `name` has gone, or when the time is up."""
         loop = asyncio.get_running_loop()
         end = loop.time() + timeout_s
         while True:
@@ -36,7 +36,7 @@ class Cache:
         """Delete one entry, a file or a folder; raises OSError."""
         path = Path(self.place) / name
         if path.parent != Path(self.place) or name in ("", ".", ".."):
-            raise OSError(f"{name!r} is no entry of {self.place}")
+            raise OSError(f"{name!r} is not an entry of {self.place}")
         if path.is_dir():
             await asyncio.to_thread(shutil.rmtree, path)
         else:

@@ -1,70 +1,77 @@
-"""From a shot to its spectrum, once: what the drivers of real analysers do alike around an export."""
+"""From a shot to its spectrum, once: the export steps that drivers of real analysers share."""
 
 import errno
 from hashlib import sha256
 
 from ...schemas.messages import FileContent
 from ..driver import ActionFailed, GoalContext
-from .arrival import Arrived
-from .book import Shot, ShotBook
-from .kept import Kept
+from .export_arrival import Arrived
+from .shot_log import Shot, ShotLog
+from .spectrum_store import SpectrumStore
 
 
 class Exporting:
-    """The book's and the kept copies' part in an export."""
+    """The part of an export done by the shot log and the stored copies."""
 
-    def __init__(self, device: str, book: ShotBook, kept: Kept, channels: int | None) -> None:
+    def __init__(
+        self, device: str, shot_log: ShotLog, kept: SpectrumStore, channels: int | None
+    ) -> None:
         self.device = device
-        self._book = book
-        self._kept = kept
+        self._shot_log = shot_log
+        self._spectra_kept = kept
         self._channels = channels
 
     def channels(self) -> int:
-        """How many channels a whole spectrum has: as configured, or the most that were ever seen."""
-        return self._channels or int(self._book.fact("channels") or 0)
+        """How many channels a complete spectrum has: as configured, or the most seen so far."""
+        return self._channels or int(self._shot_log.fact("channels") or 0)
 
     def shot_to_export(self, name: str) -> Shot:
-        """The shot, if its spectrum is kept or the analyser can still give it; raises ActionFailed."""
-        shot = self._book.shot(name)
+        """The shot, if its spectrum is stored or the analyser still has it; raises ActionFailed."""
+        shot = self._shot_log.shot(name)
         if shot is None or shot.fate == "denied":
-            raise ActionFailed("UnknownShot", f"{self.device} has made no shot {name!r}")
-        if shot.exported is not None and self._kept.read(shot.name, shot.exported) is not None:
+            raise ActionFailed("UnknownShot", f"{self.device} has no shot {name!r}")
+        if (
+            shot.exported is not None
+            and self._spectra_kept.read(shot.name, shot.exported) is not None
+        ):
             return shot
         if shot.exported is not None:
             raise ActionFailed(
                 "UnknownShot",
-                f"{name} was exported before, and its copy in {self._kept.folder} is gone",
+                f"{name} was exported before, and its copy in {self._spectra_kept.folder} is gone",
             )
-        newest = self._book.newest()
+        newest = self._shot_log.newest()
         if newest is not None and newest.number != shot.number:
             raise ActionFailed(
                 "UnknownShot",
                 f"{self.device} exports its newest shot only, and after {name} came {newest.name} "
-                f"(asked for by {newest.goal}); {name} was never exported. Export it by hand",
+                f"(requested by {newest.goal}); {name} was never exported. Export it by hand",
             )
         return shot
 
     def kept_file(self, shot: Shot) -> bytes | None:
-        """The spectrum, where it was exported before."""
-        return None if shot.exported is None else self._kept.read(shot.name, shot.exported)
+        """The spectrum, if it was exported before."""
+        return None if shot.exported is None else self._spectra_kept.read(shot.name, shot.exported)
 
     def keep(self, shot: Shot, found: Arrived) -> None:
-        """Put a whole spectrum on this machine's disk: from here on the export is safe."""
-        twin = self._book.shot_with(sha256(found.data).hexdigest())
+        """Write a complete spectrum to this machine's disk: from here on the export is safe."""
+        twin = self._shot_log.shot_with(sha256(found.data).hexdigest())
         if twin is not None and twin.number != shot.number:
             raise ActionFailed(
                 "Rejected",
                 f"{self.device} was asked for {shot.name} and wrote the spectrum of {twin.name} again "
-                f"({found.path}); look which spectrum is selected in its program",
+                f"({found.path}); check which spectrum is selected in its program",
                 "unknown",
             )
         try:
-            digest = self._kept.keep(shot.name, found.data)
-            self._book.exported(shot, digest)
-            if found.channels > int(self._book.fact("channels") or 0):
-                self._book.learn("channels", str(found.channels))
+            digest = self._spectra_kept.keep(shot.name, found.data)
+            self._shot_log.exported(shot, digest)
+            if found.channels > int(self._shot_log.fact("channels") or 0):
+                self._shot_log.learn("channels", str(found.channels))
         except OSError as fault:
-            raise failed_to_keep(self.device, shot.name, str(self._kept.folder), fault) from fault
+            raise failed_to_keep(
+                self.device, shot.name, str(self._spectra_kept.folder), fault
+            ) from fault
 
     def handed_over(self, goal: GoalContext, data: bytes, file: str) -> dict[str, str]:
         """The result of the action, with the file beside it."""
@@ -74,10 +81,10 @@ class Exporting:
 
 
 def failed_to_keep(device: str, shot: str, folder: str, fault: OSError) -> ActionFailed:
-    """A spectrum that this machine cannot keep: a full disk bears its own name."""
+    """A spectrum that this machine cannot store: a full disk has its own error name."""
     words = (
-        f"{device}: the spectrum of {shot} cannot be kept in {folder}: {fault.strerror or fault}"
+        f"{device}: the spectrum of {shot} cannot be stored in {folder}: {fault.strerror or fault}"
     )
     if fault.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-        return ActionFailed("DiskFull", f"{words}; make room and ask again: nothing is lost")
+        return ActionFailed("DiskFull", f"{words}; free some space and try again: nothing is lost")
     return ActionFailed("Rejected", words, "unknown")

@@ -1,7 +1,7 @@
-"""An analyser's export folder: on a disk that both machines see, or read over HTTP.
+"""An analyser's export folder: on a disk that both machines can see, or read over HTTP.
 
-Over HTTP any server that lists a folder as a page of links will do; on the analyser's own computer
-`python -m http.server 8000 --directory C:/exports` is one.
+Over HTTP, any server that lists a folder as a page of links will do, such as
+`python -m http.server 8000 --directory C:/exports` on the analyser's own computer.
 """
 
 import asyncio
@@ -16,16 +16,16 @@ DEPTH = 3
 
 
 class FolderFault(OSError):
-    """A folder that cannot be read; the sentence says which and why."""
+    """A folder that cannot be read; the text says which and why."""
 
 
 class Folder(Protocol):
-    """What is asked of an export folder; paths are relative to it, with `/`."""
+    """What an export folder has to offer; paths are relative to it, with `/`."""
 
     place: str
 
     async def names(self) -> set[str]:
-        """What lies in it, files and folders."""
+        """What is in it, files and folders."""
         ...
 
     async def files(self, name: str) -> dict[str, int]:
@@ -37,28 +37,28 @@ class Folder(Protocol):
         ...
 
     async def free_bytes(self) -> int | None:
-        """How much more it takes; None where that cannot be known."""
+        """Free space in bytes; None if that is unknown."""
         ...
 
 
 def folder_at(place: str) -> Folder:
-    """A folder by its path, or by its address (http or https)."""
+    """A folder by its path or its address (http or https)."""
     return WebFolder(place) if place.startswith(("http://", "https://")) else SharedFolder(place)
 
 
 async def see_that_it_is_there(word: str, folder: Folder) -> None:
-    """Look into a folder at the start; raises FolderFault with the configuration's word for it."""
+    """Read a folder at the start; raises FolderFault naming its configuration key."""
     try:
         await folder.names()
     except FolderFault as fault:
         raise FolderFault(
-            f"config.{word} is {folder.place!r}, and was asked what lies there: {fault}; is the analyser's "
-            f"disk mounted, and is this how this machine calls it?"
+            f"config.{word} is {folder.place!r}, which cannot be listed: {fault}; is the analyser's "
+            f"disk mounted, and is this its path on this machine?"
         ) from fault
 
 
 class SharedFolder:
-    """A folder of a disk or share of this machine; one that hangs is given up after a while."""
+    """A folder on a disk or share of this machine; a read that hangs times out."""
 
     def __init__(self, place: str) -> None:
         self.place = place
@@ -89,7 +89,7 @@ class SharedFolder:
             async with asyncio.timeout(ANSWER_S):
                 return await asyncio.to_thread(question)
         except TimeoutError:
-            raise FolderFault(f"{self.place} gave no answer within {ANSWER_S:g} s") from None
+            raise FolderFault(f"{self.place} did not respond within {ANSWER_S:g} s") from None
         except FileNotFoundError as fault:
             missing = Path(fault.filename or self.place).absolute()
             raise FolderFault(f"there is no folder or file {missing}") from fault
@@ -154,11 +154,11 @@ class WebFolder:
         except (aiohttp.ClientError, ValueError) as fault:
             raise FolderFault(f"{url} cannot be read: {fault}") from fault
         except TimeoutError:
-            raise FolderFault(f"{url} gave no answer within {ANSWER_S:g} s") from None
+            raise FolderFault(f"{url} did not respond within {ANSWER_S:g} s") from None
 
 
 class _Links(HTMLParser):
-    """The links of a listing that lead one step down."""
+    """The links of a listing that lead one level down."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Read a driver's configuration as a model; what is wrong with it is a sentence."""
+"""Read a driver's configuration as a model, and report what is wrong with it in plain words."""
 
 from typing import TypeVar
 
@@ -25,7 +25,7 @@ def _complaints(fault: ValidationError, model: type[BaseModel]) -> list[str]:
         place = "config." + ".".join(str(part) for part in error["loc"])
         words = {
             "missing": f"{place} is missing",
-            "extra_forbidden": f"{place} is not known; there are {known}",
+            "extra_forbidden": f"{place} is unknown; the known keys are {known}",
         }.get(error["type"], f"{place}: {error['msg']}")
         found.append(words)
     return found

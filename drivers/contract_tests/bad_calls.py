@@ -1,10 +1,10 @@
-"""Calls that a contract forbids, made from a good one and the schema of the action's parameters."""
+"""Calls that a contract forbids, made from a valid one and the schema of the action's parameters."""
 
 from collections.abc import Iterator
 from typing import Any
 
 from ...schemas.contract import Action
-from ..arguments import Limits, narrowed
+from ..server.arguments import Limits, narrowed
 
 Params = dict[str, Any]
 NOT_OF_TYPE: dict[str, Any] = {

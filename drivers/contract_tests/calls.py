@@ -1,16 +1,16 @@
-"""What a driver does when it is called, well or badly, once or again."""
+"""How a driver handles calls: valid or invalid, once or repeated."""
 
 from pathlib import Path
 
-from ..arguments import read_limits
 from ..find import check_driver, find_driver
+from ..server.arguments import read_limits
 from .bad_calls import bad_calls
+from .served_driver import Stage, blocking
 from .session import check_status
-from .stage import Stage, told
 
 
 class Calls(Stage):
-    """Describe, good calls, bad calls, busy, the same goal again, status."""
+    """Describe, valid calls, invalid calls, busy, the same goal again, status."""
 
     def test_the_driver_has_what_its_contract_wants_and_each_action_a_good_call(self) -> None:
         contract = self.case.read_contract()
@@ -19,7 +19,7 @@ class Calls(Stage):
         assert set(self.case.good) == set(contract.actions), "`good` has one call of each action"
         assert self.case.lasting in contract.actions, f"there is no action {self.case.lasting}"
 
-    @told
+    @blocking
     async def test_it_describes_itself_as_its_contract_says(self, tmp_path: Path) -> None:
         async with self._session(tmp_path) as (session, _):
             said = session.client.devices[self.case.device]
@@ -28,7 +28,7 @@ class Calls(Stage):
         assert set(said.limits) == set(self.case.limits), f"limits: {said.limits}"
         check_status(session, said.status)
 
-    @told
+    @blocking
     async def test_a_good_call_succeeds(self, tmp_path: Path, action: str) -> None:
         async with self._session(tmp_path) as (session, calls):
             await session.prepare(action)
@@ -40,7 +40,7 @@ class Calls(Stage):
         assert calls.count(action) == wanted, f"{action}: the driver was called {calls}"
         check_status(session, status)
 
-    @told
+    @blocking
     async def test_a_bad_call_is_refused_with_a_sentence(self, tmp_path: Path) -> None:
         async with self._session(tmp_path) as (session, calls):
             limits = read_limits(self.case.limits, session.contract)
@@ -58,9 +58,9 @@ class Calls(Stage):
             error = outcome.error
             assert error is not None and error.name == "Rejected", f"{action}, {what}: {outcome}"
             assert error.happened == "no" and action in error.message, f"{action}, {what}: {error}"
-        assert calls == [], "what is refused never reaches the driver"
+        assert calls == [], "a refused call must never reach the driver"
 
-    @told
+    @blocking
     async def test_a_second_goal_is_refused_as_busy_unless_it_is_concurrent(
         self, tmp_path: Path
     ) -> None:
@@ -78,7 +78,7 @@ class Calls(Stage):
         wanted = ("SUCCEEDED", 2) if session.contract.concurrent else ("Busy", 1)
         assert (state, calls.count(lasting)) == wanted, f"{lasting}, twice at a time: {state}"
 
-    @told
+    @blocking
     async def test_the_same_goal_again_is_answered_and_not_done(self, tmp_path: Path) -> None:
         lasting = self.case.lasting
         async with self._session(tmp_path) as (session, calls):
@@ -91,7 +91,7 @@ class Calls(Stage):
         assert said[0] == said[1], f"the same goal, twice: {first}, {again}"
         assert calls.count(lasting) == 1, f"the same goal was done {calls.count(lasting)} times"
 
-    @told
+    @blocking
     async def test_its_status_keeps_its_schema_while_something_is_done(
         self, tmp_path: Path
     ) -> None:

@@ -1,4 +1,4 @@
-"""What the contract tests have to know of a driver: how it is started, and calls that work."""
+"""What the contract tests need to know about a driver: how to start it, and calls that work."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,15 +13,15 @@ Params = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A driver as a lab names it, its configuration, and one good call of each of its actions.
+    """A driver as a lab names it, its configuration, and one valid call of each of its actions.
 
-    `contract` is the file of a contract that does not ship. `slow` is laid over `config` where an
-    action has to be caught in the middle: there every action that can be cancelled, every one that
-    is `once` and the one called `lasting` takes more than two seconds, but for those in `quick`,
-    which are over at once (a zero that is set) and are killed as they begin. `needs` says what has
-    to be done before a good call succeeds (a tip, before anything is drawn into it), `files` what
-    comes along with one, `bad` which calls are to be refused beside those that follow from the
-    schemas.
+    `contract` is the file of a contract that does not ship with labrun. `slow` is merged over
+    `config` when an action has to be interrupted halfway: with it, every action that can be
+    cancelled, every `once` action and the one named by `lasting` must take more than two seconds,
+    except those in `quick`, which end at once (setting a zero) and are killed as they begin.
+    `needs` lists what has to be done before a valid call succeeds (a tip, before anything is drawn
+    into it), `files` what is sent with one, `bad` calls that must be refused in addition to those
+    that follow from the schemas.
     """
 
     driver: str
@@ -38,7 +38,7 @@ class Case:
     quick: frozenset[str] = frozenset()
 
     def read_contract(self) -> Contract:
-        """The contract that the driver says it keeps."""
+        """The contract that the driver claims to keep."""
         if self.contract is not None:
             return read_contract(self.contract)
         return shipped_contracts()[find_driver(self.driver, Path()).contract]

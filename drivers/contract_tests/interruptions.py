@@ -1,12 +1,12 @@
-"""What a driver does when somebody ends what it does, or nobody waits for it any more."""
+"""What a driver does when its action is interrupted, or when the engine is gone."""
 
 import asyncio
 from pathlib import Path
 from typing import Any
 
-from ..execution import CANCEL_GRACE_S
+from ..server.execution import CANCEL_GRACE_S
+from .served_driver import Stage, blocking
 from .session import MOMENT_S, check_status, connected
-from .stage import Stage, told
 
 SOON_S = CANCEL_GRACE_S + 3.0
 SHORT_LEASE_S = 0.5
@@ -15,7 +15,7 @@ SHORT_LEASE_S = 0.5
 class Interruptions(Stage):
     """Cancel, deadline, stop, and an engine that is gone."""
 
-    @told
+    @blocking
     async def test_a_cancellable_action_ends_when_it_is_cancelled(
         self, tmp_path: Path, action: str
     ) -> None:
@@ -31,11 +31,11 @@ class Interruptions(Stage):
         assert outcome.state == "CANCELED", f"{action} was cancelled and ended {outcome}"
         assert calls.count(action) == 2 + self.case.needs.get(action, []).count(action)
 
-    @told
+    @blocking
     async def test_past_its_deadline_a_goal_is_cancelled_or_goes_on_to_its_end(
         self, tmp_path: Path
     ) -> None:
-        """As the engine does it: cancel, then wait; what cannot be cancelled holds its device."""
+        """As the engine does it: cancel, then wait; an action that cannot be cancelled holds its device."""
         lasting = self.case.lasting
         async with self._session(tmp_path, slow=True) as (session, _):
             await session.prepare(lasting)
@@ -48,9 +48,11 @@ class Interruptions(Stage):
         if session.contract.actions[lasting].cancel:
             assert outcome.state == "CANCELED", f"{lasting} was cancelled and ended {outcome}"
         else:
-            assert outcome.state == "SUCCEEDED", f"{lasting} was to go on, and ended {outcome}"
+            assert outcome.state == "SUCCEEDED", (
+                f"{lasting} should have continued, but ended {outcome}"
+            )
 
-    @told
+    @blocking
     async def test_a_stop_ends_what_runs_and_leaves_the_device_safe(self, tmp_path: Path) -> None:
         lasting, device = self.case.lasting, self.case.device
         async with self._session(tmp_path, slow=True) as (session, _):
@@ -63,10 +65,10 @@ class Interruptions(Stage):
         assert safe, words
         assert ended.state in ("CANCELED", "ABORTED", "SUCCEEDED")
         assert ended.error is None or ended.error.name != "Fault", f"after a stop: {ended.error}"
-        assert self.is_safe(status), f"it was stopped, and says {status}"
+        assert self.is_safe(status), f"it was stopped, but reports {status}"
         check_status(session, status)
 
-    @told
+    @blocking
     async def test_when_its_engine_is_gone_it_does_what_the_contract_says(
         self, tmp_path: Path
     ) -> None:
@@ -83,12 +85,14 @@ class Interruptions(Stage):
 
         match contract.on_lease_lapse:
             case "finish":
-                assert outcome.state == "SUCCEEDED", f"it was to finish, and ended {outcome}"
+                assert outcome.state == "SUCCEEDED", f"it should have finished, but ended {outcome}"
             case "cancel" if contract.actions[lasting].cancel:
-                assert outcome.state == "CANCELED", f"it was to be cancelled, and ended {outcome}"
+                assert outcome.state == "CANCELED", (
+                    f"it should have been cancelled, but ended {outcome}"
+                )
             case "safe":
-                assert outcome.state != "SUCCEEDED", f"it was to be broken off: {outcome}"
-        assert self.is_safe(status), f"its engine is gone, and it says {status}"
+                assert outcome.state != "SUCCEEDED", f"it should have been aborted: {outcome}"
+        assert self.is_safe(status), f"its engine is gone, but it reports {status}"
 
 
 async def soon(following: "asyncio.Task[Any]", what: str) -> Any:

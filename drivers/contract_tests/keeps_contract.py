@@ -1,4 +1,4 @@
-"""One class that the tests of every driver inherit: real server, real sockets, real kills.
+"""The class that every driver's tests inherit: real server, real sockets, real kills.
 
 pytest is not needed to read it, only to run what inherits from it.
 """
@@ -9,4 +9,4 @@ from .kills import Kills
 
 
 class KeepsContract(Calls, Interruptions, Kills):
-    """Inherit, say what `case` is, and every promise of the contract is tried on a real server."""
+    """Inherit, set `case`, and every promise of the contract is tested on a real server."""

@@ -1,15 +1,15 @@
-"""What is known of an action whose server was killed in the middle of it."""
+"""What is known about an action whose server was killed halfway through."""
 
 import asyncio
 from pathlib import Path
 
-from .stage import Stage, told
+from .served_driver import Stage, blocking
 
 
 class Kills(Stage):
-    """kill -9, and what ledger, probe and device say afterwards."""
+    """kill -9, and what ledger, probe and device report afterwards."""
 
-    @told
+    @blocking
     async def test_after_a_kill_nobody_guesses_and_the_device_can_be_used_again(
         self, tmp_path: Path
     ) -> None:
@@ -22,16 +22,16 @@ class Kills(Stage):
 
         assert outcome.error is not None and outcome.error.name == "Lost"
         assert outcome.error.happened == "unknown"
-        assert self.is_safe(status), f"its server was killed and is back, and it says {status}"
+        assert self.is_safe(status), f"its server was killed and is back, but it reports {status}"
         assert after.state == "SUCCEEDED", f"after the kill: {after.error}"
 
-    @told
+    @blocking
     async def test_after_a_kill_before_a_once_action_its_probe_says_what_is_true(
         self, tmp_path: Path, action: str
     ) -> None:
         await self._probe_after_kill(tmp_path, action, wait=False)
 
-    @told
+    @blocking
     async def test_after_a_kill_behind_a_once_action_its_probe_says_what_is_true(
         self, tmp_path: Path, action: str
     ) -> None:
@@ -42,10 +42,10 @@ class Kills(Stage):
             await asyncio.to_thread(self.rest, folder)
             happened = self.happened(folder, goal.id)
             probe = session.contract.actions[action].probe or ""
-            told = (await session.do(probe)).result or {}
+            answer = (await session.do(probe)).result or {}
 
         assert happened or not wait, (
-            f"{action} never happened: `happened` is to say what the peer saw"
+            f"{action} never happened: `happened` must agree with what the peer saw"
         )
-        if told.get("goal_id") is not None:  # null: the device does not know, and says so
-            assert (told["goal_id"] == goal.id) == happened, f"it {happened=}; {probe}: {told}"
+        if answer.get("goal_id") is not None:  # null: the device reports that it does not know
+            assert (answer["goal_id"] == goal.id) == happened, f"it {happened=}; {probe}: {answer}"

@@ -1,4 +1,4 @@
-"""An instrument at the other end of a serial line that is none: a pseudo-terminal and a function.
+"""An instrument at the other end of an emulated serial line: a pseudo-terminal and a function.
 
 For tests on Linux and macOS; Windows has no pseudo-terminals.
 """
@@ -10,12 +10,14 @@ import threading
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
+from ...system import tasks
+
 
 class PtyPeer:
-    """`answer(line)` is awaited for each line that comes, several at a time; "" answers nothing.
+    """`answer(line)` is awaited for each incoming line, several at a time; "" sends no answer.
 
-    What it raises comes out where the block ends. The port is a symbolic link at `link`. `begin` and
-    `end` run before the first line and after the last one, in the loop in which `answer` runs.
+    Its exceptions are raised at the end of the block. The port is a symbolic link at `link`. `begin`
+    and `end` run before the first line and after the last one, in the same loop as `answer`.
     """
 
     def __init__(
@@ -36,7 +38,7 @@ class PtyPeer:
     def __enter__(self) -> "PtyPeer":
         self._thread.start()
         if not self._ready.wait(10):
-            raise TimeoutError(f"nobody answers on {self.port}")
+            raise TimeoutError(f"no response on {self.port}")
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -54,14 +56,15 @@ class PtyPeer:
         tty.setraw(slave)
         self._link.unlink(missing_ok=True)
         self._link.symlink_to(os.ttyname(slave))
-        tasks: set[asyncio.Task[None]] = set()
+        answering: set[asyncio.Task[None]] = set()
         left = b""
 
         def hear() -> None:
             nonlocal left
             *lines, left = (left + os.read(master, 65536)).split(b"\n")
             for line in lines:
-                tasks.add(asyncio.create_task(self._say(master, line.rstrip(b"\r").decode())))
+                said = line.rstrip(b"\r").decode()
+                answering.add(tasks.spawn(f"answering {said}", self._say(master, said)))
 
         if self._begin is not None:
             await self._begin()
@@ -69,9 +72,7 @@ class PtyPeer:
         self._ready.set()
         await self._over.wait()
         self._loop.remove_reader(master)
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await tasks.end(*answering)
         if self._end is not None:
             await self._end()
         for terminal in (master, slave):  # the slave stays open, or a closed port would hang up
@@ -80,7 +81,7 @@ class PtyPeer:
     async def _say(self, master: int, line: str) -> None:
         try:
             answer = await self._answer(line)
-        except Exception as fault:  # whatever a test's instrument does wrong is told by the test
+        except Exception as fault:  # it is raised again at the end of the block
             self._faults.append(fault)
             answer = f"{type(fault).__name__}: {fault}"
         if answer:

@@ -11,16 +11,17 @@ from typing import Any
 
 from ...schemas.contract import Contract
 from ...schemas.messages import FileContent, Goal
-from ..client import DeviceClient
+from ...system.tasks import end, first_of, spawn
+from ..client.client import DeviceClient
+from ..client.outcome import Outcome
 from ..driver import GoalContext
-from ..host import serving
-from ..outcome import Outcome
-from ..server import DeviceServer
-from ..settings import ServerSettings
+from ..server.host import serving
+from ..server.server import DeviceServer
+from ..server.settings import ServerSettings
 from .case import Case, Params
 
 MOMENT_S = 0.3
-"""After that long an action that was begun is in its middle."""
+"""After this long an action that has begun is halfway through."""
 
 TOLD_LATE_S = 2.0
 
@@ -37,7 +38,7 @@ class Session:
     statuses: list[dict[str, Any]] = field(default_factory=list)
 
     def goal(self, action: str, params: Params | None = None) -> Goal:
-        """A goal that is new, with the parameters of the good call where none are given."""
+        """A new goal, with the parameters of the valid call by default."""
         params = dict(self.case.good[action] if params is None else params)
         read, _ = self.contract.actions[action].path_params()
         return Goal(
@@ -52,40 +53,42 @@ class Session:
         return await self.client.follow(self.goal(action, params))
 
     async def prepare(self, action: str) -> None:
-        """Do what has to be done before the action."""
+        """Do what is needed before the action."""
         for need in self.case.needs.get(action, []):
             outcome = await self.do(need)
             assert outcome.state == "SUCCEEDED", f"{need}, before {action}: {outcome.error}"
 
     async def begin(self, action: str) -> tuple[Goal, "asyncio.Task[Outcome]"]:
-        """Send a good call, and return in the middle of it; at its beginning where it is quick."""
+        """Send a valid call and return in the middle of it, or at its beginning if it is quick."""
         begun = asyncio.Event()
         goal = self.goal(action)
-        following = asyncio.create_task(self.client.follow(goal, lambda report: begun.set()))
-        waiting = asyncio.create_task(begun.wait())
-        await asyncio.wait({following, waiting}, return_when=asyncio.FIRST_COMPLETED)
-        waiting.cancel()
+        following = spawn(
+            f"following {goal.id}", self.client.follow(goal, lambda report: begun.set())
+        )
+        waiting = spawn(f"the first report on {goal.id}", begun.wait())
+        await first_of({following, waiting})
+        await end(waiting)
         if action in self.case.quick:
             return goal, following
         await asyncio.wait({following}, timeout=MOMENT_S)
         assert not following.done(), (
-            f"{action} was over within {MOMENT_S:g} s ({following.result()}): `slow` is to make it "
+            f"{action} was over within {MOMENT_S:g} s ({following.result()}): `slow` must make it "
             "last for more than two seconds"
         )
         return goal, following
 
     async def newest_status(self) -> dict[str, Any]:
-        """The next status that the server tells."""
+        """The next status that the server sends."""
         self.statuses.clear()
         async with asyncio.timeout(10):
-            while not self.statuses:  # noqa: ASYNC110 - the client tells by a callback
+            while not self.statuses:  # noqa: ASYNC110 - the client reports through a callback
                 await asyncio.sleep(0.01)
         return self.statuses[-1]
 
     async def status_once(self, true: Callable[[Params], bool]) -> Params:
-        """The first status of which this is true; after two seconds the newest, whatever it says.
+        """The first status for which this is true; after two seconds the latest, whatever it is.
 
-        What an instrument tells of itself may be a moment older than what it was told to do.
+        An instrument's status may be slightly older than its last command.
         """
         until = asyncio.get_running_loop().time() + TOLD_LATE_S
         while not true(status := await self.newest_status()):
@@ -98,7 +101,7 @@ class Session:
 async def connected(
     case: Case, contract: Contract, url: str, *, ttl_s: float = 30.0, owner: str | None = "run"
 ) -> AsyncIterator[Session]:
-    """A session with whoever serves at `url`; without an owner it holds no lease and only looks."""
+    """A session with the server at `url`; without an owner it holds no lease and only reads."""
     statuses: list[dict[str, Any]] = []
     client = DeviceClient(url, on_status=lambda device, status: statuses.append(status))
     await client.open()
@@ -111,8 +114,10 @@ async def connected(
 
 
 @asynccontextmanager
-async def served(settings: Params) -> AsyncIterator[tuple[DeviceServer, str, list[str]]]:
-    """A server in this process, its address, and the list of calls that its driver has had."""
+async def serving_in_process(
+    settings: Params,
+) -> AsyncIterator[tuple[DeviceServer, str, list[str]]]:
+    """A server in this process, its address, and the list of calls to its driver."""
     async with serving(ServerSettings.model_validate(settings)) as (server, url):
         calls: list[str] = []
         for device in server.devices.values():
@@ -121,7 +126,7 @@ async def served(settings: Params) -> AsyncIterator[tuple[DeviceServer, str, lis
 
 
 def settings(case: Case, contract: Contract, config: Params, folder: Path) -> Params:
-    """What a server of this one device is told."""
+    """The settings of a server for this one device."""
     device = {
         "contract": contract.model_dump(mode="json"),
         "driver": case.driver,

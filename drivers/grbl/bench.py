@@ -1,9 +1,9 @@
-"""The bench's coordinates and the machine's: where zero is, which axis is which, how far it goes.
+"""Bench and machine coordinates: where zero is, which axis is which, how far each one goes.
 
 GRBL's machine space is negative (0 is at the plus end of each axis, -travel at the minus end),
-whichever way it homes; only a firmware that was built so has its 0 where it homes. `origin` is the
-machine's position, per axis of the bench, where the bench has its zero; by default the corner at
-the minus end, as far from the switch as homing pulls off.
+whichever way it homes; only firmware built that way has its 0 where it homes. `origin` is the
+machine position of the bench's zero, per bench axis; by default the corner at the minus end, as
+far from the switch as homing pulls off.
 """
 
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from .keep_out import Box, read_boxes
 from .settings import Point, Settings
 
 AXES = "xyz"
-ROUNDING_MM = 0.006  # a step and the report's last digit: standing on the edge is inside
+ROUNDING_MM = 0.006  # a step and the report's last digit: a position on the edge is inside
 
 Limits = dict[str, tuple[float | None, float | None]]
 
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """`index[i]` and `sign[i]` say which machine axis is axis i of the bench, and which way.
+    """`index[i]` and `sign[i]` say which machine axis is bench axis i, and in which direction.
 
-    `low` and `high` are the reach of the bench's axes, in mm on the bench.
+    `low` and `high` are the range of the bench's axes, in mm on the bench.
     """
 
     index: tuple[int, int, int]
@@ -35,18 +35,18 @@ class Bench:
     boxes: tuple[Box, ...] = ()
 
     def to_bench(self, machine: Point) -> Point:
-        """Where a machine position is on the bench."""
+        """The bench position of a machine position."""
         x, y, z = (
             self.sign[i] * (machine[self.index[i]] - self.origin[i]) for i in range(len(AXES))
         )
         return x, y, z
 
     def to_machine(self, axis: int, value: float) -> tuple[int, float]:
-        """The machine's axis and its position for one coordinate of the bench."""
+        """The machine axis and its position for one bench coordinate."""
         return self.index[axis], self.origin[axis] + self.sign[axis] * value
 
     def check_range(self, wanted: dict[str, float], device: str) -> None:
-        """Raise SoftLimit for the first coordinate that is out of reach, or no number."""
+        """Raise SoftLimit for the first coordinate that is out of range, or not a number."""
         for axis, value in wanted.items():
             low, high = self.low[AXES.index(axis)], self.high[AXES.index(axis)]
             if not low - ROUNDING_MM <= value <= high + ROUNDING_MM:  # neither is true of NaN
@@ -57,19 +57,19 @@ class Bench:
                 )
 
     def check_path(self, start: Point, end: Point, device: str) -> None:
-        """Raise SoftLimit where the straight way goes through a keep-out box."""
+        """Raise SoftLimit if the straight path goes through a keep-out box."""
         for box in self.boxes:
             if box.holds(start) and not box.holds(end):
                 continue  # the way out is open
             if box.meets(start, end):
                 raise ActionFailed(
                     "SoftLimit",
-                    f"{device} was not moved: the way from {words(start)} to {words(end)} goes "
-                    f"through the keep-out box {box.words()}; go around it",
+                    f"{device} was not moved: the path from {place_words(start)} to {place_words(end)} goes "
+                    f"through the keep-out box {box.ranges()}; go around it",
                 )
 
     def reach(self, start: Point, axis: int, sign: int) -> float:
-        """The farthest that one axis may go from here, this way."""
+        """The farthest that one axis may go from here in this direction."""
         edge = self.high[axis] if sign > 0 else self.low[axis]
         end: list[float] = list(start)
         end[axis] = edge
@@ -82,7 +82,7 @@ class Bench:
 
 
 def read_bench(config: dict[str, Any], limits: Limits, settings: Settings) -> Bench:
-    """From a lab's config, its limits and the contract's, and the machine's own travel."""
+    """Built from a lab's config, its limits and the contract's, and the machine's own travel."""
     index, sign = zip(*(_axis(config, name) for name in AXES), strict=True)
     origins, lows, highs = [], [], []
     for i, name in enumerate(AXES):
@@ -97,7 +97,7 @@ def read_bench(config: dict[str, Any], limits: Limits, settings: Settings) -> Be
 
 
 def bench_from_here(config: dict[str, Any], limits: Limits, machine: Point) -> Bench:
-    """For a machine without switches, whose carriage somebody has put at `home_here` by hand."""
+    """For a machine without switches, whose carriage was put at `home_here` by hand."""
     index, sign = zip(*(_axis(config, name) for name in AXES), strict=True)
     here = [float((config.get("home_here") or {}).get(name, 0.0)) for name in AXES]
     origin = _three([machine[index[i]] - sign[i] * here[i] for i in range(len(AXES))])
@@ -117,7 +117,7 @@ def _both(
 
 
 def whole_limits(place: Place) -> Limits:
-    """The lab's limits of the axes, and the contract's own where the lab has none or wider ones."""
+    """The lab's axis limits, or the contract's own if the lab has none or wider ones."""
     schemas = shipped_contracts()["gantry@1"].actions["move_to"].param_schemas()
     return {
         axis: _both(
@@ -128,7 +128,7 @@ def whole_limits(place: Place) -> Limits:
 
 
 def _machine_range(settings: Settings, axis: int) -> tuple[float, float]:
-    """From the minus end to the plus end, the switch's own end as far as homing pulls off."""
+    """From the minus end to the plus end; the switch's end less the pull-off distance of homing."""
     travel, off = settings.travel[axis], settings.pull_off
     if settings.zero_where_homed:
         return (0.0, travel - off) if settings.homes_to_minus(axis) else (off - travel, 0.0)
@@ -146,6 +146,6 @@ def _three(values: list[float]) -> Point:
     return x, y, z
 
 
-def words(place: Point) -> str:
-    """A place as a person reads it."""
+def place_words(place: Point) -> str:
+    """A position for people to read."""
     return f"x {place[0]:.3f} y {place[1]:.3f} z {place[2]:.3f} mm"

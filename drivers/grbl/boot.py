@@ -1,4 +1,4 @@
-"""Reach a controller on its port: banner, settings, work offset; or say what is there instead."""
+"""Connect to a controller: banner, settings, work offset; or report what is there instead."""
 
 import asyncio
 
@@ -14,7 +14,7 @@ OFFSET_LOOKS = 40  # the offset comes with every tenth to thirtieth report
 
 
 async def reach(controller: Controller, boot_s: float) -> None:
-    """Open the port and make the controller's acquaintance; raises OSError with a sentence."""
+    """Open the port and identify the controller; raises OSError with the reason."""
     await controller.port.open()
     controller.connected()
     try:
@@ -23,7 +23,7 @@ async def reach(controller: Controller, boot_s: float) -> None:
         lines = await controller.ask("$$")
         controller.configure(Settings.read(lines, await _options(controller)))
         await _learn_offset(controller)
-    except BaseException as fault:
+    except BaseException as fault:  # a cancel as well
         controller.disconnected(str(fault))
         await controller.port.close()
         if isinstance(fault, GrblFault):
@@ -33,7 +33,7 @@ async def reach(controller: Controller, boot_s: float) -> None:
 
 
 async def _greet(controller: Controller, boot_s: float) -> None:
-    """Most boards boot when their port is opened; the others are asked, and calmed."""
+    """Most boards boot when their port is opened; the others are queried, and stopped."""
     before = controller.boots
     if await controller.until(lambda: controller.boots > before or bool(controller.lost), boot_s):
         if controller.lost:
@@ -57,13 +57,13 @@ async def _greet(controller: Controller, boot_s: float) -> None:
 def _check_age(controller: Controller) -> None:
     if controller.firmware.startswith("Grbl 0."):
         raise OSError(
-            f"{controller.port.name}: this is {controller.firmware}, whose reports are of an older "
-            f"kind; GRBL 1.1 or grblHAL is wanted: flash it anew"
+            f"{controller.port.name}: this is {controller.firmware}, whose reports have an older "
+            f"format; flash GRBL 1.1 or grblHAL"
         )
 
 
 async def _options(controller: Controller) -> str:
-    """How its firmware was built, as letters; none where it does not say."""
+    """The firmware's build options, as letters; empty if it does not report them."""
     try:
         told = await controller.ask("$I", OPTIONS_S)
     except (Refused, Silent):
@@ -80,7 +80,7 @@ async def _learn_offset(controller: Controller) -> None:
 
 
 def not_grbl(controller: Controller, boot_s: float) -> str:
-    """What is on the port, when it is no GRBL."""
+    """What is on the port, if it is not GRBL."""
     name, baud = controller.port.name, controller.port.baud
     unreadable = controller.lines.unreadable + sum(
         not 0x20 <= byte < 0x7F for byte in controller.lines.rest
@@ -88,16 +88,16 @@ def not_grbl(controller: Controller, boot_s: float) -> str:
     heard = list(controller.overheard) or [controller.lines.rest.decode("ascii", "replace")]
     if unreadable > 4:
         return (
-            f"{name} answers, but in unreadable bytes: {baud} baud is probably wrong "
+            f"{name} responds, but with unreadable bytes: {baud} baud is probably wrong "
             f"(GRBL and grblHAL speak 115200); set `baud` in the lab"
         )
     if any(word.strip() for word in heard):
         return (
-            f"{name} answers, but not as GRBL does: it said `{heard[-1][:60]}`; "
-            f"another instrument is on this port, see the other names under /dev/serial/by-id"
+            f"{name} responds, but not as GRBL does: it sent `{heard[-1][:60]}`; "
+            f"another instrument is on this port; see the other names under /dev/serial/by-id"
         )
     return (
-        f"{name} is open, but nothing on it answers: no GRBL banner within {boot_s:g} s, no report "
-        f"to `?` and no boot on a reset; is the controller switched on, is this its port, and is it "
-        f"its speed ({baud} baud)?"
+        f"{name} is open, but nothing on it responds: no GRBL banner within {boot_s:g} s, no report "
+        f"to `?` and no boot on a reset; is the controller switched on, is this its port, and is "
+        f"{baud} baud its speed?"
     )

@@ -1,4 +1,4 @@
-"""What a lab may say of a gantry in `config`, read at once and refused in words."""
+"""The `config` of a gantry in a lab, read and checked at once."""
 
 import math
 from collections.abc import Collection
@@ -7,13 +7,15 @@ from typing import Any
 from .keep_out import read_boxes
 
 PLACING = ("origin", "axes", "keep_out", "home_first", "homing_timeout")
-"""What every gantry behind GRBL can be told about its bench."""
+"""The bench settings of every gantry behind GRBL."""
 
 
 def check_config(device: str, config: dict[str, Any], known: Collection[str]) -> None:
-    """Raise ValueError with the first thing that is wrong."""
+    """Raise ValueError with the first error."""
     if unknown := sorted(set(config) - set(known)):
-        raise ValueError(f"config has no {', '.join(unknown)}; it has: {', '.join(known)}")
+        raise ValueError(
+            f"config has no key {', '.join(unknown)}; its keys are: {', '.join(known)}"
+        )
     _check_axes(config.get("axes"))
     _check_place("origin", config.get("origin"))
     _check_place("home_here", config.get("home_here"))
@@ -21,9 +23,9 @@ def check_config(device: str, config: dict[str, Any], known: Collection[str]) ->
     for name in ("boot_s", "homing_timeout", "baud", "silence_s"):
         value = config.get(name, 1)
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1e9:
-            raise ValueError(f"{name} is {value!r}; a number above 0 is wanted")
+            raise ValueError(f"{name} is {value!r}; it must be a number above 0")
     if not isinstance(config.get("home_first", False), bool):
-        raise ValueError(f"home_first is {config['home_first']!r}; true or false is wanted")
+        raise ValueError(f"home_first is {config['home_first']!r}; it must be true or false")
 
 
 def _check_axes(axes: Any) -> None:
@@ -33,8 +35,8 @@ def _check_axes(axes: Any) -> None:
     used = [] if wrong else [str(axes.get(a, a)).lower().removeprefix("-") for a in "xyz"]
     if wrong or sorted(used) != ["x", "y", "z"]:
         raise ValueError(
-            f"axes is {axes!r}; it says which machine axis each axis of the bench is, "
-            f"each once and with a minus where it runs the other way: {{x: Y, y: -X}}"
+            f"axes is {axes!r}; it must give the machine axis for each bench axis, each "
+            f"once, with a minus if it runs the other way: {{x: Y, y: -X}}"
         )
 
 
@@ -43,7 +45,7 @@ def _check_place(name: str, place: Any) -> None:
         return
     fine = isinstance(place, dict) and set(place) <= set("xyz")
     if not fine or not all(_is_number(value) for value in place.values()):
-        raise ValueError(f"{name} is {place!r}; it is written {{x: -805, y: -725, z: -90}}, in mm")
+        raise ValueError(f"{name} is {place!r}; write it as {{x: -805, y: -725, z: -90}}, in mm")
 
 
 def _is_number(value: Any) -> bool:

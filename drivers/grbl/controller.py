@@ -1,17 +1,18 @@
-"""Talk with a GRBL controller: lines and their answers, reports, alarms, boots."""
+"""Talk to a GRBL controller: lines and their answers, reports, alarms, boots."""
 
 import asyncio
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import Enum
 
-from ..news import News
+from ..serial_io.condition import Condition
 from .faults import Alarmed, GrblFault, Lost, NotConnected, Refused, Restarted, Silent
+from .messages import alarm_words
+from .parse_line import Lines, ParsedLine, understand
 from .port import Port
 from .report import Report, ReportReader
-from .said import Lines, Said, understand
 from .settings import Settings
-from .words import alarm_words
 
 RESET, HOLD, RESUME, ASK, CANCEL_JOG = b"\x18", b"!", b"~", b"?", b"\x85"
 
@@ -22,20 +23,37 @@ REPORT_S = 2.0
 """How long a `?` waits for its report; a controller answers it within milliseconds."""
 
 RX_BYTES = 127
-"""How many bytes may be on their way: what overruns the 128 of its buffer is lost silently."""
+"""How many bytes may be in transit: bytes beyond the 128 of its buffer are lost silently."""
+
+LATE_S = 10.0
+"""A forgotten line that has no `ok` after this long never gets one: it was lost in noise."""
+
+
+class Contact(Enum):
+    """Whether it hears and answers, as a person would say it."""
+
+    CLOSED = "its port is not open"
+    READY = "it responds"
+    SILENT = "it did not respond to the last `?`, so its state is unknown"
+    HOMING = "it is homing, and does not respond to `?` meanwhile"
+    ALARMED = "it does not respond from an alarm to the boot that follows"
+    WANTS_RESET = "since an alarm it waits for a reset"
 
 
 @dataclass(slots=True)
 class _Line:
     text: str
     answer: asyncio.Future[None]
+    told: list[str] = field(default_factory=list)
+    forgotten_at: float | None = None
 
 
 class Controller:
-    """One controller on one port, as it is known now.
+    """One controller on one port, as currently known.
 
-    `homed` is whether its position can be trusted, `alarm` why it cannot go on (empty where it
-    can). Whatever waits here is told when the port is lost, an alarm comes or it boots.
+    `homed` is whether its position can be trusted, `alarm` why it cannot continue (empty if it
+    can). `why` says more than `contact` where it is closed or silent. Everything that waits here is
+    notified when the port is lost, on an alarm or on a boot.
     """
 
     def __init__(self, port: str, baud: int) -> None:
@@ -47,64 +65,86 @@ class Controller:
         self.firmware = ""
         self.homed = False
         self.alarm = ""
-        self.lost = "it has not been opened yet"
+        self.contact = Contact.CLOSED
+        self.why = "it has not been opened yet"
         self.message = ""
-        self.mute = ""  # why nobody knows how it is, though its port is there
         self.reports_heard = 0
         self.boots = 0
-        self.dead = False  # from an alarm to the boot that follows, it answers nothing
-        self.deaf = False  # while it homes it does not answer `?`
-        self.wants_reset = False
         self.heard_at = 0.0
         self.overheard: deque[str] = deque(maxlen=5)
         self.stopping: asyncio.Task[None] | None = None
         self.on_alarm: Callable[[], None] = lambda: None
         self.on_report: Callable[[], None] = lambda: None
-        self._told: list[str] = []
         self._reset_asked = False
         self._in_flight: deque[_Line] = deque()
-        self._news = News()
-        self.until = self._news.until
+        self._late = 0
+        self._condition = Condition()
+        self.until = self._condition.until
+
+    @property
+    def lost(self) -> str:
+        """Why its port is not open; empty if it is."""
+        return self.why if self.contact is Contact.CLOSED else ""
+
+    @property
+    def dead(self) -> bool:
+        """Whether it does not respond because of an alarm."""
+        return self.contact in (Contact.ALARMED, Contact.WANTS_RESET)
 
     def write(self, data: bytes) -> None:
-        """Bytes that are obeyed at once, past all lines; nothing where the port is lost."""
+        """Send bytes that take effect at once, ahead of all lines; nothing if the port is lost."""
         if not self.lost:
             self.port.write(data)
 
     def reset(self) -> None:
-        """Ctrl-X; the boot that follows is ours and no accident."""
+        """Send Ctrl-X; the boot that follows is then expected."""
         self._reset_asked = True
         self.write(RESET)
 
     def room_for(self, line: str) -> bool:
-        """Whether its buffer surely takes this line too."""
+        """Whether its buffer is certain to have room for this line."""
         return sum(len(one.text) + 1 for one in self._in_flight) + len(line) + 1 <= RX_BYTES
 
     def say(self, line: str) -> asyncio.Future[None]:
         """Send a line; the future ends with its `ok` or raises a GrblFault."""
+        return self._say(line).answer
+
+    def _say(self, text: str) -> _Line:
         if self.lost:
             raise NotConnected(self.lost)
-        answer: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        answer.add_done_callback(_seen)
-        self._in_flight.append(_Line(line, answer))
-        self.port.write(line.encode("ascii") + b"\n")
-        return answer
+        loop = asyncio.get_running_loop()
+        over = loop.time() - LATE_S
+        self._in_flight = deque(
+            one for one in self._in_flight if one.forgotten_at is None or one.forgotten_at > over
+        )
+        line = _Line(text, loop.create_future())
+        line.answer.add_done_callback(_seen)
+        self._in_flight.append(line)
+        self.port.write(text.encode("ascii") + b"\n")
+        return line
 
     async def ask(self, line: str, seconds: float = ANSWER_S) -> list[str]:
-        """Send a line and wait for its `ok`; the settings and texts that came before it."""
-        self._told = []
-        answer = self.say(line)
+        """Send a line and wait for its `ok`; return the settings and texts that came before it."""
+        asked, late = self._say(line), self._late
         try:
             async with asyncio.timeout(seconds):
-                await answer
+                await asked.answer
         except TimeoutError:
-            self.forget(answer)
-            raise Silent(f"it did not answer within {seconds:g} s; {self.last_words}") from None
-        return self._told
+            # Taken for a late one, an `ok` since then may have been this line's: then none follows.
+            (self.forget if late == self._late else self.write_off)(asked.answer)
+            raise Silent(f"it did not respond within {seconds:g} s; {self.last_words}") from None
+        return asked.told
 
     def forget(self, answer: asyncio.Future[None]) -> None:
-        """Nobody waits for this answer any more."""
-        self._in_flight = deque(one for one in self._in_flight if one.answer is not answer)
+        """Stop waiting for this answer; one that comes late is not taken for another line's."""
+        for line in self._in_flight:
+            if line.answer is answer:
+                line.forgotten_at = asyncio.get_running_loop().time()
+
+    def write_off(self, answer: asyncio.Future[None]) -> None:
+        """Note that this answer was lost in noise; those to earlier lines are then lost as well."""
+        while any(line.answer is answer for line in self._in_flight):
+            self._in_flight.popleft()
 
     async def look(self, seconds: float = REPORT_S) -> Report:
         """A report made after this call; raises Silent or Lost."""
@@ -113,48 +153,51 @@ class Controller:
         before = self.reports_heard
         self.write(ASK)
         if not await self.until(lambda: self.reports_heard > before or bool(self.lost), seconds):
-            self.mute = (
-                f"it did not answer `?` within {seconds:g} s; {self.last_words}. "
-                f"Is it switched on, and its cable in?"
+            why = (
+                f"it did not respond to `?` within {seconds:g} s; {self.last_words}. "
+                f"Is it switched on, and its cable plugged in?"
             )
-            raise Silent(self.mute)
+            if self.contact in (Contact.READY, Contact.SILENT):
+                self.contact, self.why = Contact.SILENT, why
+            raise Silent(why)
         if self.lost or self.report is None:
             raise Lost(self.lost)
         return self.report
 
     @property
     def last_words(self) -> str:
-        """What it said last, for a sentence."""
+        """What it sent last, for a message."""
         if not self.overheard:
-            return "it has said nothing"
-        return f"its last words were `{self.overheard[-1]}`"
+            return "it has sent nothing"
+        return f"it last sent `{self.overheard[-1]}`"
 
     def silent_s(self) -> float:
-        """For how long nothing readable has come."""
+        """Seconds since the last readable bytes."""
         return asyncio.get_running_loop().time() - self.heard_at
 
     def connected(self) -> None:
-        """The port is open; nothing that was known of an earlier connection holds."""
-        self.lost, self.dead, self.deaf, self.wants_reset = "", False, False, False
-        self.report, self.lines, self.message, self.mute = None, Lines(), "", ""
+        """Note that the port is open; what was known from an earlier connection is void."""
+        self.contact = Contact.READY
+        self.report, self.lines, self.message = None, Lines(), ""
         self.reports = ReportReader()
         self.heard_at = asyncio.get_running_loop().time()
         self.overheard.clear()
         self._reset_asked = True  # opening the port boots most boards
 
     def configure(self, settings: Settings) -> None:
-        """Take in its settings; a boot that comes from here on is one that nobody asked for."""
+        """Store its settings; a boot from here on is unexpected."""
         self.settings = settings
         self._reset_asked = False
         self.reports.inches = settings.inches
-        self.reports.offset = None  # what was told before may be read wrongly
+        self.reports.offset = None  # earlier reports may have been misread
 
     def disconnected(self, why: str) -> None:
-        """The port is closed, and all that waited is told why."""
-        self.lost = self.lost or why
+        """Note that the port is closed, and pass the reason to all that wait."""
+        if not self.lost:
+            self.contact, self.why = Contact.CLOSED, why or Contact.CLOSED.value
         self.homed = False
         self._fail(Lost(self.lost))
-        self._news.set()
+        self._condition.set()
 
     def _lost(self, why: str) -> None:
         if not self.lost:
@@ -167,9 +210,9 @@ class Controller:
             if said.kind not in ("report", "ok", "setting", "options"):
                 self.overheard.append(line[:80])
             self._hear(said)
-        self._news.set()
+        self._condition.set()
 
-    def _hear(self, said: Said) -> None:
+    def _hear(self, said: ParsedLine) -> None:
         match said.kind:
             case "ok" if self._in_flight:
                 self._settle(None)
@@ -183,14 +226,17 @@ class Controller:
                 self._hear_boot(said.text)
             case "message":
                 self.message = said.text
-                self.wants_reset = self.wants_reset or said.text == "Reset to continue"
-            case "setting" | "options":
-                self._told.append(said.text)
+                if self.dead and said.text == "Reset to continue":
+                    self.contact = Contact.WANTS_RESET
+            case "setting" | "options" if self._in_flight:
+                self._in_flight[0].told.append(said.text)
             case _:
                 pass
 
     def _settle(self, fault: GrblFault | None) -> None:
-        answer = self._in_flight.popleft().answer
+        line = self._in_flight.popleft()
+        answer = line.answer
+        self._late += line.forgotten_at is not None
         if not answer.done():
             answer.set_result(None) if fault is None else answer.set_exception(fault)
 
@@ -201,33 +247,37 @@ class Controller:
     def _hear_report(self, text: str) -> None:
         report = self.reports.read(text)
         if report is not None:
-            self.report, self.mute = report, ""
+            self.report = report
+            if self.contact is Contact.SILENT:
+                self.contact = Contact.READY
             self.reports_heard += 1
             self.on_report()
 
     def _hear_alarm(self, code: int) -> None:
-        # An `ok` that comes after this is no success: nobody is left to take it.
-        self.alarm, self.homed, self.dead = alarm_words(code), False, True
+        # An `ok` that comes after this is not a success: nothing waits for it any more.
+        self.alarm, self.homed = alarm_words(code), False
+        if self.contact is not Contact.WANTS_RESET:
+            self.contact = Contact.ALARMED
         self._fail(Alarmed(code))
         self.on_alarm()
 
     def _hear_boot(self, firmware: str) -> None:
         self.boots += 1
         self.firmware = firmware
-        self.dead, self.deaf, self.wants_reset = False, False, False
-        why = f"it started anew: `{firmware}`"
+        self.contact = Contact.READY
+        why = f"it restarted: `{firmware}`"
         if not self._reset_asked:
-            why += ". Look at its reset button, its emergency stop and its power, and home it"
+            why += ". Check its reset button, emergency stop and power, and home it"
             self.homed = False
             self.alarm = self.alarm or (
-                "it started anew by itself (reset button, emergency stop, or its power failed); "
-                "where it stands is not known. Home it"
+                "it restarted unexpectedly (reset button, emergency stop, or power failure); "
+                "its position is unknown. Home it"
             )
         self._fail(Restarted(why))
         self._reset_asked = False
 
 
 def _seen(answer: asyncio.Future[None]) -> None:
-    """A fault that nobody waited for is no leak."""
+    """Mark an exception that nothing waits for as retrieved."""
     if not answer.cancelled():
         answer.exception()

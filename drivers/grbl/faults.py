@@ -1,18 +1,18 @@
-"""How a controller fails to do what it was asked."""
+"""The ways in which a controller fails a request."""
 
 from ...schemas.contract import Happened
-from .words import alarm_words, error_words
+from .messages import alarm_words, error_words
 
 
 class GrblFault(Exception):
-    """`error` is the contract's name for it, `happened` whether what was asked took effect."""
+    """`error` is the contract's name for it, `happened` whether the request took effect."""
 
     error = "Alarm"
     happened: Happened = "unknown"
 
 
 class Refused(GrblFault):
-    """`error:N`: the line was not taken."""
+    """`error:N`: the line was not accepted."""
 
     happened: Happened = "no"
 
@@ -23,7 +23,7 @@ class Refused(GrblFault):
 
 
 class Alarmed(GrblFault):
-    """`ALARM:N` while a line was under way."""
+    """`ALARM:N` while a line was being executed."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"it answered {alarm_words(code)}")
@@ -31,7 +31,7 @@ class Alarmed(GrblFault):
 
 
 class Restarted(GrblFault):
-    """A boot: whatever was under way is gone."""
+    """A boot: whatever was running is lost."""
 
 
 class Silent(GrblFault):
@@ -39,7 +39,7 @@ class Silent(GrblFault):
 
 
 class StillLocked(GrblFault):
-    """It answers nothing since an alarm, so nothing was asked of it."""
+    """It has not responded since an alarm, so nothing was sent."""
 
     happened: Happened = "no"
 
@@ -49,7 +49,7 @@ class Lost(GrblFault):
 
 
 class NotConnected(GrblFault):
-    """The port was gone before anything was asked."""
+    """The port was gone before anything was sent."""
 
     error = "Offline"
     happened: Happened = "no"

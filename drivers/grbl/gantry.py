@@ -10,64 +10,58 @@ import contextlib
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-from ..driver import ActionCanceled, ActionFailed, GoalContext, Place
-from .alarm import recover
-from .bench import Point, bench_from_here, read_bench, words
+from ...system.tasks import end, keep, spawn
+from ..driver import GoalContext, Place
+from .alarm import TRIES, recover
+from .bench import Point, bench_from_here, place_words, read_bench
 from .boot import reach
-from .by_hand import ByHand
 from .config import PLACING
-from .controller import HOLD, RESUME, Controller
-from .faults import GrblFault, Lost, NotConnected, Restarted, Silent, StillLocked
+from .controller import HOLD, RESUME, Contact, Controller
+from .faults import GrblFault, Lost, Restarted, Silent, StillLocked
 from .homing import home
 from .jog import jog_by, jog_while
+from .jog_rules import JogRules
 from .motion import Ended, Move
 from .report import Report
+from .status_words import state_of, trouble_of
 from .stopping import finished, stop, wake
-from .telling import state_of, trouble_of
 
 AGAIN_S = 1.0
 STATUS_S = 0.8
 HELD_S = 3.0
 
 
-class Grbl(ByHand):
-    """Keeps gantry@1 by pyserial; the port comes back by itself after it was unplugged."""
+class Grbl(JogRules):
+    """Implements gantry@1 through pyserial; the port is reopened by itself after it was unplugged."""
 
     options: ClassVar[tuple[str, ...]] = ("port", "baud", "boot_s", "home_here", *PLACING)
+    when_lost: ClassVar[str] = "; it reconnects when it is back"
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
         if not place.config.get("port"):
             raise ValueError("config needs `port`, such as /dev/serial/by-id/usb-... or COM5")
-        self.controller = Controller(
+        self.known = self.controller = Controller(
             str(place.config["port"]), int(place.config.get("baud", 115200))
         )
         self.controller.on_alarm = self._recover
         self.controller.on_report = self._reported
         self._tasks: set[asyncio.Task[None]] = set()
         self._recovery: asyncio.Task[None] | None = None
-        self._doing: str | None = None
-        self._stopped = False
-
-    @property
-    def homed(self) -> bool:
-        return self.controller.homed
 
     async def open(self) -> None:
         await self._reach()
-        self._start(self._keep())
+        self._tasks.add(keep(f"reopening {self.controller.port.name}", self._keep))
 
     async def close(self) -> None:
-        for task in list(self._tasks):
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await end(*self._tasks)
         await finished(self.controller)
         self.controller.disconnected("it was closed")
         await self.controller.port.close()
 
     async def status(self) -> dict[str, Any]:
         c = self.controller
-        if not (c.lost or c.dead or c.deaf or self._doing == "home"):
+        if c.contact in (Contact.READY, Contact.SILENT) and self._doing != "home":
             with contextlib.suppress(GrblFault):
                 await c.look(STATUS_S)
         told: dict[str, Any] = {
@@ -80,15 +74,7 @@ class Grbl(ByHand):
             told |= self._from_zero(c.report.work)
         return told
 
-    async def safe(self) -> None:
-        self._stopped = True
-        try:
-            await stop(self.controller, moving=self._doing is not None)
-        except GrblFault as fault:
-            raise OSError(f"{self._name()}: {fault}") from fault
-
-    async def home(self, goal: GoalContext) -> dict[str, Any]:
-        self._check_connected("home")
+    async def _home(self, goal: GoalContext) -> None:
         try:
             with self._under_way("home"):
                 if "home_here" in self.place.config:
@@ -101,35 +87,24 @@ class Grbl(ByHand):
                 self._read_report()
         except Ended:
             raise self._ending(goal, "HomingFailed", "unknown") from None
-        except GrblFault as fault:
-            error = "Offline" if isinstance(fault, NotConnected) else "HomingFailed"
-            message = f"{self._name()} was asked to home (`$H`); {fault}"
-            raise ActionFailed(error, message, fault.happened) from fault
-        return {}
 
-    async def hold(self, goal: GoalContext) -> dict[str, Any]:
-        self._check_connected("hold")
-        c = self.controller
-        with self._telling("hold (`!`)"):
-            if self._doing == "move" and not c.dead:
-                # In Idle a hold would be kept, and block the next line.
-                c.write(HOLD)
-                await self._until(lambda r: r.state != "Run" and r.still, "did not come to a stand")
-        return {}
+    async def _hold(self) -> None:
+        if not self.controller.dead:
+            # In Idle a hold would persist, and block the next line.
+            self.controller.write(HOLD)
+            await self._until(lambda r: r.state != "Run" and r.still, "did not come to a stop")
 
-    async def resume(self, goal: GoalContext) -> dict[str, Any]:
-        self._check_connected("resume")
-        with self._telling("resume (`~`)"):
-            report = await self.controller.look()
-            if report.state in ("Hold", "Door"):
-                self.controller.write(RESUME)
-                await self._until(lambda r: r.state not in ("Hold", "Door"), "did not go on")
-        return {}
+    async def _resume(self) -> None:
+        if (await self.controller.look()).state in ("Hold", "Door"):
+            self.controller.write(RESUME)
+            await self._until(lambda r: r.state not in ("Hold", "Door"), "did not resume")
+
+    async def _stop(self) -> None:
+        await stop(self.controller, moving=self._doing is not None)
 
     async def halt(self, goal: GoalContext) -> dict[str, Any]:
-        self._check_connected("halt")
+        await super().halt(goal)
         with self._telling("halt"):
-            await stop(self.controller, moving=self._doing is not None)
             await wake(self.controller)
         return {}
 
@@ -153,7 +128,7 @@ class Grbl(ByHand):
         self._read_report()
 
     async def _keep(self) -> None:
-        """Take the port up again whenever it was lost; where the gantry stands is then unknown."""
+        """Reopen the port whenever it was lost; the gantry's position is then unknown."""
         c = self.controller
         while True:
             await c.until(lambda: bool(c.lost), 3600)
@@ -170,27 +145,28 @@ class Grbl(ByHand):
         c = self.controller
         report = await c.look()
         if report.state == "Alarm" or c.dead:
-            raise GrblFault("it is locked by an alarm; unlock it, and put it at its place again")
+            raise GrblFault("it is locked by an alarm; unlock it, and put it back at its place")
         machine = report.machine
         if machine is None:
-            raise Silent("it does not say where it is")
+            raise Silent("it does not report where it is")
         self.bench = bench_from_here(self.place.config, self.limits, machine)
         c.homed, c.alarm = True, ""
 
     async def _clear_hold(self) -> None:
-        """A hold that was left would keep `$H` waiting for ever."""
+        """End a leftover hold, which would keep `$H` waiting forever."""
         c = self.controller
         if (await c.look()).state in ("Hold", "Door"):
             await stop(c, moving=False)
         await wake(c)
 
     async def _recovered(self) -> None:
-        """After an alarm: wait until it answers again, and try anew where it had given up."""
+        """After an alarm, wait until it responds again, and retry if recovery had given up."""
         c = self.controller
         if not c.dead:
             return
         if self._recovery is None or self._recovery.done():
-            self._recovery = self._start(recover(c, 1))
+            self._recover(1)
+        assert self._recovery is not None
         await asyncio.wait({self._recovery})
         if c.dead:
             raise StillLocked(c.alarm)
@@ -211,7 +187,7 @@ class Grbl(ByHand):
 
     async def _set_zero(self, line: str) -> None:
         c = self.controller
-        await c.ask(line, 30.0)  # it waits for a standstill, and writes to its slow memory
+        await c.ask(line, 30.0)  # it waits for standstill, and writes to its slow memory
         c.reports.offset = None
         for _ in range(40):
             await c.look()
@@ -223,8 +199,8 @@ class Grbl(ByHand):
         report = await self.controller.look()
         if report.machine is None:
             raise Silent(
-                "it has not told its work offset, without which its report says no place; "
-                "`$10=1` makes it tell the machine's own"
+                "it has not reported its work offset, without which its reports give no position; "
+                "`$10=1` makes it report machine positions"
             )
         return report.machine
 
@@ -232,18 +208,9 @@ class Grbl(ByHand):
         return self.controller.reports.offset
 
     @contextlib.contextmanager
-    def _under_way(self, doing: str):
-        self._doing, self._stopped = doing, False
-        try:
-            yield
-        finally:
-            self._doing = None
-
-    @contextlib.contextmanager
     def _moving(self, goal: GoalContext, doing: str, end: dict[int, float] | None = None):
-        """Around one motion: a stop or a cancel that ends it is told as such."""
-        start = self.controller.report.machine if self.controller.report else None
-        told = _progress(goal, start, end or {})
+        """Wrap one motion: a stop or a cancel that ends it is reported as such."""
+        told = _progress(goal, self._place_known(), end or {})
         with self._under_way(doing):
             try:
                 yield Move(self.controller, self._ended(goal), lambda r: told(self, r))
@@ -253,22 +220,12 @@ class Grbl(ByHand):
                 raise self._ending(goal, "Alarm", "yes") from None
             except Lost as fault:
                 raise Lost(
-                    f"it answered nothing more: {fault}. What it had been told it may do to its end; "
+                    f"it stopped responding: {fault}. It may still finish what it was sent; "
                     f"plug it in again, and home it"
                 ) from fault
 
-    def _ended(self, goal: GoalContext) -> Callable[[], bool]:
-        return lambda: goal.cancelled.is_set() or self._stopped
-
-    def _ending(self, goal: GoalContext, error: str, happened: Any) -> Exception:
-        report = self.controller.report
-        machine = report.machine if report else None
-        where = words(self.bench.to_bench(machine)) if machine else "an unknown place"
-        if goal.cancelled.is_set():
-            return ActionCanceled(f"stopped at {where}")
-        return ActionFailed(
-            error, f"a stop ended the motion of {self._name()} at {where}", happened
-        )
+    def _place_known(self) -> Point | None:
+        return self.controller.report.machine if self.controller.report else None
 
     async def _until(self, true: Callable[[Report], bool], failing: str) -> None:
         clock = asyncio.get_running_loop().time
@@ -282,59 +239,39 @@ class Grbl(ByHand):
         kind = "grblHAL" if "HAL" in self.controller.firmware else "GRBL"
         return f"{self.place.device} ({kind} on {self.controller.port.name})"
 
-    def _check_connected(self, asked: str) -> None:
-        if self.controller.lost:
-            raise ActionFailed(
-                "Offline",
-                f"{self._name()} was asked to {asked}, but {self.controller.lost}; "
-                f"it is taken up again when it is back",
-                "no",
-            )
+    async def _look(self) -> None:
+        if not self.controller.dead:
+            await self.controller.look()
 
-    def _in_alarm(self) -> bool:
+    def _held_in(self) -> str:
         c = self.controller
-        return bool(c.alarm) or (c.report is not None and c.report.state == "Alarm")
-
-    async def _ready(self) -> None:
-        c = self.controller
-        self._check_connected("move")
-        if not c.dead:
-            with self._telling("say how it is (`?`)", before=True):
-                await c.look()
-        if c.alarm:
-            raise ActionFailed("Alarm", f"{self._name()} was not moved: {c.alarm}", "no")
-        if c.report is not None and c.report.state in ("Hold", "Door", "Sleep", "Check"):
-            why = f" ({c.message})" if c.message.startswith("Check") else ""
-            words = f"it is in the state {c.report.state}{why}; resume it, or halt it first"
-            raise ActionFailed("Held", f"{self._name()} was not moved: {words}", "no")
+        if c.report is None or c.report.state not in ("Hold", "Door", "Sleep", "Check"):
+            return ""
+        return c.report.state + (f" ({c.message})" if c.message.startswith("Check") else "")
 
     def _locked(self) -> bool:
         report = self.controller.report
         return report is not None and report.state == "Alarm"
 
     def _reported(self) -> None:
-        report = self.controller.report
-        if report is not None and report.machine is not None:
-            self._publish(report.machine)
+        if (machine := self._place_known()) is not None:
+            self._publish(machine)
 
     def _read_report(self) -> None:
         self._published = None
         self._reported()
 
-    def _recover(self) -> None:
-        self._recovery = self._start(recover(self.controller))
-
-    def _start(self, work: Any) -> asyncio.Task[None]:
-        task = asyncio.get_running_loop().create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-        return task
+    def _recover(self, tries: int = TRIES) -> None:
+        name = f"recovering {self.controller.port.name} from an alarm"
+        self._recovery = spawn(name, recover(self.controller, tries))
+        self._tasks.add(self._recovery)
+        self._recovery.add_done_callback(self._tasks.discard)
 
 
 def _progress(
     goal: GoalContext, start: Point | None, end: dict[int, float]
 ) -> Callable[[Grbl, Report], None]:
-    """Tells the goal how far the move is."""
+    """Report the move's progress to the goal."""
 
     def tell(gantry: Grbl, report: Report) -> None:
         if report.machine is None:
@@ -345,6 +282,6 @@ def _progress(
             gone = max(abs(report.machine[axis] - start[axis]) for axis in end)
             part = min(1.0, gone / whole) if whole else 1.0
         held = " (on hold)" if report.state in ("Hold", "Door") else ""
-        goal.feedback(part, words(gantry.bench.to_bench(report.machine)) + held)
+        goal.feedback(part, place_words(gantry.bench.to_bench(report.machine)) + held)
 
     return tell

@@ -1,10 +1,10 @@
-"""Find the machine's zero by its switches, or take a place that somebody vouches for."""
+"""Find the machine's zero by its switches, or accept a position set by hand."""
 
 import asyncio
 from collections.abc import Callable
 
 from .alarm import RECOVERED_S
-from .controller import Controller
+from .controller import Contact, Controller
 from .faults import Alarmed, GrblFault, Refused
 from .motion import Ended
 from .stopping import stop
@@ -13,22 +13,22 @@ LOOK_S = 0.1
 
 
 class HomingFailed(GrblFault):
-    """It does not know where it is."""
+    """Its position is unknown."""
 
     error = "HomingFailed"
 
 
 async def home(controller: Controller, seconds: float, ended: Callable[[], bool]) -> None:
-    """Run `$H` to its end; raises HomingFailed or Ended. While it homes it answers no `?`."""
+    """Run `$H` to its end; raises HomingFailed or Ended. During homing it does not answer `?`."""
     controller.homed = False
     if controller.dead:
         await controller.until(lambda: not controller.dead, RECOVERED_S)
     answer = controller.say("$H")
-    controller.deaf = True
+    controller.contact = Contact.HOMING
     try:
         await _wait(controller, answer, seconds, ended)
-        controller.deaf = False
-        # An `ok` that follows an alarm is no success: the alarm has taken the future before it.
+        controller.contact = Contact.READY
+        # An `ok` that follows an alarm is not a success: the alarm has already ended the future.
         report = await controller.look()
     except Alarmed as fault:
         await controller.until(lambda: not controller.dead, RECOVERED_S)
@@ -39,9 +39,10 @@ async def home(controller: Controller, seconds: float, ended: Callable[[], bool]
         controller.reset()
         raise
     finally:
-        controller.deaf = False
+        if controller.contact is Contact.HOMING:
+            controller.contact = Contact.READY
     if report.state != "Idle":
-        raise HomingFailed(f"it said `ok`, but reports {report.state}")
+        raise HomingFailed(f"it answered `ok`, but reports {report.state}")
     controller.homed, controller.alarm = True, ""
 
 
@@ -63,8 +64,8 @@ async def _wait(
         if clock() > end:
             await stop(controller, moving=True)
             raise HomingFailed(
-                f"it did not end within {seconds:g} s and was reset; is a switch's cable off, or "
-                f"is `homing_timeout` too short for this machine?"
+                f"it did not end within {seconds:g} s and was reset; is a switch cable off, or "
+                f"`homing_timeout` too short for this machine?"
             )
     answer.result()
 
@@ -72,7 +73,7 @@ async def _wait(
 def _refused(fault: Refused) -> str:
     if fault.code == 5:
         return (
-            f"{fault}. Where there are no switches, put the carriage at a known place by hand and "
-            f"say in config where that is: `home_here: {{x: 0, y: 0, z: 50}}`"
+            f"{fault}. If there are no switches, put the carriage at a known place by hand and "
+            f"give that place in config: `home_here: {{x: 0, y: 0, z: 50}}`"
         )
     return str(fault)

@@ -1,7 +1,7 @@
-"""Jog: one axis by hand, by a distance or for as long as somebody holds it.
+"""Jog: one axis by hand, by a distance or for as long as it is held.
 
 A held jog is fed to the controller in short pieces, a quarter of a second ahead of the axis, so
-that it ends by itself where the feeding ends: with the hold, with this program, with the cable.
+that it ends by itself when the feeding ends: with the hold, with this program, with the cable.
 """
 
 import asyncio
@@ -23,19 +23,19 @@ def jog_line(axis: int, distance: float, feed: float) -> str:
 
 
 async def jog_by(move: Move, axis: int, distance: float, feed: float) -> None:
-    """Jog by a distance on a machine axis, and stand; raises Ended or a GrblFault."""
+    """Jog a machine axis by a distance, and stop; raises Ended or a GrblFault."""
     controller = move.controller
     await controller.ask(jog_line(axis, distance, feed))
     while (report := await _watched(move)).state == "Jog":
         move.told(report)
         await asyncio.sleep(LOOK_S)
-    await move.stand()
+    await move.wait_until_still()
 
 
 async def jog_while(
     move: Move, axis: int, way: float, feed: float, held: Callable[[], bool]
 ) -> None:
-    """Jog along `way` (mm, signed: as far as the axis may go) while it is held, and stand.
+    """Jog along `way` (mm, signed: as far as the axis may go) while it is held, and stop.
 
     Raises Ended or a GrblFault.
     """
@@ -59,7 +59,7 @@ async def jog_while(
             break
         await asyncio.sleep(LOOK_S)
     await stop(controller, moving=False)
-    await move.stand()
+    await move.wait_until_still()
 
 
 async def _watched(move: Move) -> Report:
@@ -71,5 +71,5 @@ async def _watched(move: Move) -> Report:
 
 def _position(report: Report, axis: int) -> float:
     if report.machine is None:
-        raise Silent("it does not say where it is")
+        raise Silent("it does not report where it is")
     return report.machine[axis]

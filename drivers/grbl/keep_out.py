@@ -1,4 +1,4 @@
-"""Boxes on the bench that the tool must not enter: a clamp, a camera's leg, the sample's holder."""
+"""Boxes on the bench that the tool must not enter: a clamp, a camera leg, the sample holder."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,12 +6,12 @@ from typing import Any
 Point = tuple[float, float, float]
 
 INFINITE = float("inf")
-TOUCH_MM = 0.01  # what stands on a box's face has not entered it
+TOUCH_MM = 0.01  # a position on a box's face has not entered it
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """Ranges on the bench in mm, as written; an axis that is left out is kept out at any value."""
+    """Ranges on the bench in mm, as written; an axis that is left out is blocked at any value."""
 
     name: str
     low: Point
@@ -19,7 +19,7 @@ class Box:
 
     @property
     def inside(self) -> tuple[Point, Point]:
-        """Low and high of what is kept out of: a little less, so that a face may be touched."""
+        """Low and high of the blocked range: a little less, so that a face may be touched."""
         (x0, y0, z0), (x1, y1, z1) = self.low, self.high
         return (
             (x0 + TOUCH_MM, y0 + TOUCH_MM, z0 + TOUCH_MM),
@@ -27,12 +27,12 @@ class Box:
         )
 
     def holds(self, place: Point) -> bool:
-        """Whether a place lies within."""
+        """Whether a position is inside."""
         low, high = self.inside
         return all(a < p < b for a, p, b in zip(low, place, high, strict=True))
 
     def meets(self, start: Point, end: Point) -> bool:
-        """Whether the straight way between two places goes through (the slab method)."""
+        """Whether the straight path between two positions goes through (the slab method)."""
         enter, leave = 0.0, 1.0
         for a, b, low, high in zip(start, end, *self.inside, strict=True):
             if a == b:
@@ -44,7 +44,7 @@ class Box:
         return enter < leave
 
     def stops(self, start: Point, axis: int, sign: int, edge: float) -> float | None:
-        """Where one axis must stop on its way to `edge`; None where this box is not in the way."""
+        """Where one axis must stop on its way to `edge`; None if this box is not in the way."""
         end: list[float] = list(start)
         end[axis] = edge
         if not self.meets(start, (end[0], end[1], end[2])):
@@ -53,7 +53,7 @@ class Box:
         face = low[axis] if sign > 0 else high[axis]
         return face if sign * (face - start[axis]) >= 0 else start[axis]
 
-    def words(self) -> str:
+    def ranges(self) -> str:
         """Its name and ranges."""
         ranges = [
             f"{axis} {low:g} to {high:g}"

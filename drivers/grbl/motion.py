@@ -1,7 +1,7 @@
-"""Do one move: say it, wait for the proof that it ended, verify where it stands.
+"""Make one move: send it, wait for the proof that it ended, verify the position.
 
-`ok` says that a line is queued, and a report may say Idle before the move has begun. The answer to
-`G4 P0` comes when all earlier motion has ended, and is the only proof of it.
+`ok` means that a line is queued, and a report may show Idle before the move has begun. The answer
+to `G4 P0` comes when all earlier motion has ended, and is the only proof of it.
 """
 
 import asyncio
@@ -22,20 +22,20 @@ Told = Callable[[Report], None]
 
 
 class Ended(Exception):
-    """The motion was ended before its end, and it stands."""
+    """The motion was ended early, and the axes have stopped."""
 
 
 class WrongPlace(GrblFault):
-    """It stands still elsewhere than it was sent."""
+    """It stopped at another position than the target."""
 
     error = "WrongPlace"
     happened = "yes"
 
 
 class Move:
-    """One motion of a controller that is watched to its end.
+    """One motion of a controller, watched to its end.
 
-    `ended` is looked at all the time: where it is true the axes are brought to a stand.
+    `ended` is checked all the time: when it is true the axes are stopped.
     """
 
     def __init__(self, controller: Controller, ended: Callable[[], bool], told: Told) -> None:
@@ -44,22 +44,22 @@ class Move:
         self.told = told
 
     async def go(self, line: str, end: dict[int, float]) -> Point:
-        """Move, stand, and be there: the machine's position. Raises Ended or a GrblFault.
+        """Move, stop, and verify; returns the machine position. Raises Ended or a GrblFault.
 
         A controller that falls silent in mid-move is told to stop before the fault is raised.
         """
         try:
             await self._wait(self.controller.say(line))
-            await self.stand()
+            await self.wait_until_still()
             return await self._verify(end)
         except Silent:
             await _try_to_stop(self.controller)
             raise
         except asyncio.CancelledError:
-            self.controller.reset()  # nobody is left to wait for a hold
+            self.controller.reset()  # nothing is left to wait for a hold
             raise
 
-    async def stand(self) -> None:
+    async def wait_until_still(self) -> None:
         """Wait for the proof that all motion has ended."""
         for _ in range(PROOFS):
             proof = self.controller.say("G4P0")
@@ -68,7 +68,7 @@ class Move:
         raise Silent(f"it never answered `G4P0`; {self.controller.last_words}")
 
     async def _wait(self, answer: asyncio.Future[None], *, lost_if_idle: bool = False) -> bool:
-        """Watch until the line is answered; False where its answer was lost in noise."""
+        """Watch until the line is answered; False if its answer was lost in noise."""
         clock = asyncio.get_running_loop().time
         c, idle_since, moved_at, place = self.controller, None, clock(), None
         heard = c.reports_heard
@@ -83,8 +83,8 @@ class Move:
             if c.silent_s() > SILENCE_S:
                 c.forget(answer)
                 raise Silent(
-                    f"it fell silent for {SILENCE_S:g} s; {c.last_words}. It was told to stop, and "
-                    f"nobody knows whether it heard: look at it, then home it"
+                    f"it fell silent for {SILENCE_S:g} s; {c.last_words}. It was sent a stop, which "
+                    f"it may not have received: check it, then home it"
                 )
             c.write(ASK)
             if c.reports_heard == heard or c.report is None:
@@ -95,38 +95,38 @@ class Move:
                 place, moved_at, idle_since = c.report.machine, clock(), None
             elif clock() - moved_at > STUCK_S:
                 c.forget(answer)
-                raise Silent(f"it says {c.report.state} and has not moved for {STUCK_S:g} s")
+                raise Silent(f"it reports {c.report.state} and has not moved for {STUCK_S:g} s")
             if c.report.state != "Idle":
                 idle_since = None
             elif idle_since is None:
                 idle_since = clock()
-            elif clock() - idle_since > 1.0:  # far longer than it needs to answer what it has done
-                c.forget(answer)
-                # Whether the line itself was heard, the place will show.
+            elif clock() - idle_since > 1.0:  # far longer than it needs to answer a finished line
+                c.write_off(answer)
+                # The position will show whether the line itself was received.
                 return not lost_if_idle
 
     async def _verify(self, end: dict[int, float]) -> Point:
         for _ in range(PROOFS):
             report = await self.controller.look()
-            if report.state == "Run":  # the line and the proof were heard as one
-                await self.stand()
+            if report.state == "Run":  # the line and the proof were received as one
+                await self.wait_until_still()
                 continue
             if report.machine is not None and _there(
                 report.machine, end, self.controller.settings.tolerance
             ):
                 self.told(report)
                 return report.machine
-        raise WrongPlace(f"it stands still, but {self._where(end)}")
+        raise WrongPlace(f"it has stopped, but {self._where(end)}")
 
     def _where(self, end: dict[int, float]) -> str:
         machine = self.controller.report.machine if self.controller.report else None
         if machine is None:
-            return "it does not say where"
+            return "it does not report where"
         wanted = " ".join(f"{'XYZ'[a]} {v:.3f}" for a, v in sorted(end.items()))
         found = " ".join(f"{'XYZ'[a]} {machine[a]:.3f}" for a in sorted(end))
         return (
-            f"at {found} in place of {wanted} (machine coordinates); ask for the move again, and "
-            f"where that does not help look at the line for noise"
+            f"at {found} instead of {wanted} (machine coordinates); repeat the move, and if "
+            f"that does not help check the line for noise"
         )
 
 
@@ -136,7 +136,7 @@ def _there(machine: tuple[float, ...], end: dict[int, float], tolerance: float) 
 
 
 async def _try_to_stop(controller: Controller) -> None:
-    """The fault that is on its way says more than one of the stop would."""
+    """The fault being raised is more informative than one from the stop."""
     try:
         await stop(controller, moving=True)
     except GrblFault as fault:

@@ -1,8 +1,9 @@
-"""A serial port of one's own: bytes come and go in threads, never in the event loop."""
+"""An exclusive serial port: bytes are read and written in threads, never in the event loop."""
 
 import asyncio
 import contextlib
 import errno
+import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -12,12 +13,13 @@ from typing import Any
 READ_S = 0.1
 WRITE_S = 2.0
 CLOSE_S = 2.0
+LOG = logging.getLogger("labrun")
 
 
 class Port:
-    """One open port. `take` gets what arrives, `lost` the reason why nothing will any more.
+    """One open port. `take` gets incoming bytes, `lost` the reason when the port is gone.
 
-    Both are called in the event loop. The port is locked, so that a second program is refused.
+    Both are called in the event loop. The port is locked, so that no second program can open it.
     """
 
     def __init__(
@@ -33,7 +35,7 @@ class Port:
         self._writer: ThreadPoolExecutor | None = None
 
     async def open(self) -> None:
-        """Open and lock it; raises OSError with a sentence."""
+        """Open and lock it; raises OSError with the reason."""
         self._loop = asyncio.get_running_loop()
         self._closing.clear()
         self._serial = await asyncio.to_thread(_open, self.name, self.baud)
@@ -42,18 +44,18 @@ class Port:
         self._reader.start()
 
     def write(self, data: bytes) -> None:
-        """Queue bytes for sending, in order; a failure is told by `lost`."""
+        """Queue bytes for sending, in order; a failure is reported through `lost`."""
         if self._writer is not None:
             self._writer.submit(self._write, data)
 
     async def close(self) -> None:
-        """Let go of the port; what was queued is sent first."""
+        """Release the port; queued bytes are sent first."""
         await asyncio.to_thread(self._close)
 
     def _write(self, data: bytes) -> None:
         try:
             self._serial.write(data)
-        except Exception as fault:  # a port that is gone raises whatever its system thinks of
+        except Exception as fault:  # a port that is gone raises what the system likes
             self._tell_lost(fault)
 
     def _read(self) -> None:
@@ -69,6 +71,8 @@ class Port:
     def _tell_lost(self, fault: Exception) -> None:
         if not self._closing.is_set():
             self._closing.set()
+            if not isinstance(fault, OSError):
+                LOG.error("%s is taken for lost", self.name, exc_info=fault)
             self._call(self._lost, f"{self.name} was unplugged or is gone{_detail(fault)}")
 
     def _call(self, function: Callable[..., None], *arguments: Any) -> None:
@@ -84,13 +88,13 @@ class Port:
             self._reader.join(CLOSE_S)
             self._reader = None
         if self._serial is not None:
-            with contextlib.suppress(Exception):  # it may be gone already
+            with contextlib.suppress(OSError):  # it may be gone already
                 self._serial.close()
             self._serial = None
 
 
 def _detail(fault: Exception) -> str:
-    """What the system said, where it says more than that."""
+    """The system's message, if it adds anything."""
     told = str(fault)
     usual = ("readiness to read", "Input/output error", "Bad file descriptor")
     return "" if any(words in told for words in usual) else f" ({told})"
@@ -104,7 +108,9 @@ def _open(name: str, baud: int) -> Any:
     try:
         return serial.serial_for_url(name, timeout=READ_S, write_timeout=WRITE_S)
     except (OSError, ValueError) as fault:
-        raise OSError(f"{name} cannot be reached: {fault}; is the program behind it on?") from fault
+        raise OSError(
+            f"{name} cannot be reached: {fault}; is the program behind it running?"
+        ) from fault
 
 
 def _opened(name: str, baud: int) -> Any:
@@ -123,13 +129,13 @@ def _words(name: str, number: int | None, said: str) -> str:
         return f"there is no port {name}: is the cable plugged in? {_others()}"
     if number == errno.EACCES and not _is_windows_name(name):
         return (
-            f"{name} may not be opened by this user: `sudo usermod -aG dialout $USER` allows it "
-            f"from the next login on"
+            f"this user may not open {name}: `sudo usermod -aG dialout $USER` allows it "
+            f"after the next login"
         )
     if number in (errno.EAGAIN, errno.EBUSY, errno.EWOULDBLOCK) or "PermissionError" in said:
-        return f"{name} is in use by another program: close it there; one program at a time can have it"
+        return f"{name} is in use by another program: close it there; only one program at a time can use it"
     if number in (errno.ENOTTY, errno.EINVAL) or (number is None and "configure" in said):
-        return f"{name} is no serial port ({said}). {_others()}"
+        return f"{name} is not a serial port ({said}). {_others()}"
     return f"{name} cannot be opened: {said}"
 
 
@@ -138,8 +144,8 @@ def _is_windows_name(name: str) -> bool:
 
 
 def _others() -> str:
-    """The ports that there are, so that the right one can be copied from the message."""
+    """The available ports, so that the right one can be copied from the message."""
     from serial.tools.list_ports import comports
 
     found = [f"{port.device} ({port.description})" for port in comports()]
-    return f"There are: {', '.join(found)}" if found else "This computer has no serial port now"
+    return f"Available: {', '.join(found)}" if found else "This computer has no serial port now"

@@ -1,4 +1,4 @@
-"""Read GRBL's status report, which tells only a part of itself each time."""
+"""Read GRBL's status report, which is sent only in part each time."""
 
 import re
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ MM_PER_INCH = 25.4
 class Report:
     """One report: `state` as GRBL calls it (`Hold:0` is state Hold, part 0), lengths in mm.
 
-    `machine` and `work` are None as long as the offset between them has not been told.
+    `machine` and `work` are None until the offset between them has been reported.
     """
 
     state: str
@@ -21,20 +21,19 @@ class Report:
     machine: Point | None
     work: Point | None
     feed_mm_per_min: float
-    pins: str
 
     @property
     def still(self) -> bool:
-        """True where nothing moves by this report. An asked-for line may still have to begin."""
+        """True if nothing moves according to this report. A line that was sent may still have to begin."""
         return self.state in ("Idle", "Alarm", "Sleep", "Check") or (
             self.state in ("Hold", "Door") and self.part == 0
         )
 
 
 class ReportReader:
-    """Remembers the work offset, which only every tenth to thirtieth report tells.
+    """Remembers the work offset, which only every tenth to thirtieth report contains.
 
-    `inches` where the controller reports so ($13=1).
+    `inches` if the controller reports in inches ($13=1).
     """
 
     def __init__(self) -> None:
@@ -42,7 +41,7 @@ class ReportReader:
         self.offset: Point | None = None
 
     def read(self, text: str) -> Report | None:
-        """The report, or None for one that noise has damaged."""
+        """The report, or None if noise has damaged it."""
         state, _, rest = text.strip("<>").partition("|")
         parts = (field.partition(":") for field in rest.split("|"))
         fields = {name: value for name, _, value in parts}
@@ -55,7 +54,7 @@ class ReportReader:
         except ValueError:
             return None
         name, _, part = state.partition(":")
-        return Report(name, int(part) if part else None, machine, work, feed, fields.get("Pn", ""))
+        return Report(name, int(part) if part else None, machine, work, feed)
 
     def _places(self, fields: dict[str, str]) -> tuple[Point | None, Point | None]:
         if "MPos" in fields:
@@ -67,7 +66,7 @@ class ReportReader:
     def _point(self, text: str) -> Point:
         numbers = text.split(",")
         if len(numbers) < 3 or not all(NUMBER.fullmatch(number) for number in numbers):
-            raise ValueError(f"{text!r} is no place")
+            raise ValueError(f"{text!r} is not a position")
         scale = MM_PER_INCH if self.inches else 1.0
         x, y, z = (float(number) * scale for number in numbers[:3])
         return x, y, z

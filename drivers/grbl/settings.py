@@ -10,8 +10,8 @@ Point = tuple[float, float, float]
 class Settings:
     """Read once after every boot. Lengths in mm, rates in mm/min, accelerations in mm/s2.
 
-    What a controller does not tell is taken to be GRBL's own default. `options` are the letters of
-    `[OPT:...]` in the answer to `$I`, which say how the firmware was built.
+    Settings that a controller does not report are assumed to be GRBL's defaults. `options` are the
+    letters of `[OPT:...]` in the answer to `$I`: the firmware's build options.
     """
 
     values: dict[int, float] = field(default_factory=dict)
@@ -21,7 +21,7 @@ class Settings:
 
     @classmethod
     def read(cls, lines: list[str], options: str = "") -> "Settings":
-        """From the lines of `$$` (`130=810.000`); what is no number is left out."""
+        """From the lines of `$$` (`130=810.000`); values that are not numbers are left out."""
         values: dict[int, float] = {}
         for line in lines:
             number, _, value = line.partition("=")
@@ -75,14 +75,14 @@ class Settings:
 
     @property
     def tolerance(self) -> float:
-        """How far it may stand from where it was sent: 0.005 mm, or half a step where that is more.
+        """How far it may be from its target: 0.005 mm, or half a step if that is more.
 
-        On top comes the rounding of a report and of its offset: 0.0005 mm each, or 0.00005 inch.
+        Plus the rounding of a report and of its offset: 0.0005 mm each, or 0.00005 inch.
         """
         return max(0.005, 0.5 / min(self.steps_per_mm) + (0.003 if self.inches else 0.001))
 
     @property
     def braking_s(self) -> float:
-        """The longest that coming to a stand takes."""
+        """The longest time that stopping takes."""
         pairs = zip(self.max_rate, self.acceleration, strict=True)
         return max(rate / 60 / max(acceleration, 1.0) for rate, acceleration in pairs)

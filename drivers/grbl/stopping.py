@@ -1,15 +1,16 @@
-"""Bring the axes to a stand, whatever they do, and know afterwards whether the place can be trusted.
+"""Stop the axes, whatever they do, and know afterwards whether the position can be trusted.
 
-Hold first: the axes brake along their path and no step is lost. A reset once they stand throws
-away what was queued; its boot without an alarm proves that nothing moved any more, so the place
-is still trusted. A reset in mid-motion (homing, or a hold that never came to its end) makes an
-ALARM:3 or 6 and the place is not trusted until homed.
+Hold first: the axes brake along their path and no step is lost. A reset once they have stopped
+discards the queue; its boot without an alarm proves that nothing was moving, so the position is
+still trusted. A reset in mid-motion (homing, or a hold that never completed) causes an ALARM:3 or
+6 and the position is not trusted until homed.
 """
 
 import asyncio
 
+from ...system.tasks import spawn
 from .alarm import RECOVERED_S
-from .controller import CANCEL_JOG, HOLD, Controller
+from .controller import CANCEL_JOG, HOLD, Contact, Controller
 from .faults import GrblFault, Lost, Silent
 
 LOOK_S = 0.2
@@ -19,16 +20,17 @@ JOG_S = 1.5
 
 
 async def stop(controller: Controller, *, moving: bool) -> None:
-    """Stand still, nothing queued; raises a GrblFault where nobody can say that it stands.
+    """Stop, with nothing queued; raises a GrblFault if standstill cannot be confirmed.
 
-    `moving` is whether a line is under way: a report may call that Idle before it has begun.
-    Ends within some 3 s; after an alarm, within the time that its recovery takes. Who asks while
-    another stop is under way shares it: a second reset would come in the middle of the first.
+    `moving` is whether a line is under way: a report may show Idle before it has begun. Ends within
+    about 3 s; after an alarm, within the time that recovery takes. A call during another stop
+    shares it: a second reset would come in the middle of the first.
     """
     task = controller.stopping
     if task is None:
-        task = controller.stopping = asyncio.create_task(_stop(controller, moving=moving))
-        task.add_done_callback(lambda task: _over(controller, task))
+        name, stopping = f"stopping {controller.port.name}", _stop(controller, moving=moving)
+        task = controller.stopping = spawn(name, stopping, expected=(GrblFault,))
+        task.add_done_callback(lambda _: setattr(controller, "stopping", None))
     await asyncio.shield(task)
 
 
@@ -38,20 +40,16 @@ async def finished(controller: Controller) -> None:
         await asyncio.wait({controller.stopping})
 
 
-def _over(controller: Controller, task: "asyncio.Task[None]") -> None:
-    controller.stopping = None
-    if not task.cancelled():
-        task.exception()  # told to those who waited
-
-
 async def _stop(controller: Controller, *, moving: bool) -> None:
     if controller.lost:
-        raise Lost(f"it cannot be told to stop: {controller.lost}")
+        raise Lost(f"it cannot be stopped: {controller.lost}")
     if controller.dead:  # an alarm has stopped the motors
         if not await controller.until(lambda: not controller.dead, RECOVERED_S):
-            raise Silent("it answers nothing since the alarm: switch it off")
+            raise Silent("it has not responded since the alarm: switch it off")
+        if controller.lost:
+            raise Lost(controller.lost)
         return
-    if controller.deaf:
+    if controller.contact is Contact.HOMING:
         await _reset(controller)
         return
     try:
@@ -75,13 +73,13 @@ async def _hold_and_reset(controller: Controller) -> None:
     wait = min(HOLD_S, 0.5 + 1.5 * controller.settings.braking_s)
     if not await _comes(controller, "Hold", wait):
         controller.homed = False
-        controller.alarm = controller.alarm or "it was reset before it stood still. Home it"
+        controller.alarm = controller.alarm or "it was reset before it had stopped. Home it"
     if not controller.dead:
         await _reset(controller)
 
 
 async def _comes(controller: Controller, state: str, seconds: float) -> bool:
-    """Whether it reports this state, at rest, in time; an alarm ends the wait too."""
+    """Whether it reports this state, at rest, in time; an alarm also ends the wait."""
     clock = asyncio.get_running_loop().time
     end = clock() + seconds
     while clock() < end and not controller.dead:
@@ -104,14 +102,16 @@ async def _reset(controller: Controller) -> None:
         return
     controller.homed = False
     if controller.dead and await controller.until(lambda: not controller.dead, RECOVERED_S):
+        if controller.lost:
+            raise Lost(controller.lost)
         return
     raise NotStopped(
-        f"it did not answer a reset within {BOOT_S:g} s and may still move: press its emergency stop"
+        f"it did not respond to a reset within {BOOT_S:g} s and may still move: press its emergency stop"
     )
 
 
 async def wake(controller: Controller) -> None:
-    """Out of Sleep and Check, which nothing but a reset ends; raises a GrblFault."""
+    """Leave Sleep and Check, which only a reset ends; raises a GrblFault."""
     report = await controller.look()
     if report.state == "Sleep":
         controller.homed = False

@@ -1,1 +1,4 @@
-"""A gantry behind the program OpenBuilds CONTROL."""
+"""A gantry behind the program OpenBuilds CONTROL.
+
+Never takes the program's Idle as proof that a line was carried out.
+"""

@@ -1,18 +1,20 @@
-"""Talk with OpenBuilds CONTROL: its events, its queue, and the one proof that a line is done.
+"""Talk to OpenBuilds CONTROL: its events, its queue, and the only proof that a line is done.
 
-CONTROL acknowledges nothing, says Idle too early and `jobComplete` when all is sent. But each line
-that the controller has answered comes back as an event `ok` with its very text: so every command
-ends with a `G4 P0 (tag)` of its own, which the controller answers when all motion has ended.
+CONTROL acknowledges nothing, reports Idle too early and `jobComplete` when everything is sent. But
+each line that the controller has answered comes back as an event `ok` with its exact text: so every
+command ends with its own `G4 P0 (tag)`, which the controller answers when all motion has ended.
 """
 
 import asyncio
 import contextlib
+import logging
 import re
 from typing import TYPE_CHECKING, Any
 
+from ...system.tasks import end
 from ..grbl.faults import Alarmed, GrblFault, Lost, NotConnected, Refused, Silent
-from ..grbl.words import alarm_words, error_words
-from ..news import News
+from ..grbl.messages import alarm_words, error_words
+from ..serial_io.condition import Condition
 from .proofs import Proofs
 from .view import ALARM, CONNECTED, NONE, OPENING, View, read_view
 
@@ -28,14 +30,15 @@ STALE_S = 2.0
 REPORT_S = 2.0
 RUNNING = "Running"
 SETTING = re.compile(r"^\$(\d+=\S+)")
+LOG = logging.getLogger("labrun")
 BANNER = re.compile(r"Grbl(?:HAL)? \d")
 
 
 class Control:
-    """One CONTROL and the controller behind it, as they are known now.
+    """One CONTROL and the controller behind it, as currently known.
 
-    `homed` and `alarm` are as those of a GRBL controller on a serial port; `lost` says why no
-    command can be given.
+    `homed` and `alarm` are as for a GRBL controller on a serial port; `lost` is the reason why no
+    command can be sent.
     """
 
     def __init__(self, url: str, port: dict[str, Any]) -> None:
@@ -53,11 +56,11 @@ class Control:
         self._http: aiohttp.ClientSession | None = None
         self._sio: socketio.AsyncClient | None = None
         self.proofs = Proofs()
-        self._news = News()
-        self.until = self._news.until
+        self._condition = Condition()
+        self.until = self._condition.until
 
     async def open(self) -> None:
-        """Connect to CONTROL; raises OSError with a sentence."""
+        """Connect to CONTROL; raises OSError with the reason."""
         import aiohttp
         import socketio
         from socketio.exceptions import ConnectionError as NoConnection
@@ -80,55 +83,55 @@ class Control:
         except (NoConnection, OSError, ValueError) as fault:
             await self.close()
             raise OSError(
-                f"OpenBuilds CONTROL does not answer at {self.url} ({fault}); start the program, "
-                f"and look in it for its address (it takes 3000, else 3020, 3200 or 3220)"
+                f"OpenBuilds CONTROL does not respond at {self.url} ({fault}); start the program, and "
+                f"check its address there (it uses port 3000, else 3020, 3200 or 3220)"
             ) from fault
         if not await self.until(lambda: self.view is not None, CONNECT_S):
             await self.close()
-            raise OSError(f"{self.url} answers, but not as OpenBuilds CONTROL does: no `status`")
+            raise OSError(f"{self.url} responds, but not as OpenBuilds CONTROL does: no `status`")
 
     async def close(self) -> None:
         """Disconnect; CONTROL keeps its port."""
         if self._sio is not None:
             sio, self._sio = self._sio, None
             self.proofs.fail(Lost("it was closed"))
-            with contextlib.suppress(Exception):  # a connection that is given up owes no order
-                async with asyncio.timeout(CLOSE_S):
-                    await sio.shutdown()
-            loops = [t for t in (sio.eio.read_loop_task, sio.eio.write_loop_task) if t is not None]
-            for task in loops:
-                task.cancel()
-            await asyncio.gather(*loops, return_exceptions=True)
+            try:
+                with contextlib.suppress(TimeoutError, OSError):  # it need not close cleanly
+                    async with asyncio.timeout(CLOSE_S):
+                        await sio.shutdown()
+            except Exception:  # whatever it was, its tasks and its socket have to go
+                LOG.exception("closing the connection to %s failed", self.url)
+            await end(sio.eio.read_loop_task, sio.eio.write_loop_task)
         if self._http is not None:
             http, self._http = self._http, None
             await http.close()
 
     @property
     def lost(self) -> str:
-        """Why no command can be given; empty where one can."""
+        """Why no command can be sent; empty if one can."""
         if self.disconnected:
             return f"{self.url}: {self.disconnected}"
         if self.silent_s() > STALE_S:
-            return f"{self.url} has told no status for {self.silent_s():.0f} s"
+            return f"{self.url} has sent no status for {self.silent_s():.0f} s"
         if self.view is None or self.view.connection in (NONE, OPENING):
             return f"OpenBuilds CONTROL at {self.url} has no port open; is the cable plugged in?"
         return ""
 
     def unsettle(self) -> None:
-        """Something has moved, and what is told of the place may be up to 0.9 s old."""
+        """Note that something has moved: the reported position may be up to 0.9 s old."""
         self._settled_at = asyncio.get_running_loop().time() + SETTLE_S
 
-    async def settled(self) -> View:
-        """The view when what moved last is surely in it; raises Lost.
+    async def view_at_rest(self) -> View:
+        """The view once it certainly includes the last motion; raises Lost.
 
-        `Running` is CONTROL's own word from a command on; the controller's next report replaces it.
+        `Running` is CONTROL's own state after a command; the controller's next report replaces it.
         """
         await asyncio.sleep(max(0.0, self._settled_at - asyncio.get_running_loop().time()))
         await self.until(lambda: bool(self.lost) or self.look().run != RUNNING, REPORT_S)
         return self.look()
 
     def silent_s(self) -> float:
-        """For how long CONTROL has told nothing."""
+        """Seconds since CONTROL's last status."""
         return asyncio.get_running_loop().time() - self.heard_at
 
     def look(self) -> View:
@@ -138,7 +141,7 @@ class Control:
         return self.view
 
     async def attach(self) -> None:
-        """Have CONTROL open our port where it has none open; raises OSError. Opening it boots."""
+        """Make CONTROL open our port if it has none open; raises OSError. Opening boots the controller."""
         view = self.view
         if view is not None and view.connection not in (NONE, OPENING):
             if self._is_ours(view):
@@ -151,8 +154,8 @@ class Control:
             await self.emit("connectTo", self.port)
         if not await self.until(self._port_open, PORT_S):
             raise OSError(
-                f"OpenBuilds CONTROL at {self.url} was asked to open {self._port_name()}, and had "
-                f"not after {PORT_S:g} s; is the cable plugged in, and the port's name right?"
+                f"OpenBuilds CONTROL at {self.url} did not open {self._port_name()} within "
+                f"{PORT_S:g} s; is the cable plugged in, and the port name right?"
             )
 
     def _port_open(self) -> bool:
@@ -165,13 +168,13 @@ class Control:
         return str(self.port.get("port") or self.port.get("ip"))
 
     async def emit(self, event: str, data: Any) -> None:
-        """Tell CONTROL something; raises NotConnected where nobody hears it."""
+        """Send an event to CONTROL; raises NotConnected if there is no connection."""
         if self._sio is None or not self._sio.connected:
             raise NotConnected(f"{self.url}: {self.disconnected or 'there is no connection'}")
         await self._sio.emit(event, data)
 
     async def run(self, *lines: str) -> asyncio.Future[None]:
-        """Queue lines and a proof; the future ends when the controller has done them all."""
+        """Queue lines and a proof; the future ends when the controller has executed them all."""
         if self.lost:
             raise NotConnected(self.lost)
         proof = self.proofs.next_line()
@@ -186,7 +189,7 @@ class Control:
         await asyncio.wait({answer}, timeout=seconds)
         if not answer.done():
             self.proofs.forget(line)
-            raise Silent(f"it did not answer `{line}` within {seconds:g} s")
+            raise Silent(f"it did not respond to `{line}` within {seconds:g} s")
         answer.result()
 
     async def drop(self, *, abort: bool = False, jog: bool = False) -> None:
@@ -196,14 +199,14 @@ class Control:
     def _connected(self) -> None:
         self.disconnected = ""
         self.heard_at = asyncio.get_running_loop().time()
-        self._news.set()
+        self._condition.set()
 
     def _gone(self, *_: Any) -> None:
-        self.disconnected = "the connection to OpenBuilds CONTROL was lost; is the program on?"
+        self.disconnected = "the connection to OpenBuilds CONTROL was lost; is the program running?"
         self._not_trusted(f"{self.disconnected} Home it")
-        self.view = None  # the next one may be of another life of the program
+        self.view = None  # the next one may be from a restarted program
         self.proofs.fail(Lost(self.disconnected))
-        self._news.set()
+        self._condition.set()
 
     def _status(self, data: Any) -> None:
         view, before = read_view(data), self.view
@@ -212,24 +215,24 @@ class Control:
         self.heard_at = asyncio.get_running_loop().time()
         self.view = view
         if view.connection == ALARM and (before is None or before.connection != ALARM):
-            # The toast that says which comes at about the same time, or never (alarm 5).
+            # The toast that names it comes at about the same time, or never (alarm 5).
             asyncio.get_running_loop().call_later(0.3, self._unnamed)
         if view.connection == NONE and before is not None and before.connection != NONE:
             self._not_trusted("the port was lost (unplugged?). Home it when it is back")
             self.proofs.fail(Lost("OpenBuilds CONTROL lost the port; is the cable plugged in?"))
-        self._news.set()
+        self._condition.set()
 
     def _unnamed(self) -> None:
-        """Error or alarm by `connectionStatus` alone."""
+        """An error or alarm shown by `connectionStatus` alone."""
         if self.view is not None and self.view.connection == ALARM and not self.alarm:
-            said = self.view.alarm or "it did not say which"
+            said = self.view.alarm or "it did not report which"
             self._not_trusted(f"OpenBuilds CONTROL reports an error or alarm: {said}. Unlock it")
             self.proofs.fail(GrblFault(f"OpenBuilds CONTROL reports an error or alarm ({said})"))
-            self._news.set()
+            self._condition.set()
 
     def _ok(self, line: Any = "") -> None:
         self.proofs.answered(str(line))
-        self._news.set()
+        self._condition.set()
 
     def _data(self, data: Any = None) -> None:
         said = str(data.get("response", "")) if isinstance(data, dict) else str(data)
@@ -239,20 +242,20 @@ class Control:
                 self.settings[number] = value
             if BANNER.search(line):
                 self.boots += 1
-        self._news.set()
+        self._condition.set()
 
     def _error(self, text: Any = "") -> None:
         code = _number(text)
-        # CONTROL's queue stands still from here on, until it is cleared.
-        self.alarm = f"{error_words(code)}; its queue stands still. Unlock it"
+        # CONTROL's queue is halted from here on, until it is cleared.
+        self.alarm = f"{error_words(code)}; its queue is halted. Unlock it"
         self.proofs.fail(Refused(code))
-        self._news.set()
+        self._condition.set()
 
     def _alarm(self, text: Any = "") -> None:
         code = _number(text)
         self._not_trusted(alarm_words(code))
         self.proofs.fail(Alarmed(code))
-        self._news.set()
+        self._condition.set()
 
     def _not_trusted(self, why: str) -> None:
         self.homed, self.alarm = False, why
@@ -260,13 +263,13 @@ class Control:
 
     @property
     def locked(self) -> bool:
-        """Whether no line is taken until it is homed or unlocked."""
+        """Whether no line is accepted until it is homed or unlocked."""
         view = self.view
         return view is not None and (view.run == "Alarm" or view.connection == ALARM)
 
     @property
     def clear(self) -> bool:
-        """Whether lines are taken again."""
+        """Whether lines are accepted again."""
         return self.view is not None and self.view.connection == CONNECTED and not self.locked
 
 

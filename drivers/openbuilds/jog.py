@@ -1,4 +1,4 @@
-"""A held jog through OpenBuilds CONTROL, fed by the clock: its reports come too late to steer by."""
+"""A held jog through OpenBuilds CONTROL, fed by the clock: its reports are too late for control."""
 
 import asyncio
 from collections.abc import Callable
@@ -20,7 +20,7 @@ async def jog_while(
     held: Callable[[], bool],
     ended: Callable[[], bool],
 ) -> None:
-    """Jog along `way` (mm, signed) as long as it is held, and stand; raises Ended or a GrblFault."""
+    """Jog along `way` (mm, signed) while it is held, and stop; raises Ended or a GrblFault."""
     clock, speed = asyncio.get_running_loop().time, feed / 60
     begun, asked = clock(), 0.0
     while held() and not ended() and abs(way) - asked > 1e-6:
@@ -34,7 +34,7 @@ async def jog_while(
         await control.drop(jog=True)
     seconds = 2 + (asked / speed - (clock() - begun))
     if not await control.until(lambda: control.look().run in ("Idle", "Alarm"), max(2.0, seconds)):
-        raise Silent(f"it says {control.look().run} after the end of the jog")
+        raise Silent(f"it reports {control.look().run} after the end of the jog")
     await watch(control, await control.run(), lambda: False)
     control.unsettle()
     if ended():

@@ -1,4 +1,4 @@
-"""Who waits for the `ok` of which line: CONTROL tells each line's own text when it is answered."""
+"""Futures waiting for the `ok` of a line: CONTROL repeats each line's text when it is answered."""
 
 import asyncio
 import secrets
@@ -7,14 +7,14 @@ from ..grbl.faults import GrblFault
 
 
 class Proofs:
-    """Lines that somebody waits for. A `next_line` is told from all others, of other clients too."""
+    """Lines being waited for. A `next_line` differs from all others, even from those of other clients."""
 
     def __init__(self) -> None:
         self._waiting: dict[str, asyncio.Future[None]] = {}
         self._word, self._number = secrets.token_hex(3), 0
 
     def next_line(self) -> str:
-        """A dwell of no time with a name of its own: answered when all earlier motion has ended."""
+        """A dwell of zero time with a unique tag: answered when all earlier motion has ended."""
         self._number += 1
         return f"G4 P0 (labrun {self._word} {self._number})"
 
@@ -26,17 +26,17 @@ class Proofs:
         return answer
 
     def forget(self, line: str) -> None:
-        """Nobody waits for it any more."""
+        """Stop waiting for it."""
         self._waiting.pop(line, None)
 
     def answered(self, line: str) -> None:
-        """The controller has done it."""
+        """Note that the controller has executed it."""
         answer = self._waiting.pop(line.strip(), None)
         if answer is not None and not answer.done():
             answer.set_result(None)
 
     def fail(self, fault: GrblFault) -> None:
-        """None of them will be answered."""
+        """Note that none of them will be answered."""
         waiting, self._waiting = self._waiting, {}
         for answer in waiting.values():
             if not answer.done():
@@ -44,6 +44,6 @@ class Proofs:
 
 
 def _seen(answer: "asyncio.Future[None]") -> None:
-    """A fault that nobody waited for is no leak."""
+    """Mark an exception that nothing waits for as retrieved."""
     if not answer.cancelled():
         answer.exception()

@@ -1,7 +1,7 @@
-"""Bring the axes to a stand through OpenBuilds CONTROL.
+"""Stop the axes through OpenBuilds CONTROL.
 
-CONTROL's stop sends `!` and 0.2 s later a reset, which at speed comes before the axes stand and
-loses the place. So the hold goes first, by itself, and the stop when it has come to its end.
+CONTROL's stop sends `!` and 0.2 s later a reset, which at speed comes before the axes have stopped
+and loses the position. So the hold is sent first, alone, and the stop when the hold is complete.
 """
 
 import asyncio
@@ -16,16 +16,16 @@ STILL = ("Idle", "Alarm", "Sleep", "Check", "Stopped", "Pending")
 
 
 async def stop(control: Control, *, moving: bool, homing: bool = False) -> None:
-    """Stand still, nothing queued; raises a GrblFault where nobody can say that it stands."""
+    """Stop, with nothing queued; raises a GrblFault if standstill cannot be confirmed."""
     if control.lost:
-        raise Lost(f"it cannot be told to stop: {control.lost}")
+        raise Lost(f"it cannot be stopped: {control.lost}")
     view = control.look()
     if control.locked:
         return  # an alarm has stopped the motors
     if homing:
         await control.drop(abort=True)
         control.homed = False
-        control.alarm = control.alarm or "homing was broken off. Unlock it, home it"
+        control.alarm = control.alarm or "homing was aborted. Unlock it, home it"
         await asyncio.sleep(RESET_S)
         return
     if not moving and view.run in STILL:
@@ -33,7 +33,7 @@ async def stop(control: Control, *, moving: bool, homing: bool = False) -> None:
     await control.emit("serialInject", "!")
     if not await control.until(lambda: _held(control), HOLD_S) and not control.locked:
         control.homed = False
-        control.alarm = control.alarm or "it was reset before it stood still. Home it"
+        control.alarm = control.alarm or "it was reset before it had stopped. Home it"
     if control.locked:
         return
     await control.drop()
@@ -57,4 +57,6 @@ async def _prove(control: Control) -> None:
         if control.locked:
             return
     control.homed = False
-    raise GrblFault("it did not prove that it stands, and may still move: press its emergency stop")
+    raise GrblFault(
+        "it did not confirm that it has stopped and may still move: press its emergency stop"
+    )

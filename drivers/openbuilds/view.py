@@ -1,19 +1,19 @@
-"""What OpenBuilds CONTROL tells ten times a second, as far as a gantry needs it."""
+"""What OpenBuilds CONTROL reports ten times a second, as far as a gantry needs it."""
 
 from dataclasses import dataclass
 from typing import Any
 
 Point = tuple[float, float, float]
 
-NONE, OPENING, CONNECTED, PLAYING, PAUSED, ALARM, FLASHING = range(7)
-"""Its `connectionStatus`. 5 is the one sure sign of an error or alarm; texts may stay empty."""
+NONE, OPENING, CONNECTED, PLAYING, PAUSED, ALARM = range(6)
+"""Its `connectionStatus`. 5 is the only reliable sign of an error or alarm; texts may stay empty."""
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """One `status` event: `run` is GRBL's state or CONTROL's own word (Running, Stopped, ...).
+    """One `status` event: `run` is GRBL's state or CONTROL's own (Running, Stopped, ...).
 
-    `run` may say Idle while the axes move, and it freezes when the controller falls silent.
+    `run` may be Idle while the axes move, and it freezes when the controller falls silent.
     """
 
     connection: int
@@ -22,22 +22,22 @@ class View:
     offset: Point
     active_port: str
     alarm: str
-    options: str  # the letters of how the firmware was built
+    options: str  # the letters of the firmware's build options
 
     @property
     def machine(self) -> Point:
-        """CONTROL tells no machine position: it is the sum of these two."""
+        """CONTROL reports no machine position: it is the sum of these two."""
         x, y, z = (w + o for w, o in zip(self.work, self.offset, strict=True))
         return x, y, z
 
     @property
     def held(self) -> bool:
-        """Whether a feed hold has come to its end, or CONTROL says that it is paused."""
+        """Whether a feed hold is complete, or CONTROL reports that it is paused."""
         return self.run in ("Hold", "Hold:0", "Paused")
 
 
 def read_view(status: Any) -> View | None:
-    """From the event's payload; None where it has another shape."""
+    """From the event's payload; None if it has another structure."""
     try:
         comms, position = status["comms"], status["machine"]["position"]
         return View(

@@ -13,7 +13,7 @@ STUCK_S = 8.0
 
 
 class Ended(Exception):
-    """The motion was ended before its end, and it stands."""
+    """The motion was ended early, and the axes have stopped."""
 
 
 async def watch(
@@ -26,8 +26,8 @@ async def watch(
 ) -> None:
     """Until the answer comes; raises Ended or a GrblFault.
 
-    CONTROL has no sign for a controller that fell silent: its state and place freeze. With
-    `seconds` (homing, a slow memory) that is all the time there is, and a freeze is expected.
+    CONTROL does not show that a controller fell silent: its state and position freeze. With
+    `seconds` (homing, a slow memory) that is the whole time limit, and a freeze is expected.
     """
     clock = asyncio.get_running_loop().time
     begun = moved_at = clock()
@@ -48,7 +48,9 @@ async def watch(
             place, moved_at = view.machine, clock()
         if seconds is None and clock() - moved_at > STUCK_S:
             await _give_up(control, homing=False)
-            raise Silent(f"its place has not changed for {STUCK_S:g} s, and it says {view.run}")
+            raise Silent(
+                f"its position has not changed for {STUCK_S:g} s, and it reports {view.run}"
+            )
         if seconds is not None and clock() - begun > seconds:
             await _give_up(control, homing=True)
             raise Silent(f"it did not end within {seconds:g} s")

@@ -1,4 +1,4 @@
-"""What the driver wants of ROS, whichever way it goes there."""
+"""What the driver needs from ROS, whichever connection it uses."""
 
 import asyncio
 from abc import ABC, abstractmethod
@@ -12,11 +12,11 @@ SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 
 
 class Rejected(Exception):
-    """The action server did not take the goal, or there is none; nothing happened."""
+    """The action server rejected the goal, or there is none; nothing happened."""
 
 
 class Gone(OSError):
-    """The way to ROS is broken; what became of a goal nobody can say."""
+    """The connection to ROS is broken; the outcome of its goals is unknown."""
 
 
 @dataclass(slots=True)
@@ -28,31 +28,31 @@ class Sent:
 
 
 class Bridge(ABC):
-    """One way to a ROS system; the callbacks that it is given run in the event loop."""
+    """A connection to a ROS system; its callbacks run in the event loop."""
 
     @abstractmethod
     async def open(self) -> None:
-        """Reach ROS; raises Gone."""
+        """Connect to ROS; raises Gone."""
 
     @abstractmethod
     async def close(self) -> None:
-        """Leave it."""
+        """Disconnect."""
 
     @property
     @abstractmethod
     def connected(self) -> bool:
-        """Whether the way is there now."""
+        """Whether it is connected now."""
 
     @abstractmethod
     def send(
         self, action: str, type: str, goal: Values, feedback: Callable[[Values], None]
     ) -> Sent:
-        """Send a goal; raises Gone, and Rejected where it does not fit the type."""
+        """Send a goal; raises Gone, and Rejected if it does not fit the type."""
 
     @abstractmethod
     def cancel_all(self, action: str) -> None:
-        """Ask for the end of every goal of an action, whoever sent it; raises Gone."""
+        """Cancel every goal of an action, whoever sent it; raises Gone."""
 
     @abstractmethod
     def listen(self, topic: str, type: str, heard: Callable[[Values], None]) -> None:
-        """Hear a topic from now on; raises Gone."""
+        """Subscribe to a topic; raises Gone."""

@@ -1,23 +1,27 @@
-"""As a node of the ROS 2 that is installed, by rclpy."""
+"""As a node of the installed ROS 2, through rclpy."""
 
-# rclpy is only where ROS is.
+# rclpy is only available with ROS.
 # pyright: reportMissingImports=false
 
 import asyncio
-import contextlib
 import importlib
+import logging
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
+from ...system.tasks import spawn
 from .bridge import Bridge, Gone, Rejected, Sent, Values
 from .ros_message import as_values, fill
 
 FOUND_S = 10.0
+AGAIN_S = 0.1
+LOG = logging.getLogger("labrun")
 
 
 class RclpyWay(Bridge):
-    """A node of its own, spinning in a thread of its own."""
+    """A separate node, spinning in its own thread."""
 
     def __init__(self) -> None:
         try:
@@ -69,7 +73,7 @@ class RclpyWay(Bridge):
         from rclpy.action import ActionClient
 
         if not self.connected:
-            raise Gone("the node of ROS has ended")
+            raise Gone("the ROS node has ended")
         assert self._loop is not None
         cls = _class_of(type)
         try:
@@ -80,7 +84,8 @@ class RclpyWay(Bridge):
         if client is None:
             client = self._clients[action] = ActionClient(self._node, cls, action)
         under_way = _UnderWay(self._loop, self._executor)
-        looking = self._loop.create_task(_send(client, message, under_way, feedback, action))
+        looking = spawn(f"a goal for {action}", _send(client, message, under_way, feedback, action))
+        looking.add_done_callback(under_way.sent)
         under_way.ended.add_done_callback(lambda _: looking.cancel())
         return Sent(under_way.ended, under_way.cancel)
 
@@ -88,7 +93,7 @@ class RclpyWay(Bridge):
         from action_msgs.srv import CancelGoal
 
         if not self.connected:
-            raise Gone("the node of ROS has ended")
+            raise Gone("the ROS node has ended")
         if action not in self._cancelling:
             name = f"{action}/_action/cancel_goal"
             self._cancelling[action] = self._node.create_client(CancelGoal, name)
@@ -107,12 +112,20 @@ class RclpyWay(Bridge):
     def _spin(self) -> None:
         from rclpy.executors import ExternalShutdownException
 
-        with contextlib.suppress(ExternalShutdownException):
-            self._executor.spin()
+        while True:
+            try:
+                self._executor.spin()
+            except ExternalShutdownException:
+                return
+            except Exception:  # of one callback: the goals of the others still need this thread
+                LOG.exception("a message from ROS could not be taken")
+                time.sleep(AGAIN_S)
+            else:
+                return
 
 
 class _UnderWay:
-    """One goal from our loop's side; what ROS says comes from its thread."""
+    """One goal as seen from our loop; ROS calls back from its own thread."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, executor: Any) -> None:
         self.ended: asyncio.Future[tuple[int, Values]] = loop.create_future()
@@ -127,13 +140,18 @@ class _UnderWay:
             self._handle.cancel_goal_async()
             self._executor.wake()
 
+    def sent(self, looking: "asyncio.Task[None]") -> None:
+        """It was sent, or could not be; then nothing else would end the goal."""
+        if not looking.cancelled() and (fault := looking.exception()) is not None:
+            self.resolve(Gone(f"it could not be sent: {fault}"))
+
     def answered(self, future: Any) -> None:
-        """In ROS's thread: the goal was taken or not."""
-        self.loop.call_soon_threadsafe(self._taken, future.result())
+        """In ROS's thread: the goal was accepted or not."""
+        self._heard(future.result, self._taken)
 
     def _taken(self, handle: Any) -> None:
         if handle is None or not handle.accepted:
-            self.settle(Rejected("the action server rejected the goal"))
+            self.resolve(Rejected("the action server rejected the goal"))
             return
         self._handle = handle
         handle.get_result_async().add_done_callback(self._resulted)
@@ -142,11 +160,25 @@ class _UnderWay:
         self._executor.wake()
 
     def _resulted(self, future: Any) -> None:
-        told = future.result()
-        self.loop.call_soon_threadsafe(self.settle, (told.status, as_values(told.result)))
+        def outcome() -> tuple[int, Values]:
+            answer = future.result()
+            return answer.status, as_values(answer.result)
 
-    def settle(self, said: Any) -> None:
-        """The first word stands."""
+        self._heard(outcome, self.resolve)
+
+    def _heard(self, read: Callable[[], Any], take: Callable[[Any], None]) -> None:
+        """In ROS's thread: pass an answer on, or end the goal with the reason why there is none."""
+        try:
+            answer = read()
+        except Exception as fault:  # whatever it is, nothing else would end the goal
+            self.loop.call_soon_threadsafe(
+                self.resolve, Gone(f"its answer cannot be read: {fault}")
+            )
+        else:
+            self.loop.call_soon_threadsafe(take, answer)
+
+    def resolve(self, said: Any) -> None:
+        """The first outcome counts."""
         if self.ended.done():
             return
         if isinstance(said, Exception):
@@ -155,7 +187,7 @@ class _UnderWay:
             self.ended.set_result(said)
 
     def wake(self) -> None:
-        """A request that was made in another thread waits until the executor looks."""
+        """Wake the executor, which would not notice a request from another thread."""
         self._executor.wake()
 
 
@@ -166,7 +198,7 @@ async def _send(
     until = loop.time() + FOUND_S
     while not client.server_is_ready():
         if loop.time() > until:
-            under_way.settle(Rejected(f"nobody serves {action}"))
+            under_way.resolve(Rejected(f"no server for {action}"))
             return
         await asyncio.sleep(0.05)
 

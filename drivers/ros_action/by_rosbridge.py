@@ -1,16 +1,18 @@
-"""Through a rosbridge, by roslibpy; the connection comes back by itself."""
+"""Through a rosbridge, with roslibpy; it reconnects by itself."""
 
 import asyncio
+import logging
 from collections.abc import Callable
 from typing import Any
 
 from .bridge import Bridge, Gone, Rejected, Sent, Values
 
 OPEN_S = 5.0
+LOG = logging.getLogger("labrun")
 
 
 class RosbridgeWay(Bridge):
-    """`url`: `ws://HOST:PORT`, with `/?token=...` where the bridge wants one."""
+    """`url`: `ws://HOST:PORT`, with `/?token=...` if the bridge requires one."""
 
     def __init__(self, url: str) -> None:
         try:
@@ -25,12 +27,13 @@ class RosbridgeWay(Bridge):
 
     async def open(self) -> None:
         self._loop = asyncio.get_running_loop()
-        # Its asyncio transport has a loop and a thread of its own, and ends with the last of them.
+        # Its asyncio transport has its own loop and thread, and ends with the last of them.
         self._ros = self._roslibpy.Ros(self._url, transport="asyncio")
         self._ros.on("close", self._in_loop(lambda *_: self._lose()))
         try:
             await asyncio.to_thread(self._ros.run, OPEN_S)
-        except Exception as fault:
+        except Exception as fault:  # roslibpy and its transport raise what they like
+            LOG.exception("connecting to the rosbridge failed")
             await self.close()
             raise Gone(f"the rosbridge at {self._url} cannot be reached: {fault}") from fault
 
@@ -110,4 +113,4 @@ def _settle(ended: "asyncio.Future[tuple[int, Values]]", said: Any) -> None:
 
 
 def _nothing(answer: Any) -> None:
-    """Whether goals ended is seen where they are awaited."""
+    """Do nothing: the end of goals is seen where they are awaited."""

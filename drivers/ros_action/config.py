@@ -1,14 +1,14 @@
-"""The driver's `config:` in a lab, read and held against the contract.
+"""The driver's `config:` in a lab, read and checked against the contract.
 
 bridge: ws://10.0.0.9:9090        # a rosbridge; or `node: true`, where ROS is installed
 actions:
   move_to:
     action: /arm/move             # the ROS action and its type
     type: arm_msgs/action/Move
-    goal: {x: {field: target.x, unit: m}}      # where each parameter stands; its own name if left out
-    result: {x: final.x}                       # where each result stands
+    goal: {x: {field: target.x, unit: m}}      # the field of each parameter; its own name by default
+    result: {x: final.x}                       # the field of each result
     constants: {frame: bench}                  # fields that are always the same
-    aborted: Stuck                             # the contract's error that an aborted goal is
+    aborted: Stuck                             # the contract's error for an aborted goal
 status: {topic: /arm/state, type: arm_msgs/msg/State, fields: {x: pose.x}}
 """
 
@@ -25,7 +25,7 @@ STATUS_KEYS = ("topic", "type", "fields")
 
 @dataclass(frozen=True, slots=True)
 class RosGoal:
-    """How one action of the contract is one of ROS."""
+    """How one action of the contract maps to one of ROS."""
 
     action: str
     type: str
@@ -37,7 +37,7 @@ class RosGoal:
 
 @dataclass(frozen=True, slots=True)
 class RosStatus:
-    """The topic that the status is read from."""
+    """The topic from which the status is read."""
 
     topic: str
     type: str
@@ -46,7 +46,7 @@ class RosStatus:
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """All of it; `bridge` is None where the driver is a node itself."""
+    """The whole configuration; `bridge` is None if the driver is a node itself."""
 
     bridge: str | None
     actions: dict[str, RosGoal]
@@ -55,14 +55,14 @@ class Config:
 
 
 def read_config(written: dict[str, Any], contract: Contract) -> Config:
-    """The configuration; raises ValueError with the first thing that is wrong."""
+    """Read the configuration; raises ValueError with the first error."""
     _known(written, KEYS, "config")
     bridge, node = written.get("bridge"), written.get("node", False)
     if (bridge is None) == (node is not True):
         raise ValueError("give either `bridge: ws://HOST:PORT` or `node: true`")
     if bridge is not None and not str(bridge).startswith(("ws://", "wss://")):
         raise ValueError(
-            f"bridge: {bridge!r} is no address of a rosbridge, such as ws://10.0.0.9:9090"
+            f"bridge: {bridge!r} is not the address of a rosbridge, such as ws://10.0.0.9:9090"
         )
     given = _object(written.get("actions"), "actions")
     _known(given, tuple(contract.actions), "actions")
@@ -82,7 +82,9 @@ def _action(written: Any, action: Action, where: str) -> RosGoal:
     aborted = given.get("aborted", "Aborted")
     if "aborted" in given and aborted not in action.errors:
         known = ", ".join(action.errors) or "none"
-        raise ValueError(f"{where}.aborted: {aborted} is no error of the contract; it has {known}")
+        raise ValueError(
+            f"{where}.aborted: {aborted} is not an error of the contract; its errors are {known}"
+        )
     returned = action.returns.get("properties", {})
     return RosGoal(
         _text(given, "action", where), _text(given, "type", where),
@@ -104,7 +106,7 @@ def _status(written: Any, contract: Contract) -> RosStatus | None:
 
 def _object(written: Any, where: str) -> dict[str, Any]:
     if not isinstance(written, dict):
-        raise ValueError(f"{where}: names and what they mean are wanted here, not {written!r}")
+        raise ValueError(f"{where} must be a mapping of names, not {written!r}")
     return written
 
 
@@ -118,4 +120,4 @@ def _text(given: dict[str, Any], name: str, where: str) -> str:
 def _known(given: dict[str, Any], names: tuple[str, ...], where: str) -> None:
     strange = [name for name in given if name not in names]
     if strange:
-        raise ValueError(f"{where}: there is no {strange[0]!r} here; there are {', '.join(names)}")
+        raise ValueError(f"{where}: unknown key {strange[0]!r}; the keys are {', '.join(names)}")

@@ -1,7 +1,7 @@
-"""Actions of a ROS 2 robot as those of a contract, so that it takes part in a protocol.
+"""Actions of a ROS 2 robot as those of a contract, so that protocols can use it.
 
-Configuration: see `config.py`. A goal that ROS reports ABORTED fails with the contract's error whose
-name the result's `error_name` holds, else with the one that `aborted` names.
+Configuration: see `config.py`. A goal that ROS reports ABORTED fails with the contract's error
+named by the result's `error_name`, else with the one named by `aborted`.
 """
 
 import asyncio
@@ -10,6 +10,7 @@ import functools
 import math
 from typing import Any, ClassVar
 
+from ...system.tasks import end, first_of, spawn
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
 from .bridge import ABORTED, CANCELED, Bridge, Gone, Rejected, Sent, Values
 from .config import Config, RosGoal, read_config
@@ -19,14 +20,14 @@ STATUS_S = 1.5
 
 
 class RosAction(Driver):
-    """Keeps whichever contract its lab names; the actions are those of the configuration."""
+    """Implements whichever contract its lab names; the actions are those of the configuration."""
 
     any_contract: ClassVar[bool] = True
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
         if place.contract is None:
-            raise ValueError("ros_action needs the contract that it is to keep")
+            raise ValueError("ros_action needs a contract")
         self.contract_kept = place.contract
         self._config = read_config(place.config, place.contract)
         self._bridge = _bridge(self._config)
@@ -45,16 +46,16 @@ class RosAction(Driver):
         await self._bridge.close()
 
     async def status(self) -> Values:
-        """What the topic said last, as the contract has it."""
+        """The topic's last message, as the contract's status."""
         if not self._bridge.connected:
-            raise Gone(f"{self.place.device}: the way to ROS is broken; it is sought again")
+            raise Gone(f"{self.place.device}: the connection to ROS is broken; reconnecting")
         return dict(self._status)
 
     async def safe(self) -> None:
-        """Cancel what runs and wait for its end; then the contract's own safe state.
+        """Cancel what runs and wait for its end; then go to the contract's safe state.
 
-        Every goal of these actions is cancelled, whoever sent it: after a restart nobody knows the
-        ids of those that an earlier life of the driver has left behind.
+        Every goal of these actions is cancelled, whoever sent it: after a restart the ids of goals
+        that an earlier session of the driver left behind are unknown.
         """
         for name, ros in self._config.actions.items():
             if name not in self.contract_kept.safe_state:
@@ -68,7 +69,7 @@ class RosAction(Driver):
                 raise Gone(f"{len(left)} goals did not end within {SAFE_S:g} s of being cancelled")
         for action in self.contract_kept.safe_state:
             await self._do(action, GoalContext(f"safe:{action}"))
-        if self._config.status is not None:  # what it says now is of before
+        if self._config.status is not None:  # its current value is outdated
             self._told.clear()
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(STATUS_S):
@@ -98,14 +99,14 @@ class RosAction(Driver):
         return _returned(ros, result)
 
     async def _until_ended(self, sent: Sent, goal: GoalContext) -> tuple[int, Values]:
-        cancelled = asyncio.create_task(goal.cancelled.wait())
+        cancelled = spawn(f"the cancel of {goal.id}", goal.cancelled.wait())
         try:
-            await asyncio.wait({sent.ended, cancelled}, return_when=asyncio.FIRST_COMPLETED)
+            await first_of({sent.ended, cancelled})
             if not sent.ended.done():
                 sent.cancel()
             return await asyncio.shield(sent.ended)
         finally:
-            cancelled.cancel()
+            await end(cancelled)
 
     def _failure(self, name: str, ros: RosGoal, status: int, result: Values) -> ActionFailed:
         said = str(result.get("error_name", ""))
@@ -113,7 +114,7 @@ class RosAction(Driver):
         happened: Any = result.get("error_happened")
         if status == CANCELED:
             return ActionFailed(
-                "Stopped", f"{ros.action} was cancelled by somebody else", "unknown"
+                "Stopped", f"{ros.action} was cancelled by another client", "unknown"
             )
         known = said in self._config.errors[name]
         return ActionFailed(
@@ -123,7 +124,7 @@ class RosAction(Driver):
     def _over(self, ended: "asyncio.Future[tuple[int, Values]]") -> None:
         self._sent.pop(ended, None)
         with contextlib.suppress(asyncio.CancelledError):
-            ended.exception()  # told where it is awaited; after a stop nobody may be left to
+            ended.exception()  # raised where it is awaited; after a stop nothing may await it
 
     def _heard(self, message: Values) -> None:
         assert self._config.status is not None

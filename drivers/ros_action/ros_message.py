@@ -1,4 +1,4 @@
-"""Messages of rclpy to and from plain values, without a definition at hand."""
+"""Convert rclpy messages to and from plain values, without a definition at hand."""
 
 import re
 from importlib import import_module
@@ -19,11 +19,11 @@ def as_values(message: Any) -> Any:
 
 
 def fill(message: Any, values: dict[str, Any]) -> Any:
-    """The message with the fields that are given; raises AttributeError where there is no such field."""
+    """The message with the given fields; raises AttributeError if there is no such field."""
     types = message.get_fields_and_field_types()
     for name, value in values.items():
         if name not in types:
-            raise AttributeError(f"there is no field {name}; there are {', '.join(types)}")
+            raise AttributeError(f"there is no field {name}; the fields are {', '.join(types)}")
         setattr(message, name, _made(getattr(message, name), types[name], value))
     return message
 

@@ -1,8 +1,8 @@
-"""Where a value of the contract stands in a ROS message, and in which unit.
+"""Where a value of the contract is in a ROS message, and in which unit.
 
-Written `x`, `target.position.x`, or `{field: target.x, unit: m}` where ROS counts in another unit than
-the contract; `{field: x, optional: true}` where a list of at most one stands for a value that may be
-left out.
+Written `x`, `target.position.x`, or `{field: target.x, unit: m}` if ROS uses another unit than the
+contract; `{field: x, optional: true}` if a list of at most one represents a value that may be left
+out.
 """
 
 import math
@@ -33,7 +33,7 @@ class Spot:
         message[self.path[-1]] = [value] if self.optional else value
 
     def get(self, message: Any) -> Any:
-        """A contract's value from a message; None where there is none."""
+        """A contract's value from a message; None if there is none."""
         for name in self.path:
             if not isinstance(message, Mapping) or name not in message:
                 return None
@@ -51,13 +51,13 @@ class Spot:
 
 
 def read_spots(written: Any, schemas: Mapping[str, JsonSchema], where: str) -> dict[str, Spot]:
-    """Contract name -> its place; names that are not written stand under their own. Raises ValueError."""
+    """Contract name -> its field; the default is the same name. Raises ValueError."""
     given = {} if written is None else written
     if not isinstance(given, dict):
-        raise ValueError(f"{where} is written `{{name: field}}`")
+        raise ValueError(f"{where} must be written as `{{name: field}}`")
     strange = [name for name in given if name not in schemas]
     if strange:
-        raise ValueError(f"{where}: {strange[0]} is none of {', '.join(schemas) or 'nothing'}")
+        raise ValueError(f"{where}: {strange[0]} is not one of {', '.join(schemas) or 'nothing'}")
     return {
         name: _read(given.get(name, name), schema, f"{where}.{name}")
         for name, schema in schemas.items()
@@ -70,7 +70,7 @@ def _read(written: Any, schema: JsonSchema, where: str) -> Spot:
         raise ValueError(f"{where}: write a field's name, or {{field: NAME, unit: UNIT}}")
     strange = [key for key in said if key not in KEYS]
     if strange:
-        raise ValueError(f"{where}: there is no {strange[0]!r} here; there are {', '.join(KEYS)}")
+        raise ValueError(f"{where}: unknown key {strange[0]!r}; the keys are {', '.join(KEYS)}")
     unit, own = said.get("unit"), schema.get("unit")
     if unit is not None:
         try:

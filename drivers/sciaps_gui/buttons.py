@@ -1,4 +1,4 @@
-"""The buttons of one analyser program as a person recorded them: a folder of PNGs and buttons.yaml.
+"""The recorded buttons of one analyser program: a folder of PNGs and buttons.yaml.
 
 labrun_buttons: 1
 title: Profile Builder            # part of the window's title; left out: the whole screen
@@ -43,7 +43,7 @@ NEEDED = ("measure", "export")
 
 
 class ButtonsFault(ValueError):
-    """A folder of buttons that cannot be used; the sentence says which file and why."""
+    """A folder of buttons that cannot be used; the text says which file and why."""
 
 
 class Button(Model):
@@ -59,7 +59,7 @@ class Button(Model):
 
 
 class Step(Model):
-    """One step of an export: exactly one of the words."""
+    """One step of an export: exactly one of the keywords."""
 
     click: str | None = None
     type: str | None = None
@@ -81,7 +81,7 @@ class Step(Model):
 
 
 class ButtonsFile(Model):
-    """What stands in buttons.yaml."""
+    """The content of buttons.yaml."""
 
     labrun_buttons: Literal[1]
     title: str = ""
@@ -91,7 +91,7 @@ class ButtonsFile(Model):
 
 
 class Buttons:
-    """A folder of buttons, read and found fit for use."""
+    """A folder of buttons, read and checked."""
 
     def __init__(self, folder: Path, said: ButtonsFile, templates: dict[str, Template]) -> None:
         self.folder = folder
@@ -116,11 +116,11 @@ class Buttons:
         return [template for name, template in self._templates.items() if name not in names]
 
     def named(self, *places: Where) -> list[str]:
-        """Names of what is to be seen at these places."""
+        """Names of the buttons that belong to these places."""
         return [name for name, button in self._said.buttons.items() if button.where in places]
 
     def steps(self) -> list[tuple[str, str]]:
-        """The steps of an export; those of the paper's order need no button that was not recorded."""
+        """The steps of an export; steps of the paper's order without a recorded button are left out."""
         if self._said.export is not None:
             return [pair for step in self._said.export for pair in step.words()]
         pairs = [pair for step in PAPER_EXPORT for pair in step.items()]
@@ -136,7 +136,7 @@ class Buttons:
 
 
 def read_buttons(folder: Path, needed: tuple[str, ...] = NEEDED) -> Buttons:
-    """The buttons in a folder; raises ButtonsFault with a sentence."""
+    """The buttons in a folder; raises ButtonsFault with the reason."""
     said = _read_file(folder / FILE)
     missing = [name for name in needed if name not in said.buttons]
     if missing:
@@ -160,10 +160,10 @@ def read_buttons(folder: Path, needed: tuple[str, ...] = NEEDED) -> Buttons:
 def _check_steps(folder: Path, buttons: Buttons) -> None:
     for word, what in buttons.steps():
         if word in ("click", "tick", "untick", "wait", "gone") and what not in buttons:
-            raise ButtonsFault(f"{folder / FILE}: export: {word}: {what} is no recorded button")
+            raise ButtonsFault(f"{folder / FILE}: export: {word}: {what} is not a recorded button")
         if word in ("tick", "untick") and buttons.button(what).on is None:
             raise ButtonsFault(
-                f"{folder / FILE}: {what} is to be ticked, but only its empty state was recorded; "
+                f"{folder / FILE}: {what} should be ticked, but only its empty state was recorded; "
                 f"record {what}.on as well"
             )
 
@@ -197,5 +197,5 @@ def _read_picture(path: Path, name: str) -> Picture:
         raise ButtonsFault(f"the picture of {name}, {path}, cannot be read: {fault}") from fault
     wrong = unfit(picture)
     if wrong is not None:
-        raise ButtonsFault(f"the picture of {name}, {path}, is no good as a template: {wrong}")
+        raise ButtonsFault(f"the picture of {name}, {path}, cannot be used as a template: {wrong}")
     return picture

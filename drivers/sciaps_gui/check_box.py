@@ -1,6 +1,6 @@
-"""Read a check box: ticked or not, decided where its two recordings differ.
+"""Read a check box: ticked or not, from the area where its two recordings differ.
 
-The square is found anew within a few pixels (at another size letters are spaced otherwise, and it is
+The square is found again within a few pixels (at another size letters are spaced differently, and it is
 not just where it was), then the mean colour of what the tick fills says how much of it is there:
 a mean minds neither the tick's exact shape nor its thickness.
 """
@@ -19,7 +19,7 @@ REACH = 5
 
 
 def ticked(picture: Picture, hit: Hit, off: Template, on: Template) -> bool | None:
-    """Whether the box at `hit` is ticked; None where it cannot be told."""
+    """Whether the box at `hit` is ticked; None if that is unclear."""
     height, width = off.picture.shape[:2]
     x, y, w, h = hit.box
     pictures = off.picture, on.picture, picture[y : y + h, x : x + w]

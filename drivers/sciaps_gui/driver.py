@@ -1,8 +1,8 @@
-"""Keeps libs_analyzer@1 with an analyser's desktop program, by keyboard and mouse.
+"""Implements libs_analyzer@1 with an analyser's desktop program, by keyboard and mouse.
 
-One goal is one click: it stands in the book of shots before it is made, and is never made again.
-Whether it fired is told by the one new entry in the program's cache, by its name. What was exported
-is copied and checked before anything is deleted.
+One goal is one click: it is in the shot log before it is made, and is never repeated. The one new
+entry in the program's cache, by its name, shows whether it fired. Exported spectra are copied and
+checked before anything is deleted.
 """
 
 import asyncio
@@ -11,12 +11,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
-from ..analyser.book import AlreadyBegun, Shot, ShotBook
 from ..analyser.cache import Cache
 from ..analyser.exporting import Exporting
 from ..analyser.folder import FolderFault, SharedFolder, see_that_it_is_there
-from ..analyser.kept import Kept
 from ..analyser.settings import settings_of
+from ..analyser.shot_log import AlreadyBegun, Shot, ShotLog
+from ..analyser.spectrum_store import SpectrumStore
 from ..driver import ActionFailed, Driver, GoalContext, Place
 from ..find import DriverFault
 from .buttons import Buttons, ButtonsFault, read_buttons
@@ -28,7 +28,7 @@ from .settings import SciapsGuiSettings
 LOOK_S = 0.25
 CALM_S = 8.0
 ANSWER_S = 45.0
-"""How long the probe waits for a shot that may still show itself."""
+"""How long the probe waits for a shot that may still appear."""
 
 T = TypeVar("T")
 
@@ -46,7 +46,7 @@ class SciapsGui(Driver):
         except ButtonsFault as fault:
             raise DriverFault(str(fault)) from fault
         self._cache = Cache(self.settings.cache, self.settings.cache_entry)
-        self._kept = Kept(place.folder / "spectra")
+        self._spectra_kept = SpectrumStore(place.folder / "spectra")
         self._program: Program | None = None
         self._measuring = False
 
@@ -55,9 +55,9 @@ class SciapsGui(Driver):
         await see_that_it_is_there("exports", SharedFolder(self.settings.exports))
         title = self._buttons.title if self.settings.title is None else self.settings.title
         self._program = await asyncio.to_thread(Program, self._buttons, title)
-        self._book = ShotBook(self.place.folder / "shots.sqlite")
+        self._shot_log = ShotLog(self.place.folder / "shots.sqlite")
         self._exporting = Exporting(
-            self.place.device, self._book, self._kept, self.settings.channels
+            self.place.device, self._shot_log, self._spectra_kept, self.settings.channels
         )
         self._exports = Exports(self)
 
@@ -65,7 +65,7 @@ class SciapsGui(Driver):
         if self._program is not None:
             self._program.halted = True
             self._program.close()
-            self._book.close()
+            self._shot_log.close()
 
     @property
     def program(self) -> Program:
@@ -73,8 +73,8 @@ class SciapsGui(Driver):
         return self._program
 
     @property
-    def book(self) -> ShotBook:
-        return self._book
+    def shot_log(self) -> ShotLog:
+        return self._shot_log
 
     @property
     def exporting(self) -> Exporting:
@@ -93,16 +93,16 @@ class SciapsGui(Driver):
         return await asyncio.to_thread(lambda: self.program.alone(act))  # type: ignore[return-value]
 
     async def status(self) -> dict[str, Any]:
-        return {"armed": self._measuring, "shots": self._book.count(), "interlock": "unknown"}
+        return {"armed": self._measuring, "shots": self._shot_log.count(), "interlock": "unknown"}
 
     async def safe(self) -> None:
-        """No click is made any more; a shot that is under way is waited for.
+        """Make no more clicks, and wait for a shot that is under way.
 
-        The laser fires only on a click. Where `disarm` was recorded it is clicked, too. Raises
-        OSError where a click may still be acted on.
+        The laser fires only on a click. If `disarm` was recorded it is clicked, too. Raises
+        OSError if a click may still take effect.
         """
         self.program.halted = True
-        newest = self._book.newest()
+        newest = self._shot_log.newest()
         if newest is not None and newest.fate == "begun":
             await self._calm(newest)
         if "disarm" in self._buttons:
@@ -123,7 +123,7 @@ class SciapsGui(Driver):
             if time.monotonic() > end:
                 raise OSError(
                     f"a shot was clicked {time.time() - shot.at:.0f} s ago and has left nothing in the "
-                    f"cache yet; it cannot be called back from here: use the analyser's own switch"
+                    f"cache yet; it cannot be stopped from here: use the switch on the analyser"
                 )
             await asyncio.sleep(LOOK_S)
 
@@ -149,7 +149,7 @@ class SciapsGui(Driver):
 
     def _begun(self, goal: GoalContext, before: set[str]) -> Shot:
         try:
-            return self._book.begin(goal.id, time.time(), before)
+            return self._shot_log.begin(goal.id, time.time(), before)
         except AlreadyBegun as fault:
             raise self.failed("measure", "Rejected", str(fault), "unknown") from fault
         except OSError as fault:
@@ -161,7 +161,7 @@ class SciapsGui(Driver):
         try:
             await self.on_screen(lambda: self.program.press(aim))
         except NotClicked as fault:
-            self._book.denied(shot)
+            self._shot_log.denied(shot)
             raise self.failed(
                 "measure", "Rejected", f"{fault}; nothing was clicked", "no"
             ) from fault
@@ -189,7 +189,7 @@ class SciapsGui(Driver):
             await asyncio.sleep(LOOK_S)
 
     def _nothing_came(self, seen: Seen) -> ActionFailed:
-        """After one click and no entry nobody knows whether the laser fired."""
+        """After one click and no entry it is unknown whether the laser fired."""
         words = f"it was clicked once, and {self.settings.cache} has no new entry"
         if seen.state == "dialog":
             return self.failed("measure", "DialogOpen", f"{words}: {seen.words}", "unknown")
@@ -200,7 +200,7 @@ class SciapsGui(Driver):
         )
 
     async def _closed_error(self, shot: Shot, seen: Seen) -> None:
-        """A modal error after the click: read, closed, and told with what the lab says it means."""
+        """A modal error after the click: read, closed, and reported with the lab's meaning for it."""
         picture = await self.picture()
         try:
             await self.on_screen(lambda: self.program.close_error(self.settings.dialog_s))
@@ -213,18 +213,18 @@ class SciapsGui(Driver):
             )
         happened = self._buttons.button(seen.sign).happened
         if happened == "no":
-            self._book.denied(shot)
+            self._shot_log.denied(shot)
         raise self.failed("measure", "DialogOpen", f"{seen.words}; {closed}{picture}", happened)
 
     async def _look(self) -> Seen:
-        """The state; what cannot be seen is told as a dialog, since something hides the program."""
+        """The state; if it cannot be seen, reports a dialog, since something hides the program."""
         try:
             return await self.on_screen(self.program.seen)
         except (Trouble, NoScreen) as fault:
             return Seen("dialog", str(fault))
 
     async def _found(self, shot: Shot) -> bool:
-        """Whether the cache shows this shot; raises ActionFailed where it shows more than one."""
+        """Whether the cache shows this shot; raises ActionFailed if it shows more than one."""
         try:
             new = sorted(await self._cache.names() - (shot.before or frozenset()))
         except FolderFault:
@@ -233,28 +233,28 @@ class SciapsGui(Driver):
             raise self.failed(
                 "measure", "Lost",
                 f"{' and '.join(new)} are new in the cache after one click: one is from another click, "
-                f"and which of them is this shot's cannot be told", "yes",
+                f"and it is unclear which one belongs to this shot", "yes",
             )  # fmt: skip
         if new:
-            self._book.fired(shot, new[0])
+            self._shot_log.fired(shot, new[0])
         return bool(new)
 
     async def _quiet(self, goal: GoalContext) -> None:
-        """The shot is kept; wait a while until the program is ready for the next command."""
+        """With the shot stored, wait a while until the program is ready for the next command."""
         end = time.monotonic() + self.settings.busy_s
         while (seen := await self._look()).state in ("busy", "hung") and time.monotonic() < end:
             goal.feedback(0.9, seen.words)
             await asyncio.sleep(LOOK_S)
 
     async def last_shot(self, goal: GoalContext) -> dict[str, Any]:
-        newest = self._book.newest()
+        newest = self._shot_log.newest()
         end = time.monotonic() + ANSWER_S
         while newest is not None and newest.fate == "begun":
             try:
                 if await self._found(newest):
-                    newest = self._book.newest()
+                    newest = self._shot_log.newest()
                     break
-            except ActionFailed:  # several are new: that it happened is sure, whose is whose is not
+            except ActionFailed:  # several are new: it certainly happened, but its entry is unclear
                 break
             late = time.time() - newest.at > self.settings.measure_s + self.settings.hang_s
             if late or time.monotonic() > end:
@@ -321,7 +321,7 @@ class SciapsGui(Driver):
             await asyncio.sleep(LOOK_S)
 
     async def tried(self, asked: str, happened: Any, act: Callable[[], T]) -> T:
-        """Something on the screen; its trouble becomes the contract's."""
+        """Do something on the screen; trouble there becomes an error of the contract."""
         try:
             return await self.on_screen(act)
         except (Trouble, NoScreen, NotClicked) as fault:
@@ -329,7 +329,7 @@ class SciapsGui(Driver):
             raise self.failed(asked, error, words + await self.picture(), happened) from fault
 
     async def picture(self) -> str:
-        """Put the last picture beside the book; the words that say where."""
+        """Save the last picture beside the shot log; returns a note that says where."""
         view = self.program.last_view
         return await asyncio.to_thread(put_picture, view, self.place.folder / "seen")
 

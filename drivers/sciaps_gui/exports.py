@@ -1,34 +1,59 @@
-"""Export one shot through the program's dialogs, check and keep its spectrum, then delete."""
+"""Export one shot through the program's dialogs, check and store its spectrum, then delete."""
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Any, Protocol, TypeVar
 
-from ..analyser.arrival import NO_ROOM, Arrived, NotArrived, Wanted, arrived
-from ..analyser.book import Shot
+from ..analyser.cache import Cache
+from ..analyser.export_arrival import NO_ROOM, Arrived, NotArrived, Wanted, arrived
+from ..analyser.exporting import Exporting
 from ..analyser.folder import FolderFault, SharedFolder
+from ..analyser.shot_log import Shot, ShotLog
 from ..driver import ActionFailed, GoalContext
-from .program import NoScreen, NotClicked, Trouble
-
-if TYPE_CHECKING:
-    from .driver import SciapsGui
+from .buttons import Buttons
+from .program import NoScreen, NotClicked, Program, Trouble
+from .settings import SciapsGuiSettings
 
 AGAIN_S = 3.0
+T = TypeVar("T")
+
+
+class Analyser(Protocol):
+    """What an export needs from its driver."""
+
+    settings: SciapsGuiSettings
+
+    @property
+    def program(self) -> Program: ...
+    @property
+    def shot_log(self) -> ShotLog: ...
+    @property
+    def exporting(self) -> Exporting: ...
+    @property
+    def cache(self) -> Cache: ...
+    @property
+    def buttons(self) -> Buttons: ...
+    async def on_screen(self, act: Callable[[], T]) -> T: ...
+    async def ready(self, goal: GoalContext, asked: str) -> None: ...
+    async def tried(self, asked: str, happened: Any, act: Callable[[], T]) -> T: ...
+    async def picture(self) -> str: ...
+    def failed(self, asked: str, error: str, words: str, happened: Any) -> ActionFailed: ...
 
 
 class Exports:
     """The driver's part that deals with the export dialog and the export folder."""
 
-    def __init__(self, driver: "SciapsGui") -> None:
+    def __init__(self, driver: Analyser) -> None:
         self._driver = driver
         self._settings = driver.settings
         self._folder = SharedFolder(self._settings.exports)
 
     async def spectrum(self, goal: GoalContext, shot: Shot) -> bytes:
-        """The shot's whole spectrum, kept on this machine; only then may its cache entry go."""
+        """Store the shot's complete spectrum on this machine; only then may its cache entry be deleted."""
         found = await self._earlier(shot) or await self._made(goal, shot)
         self._driver.exporting.keep(shot, found)
-        goal.feedback(0.9, f"{found.channels} channels kept")
+        goal.feedback(0.9, f"{found.channels} channels stored")
         if self._settings.delete == "file":
             await self._delete_file(shot)
         elif self._settings.delete == "button":
@@ -48,7 +73,7 @@ class Exports:
         return self._settings.dialog_s
 
     async def _earlier(self, shot: Shot) -> Arrived | None:
-        """What an earlier attempt has left in the folder after all."""
+        """What an earlier attempt left in the folder after all."""
         if shot.asked is None:
             return None
         try:
@@ -59,11 +84,11 @@ class Exports:
     async def _made(self, goal: GoalContext, shot: Shot) -> Arrived:
         await self._driver.ready(goal, "export")
         before = await self._room()
-        self._driver.book.asked(shot, before)
+        self._driver.shot_log.asked(shot, before)
         shot = replace(shot, asked=frozenset(before))
         name = f"{shot.name}_{time.strftime('%Y%m%d_%H%M%S')}"
         await self._steps(goal, name)
-        goal.feedback(0.6, "waiting until the file is whole")
+        goal.feedback(0.6, "waiting for the complete file")
         try:
             return await arrived(self._folder, self._wanted(shot, name), self._settings.export_s)
         except NotArrived as fault:
@@ -72,7 +97,7 @@ class Exports:
             raise self._failed(error, f"{fault}{seen}; nothing was deleted", "unknown") from fault
 
     async def _room(self) -> set[str]:
-        """What lies in the export folder; raises ActionFailed where it is missing or full."""
+        """What is in the export folder; raises ActionFailed if it is missing or full."""
         try:
             free = await self._folder.free_bytes()
             names = await self._folder.names()
@@ -81,7 +106,7 @@ class Exports:
         if free is not None and free < NO_ROOM:
             raise self._failed(
                 "DiskFull",
-                f"{self._folder.place} has room for {free} bytes more; make room and ask again. Nothing "
+                f"{self._folder.place} has only {free} bytes free; free some space and try again. Nothing "
                 f"was clicked", "no",
             )  # fmt: skip
         return names
@@ -118,7 +143,7 @@ class Exports:
                 program.wait_until_gone(what, dialog_s)
 
     async def _broken_off(self, step: str, fault: Exception) -> ActionFailed:
-        """Leave the dialog, so that the next command finds the program as it should be."""
+        """Close the dialog, so that the next command finds the program as it should be."""
         from .faults import failure_of
 
         error, words = failure_of(fault)  # type: ignore[arg-type]
@@ -133,7 +158,7 @@ class Exports:
         return self._failed(error, f"at `{step}`: {words}; {left}{picture}", "no")
 
     async def _error_words(self) -> str:
-        """A modal error that came instead of the file: read, and closed."""
+        """Read and close a modal error that came instead of the file."""
         try:
             seen = await self._driver.on_screen(self._program.seen)
             if seen.state != "error":
@@ -158,13 +183,11 @@ class Exports:
         try:
             await self._driver.cache.remove(shot.entry)
         except OSError as fault:
-            words = (
-                f"{shot.name} is exported and kept, but {shot.entry} could not be deleted: {fault}"
-            )
+            words = f"{shot.name} is exported and stored, but {shot.entry} could not be deleted: {fault}"
             raise self._failed("Rejected", words, "yes") from fault
 
     async def _delete_by_button(self, goal: GoalContext, shot: Shot) -> None:
-        """The program deletes what is selected in it; that this was the exported one is checked after."""
+        """Delete the program's selected entry, then check that it was the exported one."""
         before = await self._driver.cache.names()
         if shot.entry is None or shot.entry not in before:
             return
@@ -175,8 +198,8 @@ class Exports:
             words = ", ".join(sorted(gone)) or "nothing"
             raise self._failed(
                 "Rejected",
-                f"{shot.name} is exported and kept, but the program deleted {words} where {shot.entry} "
-                f"was meant; look which entry is selected in its list", "yes",
+                f"{shot.name} is exported and stored, but the program deleted {words} instead of "
+                f"{shot.entry}; check which entry is selected in its list", "yes",
             )  # fmt: skip
 
     def _click_delete(self) -> None:

@@ -1,4 +1,4 @@
-"""Trouble on the screen in the words of the contract, and a picture of it for a person."""
+"""Trouble on the screen as errors of the contract, with a picture of it for a person."""
 
 import time
 from pathlib import Path
@@ -23,7 +23,7 @@ def failure_of(fault: Trouble | NoScreen | NotClicked) -> tuple[str, str]:
 
 
 def put_picture(view: View | None, folder: Path) -> str:
-    """Keep what was seen, the newest 20 times; the words that say where, empty where it cannot be."""
+    """Save a picture, keeping the latest 20; returns a note that says where, empty if that fails."""
     if view is None:
         return ""
     from PIL import Image

@@ -1,9 +1,10 @@
 """Eyes and hands: a picture of the screen, the mouse, the keyboard.
 
-pyautogui is loaded here and nowhere else: it wants a screen as soon as it is imported. Putting the
+pyautogui is loaded here and nowhere else: it needs a screen as soon as it is imported. Putting the
 mouse into a corner of the screen by hand stops everything (its fail-safe).
 """
 
+import logging
 import os
 import sys
 import time
@@ -14,20 +15,21 @@ from .quiet import have_cookies, quiet_libraries
 from .windows import NoScreen
 
 PAUSE_S = 0.05
+LOG = logging.getLogger("labrun")
 
 
 class NotClicked(Exception):
-    """The mouse button was surely not pressed; the text says why."""
+    """The mouse button was certainly not pressed; the text says why."""
 
 
 class Hands:
-    """The mouse and keyboard of one screen; raises NoScreen where there is none."""
+    """The mouse and keyboard of one screen; raises NoScreen if there is none."""
 
     def __init__(self) -> None:
         self._gui = _pyautogui()
 
     def picture(self) -> Picture:
-        """The whole screen; raises NoScreen where it is locked or gone."""
+        """The whole screen; raises NoScreen if it is locked or gone."""
         import numpy as np
         from PIL import ImageGrab
 
@@ -35,7 +37,7 @@ class Hands:
             image = ImageGrab.grab(xdisplay=os.environ.get("DISPLAY") or None)
         except (OSError, RuntimeError) as fault:
             raise NoScreen(
-                f"the screen cannot be looked at: {fault}; it may be locked, or its session ended"
+                f"the screen cannot be captured: {fault}; it may be locked, or its session ended"
             ) from fault
         return np.asarray(image.convert("RGB"))
 
@@ -49,13 +51,13 @@ class Hands:
         return int(x), int(y)
 
     def move(self, x: int, y: int) -> None:
-        """Put the mouse there; raises NotClicked where it does not stay."""
+        """Move the mouse there; raises NotClicked if it does not stay."""
         self._safely(lambda: self._gui.moveTo(x, y))
         time.sleep(PAUSE_S)
         here = self.where()
         if max(abs(here[0] - x), abs(here[1] - y)) > 1:
             raise NotClicked(
-                f"the mouse was sent to {x},{y} and is at {here[0]},{here[1]}: somebody else moves it"
+                f"the mouse was sent to {x},{y} but is at {here[0]},{here[1]}: someone else is moving it"
             )
 
     def press_mouse(self) -> None:
@@ -66,7 +68,7 @@ class Hands:
         self._gui.mouseUp(_pause=False)
 
     def type(self, text: str) -> None:
-        """Replace what a field holds by this text.
+        """Replace a field's content with this text.
 
         Select-all is not Ctrl+A everywhere (in Tk and Emacs-like fields that goes to the start), and
         Shift+Home selects nothing on Windows while NumLock is on; one of the two empties any field.
@@ -89,7 +91,7 @@ class Hands:
             act()
         except self._gui.FailSafeException:
             raise NotClicked(
-                "the mouse is in a corner of the screen, which stops the driver; move it away to go on"
+                "the mouse is in a corner of the screen, which stops the driver; move it away to continue"
             ) from None
 
 
@@ -107,6 +109,7 @@ def _pyautogui() -> Any:
             f"`python -m pip install 'labrun[gui]'`"
         ) from fault
     except Exception as fault:  # Xlib and KeyError where there is no display, at import
+        LOG.exception("pyautogui cannot be used")
         raise NoScreen(
             f"there is no screen to work on ({_said(fault)}); start the device server on the "
             f"analyser's own desktop"
@@ -124,7 +127,7 @@ def _said(fault: Exception) -> str:
 
 
 def _close_leftovers() -> None:
-    """pyscreeze asks at its import for a program called scrot, and leaves the pipes of that open."""
+    """On import pyscreeze looks for a program called scrot, and leaves its pipes open."""
     asked = getattr(sys.modules.get("pyscreeze"), "whichProc", None)
     for pipe in (getattr(asked, "stdout", None), getattr(asked, "stderr", None)):
         if pipe is not None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from .buttons import Buttons
-from .match import ALONE, Sight, Template, look_for, moved
+from .match import ALONE, Sighting, Template, look_for, moved
 from .view import View
 
 SMALL, EASED = 0.7, 0.08
@@ -19,8 +19,8 @@ window nothing else does."""
 
 def look_in(
     view: View, buttons: Buttons, names: Sequence[str], scale: float | None
-) -> dict[str, Sight]:
-    """Name -> what is seen of it, in the picture's coordinates; each is held against all the others."""
+) -> dict[str, Sighting]:
+    """Name -> what is seen of it, in the picture's coordinates; each is compared with all the others."""
     of_dialogs = [n for n in names if buttons.button(n.removesuffix(".on")).where == "dialog"]
     wanted = {name: buttons.template(name) for name in names}
     rivals = buttons.all_but(list(wanted.values()))
@@ -37,12 +37,12 @@ def look_in(
 
 
 def _held_to(template: Template, view: View, scale: float | None) -> Template:
-    """How well a dialog's button has to fit."""
+    """How well a dialog's button has to match."""
     if not view.dialogs:
         return replace(template, threshold=min(0.95, template.threshold + ALONE))
     small = scale is not None and scale < SMALL
     return replace(template, threshold=template.threshold - EASED) if small else template
 
 
-def _in_order(names: Sequence[str], sights: Mapping[str, Sight]) -> dict[str, Sight]:
+def _in_order(names: Sequence[str], sights: Mapping[str, Sighting]) -> dict[str, Sighting]:
     return {name: sights[name] for name in names}

@@ -1,8 +1,8 @@
-"""Find recorded buttons in a picture of the screen, at whatever size the program is drawn today.
+"""Find recorded buttons in a picture of the screen, whatever the current size of the program.
 
 Normalised correlation of the grey template (TM_CCOEFF_NORMED) over 25 sizes from half to double
-proposes places; each is then fitted more finely, in width and height by itself, since letters do
-not grow evenly. A place is believed where grey and edges both fit, colours and contrast are those
+proposes places; each is then fitted more finely, separately in width and height, since letters do
+not scale evenly. A place is accepted if grey and edges both fit, colours and contrast are those
 of the template, no other recorded button fits better there, and the size is that of the program:
 all its buttons are drawn at one. Without the last two, a small "Sync" passes for "Delete".
 """
@@ -75,7 +75,7 @@ class Hit:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class Sighting:
     """What was seen of one template: the places that are believed, best first, and the best other."""
 
     name: str
@@ -84,7 +84,7 @@ class Sight:
 
     @property
     def sure(self) -> Hit | None:
-        """The one place, where there is exactly one."""
+        """The one place, if there is exactly one."""
         return self.hits[0] if len(self.hits) == 1 else None
 
     def words(self) -> str:
@@ -99,24 +99,24 @@ class Sight:
             places = " and ".join("{:.0f},{:.0f}".format(*hit.centre) for hit in self.hits)
             return f"{self.name} is there {len(self.hits)} times, at {places}"
         if self.nearest is None:
-            return f"{self.name} is not to be seen"
+            return f"{self.name} is not visible"
         x, y = self.nearest.centre
         return (
-            f"{self.name} is not to be seen; most alike is the place {x:.0f},{y:.0f} with "
+            f"{self.name} is not visible; the best match is at {x:.0f},{y:.0f} with "
             f"{self.nearest.doubt or f'a fit of {self.nearest.score:.2f}'}"
         )
 
 
 def unfit(picture: Picture) -> str | None:
-    """Why a picture is no good as a template; None where it is."""
+    """Why a picture cannot be used as a template; None if it can."""
     height, width = picture.shape[:2]
     if min(height, width) < LEAST_SIDE or height * width < LEAST_AREA:
         return (
-            f"{width} x {height} pixels are too few to be told from other places; at least "
-            f"{LEAST_SIDE} each way and {LEAST_AREA} in all: take in the whole button"
+            f"{width} x {height} pixels are too few to be distinctive; at least "
+            f"{LEAST_SIDE} each way and {LEAST_AREA} in all: include the whole button"
         )
     if float(_grey(picture).std()) < LEAST_CONTRAST:
-        return "there is nothing in it but one colour; take in the button's words and border"
+        return "it is a single colour; include the button's text and border"
     return None
 
 
@@ -125,7 +125,7 @@ def look_for(
     templates: Sequence[Template],
     scale: float | None = None,
     rivals: Sequence[Template] = (),
-) -> dict[str, Sight]:
+) -> dict[str, Sighting]:
     """Name -> what was seen of it. With `scale`, the program's size is known and only that is tried.
 
     `rivals` are not looked for; but a place that one of them fits better is not believed.
@@ -140,7 +140,7 @@ def look_for(
         t.name: [replace(h, doubt=_doubt(h, t, scale)) for h in found[t.name]] for t in templates
     }
     sights = {
-        name: _sight(name, [_held_against(picture, grey, h, others, found) for h in hits])
+        name: _sighting(name, [_held_against(picture, grey, h, others, found) for h in hits])
         for name, hits in judged.items()
     }
     if scale is not None:
@@ -153,7 +153,7 @@ def look_for(
     return sights
 
 
-def common_scale(sights: Iterable[Sight]) -> float | None:
+def common_scale(sights: Iterable[Sighting]) -> float | None:
     """The size at which a program is drawn, from what was seen of it."""
     sizes = sorted(sight.hits[0].scale for sight in sights if sight.hits)
     return sizes[len(sizes) // 2] if sizes else None
@@ -344,7 +344,7 @@ def _of_size(hit: Hit, scale: float) -> bool:
 def _doubt(hit: Hit, template: Template, scale: float | None) -> str:
     wanted = template.threshold + (ALONE if scale is None else 0.0)
     if hit.score < wanted:
-        return f"a fit of {hit.score:.2f}, where {wanted:g} is wanted"
+        return f"a fit of {hit.score:.2f}, where {wanted:g} is required"
     if scale is not None and not _of_size(hit, scale):
         return f"size {hit.scale:.2f}, where the program's others are drawn at {scale:.2f}"
     if hit.colour > COLOUR_WITHIN:
@@ -409,8 +409,8 @@ def _inner(template: Template) -> Template:
 
 def _greyed(
     picture: Picture, grey: np.ndarray, template: Template, scale: float,
-    inner: dict[str, Template], sight: Sight,
-) -> Sight:  # fmt: skip
+    inner: dict[str, Template], sight: Sighting,
+) -> Sighting:  # fmt: skip
     """The button greyed out: the same words, far fainter; what was seen before where it is not."""
     found = []
     for hit in _candidates(picture, grey, inner[template.name], _near(scale)):
@@ -423,23 +423,23 @@ def _greyed(
             across, down = round(w * EDGE_ACROSS), round(h * EDGE_DOWN)
             box = max(0, x - across), max(0, y - down), w + 2 * across, h + 2 * down
             found.append(replace(hit, box=box))
-    return _sight(template.name, found) if found else sight
+    return _sighting(template.name, found) if found else sight
 
 
-def _sight(name: str, hits: list[Hit]) -> Sight:
+def _sighting(name: str, hits: list[Hit]) -> Sighting:
     believed = sorted((h for h in hits if not h.doubt), key=lambda h: h.score, reverse=True)
     if not believed:
         nearest = max(hits, key=lambda h: h.score, default=None)
-        return Sight(name, (), nearest)
+        return Sighting(name, (), nearest)
     places: list[Hit] = []
     for hit in believed:
         apart = all(overlap(hit.box, other.box) < 0.2 for other in places)
         if apart and hit.score >= believed[0].score - TWIN_WITHIN:
             places.append(hit)
-    return Sight(name, tuple(places))
+    return Sighting(name, tuple(places))
 
 
-def moved(sight: Sight, across: int, down: int) -> Sight:
+def moved(sight: Sighting, across: int, down: int) -> Sighting:
     """The same sight, seen in a picture of which the one that was looked at is a part."""
 
     def there(hit: Hit) -> Hit:

@@ -1,7 +1,7 @@
-"""The analyser's program as a state machine that is read off the screen: nothing is clicked unseen.
+"""The analyser's program as a state machine read off the screen: nothing is clicked unseen.
 
 idle, busy, dialog (a window of its own that we did not open, or opened), error (a known sign of
-one), hung (it does not answer). Whoever calls it waits: it runs in a thread of its own.
+one), hung (it does not respond). Calls block: it runs in its own thread.
 """
 
 import contextlib
@@ -13,11 +13,12 @@ from typing import Literal
 
 from .buttons import Button, Buttons
 from .check_box import ticked
+from .desktop import open_windows
 from .hands import Hands, NotClicked
 from .looking import look_in
-from .match import Hit, Sight, common_scale, differs, look_for
+from .match import Hit, Sighting, common_scale, differs, look_for
 from .view import Trouble, View, view_of
-from .windows import NoScreen, Windows, open_windows
+from .windows import NoScreen, Windows
 
 LOOK_S = 0.15
 PING_S = 1.0
@@ -28,7 +29,7 @@ State = Literal["idle", "busy", "dialog", "error", "hung"]
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What the program is doing, in a word and in words; the name of the error's sign, if one is."""
+    """The program's state, a description, and the name of the error sign, if any."""
 
     state: State
     words: str
@@ -46,7 +47,7 @@ class Aim:
 
 
 class Program:
-    """Looks at the program, and clicks in it; raises Trouble, NoScreen or NotClicked with a sentence."""
+    """Looks at the program and clicks in it; raises Trouble, NoScreen or NotClicked with the reason."""
 
     def __init__(self, buttons: Buttons, title: str) -> None:
         self.buttons = buttons
@@ -63,7 +64,7 @@ class Program:
         self._windows.close()
 
     def alone(self, act: Callable[[], object]) -> object:
-        """Do something while nobody else looks or clicks."""
+        """Do something while no other thread looks or clicks."""
         with self._lock:
             return act()
 
@@ -74,7 +75,7 @@ class Program:
         self.last_view = view_of(self.title, self._windows, screen, ratio)
         return self.last_view
 
-    def locate(self) -> dict[str, Sight]:
+    def locate(self) -> dict[str, Sighting]:
         """All buttons of the main window, and with them the size at which it is drawn."""
         view = self.view()
         names = self.buttons.named("main")
@@ -86,20 +87,29 @@ class Program:
         """What the program is doing."""
         view = self.view()
         if view.main is not None and self._windows.alive(view.main, PING_S) is False:
-            return Seen("hung", f"the program {view.main.title!r} does not answer")
-        signs = self._look(view, [*self._error_signs(), *self.buttons.named("busy"), "measure"])
-        for name in self._error_signs():
-            if signs[name].hits:
-                return Seen("error", self._error_words(name, view), name)
+            return Seen("hung", f"the program {view.main.title!r} does not respond")
+        others = [*self.buttons.named("busy"), "measure"]
+        signs = self._look(view, [*self.buttons.named("error"), *others])
+        error = self._error(signs)
+        if error is not None:
+            return Seen("error", self._error_words(error, view), error)
         if any(signs[name].hits for name in self.buttons.named("busy")):
-            return Seen("busy", "the program shows that it works")
+            return Seen("busy", "the program shows that it is busy")
         if view.dialogs:
             return Seen("dialog", f"a window {view.dialogs[0].title!r} is open over the program")
         hit = self._the_one("measure", signs["measure"], view)
         return Seen("busy", "its button `measure` is greyed out") if hit.grey else Seen("idle", "")
 
-    def _error_signs(self) -> list[str]:
-        return [name for name in self.buttons.named("error") if name != "error_close"]
+    def _error(self, signs: dict[str, Sighting]) -> str | None:
+        """The error sign that is seen, together with the button that closes it if one was recorded.
+
+        A sign alone is no error: a peak of the spectrum resembles a warning triangle.
+        """
+        closes = signs.get("error_close")
+        if closes is not None and not closes.hits:
+            return None
+        errors = (n for n in self.buttons.named("error") if n != "error_close" and signs[n].hits)
+        return next(errors, None)
 
     def _error_words(self, name: str, view: View) -> str:
         title = f" in a window {view.dialogs[0].title!r}" if view.dialogs else ""
@@ -119,8 +129,9 @@ class Program:
             except Trouble as fault:
                 trouble = fault
             if time.monotonic() >= end:
-                raise Trouble(trouble.state, f"{trouble}, {timeout_s:g} s after it was looked for")
-            self._no_error(view)
+                raise Trouble(trouble.state, f"{trouble}, after {timeout_s:g} s of looking")
+            if name != "error_close":
+                self._no_error(view)
             time.sleep(LOOK_S)
 
     def wait_until_gone(self, name: str, timeout_s: float) -> None:
@@ -134,12 +145,12 @@ class Program:
             time.sleep(LOOK_S)
 
     def _no_error(self, view: View) -> None:
-        for name, sight in self._look(view, self._error_signs()).items():
-            if sight.hits:
-                raise Trouble("error", self._error_words(name, view))
+        error = self._error(self._look(view, self.buttons.named("error")))
+        if error is not None:
+            raise Trouble("error", self._error_words(error, view))
 
-    def _look(self, view: View, names: list[str]) -> dict[str, Sight]:
-        """What is seen of some buttons at the program's size; found anew where it has changed."""
+    def _look(self, view: View, names: list[str]) -> dict[str, Sighting]:
+        """What is seen of some buttons at the program's size; found again if that has changed."""
         if self.scale is None:
             self._find_scale(view)
         names = list(dict.fromkeys(names))
@@ -149,7 +160,7 @@ class Program:
             sights = look_in(view, self.buttons, names, self.scale)
         return {name: self._not_from_before(name, sight, view) for name, sight in sights.items()}
 
-    def _not_from_before(self, name: str, sight: Sight, view: View) -> Sight:
+    def _not_from_before(self, name: str, sight: Sighting, view: View) -> Sighting:
         """A part of a dialog cannot have stood there when the click was made that opens the dialog."""
         before = self._before
         of_dialog = self.buttons.button(name.removesuffix(".on")).where == "dialog"
@@ -160,7 +171,7 @@ class Program:
         fresh = [hit for hit in sight.hits if _changed(before, view, hit)]
         if len(fresh) == len(sight.hits):
             return sight
-        return Sight(name, tuple(fresh), replace(sight.hits[0], doubt="what stood there before"))
+        return Sighting(name, tuple(fresh), replace(sight.hits[0], doubt="what stood there before"))
 
     def _find_scale(self, view: View) -> bool:
         """Learn the size from the main window's buttons; True where it is another than before."""
@@ -170,7 +181,7 @@ class Program:
         self.scale = found if found is not None else self.scale
         return changed
 
-    def _the_one(self, name: str, sight: Sight, view: View) -> Hit:
+    def _the_one(self, name: str, sight: Sighting, view: View) -> Hit:
         if sight.sure is not None:
             return sight.sure
         state = "twice" if sight.hits else "unseen"
@@ -198,12 +209,14 @@ class Program:
             return
         below = self._windows.at(aim.x, aim.y)
         if below not in (main.id, *(d.id for d in aim.view.dialogs)):
-            raise NotClicked(f"at {aim.x},{aim.y} something else lies over {aim.name} now")
+            raise NotClicked(f"at {aim.x},{aim.y} something else now covers {aim.name}")
         if self._windows.alive(main, PING_S) is False:
-            raise NotClicked(f"the program {main.title!r} does not answer: a click would act later")
+            raise NotClicked(
+                f"the program {main.title!r} does not respond: a click would take effect later"
+            )
 
     def press(self, aim: Aim) -> None:
-        """Click where the mouse was put; raises NotClicked where that surely was not done."""
+        """Click at the aimed place; raises NotClicked if it certainly did not click."""
         self._check(aim)
         self._hands.press_mouse()
         with contextlib.suppress(
@@ -289,7 +302,7 @@ class Program:
         self.wait_until_gone("error_close", timeout_s)
 
     def leave_dialogs(self, timeout_s: float) -> None:
-        """Close what an export that went wrong has left open: by `export_cancel`, else by Escape."""
+        """Close what a failed export left open: with `export_cancel`, else with Escape."""
         end = time.monotonic() + timeout_s
         while self.view().dialogs and time.monotonic() < end:
             if (

@@ -1,4 +1,4 @@
-"""Keep the libraries that talk to the screen from talking on stdout, and from failing over nothing."""
+"""Keep the screen libraries from printing on stdout and from failing without need."""
 
 import contextlib
 import io

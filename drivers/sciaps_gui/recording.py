@@ -1,4 +1,4 @@
-"""Record buttons from a picture of the screen: cut out, found again at once, and saved with their size."""
+"""Record buttons from a picture of the screen: cut out, verified at once, saved with their size."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -7,13 +7,13 @@ from typing import Any
 
 from .buttons import FILE, VERSION, Buttons, ButtonsFault, Where
 from .looking import look_in
-from .match import Box, Picture, Sight, Template, common_scale, look_for, overlap, unfit
+from .match import Box, Picture, Sighting, Template, common_scale, look_for, overlap, unfit
 from .view import View
 
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """A button that the driver knows: where it is to be seen, and what it is in words."""
+    """A button that the driver knows: where it appears, and a description."""
 
     where: Where
     words: str
@@ -26,11 +26,11 @@ KNOWN: dict[str, Known] = {
     "delete": Known("main", "the button that deletes the selected spectrum"),
     "sync": Known("main", "the button that synchronises with the analyser"),
     "disarm": Known("main", "a button that locks the laser, if there is one"),
-    "busy": Known("busy", "a sign that is only there while it measures"),
+    "busy": Known("busy", "a sign that only shows while it measures"),
     "folder": Known("dialog", "the label beside the field for the folder"),
     "separate_spectrum": Known("dialog", "the box for a file for each spectrum, not ticked"),
     "separate_spectrum.on": Known("dialog", "the same box, ticked"),
-    "new_folder": Known("dialog", "the box for a folder of its own, not ticked"),
+    "new_folder": Known("dialog", "the box for a separate folder, not ticked"),
     "new_folder.on": Known("dialog", "the same box, ticked"),
     "export_finish": Known("dialog", "the button that starts the export"),
     "export_cancel": Known("dialog", "the button that leaves the dialog"),
@@ -42,7 +42,7 @@ KNOWN: dict[str, Known] = {
 
 @dataclass(slots=True)
 class Marked:
-    """What a person has marked: where each button is in the picture, and where it is clicked."""
+    """What a person marked: where each button is in the picture, and where to click it."""
 
     boxes: dict[str, Box]
     at: dict[str, tuple[int, int]] = field(default_factory=dict)
@@ -50,7 +50,7 @@ class Marked:
 
 
 def place_of(name: str, marked: Marked) -> Where | None:
-    """Where a button is to be seen; None for a name that nobody knows."""
+    """Where a button appears; None for an unknown name."""
     base = name.removesuffix(".on")
     if name in marked.where or base in marked.where:
         return marked.where.get(name) or marked.where[base]
@@ -60,13 +60,13 @@ def place_of(name: str, marked: Marked) -> Where | None:
 
 
 def cut(picture: Picture, marked: Marked) -> dict[str, Template]:
-    """The marked parts of a picture; raises ButtonsFault for one that is no good as a template."""
+    """The marked parts of a picture; raises ButtonsFault for one that cannot be used as a template."""
     height, width = picture.shape[:2]
     found = {}
     for name, (x, y, w, h) in marked.boxes.items():
         if w <= 0 or h <= 0 or x < 0 or y < 0 or x + w > width or y + h > height:
             raise ButtonsFault(
-                f"{name}: {x},{y},{w},{h} does not lie in the picture of {width} x {height}"
+                f"{name}: {x},{y},{w},{h} is not inside the picture of {width} x {height}"
             )
         part = picture[y : y + h, x : x + w]
         wrong = unfit(part)
@@ -134,8 +134,8 @@ def _note(buttons: dict[str, Any], name: str, file: str, marked: Marked) -> None
         entry["at"] = list(marked.at[name])
 
 
-def looked(buttons: Buttons, view: View) -> dict[str, Sight]:
-    """Name -> what is seen of it, of all that was recorded, each held against all the others."""
+def looked(buttons: Buttons, view: View) -> dict[str, Sighting]:
+    """Name -> what is seen of it, for all recorded buttons, each compared with all the others."""
     main = [buttons.template(name) for name in buttons.named("main")]
     others = buttons.all_but(main)
     sights = look_for(view.picture, main, rivals=others)
@@ -143,7 +143,7 @@ def looked(buttons: Buttons, view: View) -> dict[str, Sight]:
     return sights | look_in(view, buttons, [other.name for other in others], scale)
 
 
-def drawn(view: View, sights: Mapping[str, Sight]) -> Picture:
+def drawn(view: View, sights: Mapping[str, Sighting]) -> Picture:
     """The picture with a box and a score round everything that was found; grey what only resembles."""
     import cv2
 

@@ -1,4 +1,4 @@
-"""What a lab says about an analyser whose program is worked by mouse and keyboard."""
+"""A lab's settings for an analyser whose program is operated by mouse and keyboard."""
 
 from typing import Literal
 

@@ -11,7 +11,7 @@ FLAT = 2.0
 
 
 class Trouble(Exception):
-    """The program is not as it has to be; `state` says how in a word, the text in a sentence."""
+    """The program is not in the required state; `state` names it, the text explains it."""
 
     def __init__(self, state: str, words: str) -> None:
         super().__init__(words)
@@ -44,18 +44,16 @@ class View:
 
 
 def view_of(title: str, windows: Windows, screen: Picture, ratio: float) -> View:
-    """The part of the screen that shows the program; raises Trouble where it cannot be made out."""
+    """The part of the screen that shows the program; raises Trouble if it cannot be identified."""
     if not title:
         _not_blank(screen)
         return View(screen, (0, 0), ratio, None, (), "")
     listed = windows.listed()
     mains = [w for w in listed if title in w.title and not w.owned]
     if not mains:
-        titles = (
-            ", ".join(repr(w.title) for w in listed if w.title)[:200] or "none that has a title"
-        )
+        titles = ", ".join(repr(w.title) for w in listed if w.title)[:200] or "none with a title"
         raise Trouble(
-            "away", f"no window on the screen is called {title!r}; there are {titles}. Start the "
+            "away", f"no window on the screen is called {title!r}; the titles are {titles}. Start the "
             f"analyser's program, or bring it back if it is minimised",
         )  # fmt: skip
     if len(mains) > 1:
@@ -71,25 +69,25 @@ def view_of(title: str, windows: Windows, screen: Picture, ratio: float) -> View
     box = _clipped(_around([main.box, *(d.box for d in dialogs)]), screen, ratio)
     x, y, width, height = box
     if width < 20 or height < 20:
-        raise Trouble("away", f"the window {main.title!r} lies outside the screen; bring it back")
+        raise Trouble("away", f"the window {main.title!r} is outside the screen; bring it back")
     picture = screen[y : y + height, x : x + width]
     return View(picture, (x, y), ratio, main, dialogs, _cover(above, main, screen, ratio))
 
 
 def _not_blank(screen: Picture) -> None:
     if float(screen[::7, ::7].std()) < FLAT:
-        raise Trouble("blank", "the screen is of one colour: it is blank, asleep or locked")
+        raise Trouble("blank", "the screen is a single colour: it is blank, asleep or locked")
 
 
 def _cover(above: list[Window], main: Window, screen: Picture, ratio: float) -> str:
-    """What may hide the program, in words: a locked screen, or another program's window."""
+    """A description of what may hide the program: a locked screen, or another program's window."""
     area = screen.shape[0] * screen.shape[1] / ratio**2
     for window in above:
         if window.owned or overlap(window.box, main.box) <= 0:
             continue
         if window.box[2] * window.box[3] >= FULL_SCREEN * area:
             return f"{window.title or 'a window'!r} covers the whole screen: is it locked?"
-        return f"the window {window.title!r} lies over it"
+        return f"the window {window.title!r} covers it"
     return ""
 
 

@@ -1,10 +1,9 @@
-"""The windows on the screen: where the analyser's is, what lies over it, and whether it answers.
+"""The windows on the screen: where the analyser's is, what covers it, and whether it responds.
 
-X11 by Xlib (which pyautogui brings along), Windows by user32. A program that hangs keeps its
-clicks for later, so it is asked for a sign of life before any click is made.
+X11 through Xlib (which comes with pyautogui), Windows through user32. A program that hangs queues
+its clicks, so it is checked for a sign of life before any click is made.
 """
 
-import sys
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,7 +12,7 @@ from .match import Box
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """A visible top-level window; `owned` where it belongs to another one, as dialogs do."""
+    """A visible top-level window; `owned` if it belongs to another one, as dialogs do."""
 
     id: int
     title: str
@@ -22,14 +21,14 @@ class Window:
 
 
 class Windows(Protocol):
-    """What is asked of a desktop."""
+    """What a desktop provides."""
 
     def listed(self) -> list[Window]:
         """All visible windows, the topmost first."""
         ...
 
     def alive(self, window: Window, timeout_s: float) -> bool | None:
-        """Whether its program answers; None where it cannot be asked."""
+        """Whether its program responds; None if that cannot be checked."""
         ...
 
     def at(self, x: int, y: int) -> int | None:
@@ -37,20 +36,9 @@ class Windows(Protocol):
         ...
 
     def close(self) -> None:
-        """Let go of the desktop."""
+        """Release the desktop."""
         ...
 
 
 class NoScreen(OSError):
-    """There is no screen to look at; the sentence says why."""
-
-
-def open_windows() -> Windows:
-    """The desktop of this machine; raises NoScreen."""
-    if sys.platform == "win32":
-        from .windows_user32 import User32Windows
-
-        return User32Windows()
-    from .windows_x11 import X11Windows
-
-    return X11Windows()
+    """There is no screen to look at; the text says why."""

@@ -21,7 +21,7 @@ class _Point(ctypes.Structure):
 
 
 class User32Windows:
-    """EnumWindows tells windows from top to bottom; IsHungAppWindow knows who does not answer."""
+    """EnumWindows lists windows from top to bottom; IsHungAppWindow detects a hung program."""
 
     def __init__(self) -> None:
         loaded: Any = ctypes
@@ -33,12 +33,12 @@ class User32Windows:
             getattr(self._user32, name).restype = c_void_p
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Nothing to release."""
 
     def listed(self) -> list[Window]:
         desktop = self._user32.OpenInputDesktop(0, False, 0x0100)
         if not desktop:
-            raise NoScreen("the screen is locked: this session's desktop takes no input")
+            raise NoScreen("the screen is locked: this session's desktop accepts no input")
         self._user32.CloseDesktop(c_void_p(desktop))
         found: list[Window] = []
 

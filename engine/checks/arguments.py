@@ -3,8 +3,8 @@
 Whatever can be computed before the run is checked: parameters, constants, and every item of a
 loop whose items are known, so that a grid that leaves the bench is found before the first point.
 
-E203. An argument that the action does not know would do nothing: with `fed: 100` the axis would
-go at its own speed.
+E203. An argument that the action does not have would do nothing: with `fed: 100` the axis would
+move at its default speed.
 
 Passes:
 
@@ -18,8 +18,8 @@ Fails:
     steps:
       - {do: gantry.move_to, with: {x: 4, fed: 100}}
 
-E204. A quantity has the dimension that the contract asks for, in any unit; a bare number is in
-the contract's unit. A time where a length belongs is never what somebody meant.
+E204. A quantity must have the dimension that the contract requires, in any unit; a bare number is
+in the contract's unit. A time where a length belongs is always a mistake.
 
 Passes:
 
@@ -35,7 +35,7 @@ Fails:
     steps:
       - {do: gantry.move_to, with: {x: 1 cm, z: "${{ params.dwell }}"}}
 
-E205. An action that needs a parameter cannot begin without it.
+E205. An action cannot start without a parameter that it requires.
 
 Passes:
 
@@ -49,8 +49,8 @@ Fails:
     steps:
       - {do: libs.export, with: {shot: shot-1}}
 
-E206. A text is no number and a number is no text: a driver that gets another type than its
-contract promises may do anything.
+E206. Text is not a number, and a number is not text: a driver that receives a type other than the
+one its contract promises may do anything.
 
 Passes:
 
@@ -64,8 +64,8 @@ Fails:
     steps:
       - {do: libs.export, with: {shot: 5, file: a.csv}}
 
-E207. Ranges are those of the contract and of the lab's `limits` together. A point outside the
-bench would be refused by the device in the middle of the scan, or end at a wall.
+E207. The contract and the lab's `limits` both set ranges. A point outside the bench would be
+rejected by the device in the middle of the scan, or run the axis into a wall.
 
 Passes:
 
@@ -92,24 +92,24 @@ from ...schemas.lab import Limit
 from ...schemas.problem import Problem
 from ...schemas.protocol import Do
 from ...schemas.quantity import UnitError, is_quantity, same_dimension
-from ..bind import BoundRole
-from ..context import Context
+from ..lab.bind import BoundRole
 from ..language.arguments import ArgumentFault, fit_arguments
 from ..language.expression import ExpressionError
 from ..language.fold import Case, Folded, cases, fold
 from ..language.operators import words
 from ..language.shape import at as raw_at
 from ..language.shape import keys_of
-from ..language.spots import Spot, StepAt
 from ..language.types import Type, in_words
 from ..language.value import Computed, Value
 from ..language.wanted import bounds, wants
+from ..survey.spots import Spot, StepAt
+from .context import Context
 from .points import first_outside, is_long
 
 CODES = {
     "E203": "a parameter that the action does not have",
     "E204": "a quantity of the wrong dimension",
-    "E205": "a parameter that is missing",
+    "E205": "a missing parameter",
     "E206": "a value of the wrong type",
     "E207": "a value outside the range, pattern or choices that the contract or the lab allows",
 }
@@ -149,7 +149,7 @@ def _check(
 
 
 def _has_unknown_keys(context: Context, at: StepAt) -> bool:
-    """True where what is missing may stand beside `with`, which is said already."""
+    """True where the missing key may be beside `with`, which is already reported."""
     return not context.whole and bool(set(raw_at(context.source.data, at.place)) - DO)
 
 
@@ -170,7 +170,7 @@ def _problem(context: Context, at: StepAt, fault: ArgumentFault) -> Problem:
 
 
 def _by_type(spot: Spot, schema: Mapping[str, Any], label: str) -> ArgumentFault | None:
-    """What is wrong with a value that is not known yet, but whose type is."""
+    """What is wrong with a value that is not yet known but has a known type."""
     kind, faults = spot.inferred()
     if faults or kind.kind in ("any", "null"):
         return None
@@ -194,7 +194,7 @@ def _by_type(spot: Spot, schema: Mapping[str, Any], label: str) -> ArgumentFault
 
 
 def _inserts(spot: Spot) -> bool:
-    """A text with expressions in it may turn out as `0.2 mm`."""
+    """Text with expressions in it may turn out to be `0.2 mm`."""
     return isinstance(spot.raw, str) and not spot.raw.strip().startswith("${{")
 
 
@@ -214,7 +214,7 @@ def _there(computed: Any, case: Case) -> str:
 def _by_cases(
     spot: Spot, folded: Folded, name: str, bound: BoundRole, action: Action, label: str
 ) -> ArgumentFault | None:
-    """The first item of the loops around that makes a value which does not fit."""
+    """The first item of the enclosing loops that gives a value that does not fit."""
     value = spot.value
     if not isinstance(value, Value):
         return None
@@ -231,14 +231,14 @@ def _by_cases(
 def _far_outside(
     value: Value, folded: Folded, spot: Spot, schema: Mapping[str, Any], limit: Limit | None
 ) -> Case | None:
-    """Of loops that are too long to try each item: one that leaves the range."""
+    """In loops too long to try every item: an item whose value leaves the range."""
     folding = spot.env.folding()
     if not isinstance(value, Computed) or not is_long(value, folded.loops, folding):
         return None
     try:
         low, high = bounds(schema, limit)
     except UnitError:
-        return None  # said of the lab
+        return None  # reported for the lab
     return first_outside(value, folded.loops, folding, schema.get("unit"), low, high)
 
 
@@ -248,7 +248,7 @@ def _case_fault(
     try:
         computed = value.evaluate(case.names)
     except ExpressionError:
-        return None  # said by the family `calculations`
+        return None  # reported by the family `calculations`
     _, faults = fit_arguments(
         action, {name: computed}, bound.limits, label=label, later=action.required()
     )

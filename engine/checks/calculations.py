@@ -1,4 +1,4 @@
-"""What an expression computes can be computed, and is of the kind that its place wants.
+"""Every expression can be computed, and gives the kind of value that its place needs.
 
 E307. Some calculations have no result: a division by zero, a span whose step does not divide its
 range (`fit='inside'` lets the last step fall short), a function without an argument that it needs.
@@ -21,8 +21,8 @@ Fails:
         steps:
           - {do: gantry.move_to, with: {x: "${{ x }}"}}
 
-E308. Lengths are not added to times, nor texts to numbers. A bare 0 fits any unit; any other bare
-number beside a quantity leaves open which unit was meant.
+E308. A length cannot be added to a time, nor text to a number. A bare 0 fits any unit; for any
+other bare number beside a quantity, the intended unit is unclear.
 
 Passes:
 
@@ -38,8 +38,8 @@ Fails:
     steps:
       - {do: gantry.move_to, with: {x: "${{ params.width + 1 s }}"}}
 
-E309. `foreach` wants a list, a span or a grid; `timeout` and `wait` want a time; `repeat`, `max`
-and `max_failed` want a whole number; `when`, `if`, `while` and `require` want an expression.
+E309. `foreach` needs a list, a span or a grid; `timeout` and `wait` need a time; `repeat`, `max`
+and `max_failed` need a whole number; `when`, `if`, `while` and `require` need an expression.
 
 Passes:
 
@@ -64,19 +64,19 @@ from typing import Any
 from ...schemas.problem import Problem
 from ...schemas.protocol import Retry
 from ...schemas.quantity import UnitError, is_quantity, same_dimension, seconds
-from ..context import Context
 from ..language.expression import ExpressionError
 from ..language.fold import cases, fold
 from ..language.operators import words
-from ..language.spots import Spot
 from ..language.types import Type, in_words
 from ..language.value import Constant, Value
+from ..survey.spots import Spot
+from .context import Context
 from .texts import as_quantity, texts_like_quantities
 
 CODES = {
     "E307": "something that cannot be computed with the values it has",
-    "E308": "values in an expression that do not go together",
-    "E309": "a value of another kind than its place wants",
+    "E308": "values in an expression that cannot be combined",
+    "E309": "a value of the wrong kind for its place",
 }
 
 
@@ -113,7 +113,7 @@ def _check(context: Context, spot: Spot, texts: Mapping[str, str]) -> Iterator[P
 
 
 def _first_fault(spot: Spot) -> str:
-    """Why the value cannot be computed for one of the items of the loops around it."""
+    """Why the value cannot be computed for one of the items of the enclosing loops."""
     value = spot.value
     assert isinstance(value, Value)
     folding = spot.env.folding()
@@ -133,7 +133,7 @@ def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
     use, what = spot.use, spot.what
     if use == "items" and (isinstance(value, str) or not isinstance(value, Sequence)):
         return (
-            f"foreach wants a list, a span or a grid; {words(value)} is none",
+            f"foreach needs a list, a span or a grid, not {words(value)}",
             "such as [1, 2, 3]",
         )
     if use == "duration":
@@ -159,7 +159,7 @@ def _wrong_duration(what: str, value: Any) -> Wrong | None:
     except (UnitError, ValueError, TypeError) as fault:
         return f"{what}: {fault}", hint
     if length < 0 or (length == 0 and what == "timeout"):
-        return f"{what}: {words(value)} is no time to wait", hint
+        return f"{what}: {words(value)} is too short", hint
     return None
 
 
@@ -169,21 +169,21 @@ def _wrong_type(spot: Spot, kind: Type) -> Wrong | None:
         return None
     if spot.use == "items" and kind.kind != "list":
         return (
-            f"foreach wants a list, a span or a grid; this is {in_words(kind)}",
+            f"foreach needs a list, a span or a grid; this is {in_words(kind)}",
             "such as [1, 2, 3]",
         )
     if spot.use == "duration" and kind.kind != "text":
         fits = kind.kind == "number" and (kind.unit is None or same_dimension(kind.unit, "s"))
-        return None if fits else (f"{spot.what} wants a time; this is {in_words(kind)}", "")
+        return None if fits else (f"{spot.what} needs a time; this is {in_words(kind)}", "")
     if spot.use == "count" and not (kind.kind == "number" and kind.unit is None):
-        return f"{spot.what} wants a whole number; this is {in_words(kind)}", ""
+        return f"{spot.what} needs a whole number; this is {in_words(kind)}", ""
     return None
 
 
 def _retry_times(context: Context, retry: Any, place: tuple[str | int, ...]) -> Iterator[Problem]:
     if isinstance(retry, int) and retry < 1:
         yield context.source.problem(
-            place, "E309", f"retry: {retry} attempts; at least 1, the first counts"
+            place, "E309", f"retry: {retry} attempts; at least 1 is needed, including the first"
         )
     if not isinstance(retry, Retry):
         return

@@ -1,8 +1,8 @@
-"""The columns of a table have names of their own.
+"""Every column of a table has a unique name.
 
-E409. What a loop collects is a row of `data.csv`. Its first column is `key`, its last is `fate`,
-and a column of quantities bears its unit behind its name: `x` in mm is `x_mm`. Two columns of
-one name cannot be told apart by any program that reads the table.
+E409. What each iteration of a loop collects is a row of `data.csv`. Its first column is `key`, its
+last is `fate`, and a column of quantities has its unit after its name: `x` in mm is `x_mm`. No
+program that reads the table can tell apart two columns of the same name.
 
 Passes:
 
@@ -32,10 +32,10 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import LoopBase
-from ..context import Context
-from ..language.spots import Spot
+from ..survey.spots import Spot
+from .context import Context
 
-CODES = {"E409": "a column whose name another one has"}
+CODES = {"E409": "a column with the name of another column"}
 TAKEN = {"key": "the iteration's key", "fate": "how the iteration ended"}
 
 
@@ -50,7 +50,7 @@ def check(context: Context) -> Iterator[Problem]:
         for name, header in headers.items():
             message = ""
             if header in TAKEN:
-                message = f"every table has a column {header} already: {TAKEN[header]}"
+                message = f"every table already has a column {header}: {TAKEN[header]}"
             elif header in seen:
                 message = f"{name} and {seen[header]} are both written as the column {header}"
             seen.setdefault(header, name)
@@ -61,7 +61,7 @@ def check(context: Context) -> Iterator[Problem]:
 
 
 def _header(name: str, spot: Spot | None) -> str:
-    """The name of a column with its unit, as the table has it."""
+    """The name of a column with its unit, as in the table."""
     unit = spot.inferred()[0].unit if spot is not None else None
     if not unit:
         return name

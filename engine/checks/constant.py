@@ -1,4 +1,4 @@
-"""Values that stay the same whatever the parameters are; no check, what several checks ask."""
+"""Values that do not depend on any parameter; not a check, but a helper of several checks."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ NOTHING = Folding({}, {}, {})
 
 
 def constant(raw: Any) -> Folded:
-    """What a value is where it needs no parameter, no result and no name."""
+    """The value, if it needs no parameter, result or name."""
     try:
         return fold(value_of(raw), NOTHING)
     except ExpressionError:
@@ -29,8 +29,8 @@ def never(raw: Any) -> bool:
     return found.known and not isinstance(found.value, str) and not found.value
 
 
-def turns(raw: Any) -> int | None:
-    """A number of turns that is fixed; None where it is not, or is none."""
+def fixed_count(raw: Any) -> int | None:
+    """A fixed number of iterations; None where it is not fixed or not a valid count."""
     found = constant(raw)
     is_count = found.known and type(found.value) is int and found.value >= 0
     return found.value if is_count else None

@@ -1,7 +1,7 @@
-"""A list of choices or names says each of them once.
+"""A list of choices or names has no duplicates.
 
-W415. A choice that is there twice leaves the person who is asked with two equal buttons; an
-error name or a permitted value that is there twice is often another one misspelt.
+W415. A duplicate choice gives the person who is asked two identical buttons; a duplicate error
+name or permitted value is often a misspelling of another one.
 
 Passes:
 
@@ -21,11 +21,11 @@ from typing import Any
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Ask, Retry
-from ..context import Context
 from ..language.operators import words
 from ..language.shape import Place
+from .context import Context
 
-CODES = {"W415": "a list that says the same twice"}
+CODES = {"W415": "a list with a duplicate"}
 
 
 def check(context: Context) -> Iterator[Problem]:
@@ -43,7 +43,7 @@ def check(context: Context) -> Iterator[Problem]:
 def _twice(context: Context, items: Sequence[Any], place: Place) -> Iterator[Problem]:
     for index, item in enumerate(items):
         if item in items[:index]:
-            message = f"{words(item)} is there twice"
+            message = f"{words(item)} is listed twice"
             yield context.source.problem(
-                (*place, index), "W415", message, "remove it, or name another", severity="warning"
+                (*place, index), "W415", message, "remove one, or change it", severity="warning"
             )

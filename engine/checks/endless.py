@@ -1,8 +1,8 @@
-"""A `while` comes to an end: it has a bound, and its steps change what its condition is about.
+"""A `while` ends: it has a limit, and its steps change what its condition depends on.
 
-W411. A `while` goes on as long as its condition is true. With `max` it fails with the error
-MaxReached where that takes more turns than anybody expects; without, a reading that never comes
-keeps the instrument busy all night.
+W411. A `while` runs as long as its condition is true. With `max` it fails with the error
+MaxReached after that many iterations; without it, a reading that never arrives keeps the
+instrument busy all night.
 
 Passes:
 
@@ -25,8 +25,8 @@ Fails:
           - {id: weight, do: balance.weigh}
           - set: {mass: "${{ steps.weight.mass }}"}
 
-W412. The condition of a `while` is computed anew before each turn. Where no `set` in the loop
-changes a name in it, it stays what it was: the loop never runs, or runs `max` times and fails.
+W412. The condition of a `while` is computed again before each iteration. Where no `set` in the
+loop changes a name in it, it stays the same: the loop never runs, or runs `max` times and fails.
 
 Passes:
 
@@ -54,14 +54,14 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Set, While
-from ..context import Context
-from ..language.spots import StepAt
+from ..survey.spots import StepAt
 from .constant import constant
+from .context import Context
 from .within import within
 
 CODES = {
     "W411": "a `while` without `max`",
-    "W412": "a `while` whose condition nothing in it changes",
+    "W412": "a `while` that never changes its condition",
 }
 
 
@@ -74,8 +74,8 @@ def check(context: Context) -> Iterator[Problem]:
     }
     for step, at in context.steps(While):
         if step.max is None and not constant(step.while_).known:
-            message = "this `while` may go on for ever: it has no `max`"
-            hint = "add the most turns that make sense, such as `max: 100`"
+            message = "this `while` may run for ever: it has no `max`"
+            hint = "add the most iterations that make sense, such as `max: 100`"
             yield context.source.problem(
                 (*at.place, "while"), "W411", message, hint, key=True, severity="warning"
             )
@@ -94,5 +94,5 @@ def _unchanged(context: Context, step: While, at: StepAt, names: set[str]) -> It
     if names & changed:
         return
     message = "nothing in this loop changes what its condition depends on"
-    hint = "let a `set` in the loop give a name a new value, and ask for that name here"
+    hint = "use a name here that a `set` in the loop changes"
     yield context.source.problem((*at.place, "while"), "W412", message, hint, severity="warning")

@@ -1,8 +1,8 @@
 """`retry: {on: [...]}` names errors that the action can end with.
 
-E211. An error name is one of those that the contract declares for the action, or one of the four
-that every action may end with: Timeout, Busy, Rejected and Lost. A misspelt name would silently
-mean that nothing is tried again.
+E211. An error name must be one that the contract declares for the action, or one of the four that
+any action may end with: Timeout, Busy, Rejected and Lost. With a misspelt name nothing would be
+retried, and nothing would show why.
 
 Passes:
 
@@ -22,15 +22,15 @@ from collections.abc import Iterator
 from ...schemas.contract import RESERVED_ERRORS
 from ...schemas.problem import Problem
 from ...schemas.protocol import Do, Retry, Use
-from ..context import Context
 from ..language.load import Broken
-from ..language.spots import StepAt
 from ..language.suggest import did_you_mean, listed
+from ..survey.spots import StepAt
+from .context import Context
 from .within import within
 
 CODES = {"E211": "an error name that the action does not declare"}
 OWN = {"fail": {"Failed"}, "require": {"Required"}, "while": {"MaxReached"}, "confirm": {"Refused"}}
-"""What steps that ask no device fail with."""
+"""The errors of steps that use no device."""
 
 
 def check(context: Context) -> Iterator[Problem]:
@@ -55,7 +55,7 @@ def check(context: Context) -> Iterator[Problem]:
 
 
 def _declared(context: Context, at: StepAt) -> set[str] | None:
-    """Errors of the action, or of all actions in the step; None where one is not known."""
+    """Errors of the action, or of all actions in the step; None where an action is not known."""
     names: set[str] = set()
     for step, _ in within(at.step, at.place):
         names |= OWN.get(step.KIND, set())

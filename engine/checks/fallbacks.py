@@ -1,7 +1,7 @@
-"""An alternative gives what the step would have given, and an `ask` in a fallback asks what to do.
+"""An alternative returns what the step would have returned; an `ask` in a fallback asks what to do.
 
-E312. The result of a step that has a fallback is that of the alternative which succeeded, so each
-of them returns the fields that other steps use.
+E312. If a step fails, its result is that of the alternative that succeeded, so each alternative
+must return the fields that other steps use.
 
 Passes:
 
@@ -27,8 +27,8 @@ Fails:
       - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: a.csv}}
     finally: [{do: libs.disarm}]
 
-E408. An `ask` in a fallback decides how the run goes on. Its choices are `repeat` (the step once
-more), `skip` (leave this iteration out) and `stop`; another word would have no meaning.
+E408. An `ask` in a fallback decides how the run continues. Its choices are `repeat` (run the step
+again), `skip` (skip this iteration) and `stop`; any other choice would have no meaning.
 
 Passes:
 
@@ -53,14 +53,14 @@ from typing import Any
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Ask, Do, Group
-from ..context import Context
-from ..language.spots import StepAt
 from ..language.suggest import did_you_mean, listed
 from ..language.types import ANY, NULL, Type, type_of_schema
+from ..survey.spots import StepAt
+from .context import Context
 
 CODES = {
     "E312": "an alternative that does not return what the step returns",
-    "E408": "a choice that a fallback does not know",
+    "E408": "a choice that a fallback does not have",
 }
 CHOICES = ("repeat", "skip", "stop")
 
@@ -80,9 +80,9 @@ def check(context: Context) -> Iterator[Problem]:
 def _choices(context: Context, ask: Ask, place: tuple[str | int, ...]) -> Iterator[Problem]:
     for index, choice in enumerate(ask.choices):
         if choice not in CHOICES:
-            message = f"a fallback does not know the choice {choice}{did_you_mean(choice, CHOICES)}"
+            message = f"a fallback has no choice {choice}{did_you_mean(choice, CHOICES)}"
             yield context.source.problem(
-                (*place, "choices", index), "E408", message, f"it knows {listed(CHOICES)}"
+                (*place, "choices", index), "E408", message, f"its choices are {listed(CHOICES)}"
             )
 
 
@@ -106,12 +106,12 @@ def _returns(
             f"this alternative returns {returned}; steps.{name}.{missing[0]} is used by other steps"
         )
         yield context.source.problem(
-            place, "E312", message, "end it with a step that returns the same"
+            place, "E312", message, "end it with a step that returns the same fields"
         )
 
 
 def _result(context: Context, step: Any) -> Type:
-    """The type that an alternative returns; that of a list is its last step's."""
+    """The type that an alternative returns; for a list, that of its last step."""
     if isinstance(step, list):
         return _result(context, step[-1]) if step else NULL
     if isinstance(step, Group):

@@ -1,10 +1,9 @@
-"""What is dangerous is made safe again by the protocol's own `finally`.
+"""The protocol's own `finally` makes everything dangerous safe again.
 
-W410. After every run each device that was used is put in the safe state of its contract. That
-is the last net. What the author knows of making this experiment safe (laser off, heater down,
-tool lifted, in this order) belongs into `finally`, which runs on success, failure and abort.
-The warning is given for lasers, heat and pressure, and for motion where the contract has no
-safe state.
+W410. After every run each device that was used is put in the safe state of its contract. That is
+the last safety net. Steps that make this particular experiment safe (laser off, heater down, tool
+lifted, in this order) belong in `finally`, which runs on success, failure and abort. The warning
+is given for lasers, heat and pressure, and for motion where the contract has no safe state.
 
 Passes:
 
@@ -26,9 +25,9 @@ from collections.abc import Iterator
 from ...schemas.contract import Action
 from ...schemas.problem import Problem
 from ...schemas.protocol import Do
-from ..bind import BoundRole
-from ..context import Context
+from ..lab.bind import BoundRole
 from ..language.suggest import listed
+from .context import Context
 
 CODES = {"W410": "a dangerous action without a `finally` for its device"}
 
@@ -60,6 +59,6 @@ def _wants_an_end(bound: BoundRole, action: Action) -> bool:
 def _hint(role: str, bound: BoundRole) -> str:
     safe = bound.contract.safe_state
     if not safe:
-        return f"{bound.contract.type} has no safe state of its own; add `finally: [{{do: {role}.ACTION}}]`"
+        return f"{bound.contract.type} has no safe state; add `finally: [{{do: {role}.ACTION}}]`"
     example = f"finally: [{{do: {role}.{safe[0]}, on_error: continue}}]"
-    return f"its safe state is {listed(safe)}; say it yourself, too: `{example}`"
+    return f"its safe state is {listed(safe)}; write it yourself, too: `{example}`"

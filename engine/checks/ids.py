@@ -1,7 +1,7 @@
-"""A step's id is its name for good: in results, in the journal, on the page.
+"""A step's id is its permanent name: in results, in the journal, on the page.
 
-E401. Two steps of one id have one name: nobody could say which of them `steps.ID` means, and
-what the journal says of the one would be taken for the other when a run goes on.
+E401. Two steps with the same id cannot be told apart: `steps.ID` could mean either, and when a
+run is resumed, a journal record of one would be taken for the other.
 
 Passes:
 
@@ -17,10 +17,10 @@ Fails:
       - {id: first, do: gantry.home}
       - {id: first, do: gantry.home}
 
-E407. A name that a loop or a `set` gives is not one that expressions know already (`params`,
-`steps`, `run`, `error`, functions, `true`), and a loop within a loop does not use its name again.
-The id of a step in a group with a `fallback` or `retry` is not `f1`, `a2` or `r2`: so the journal
-calls the group's first fallback and its second turns.
+E407. A name defined by a loop or a `set` must not already have a meaning in expressions (`params`,
+`steps`, `run`, `error`, functions, `true`), and an inner loop must not reuse the name of an outer
+one. The id of a step in a group with a `fallback` or `retry` must not be `f1`, `a2` or `r2`: these
+are the journal's names for the group's first fallback and its second attempts.
 
 Passes:
 
@@ -48,12 +48,12 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import AnyOf, Foreach, Group, Parallel, Set
-from ..context import Context
-from ..language.scope import RESERVED
+from ..survey.scope import RESERVED
+from .context import Context
 
 CODES = {
-    "E401": "an id that is there twice",
-    "E407": "a name that means something else already",
+    "E401": "an id that is used twice",
+    "E407": "a name that already means something else",
 }
 
 
@@ -62,8 +62,8 @@ def check(context: Context) -> Iterator[Problem]:
     source = context.source
     for name, place, first in context.survey.twice:
         line = source.place((*first, "id"))[0]
-        message = f"the id {name!r} is that of the step in line {line} already"
-        yield source.problem((*place, "id"), "E401", message, "give each step an id of its own")
+        message = f"the step in line {line} already has the id {name!r}"
+        yield source.problem((*place, "id"), "E401", message, "give each step a different id")
     yield from _marks(context)
     for step, at in context.steps(Foreach):
         name = next(iter(step.foreach))
@@ -77,7 +77,7 @@ def check(context: Context) -> Iterator[Problem]:
 
 
 def _marks(context: Context) -> Iterator[Problem]:
-    """Ids that the journal gives to the fallbacks and turns of the group around them."""
+    """Ids that the journal gives to the fallbacks and attempts of the enclosing group."""
     held = {at.place: at.step for at in context.survey.steps}
     for at in context.survey.steps:
         around = held.get(at.place[:-2])
@@ -85,7 +85,9 @@ def _marks(context: Context) -> Iterator[Problem]:
             continue
         marks = ("fa" if around.fallback else "") + ("r" if around.retry else "")
         if marks and re.fullmatch(f"[{marks}][0-9]+", at.step.id):
-            message = f"{at.step.id} is what the journal calls a fallback or a turn of the group"
+            message = (
+                f"{at.step.id} is the journal's name for a fallback or an attempt of the group"
+            )
             place = (*at.place, "id")
             yield context.source.problem(place, "E407", message, "choose another id")
 
@@ -94,8 +96,8 @@ def _taken(
     context: Context, place: tuple[str | int, ...], name: str, around: list[str]
 ) -> Iterator[Problem]:
     if name in RESERVED:
-        message = f"{name} means something else in expressions already"
+        message = f"{name} already means something else in expressions"
         yield context.source.problem(place, "E407", message, "choose another name", key=True)
     elif name in around:
-        message = f"{name} is the name of a loop around this already"
+        message = f"{name} is already the name of an enclosing loop"
         yield context.source.problem(place, "E407", message, "choose another name", key=True)

@@ -1,6 +1,6 @@
-"""The key of an iteration is its identity for ever: what `labrun resume` goes by.
+"""The key of an iteration identifies it permanently: `labrun resume` relies on it.
 
-E404. No two iterations of a loop have the same key: after a crash the one would be taken for
+E404. No two iterations of a loop may have the same key: after a crash one would be taken for
 finished because the other is. Where the items are known before the run, every key is computed
 and compared.
 
@@ -46,13 +46,13 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ...schemas.problem import Problem
-from ..context import Context
 from ..language.expression import ExpressionError
 from ..language.fold import MOST_ITEMS, fold, name_item
 from ..language.grid import Grid
-from ..language.scope import LoopName
-from ..language.spots import Spot
 from ..language.value import Computed, Text, Value, as_text
+from ..survey.scope import LoopName
+from ..survey.spots import Spot
+from .context import Context
 
 CODES = {
     "E404": "two iterations with the same key",
@@ -86,7 +86,7 @@ def _keys(context: Context, spot: Spot, loop: LoopName) -> Iterator[Problem]:
     assert isinstance(value, Value)
     used = {name for one in value.expressions() for name in one.names}
     if loop.name not in used and not (loop.items is not None and len(loop.items) < 2):
-        message = f"this key is the same in every iteration: it does not name {loop.name}"
+        message = f"this key is the same in every iteration: it does not use {loop.name}"
         yield context.source.problem(spot.place, "E404", message, f"such as ${{{{ {loop.name} }}}}")
         return
     items = loop.items
@@ -102,7 +102,9 @@ def _keys(context: Context, spot: Spot, loop: LoopName) -> Iterator[Problem]:
         message = (
             f"iterations {first} and {second} have the same key {key!r} ({what[0]}, {what[1]})"
         )
-        yield context.source.problem(spot.place, "E404", message, "name what tells them apart")
+        yield context.source.problem(
+            spot.place, "E404", message, "use something that differs between them"
+        )
 
 
 def surely_different(value: Value, loop: LoopName) -> bool:
@@ -136,7 +138,7 @@ def first_double(
         try:
             key = as_text(value.evaluate({**names, name: item}))
         except ExpressionError:
-            return None  # said by the family `calculations`
+            return None  # reported by the family `calculations`
         if key in seen:
             return seen[key], index, key
         seen[key] = index

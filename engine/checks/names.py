@@ -1,7 +1,7 @@
 """A `do` names a role and one of the actions of that role's contract.
 
-E201. The role is one of those under `devices:`. A role that is not declared has no device, and
-the run would stop at this step, perhaps hours after its start.
+E201. The role must be declared under `devices:`. An undeclared role has no device, and the run
+would stop at this step, perhaps hours after its start.
 
 Passes:
 
@@ -16,7 +16,7 @@ Fails:
       - do: gantrie.home
 
 E202. What a device can do is in its contract; `labrun devices` lists it. A misspelt action would
-be refused by the device only when the run comes to it.
+be rejected by the device only when the run reaches it.
 
 Passes:
 
@@ -35,8 +35,8 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Do
-from ..context import Context
 from ..language.suggest import did_you_mean, listed
+from .context import Context
 
 CODES = {
     "E201": "a role that the protocol does not declare",
@@ -48,7 +48,7 @@ def check(context: Context) -> Iterator[Problem]:
     """Every `do`, its role first."""
     declared = context.source.names("devices")
     if not declared and not context.whole:
-        return  # `devices` itself could not be read, which is said already
+        return  # `devices` itself could not be read, which is already reported
     for step, at in context.steps(Do):
         role, _, action = step.do.partition(".")
         place = (*at.place, "do")

@@ -1,7 +1,7 @@
-"""Every step may run some day: no condition is false whatever happens.
+"""Every step can run: no condition is always false.
 
-W403. A condition that needs no parameter and no result is the same in every run. Where it is
-false, what it guards never runs: often a step that was switched off for a test and forgotten.
+W403. A condition that needs no parameter and no result is the same in every run. If it is false,
+the step it guards never runs: often a step that was switched off for a test and forgotten.
 
 Passes:
 
@@ -23,9 +23,9 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import If, While
-from ..context import Context
 from ..language.shape import Place
 from .constant import always, never
+from .context import Context
 
 CODES = {"W403": "a step that never runs"}
 

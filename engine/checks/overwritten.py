@@ -1,8 +1,8 @@
-"""Every iteration writes a file of its own.
+"""Every iteration writes a different file.
 
-W417. An action that writes a file (`spectra/a.csv`) writes it anew in each iteration. Where the
-name of the file is the same in two of them, the second overwrites the first, and of a scan of a
-thousand points one spectrum is left.
+W417. An action that writes a file (`spectra/a.csv`) writes it again in each iteration. If two
+iterations use the same file name, the second overwrites the first, and a scan of a thousand
+points can end with one spectrum.
 
 Passes:
 
@@ -34,21 +34,21 @@ Fails:
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
-from ..context import Context
 from ..language.fold import MOST_ITEMS, fold, name_item
 from ..language.grid import Grid
-from ..language.scope import Env, LoopName
-from ..language.spots import Spot
 from ..language.value import Value
+from ..survey.scope import Env, LoopName
+from ..survey.spots import Spot
+from .context import Context
 from .loops import first_double, surely_different
 
 CODES = {"W417": "a file that each iteration overwrites"}
 VARIES = {"steps", "run", "error"}
-"""Names whose values may be others in each iteration, nobody knows before the run."""
+"""Names whose values may differ in each iteration and are not known before the run."""
 
 
 def check(context: Context) -> Iterator[Problem]:
-    """Every argument in a loop that names a file which the action writes."""
+    """Every argument in a loop that names a file that the action writes."""
     for _, at, _, action in context.actions():
         loops = [level for level in at.env.levels if level.kind == "loop"]
         if not loops:
@@ -69,11 +69,9 @@ def _why(spot: Spot, value: Value, loops: int) -> str:
     env = spot.env
     if names & (VARIES | set(env.set_names())):
         return ""
-    unnamed = [loop for loop in env.loops if loop.name not in names and _turns(loop) != 1]
+    unnamed = [loop for loop in env.loops if loop.name not in names and _iterations(loop) != 1]
     if unnamed:
-        return (
-            f"every iteration overwrites this file: its name does not say which {unnamed[-1].name}"
-        )
+        return f"every iteration overwrites this file: its name does not use {unnamed[-1].name}"
     if loops > len(env.loops):
         return "" if names else "every iteration overwrites this file: its name is always the same"
     return _double(env, value, env.loops[-1]) if loops == 1 else ""
@@ -86,14 +84,14 @@ def names_in(value: Value) -> set[str]:
 
 def _hint(spot: Spot, value: Value) -> str:
     if not spot.env.loops:
-        return "go through numbers, `foreach: {n: ${{ range(5) }}}`, and put ${{ n }} in the name"
+        return "loop over numbers, `foreach: {n: ${{ range(5) }}}`, and put ${{ n }} in the name"
     unnamed = [loop for loop in spot.env.loops if loop.name not in names_in(value)]
     loop = (unnamed or spot.env.loops)[-1]
     field = ".index" if isinstance(loop.items, Grid) else ""
-    return f"name what tells the iterations apart, such as ${{{{ {loop.name}{field} }}}}"
+    return f"use something that differs between iterations, such as ${{{{ {loop.name}{field} }}}}"
 
 
-def _turns(loop: LoopName) -> int | None:
+def _iterations(loop: LoopName) -> int | None:
     return len(loop.items) if loop.items is not None else None
 
 

@@ -1,8 +1,8 @@
-"""Files lie in the run's folder.
+"""Files are kept in the run's folder.
 
-E212. The engine and a device need share no disk: files travel with the run, and a path is one
+E212. The engine and a device need not share a disk: files travel with the run, and every path is
 inside the run's folder, such as `spectra/point_1.csv`. A path that leads out of it (`../`, `/data`,
-`C:\\Spectra`) is refused when the run comes to it.
+`C:\\Spectra`) is rejected when the run reaches it.
 
 Passes:
 
@@ -21,12 +21,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...schemas.problem import Problem
-from ..context import Context
 from ..language.expression import ExpressionError
 from ..language.fold import fold
-from ..language.spots import Spot
 from ..language.value import Text, Value
-from ..run_files import FileFault, inside
+from ..run.files import FileFault, inside
+from ..survey.spots import Spot
+from .context import Context
 
 CODES = {"E212": "a path that leads out of the run's folder"}
 HERE = Path()
@@ -50,7 +50,7 @@ def check(context: Context) -> Iterator[Problem]:
 
 
 def _beginning(spot: Spot) -> str | None:
-    """The path, or what its text begins with before the first value that is not known yet."""
+    """The path, or its text up to the first value that is not known yet."""
     value = spot.value
     if not isinstance(value, Value) or spot.inferred()[1]:
         return None

@@ -1,7 +1,7 @@
-"""Every item of long loops at once: where a number leaves its range; no check, what `arguments` asks.
+"""Find where a number leaves its range in a long loop; not a check, but a helper of `arguments`.
 
-Of long loops only some items are tried one by one. Here an expression is computed over all of
-them with numpy. What this cannot compute (texts, results) it leaves alone.
+Only some items of a long loop are tried one by one. Here an expression is computed over all of
+them with numpy. What this cannot compute (text, results) is left alone.
 """
 
 import ast
@@ -49,7 +49,7 @@ def _one(unit: str) -> Any:
 
 
 def is_long(value: Computed, loops: Sequence[str], folding: Folding) -> bool:
-    """True where trying some items does not decide for all of them."""
+    """True where trying some of the items is not enough to decide for all of them."""
     lists = [folding.loops[name] or () for name in loops]
     count = 1
     for items in lists:
@@ -69,7 +69,7 @@ def first_outside(
     value: Computed, loops: Sequence[str], folding: Folding, unit: str | None,
     low: float | None, high: float | None,
 ) -> Case | None:  # fmt: skip
-    """The first choice of items that makes a number outside its bounds."""
+    """The first combination of items that gives a number outside its bounds."""
     import numpy as np
 
     try:
@@ -97,7 +97,7 @@ def first_outside(
 
 
 class Walk:
-    """One walk over one expression; raises NotHere at what it does not know."""
+    """One walk over one expression; raises NotHere at anything it cannot compute."""
 
     def __init__(self, loops: Sequence[str], folding: Folding) -> None:
         self.loops, self.folding = list(loops), folding
@@ -154,7 +154,7 @@ class Walk:
         return self._placed(name, found.values, found.unit)
 
     def _placed(self, name: str, values: Any, unit: str | None) -> Numbers:
-        """The numbers of a loop on the axis that is this loop's."""
+        """The numbers of a loop along the axis of that loop."""
         shape = [1] * len(self.loops)
         shape[self.loops.index(name)] = len(values)
         return Numbers(values.reshape(shape), unit)

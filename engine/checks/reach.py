@@ -1,8 +1,8 @@
-"""Every step can be reached: nothing stands after a step that always ends its list.
+"""Every step can be reached: nothing follows a step that always ends its list.
 
 E403. After a `fail`, a `require` that is never true or a loop that never ends, the rest of the
 list does not run; after an alternative that cannot fail, no other alternative is tried. Either
-the step before lacks its condition (`when`), or the steps after it are left over from an earlier
+the step before lacks a condition (`when`), or the steps after it are left over from an earlier
 version of the protocol.
 
 Passes:
@@ -42,9 +42,9 @@ from ...schemas.protocol import (
     While,
 )
 from ...schemas.protocol import Set as SetStep
-from ..context import Context
 from ..language.shape import Place
-from .constant import always, constant, never, turns
+from .constant import always, constant, fixed_count, never
+from .context import Context
 from .within import STOPS, lists
 
 CODES = {"E403": "a step that can never be reached"}
@@ -73,7 +73,7 @@ def _sequence(context: Context, steps: Sequence[Any], place: Place) -> Iterator[
 
 
 def _why_it_ends(step: StepBase) -> str:
-    """What ends the list that a step stands in; nothing where something may run after it."""
+    """What ends the list that a step is in; empty where something may run after it."""
     unless = step.when is not None and not always(step.when)
     if unless or step.fallback or step.on_error not in STOPS:
         return ""
@@ -92,7 +92,7 @@ def _why_its_steps_end(step: StepBase) -> str:
     if isinstance(step, Parallel):
         return _first(step.parallel)
     if isinstance(step, Repeat) and not step.keep_going:
-        return _first(step.steps) if (turns(step.repeat) or 0) > 0 else ""
+        return _first(step.steps) if (fixed_count(step.repeat) or 0) > 0 else ""
     if isinstance(step, If):
         then, other = _first(step.then), _first(step.else_ or [])
         return then if then and other else ""

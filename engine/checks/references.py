@@ -1,11 +1,11 @@
-"""What an expression names exists, has a value at that place, and has that field.
+"""Everything an expression names exists, has a value at that point, and has the named field.
 
 `params.NAME` is a parameter; `steps.ID.FIELD` is a field of the result of a step that has run
 before. What an action returns is in its contract; a loop's result has total, succeeded, failed
 and skipped; `confirm` and `ask` return choice.
 
-E301. A field that is not in the result would be null in every row of the table, and nobody would
-see it before the end.
+E301. A field that is not in the result would be null in every row of the table, and this would not
+be noticed before the end.
 
 Passes:
 
@@ -23,8 +23,8 @@ Fails:
       - {do: libs.export, with: {shot: "${{ steps.shoot.shotid }}", file: a.csv}}
     finally: [{do: libs.disarm}]
 
-E302. A name is one that a loop or a `set` around it gives, or `params`, `steps`, `run`, and
-`error` in a fallback. A text needs quotes: `'Li'`.
+E302. A name must come from an enclosing loop or a `set`, or be `params`, `steps`, `run`, or, in a
+fallback, `error`. Text needs quotes: `'Li'`.
 
 Passes:
 
@@ -42,7 +42,7 @@ Fails:
         steps:
           - {do: gantry.move_to, with: {z: "${{ dept }}"}}
 
-E303. A parameter is declared under `params:` before anything can use it.
+E303. A parameter must be declared under `params:` before anything can use it.
 
 Passes:
 
@@ -58,7 +58,7 @@ Fails:
     steps:
       - {do: gantry.move_to, with: {x: "${{ params.pich }}"}}
 
-E304. `steps.ID` is the result of the step with that `id:`; a step without an id has no name.
+E304. `steps.ID` is the result of the step with that `id:`; a step without an id cannot be named.
 
 Passes:
 
@@ -76,7 +76,7 @@ Fails:
       - {do: libs.export, with: {shot: "${{ steps.shot.shot_id }}", file: a.csv}}
     finally: [{do: libs.disarm}]
 
-E305. A result can be used after its step only, and not beside it in the same set or in the other
+E305. A result can be used only after its step, not beside it in the same set or in the other
 branch of an `if`: there is no value yet.
 
 Passes:
@@ -95,9 +95,9 @@ Fails:
       - {id: shoot, do: libs.measure}
     finally: [{do: libs.disarm}]
 
-E306. What is inside a loop is known inside it only: outside, nobody could say which iteration is
-meant. `collect` keeps values of every iteration. What is in a fallback is known within it, and
-what is in `on_resume` or `finally` within that.
+E306. Names inside a loop are known only inside it: outside, it would be unclear which iteration is
+meant. `collect` keeps values of every iteration. Names in a fallback are known only within it, and
+names in `on_resume` or `finally` only within that section.
 
 Passes:
 
@@ -121,7 +121,7 @@ Fails:
       - log: The vial weighs ${{ steps.weight.mass }}
 
 E310. A background action may still be running when the next step begins. Its result is known
-where it has been waited for: in `collect` and in `outputs`.
+only where the run has waited for it: in `collect` and in `outputs`.
 
 Passes:
 
@@ -137,8 +137,8 @@ Fails:
       - {id: analyse, do: reduce.reduce, with: {spectrum: a.csv}, mode: background}
       - log: ${{ steps.analyse.n_peaks }} peaks
 
-E311. `error` says why a step failed whose `fallback` this is: name, message, step, device and
-action. Anywhere else nothing has failed.
+E311. In a `fallback`, `error` says why the step failed: name, message, step, device and action.
+Anywhere else nothing has failed.
 
 Passes:
 
@@ -155,9 +155,9 @@ Fails:
       - do: gantry.home
       - log: ${{ error.message }}
 
-E313. `csv('samples.csv')` reads a table that lies beside the protocol: its first line names the
-columns, `x (mm)` one with a unit. It is read before the run, so that a cell that is no number is
-found now and not at its row.
+E313. `csv('samples.csv')` reads a table from the folder of the protocol. Its first line names the
+columns; `x (mm)` is a column with a unit. The table is read before the run, so that a cell that is
+not a number is found now and not when the run reaches its row.
 
 Passes:
 
@@ -188,16 +188,16 @@ import re
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
-from ..context import Context
 from ..language.infer import Fault
-from ..language.spots import Spot
+from ..survey.spots import Spot
+from .context import Context
 
 CODES = {
     "E301": "a field that the result or value does not have",
     "E302": "a name that does not exist",
     "E303": "a parameter that does not exist",
     "E304": "a step id that does not exist",
-    "E305": "a step that has not run yet at this place",
+    "E305": "a step that has not run yet at this point",
     "E306": "a name that is known only inside a loop, a fallback or another phase",
     "E310": "the result of a background action where it is not known",
     "E311": "`error` outside a fallback",
@@ -215,7 +215,7 @@ def check(context: Context) -> Iterator[Problem]:
 
 
 def _is_news(context: Context, fault: Fault) -> bool:
-    """False for another family's fault, and for an id whose misspelling is told where it stands."""
+    """False for another family's fault, and for an id whose own misspelling is reported."""
     if fault.code != "E304" or context.whole:
         return fault.code in CODES
     name = fault.message.partition(":")[0].removeprefix("steps.")

@@ -1,8 +1,8 @@
-"""What is repeated can be repeated: an action that counts only `once` is not done again unasked.
+"""Only repeatable actions are repeated: a `once` action is not repeated by accident.
 
-W405. `retry` on a group starts the group anew, with every action in it. Where one of them is
+W405. `retry` on a group runs the whole group again, with every action in it. If one of them is
 `once` in its contract (a laser shot, a dispensed drop), put the `retry` on the action itself:
-there only what surely did not happen is sent again.
+there it is sent again only if it certainly did not happen.
 
 Passes:
 
@@ -21,9 +21,9 @@ Fails:
           - do: libs.measure
     finally: [{do: libs.disarm}]
 
-W406. `on_unknown` decides after a crash or a lost server what becomes of a `once` action whose
-fate nobody knows. Any other action is simply repeated, and without a `probe` in the contract
-there is nothing to probe.
+W406. After a crash or a lost server, `on_unknown` decides what to do about a `once` action that
+may or may not have happened. Any other action is simply repeated, and without a `probe` in the
+contract there is nothing to probe.
 
 Passes:
 
@@ -45,10 +45,10 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Do, Parallel, StepBase
-from ..context import Context
 from ..language.shape import Place
-from ..language.spots import StepAt
-from ..language.used import Used
+from ..survey.spots import StepAt
+from ..survey.survey import Used
+from .context import Context
 from .within import within
 
 CODES = {
@@ -70,14 +70,14 @@ def check(context: Context) -> Iterator[Problem]:
             )
             yield context.source.problem(place, "W406", message, severity="warning")
         elif step.on_unknown == "probe" and action.probe is None:
-            message = f"{step.do} has no probe: a person is asked at once"
+            message = f"{step.do} has no probe: a person is asked immediately"
             yield context.source.problem(place, "W406", message, severity="warning")
 
 
 def _group(context: Context, at: StepAt) -> Iterator[Problem]:
     again = next(_once(context, at.step, at.place), None)
     if again is not None:
-        message = f"this retry does {again} again, which its contract says is to be done once"
+        message = f"this retry repeats {again}, which is `once` in its contract"
         hint = "put the `retry` on the action itself"
         yield context.source.problem(
             (*at.place, "retry"), "W405", message, hint, key=True, severity="warning"
@@ -85,7 +85,7 @@ def _group(context: Context, at: StepAt) -> Iterator[Problem]:
 
 
 def _once(context: Context, step: StepBase, place: Place) -> Iterator[str]:
-    """Actions in a step, also in protocols that it uses, that are done once."""
+    """The `once` actions in a step, including those in protocols that it uses."""
     for inner, at in within(step, place):
         if isinstance(inner, Do):
             found = context.action(inner)

@@ -1,7 +1,7 @@
-"""A `retry` tries again what may go better the next time.
+"""A `retry` retries only what may succeed the next time.
 
-W413. A retry that changes nothing gives a false sense of safety: one attempt in all, a step
-that cannot go otherwise the second time, a `factor` without a `wait` to multiply.
+W413. A retry that changes nothing gives a false sense of safety: a single attempt, a step that
+cannot end differently the second time, a `factor` without a `wait` to multiply.
 
 Passes:
 
@@ -15,9 +15,9 @@ Fails:
     steps:
       - {do: gantry.home, retry: {attempts: 1, wait: 5 s}}
 
-W414. An action that its contract calls `once` (a laser shot, a dispensed drop) is tried again
-only where it surely did not happen. After an error that leaves this open, such as Timeout, the
-step's `on_unknown` decides, and a retry that names the error never comes to its turn.
+W414. An action that is `once` in its contract (a laser shot, a dispensed drop) is retried only if
+it certainly did not happen. After an error that leaves this open, such as Timeout, the step's
+`on_unknown` decides, and a retry that names the error has no effect.
 
 Passes:
 
@@ -41,9 +41,9 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Fail, Log, Require, Retry, Set, StepBase, Wait
-from ..context import Context
 from ..language.shape import Place
 from .constant import constant
+from .context import Context
 
 CODES = {
     "W413": "a retry that changes nothing",
@@ -53,7 +53,7 @@ THE_SAME_AGAIN = {Log: "log", Set: "set", Wait: "wait", Require: "require", Fail
 
 
 def check(context: Context) -> Iterator[Problem]:
-    """Every `retry`, also that of `defaults`."""
+    """Every `retry`, including that of `defaults`."""
     yield from _numbers(context, context.protocol.defaults.retry, ("defaults", "retry"))
     for at in context.survey.steps:
         if at.step.retry is None:
@@ -61,8 +61,8 @@ def check(context: Context) -> Iterator[Problem]:
         place = (*at.place, "retry")
         useless = _useless(at.step)
         if useless:
-            message = f"a retry does nothing for `{useless}`: it ends the same way each time"
-            hint = "put the `retry` on the step whose result it is about"
+            message = f"a retry has no effect on `{useless}`: it ends the same way each time"
+            hint = "put the `retry` on the step whose result it depends on"
             yield _warning(context, place, message, hint, key=True)
         else:
             yield from _numbers(context, at.step.retry, place)
@@ -97,8 +97,8 @@ def _numbers(context: Context, retry: int | Retry | None, place: Place) -> Itera
         yield _warning(context, (*place, "max_wait"), message, "add `factor: 2`", key=True)
 
 
-_ONE = "one attempt in all, the first one counted: nothing is tried again"
-_TWO = "2 means: once more"
+_ONE = "one attempt in all, including the first: nothing is retried"
+_TWO = "2 means one retry"
 
 
 def _open_fates(context: Context) -> Iterator[Problem]:
@@ -109,9 +109,9 @@ def _open_fates(context: Context) -> Iterator[Problem]:
         for index, name in enumerate(named):
             if action.happened(name) == "unknown":
                 message = (
-                    f"after {name} nobody knows whether {step.do} happened, "
-                    "so that this retry never sends it again"
+                    f"after {name} it is not known whether {step.do} happened, "
+                    "so this retry never sends it again"
                 )
-                hint = "`on_unknown: probe | ask | skip | repeat` says what happens then"
+                hint = "`on_unknown: probe | ask | skip | repeat` decides what happens then"
                 place = (*at.place, "retry", "on", index)
                 yield context.source.problem(place, "W414", message, hint, severity="warning")

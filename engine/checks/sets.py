@@ -1,7 +1,7 @@
-"""The actions of one set start together, so no two of them ask the same device.
+"""The actions of one set start together, so no two of them use the same device.
 
 E402. A device does one thing at a time, unless its contract says that it is `concurrent`. Two
-actions of one device in a set would wait for each other, in an order that nobody has chosen.
+actions of one device in a set would wait for each other, in an arbitrary order.
 
 Passes:
 
@@ -19,8 +19,8 @@ Fails:
           - {do: gantry.move_to, with: {x: 10 mm}}
           - {do: gantry.move_to, with: {y: 10 mm}}
 
-E405. The members of a set are actions (`do`), or groups (`steps`) of anything: what starts
-together and ends together is then plain to see.
+E405. The members of a set are actions (`do`), or groups (`steps`) of anything: this makes clear
+what starts and ends together.
 
 Passes:
 
@@ -40,9 +40,9 @@ Fails:
           - do: gantry.home
           - wait: 3 s
 
-E406. A background action ends when its iteration ends, or the steps around it. A set ends when
-all its members have ended, a fallback has to succeed, and `finally` waits for everything: there,
-nothing is in the background.
+E406. A background action ends with its iteration or with the enclosing list of steps. A set ends
+when all its members have ended, a fallback has to succeed, and `finally` waits for everything:
+nothing can run in the background there.
 
 Passes:
 
@@ -64,20 +64,20 @@ from collections.abc import Iterator, Sequence
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import AnyOf, Do, Group, Parallel, StepBase, Use
-from ..context import Context
 from ..language.load import Broken
 from ..language.shape import Place
-from ..language.spots import StepAt
+from ..survey.spots import StepAt
+from .context import Context
 from .within import within
 
 CODES = {
     "E402": "two actions of one device in a set",
-    "E405": "a member of a set that is no action and no group",
+    "E405": "a member of a set that is neither an action nor a group",
     "E406": "a background action where it cannot be",
 }
 
 TO_DO = {
-    "parallel": "make two steps of them, one after the other",
+    "parallel": "make them two steps, one after the other",
     "any": "make the second one a `fallback` of the first",
 }
 
@@ -103,7 +103,7 @@ def _members(context: Context, members: Sequence[StepBase], place: Place) -> Ite
         if not isinstance(member, Do | Group | Broken):
             kind = member.KIND
             message = f"a member of a set is an action (`do`) or a group (`steps`), not `{kind}`"
-            hint = f"make a group of it: `steps: [{{{kind}: ...}}]`, or put it before the set"
+            hint = f"make it a group: `steps: [{{{kind}: ...}}]`, or put it before the set"
             yield context.source.problem((*place, index, kind), "E405", message, hint, key=True)
 
 
@@ -117,13 +117,13 @@ def _devices(
             if first[0] == index:
                 continue
             what = f"{first[1]} and {label}" if first[1] != label else f"two members ({label})"
-            message = f"{what} of one set ask the same device, {device}"
+            message = f"{what} of one set use the same device, {device}"
             yield context.source.problem(at, "E402", message, hint)
-            break  # one problem a member is enough
+            break  # one problem per member is enough
 
 
 def _asked(context: Context, member: StepBase, place: Place) -> Iterator[tuple[str, str, Place]]:
-    """The devices that a member asks and that do one thing at a time."""
+    """The devices used by a member that do one thing at a time."""
     for step, at in within(member, place, fallbacks=False):
         if isinstance(step, Do):
             role = step.do.partition(".")[0]
@@ -153,5 +153,5 @@ def _no_place_for_background(at: StepAt) -> str:
     if "member" in kinds:
         return "a set: it ends when all its members have ended"
     if "fallback" in kinds:
-        return "a fallback: it has to succeed before the step has"
+        return "a fallback: the step succeeds only when the fallback has"
     return f"`{at.place[0]}`" if at.place[0] in ("finally", "on_resume") else ""

@@ -1,9 +1,9 @@
-"""What stands between `${{` and `}}` can be read as an expression.
+"""The text between `${{` and `}}` is a valid expression.
 
 E300. Expressions are written as in Python: arithmetic, comparisons, `and or not`,
 `a if b else c`, fields `a.b`, items `a[0]`, lists, and the functions grid, span, csv, range, len,
-min, max, round and format. A number followed by a unit is a quantity: `0.1 mm`. Nothing in an
-expression acts: no assignments, no imports, no other functions.
+min, max, round and format. A number followed by a unit is a quantity: `0.1 mm`. Expressions have
+no side effects: no assignments, no imports, no other functions.
 
 Passes:
 
@@ -25,7 +25,7 @@ Fails:
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
-from ..context import Context
+from .context import Context
 
 CODES = {"E300": "an expression that cannot be read"}
 

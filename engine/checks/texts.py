@@ -1,8 +1,8 @@
-"""A value that is computed with is a quantity, not the text of one.
+"""A value used in calculations is a quantity, not text that looks like one.
 
-W420. `0 g` between no braces is a text. Where an action wants a mass it is taken for one, but a
-`set` wants nothing in particular: the name stands for the text, and comparing or adding it fails
-when the run comes to it. `${{ 0 g }}` is the quantity.
+W420. `0 g` without braces is text. Where an action expects a mass, it is read as one, but a `set`
+expects no particular type: the name then holds the text, and comparing or adding it fails when
+the run reaches that step. `${{ 0 g }}` is the quantity.
 
 Passes:
 
@@ -33,27 +33,29 @@ from collections.abc import Iterator
 from ...schemas.problem import Problem
 from ...schemas.protocol import Set
 from ...schemas.quantity import QUANTITY, UnitError, parse_quantity
-from ..context import Context
 from ..language.shape import Place
+from .context import Context
 
-CODES = {"W420": "a text that looks like a quantity, and is computed with"}
+CODES = {"W420": "text that looks like a quantity and is used in calculations"}
 
 
 def check(context: Context) -> Iterator[Problem]:
-    """Every `set` of a text such as `5 mm` to a name that is used for more than itself."""
+    """Every `set` of text such as `5 mm` to a name that is used in calculations."""
     looks = list(texts_like_quantities(context))
     if not looks:
         return
     computed = _computed_with(context)
     for place, name, value in looks:
         if name in computed:
-            message = f"{name} is the text {value!r} here, and is computed with as a quantity"
+            message = (
+                f"{name} is the text {value!r} here, but is used in calculations as a quantity"
+            )
             hint = as_quantity(name, value)
             yield context.source.problem(place, "W420", message, hint, severity="warning")
 
 
 def texts_like_quantities(context: Context) -> Iterator[tuple[Place, str, str]]:
-    """Place, name and text of each `set` of a text such as `5 mm`."""
+    """Place, name and text of each `set` of text such as `5 mm`."""
     for step, at in context.steps(Set):
         for name, value in step.set.items():
             if isinstance(value, str) and _is_quantity(value):
@@ -76,7 +78,7 @@ def _is_quantity(text: str) -> bool:
 
 
 def _computed_with(context: Context) -> set[str]:
-    """Names that stand in an expression with something else beside them, and nobody objects."""
+    """Names combined with something else in an expression that has no fault."""
     return {
         name
         for spot in context.survey.spots

@@ -1,8 +1,7 @@
-"""Every action has a time after which it is given up.
+"""Every action has a time limit.
 
-W401. Where the contract says how long an action usually takes (`duration`), a run notices that it
-hangs. Where it does not, only a `timeout` of the step, or `defaults: {timeout: 30 s}`, ends the
-waiting.
+W401. If the contract says how long an action usually takes (`duration`), a run notices when it
+hangs. If not, only a `timeout` of the step, or `defaults: {timeout: 30 s}`, ends the wait.
 
 Passes:
 
@@ -27,7 +26,7 @@ Beside it, lab.yaml:
     contracts: [furnace.yaml]
     devices: {oven: {contract: furnace@1, url: "http://10.0.0.9:4101"}}
 
-W402. A timeout that is shorter than the usual duration ends actions that are in order.
+W402. A timeout shorter than the usual duration ends actions that are working correctly.
 
 Passes:
 
@@ -46,11 +45,11 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.quantity import UnitError, seconds
-from ..context import Context
+from .context import Context
 
 CODES = {
-    "W401": "an action that nothing gives up: no timeout, no duration",
-    "W402": "a timeout that is shorter than the action usually takes",
+    "W401": "an action without a time limit: no timeout, no duration",
+    "W402": "a timeout shorter than the action usually takes",
 }
 
 
@@ -60,7 +59,7 @@ def check(context: Context) -> Iterator[Problem]:
     for step, at, _, action in context.actions():
         limit = step.timeout if step.timeout is not None else default
         if limit is None and action.duration is None:
-            message = f"{step.do} may hang for ever: it has no timeout and its contract no duration"
+            message = f"{step.do} may hang for ever: it has no timeout, and its contract gives no duration"
             yield context.source.problem(
                 (*at.place, "do"), "W401", message, "add `timeout: 30 s`", severity="warning"
             )
@@ -68,7 +67,7 @@ def check(context: Context) -> Iterator[Problem]:
         if usual is not None and given is not None and 0 < given < usual:
             place = (*at.place, "timeout") if step.timeout is not None else (*at.place, "do")
             message = (
-                f"{step.do} usually takes {action.duration}; the timeout of {limit} ends it before"
+                f"{step.do} usually takes {action.duration}; the timeout of {limit} ends it early"
             )
             yield context.source.problem(place, "W402", message, severity="warning")
 
@@ -79,4 +78,4 @@ def _seconds(duration: object) -> float | None:
     try:
         return seconds(duration)
     except (UnitError, ValueError, TypeError):
-        return None  # said by the family `calculations`, or not known yet
+        return None  # reported by the family `calculations`, or not known yet

@@ -1,8 +1,8 @@
 """`keep_going` has a limit that can be reached.
 
-W416. `keep_going: {max_failed: N}` lets a loop go on over N failed iterations and stops at the
-next. Where the loop has no more than N iterations, all of them may fail and the run still
-succeeds, without one measurement.
+W416. `keep_going: {max_failed: N}` lets a loop continue after N failed iterations and stops it at
+the next one. If the loop has no more than N iterations, all of them may fail and the run still
+succeeds, without a single measurement.
 
 Passes:
 
@@ -27,16 +27,16 @@ from collections.abc import Iterator, Sequence
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Foreach, LoopBase, Repeat, While
-from ..context import Context
-from .constant import constant, turns
+from .constant import constant, fixed_count
+from .context import Context
 
 CODES = {"W416": "a limit on failures that cannot be reached"}
 
 
 def check(context: Context) -> Iterator[Problem]:
-    """Every loop whose number of turns does not depend on parameters."""
+    """Every loop whose number of iterations does not depend on parameters."""
     for step, at in context.steps(LoopBase):
-        allowed = turns(step.keep_going.max_failed) if step.keep_going is not None else None
+        allowed = fixed_count(step.keep_going.max_failed) if step.keep_going is not None else None
         total = _total(step)
         if allowed is None or not total or allowed < total:
             continue
@@ -47,11 +47,11 @@ def check(context: Context) -> Iterator[Problem]:
 
 
 def _total(step: LoopBase) -> int | None:
-    """The most iterations that a loop can have; None where that is not fixed."""
+    """The maximum number of iterations of a loop; None where that is not fixed."""
     if isinstance(step, Repeat):
-        return turns(step.repeat)
+        return fixed_count(step.repeat)
     if isinstance(step, While):
-        return turns(step.max) if step.max is not None else None
+        return fixed_count(step.max) if step.max is not None else None
     if not isinstance(step, Foreach):
         return None
     (raw,) = step.foreach.values()

@@ -1,6 +1,6 @@
-"""What is declared is used; what nothing uses is often something else misspelt.
+"""Everything declared is used; an unused name often means that another one is misspelt.
 
-W407. A parameter that nothing uses can be set, and changes nothing.
+W407. Setting a parameter that nothing uses has no effect.
 
 Passes:
 
@@ -16,8 +16,7 @@ Fails:
     steps:
       - {do: gantry.move_to, with: {z: 1 mm}}
 
-W408. A role that nothing uses still has to be played: the run would wait for a device that it
-never asks anything.
+W408. Even an unused role needs a device: the run would wait for a device that it never uses.
 
 Passes:
 
@@ -31,8 +30,8 @@ Fails:
     steps:
       - {do: gantry.move_to, with: {z: 1 mm}}
 
-W419. A value that a `set` names and nothing asks for is often meant for a condition or a column
-that still uses another name.
+W419. A name that a `set` defines and nothing uses was often meant for a condition or a column that
+still uses another name.
 
 Passes:
 
@@ -56,15 +55,15 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Do, Set, Use
-from ..context import Context
 from ..language.fold import needs
-from ..language.scope import RESERVED
 from ..language.shape import Place
+from ..survey.scope import RESERVED
+from .context import Context
 
 CODES = {
     "W407": "a parameter that nothing uses",
     "W408": "a role that nothing uses",
-    "W419": "a name that `set` gives and nothing uses",
+    "W419": "a name that `set` defines and nothing uses",
 }
 
 
@@ -76,7 +75,7 @@ def check(context: Context) -> Iterator[Problem]:
     used = _names(context)
     if used is None:
         return
-    # Where an expression names something that is not there, that may be the misspelt one.
+    # Where an expression uses an unknown name, that may be a misspelling of the unused one.
     faults = {fault.code for spot in context.survey.spots for fault in spot.inferred()[1]}
     for name in context.protocol.params:
         if name not in used[0] and not faults & {"E302", "E303"}:
@@ -84,7 +83,7 @@ def check(context: Context) -> Iterator[Problem]:
     for step, at in context.steps(Set):
         for name in step.set:
             if name not in {*used[1], *RESERVED} and "E302" not in faults:
-                message = f"nothing uses the name {name} that this `set` gives"
+                message = f"nothing uses the name {name} that this `set` defines"
                 yield _warning(context, (*at.place, "set", name), "W419", message)
 
 
@@ -93,7 +92,7 @@ def _warning(context: Context, place: Place, code: str, message: str) -> Problem
 
 
 def _names(context: Context) -> tuple[set[str], set[str]] | None:
-    """The parameters and the other names that expressions use; None where nobody can say."""
+    """The parameters and the other names that expressions use; None where that is not known."""
     params: set[str] = set()
     names: set[str] = set()
     if any("${{" in step.use for step, _ in context.steps(Use)):
@@ -102,7 +101,9 @@ def _names(context: Context) -> tuple[set[str], set[str]] | None:
         if isinstance(spot.value, Exception):
             return None
         if spot.use == "condition" and isinstance(spot.raw, str) and "${{" not in spot.raw:
-            words = set(re.findall(r"\w+", spot.raw))  # no expression, as is said already
+            words = set(
+                re.findall(r"\w+", spot.raw)
+            )  # not an expression, which is already reported
             params, names = params | words, names | words
         for expression in spot.value.expressions():
             wanted = needs(expression)
@@ -117,11 +118,11 @@ def _roles(context: Context) -> Iterator[Problem]:
     declared = context.source.names("devices")
     roles = {step.do.partition(".")[0] for step, _ in context.steps(Do)}
     if not roles <= set(declared):
-        return  # one is misspelt, which is said already
+        return  # one is misspelt, which is already reported
     for step, at in context.steps(Use):
         used = context.survey.used.get(at.place)
         if used is None:
-            return  # what it wants is not known
+            return  # what it needs is not known
         roles |= {step.devices.get(its, its) for its in used.protocol.devices}
     for name in context.protocol.devices:
         if name not in roles:

@@ -1,7 +1,7 @@
-"""A protocol that is used gets what it declares: its parameters by `with`, its devices by role.
+"""A used protocol gets everything it declares: its parameters by `with`, its devices by role.
 
-E230. Its roles are played by ours of the same name, or by those that `devices: {its_role: our_role}`
-says; both want the same contract.
+E230. Each of its roles is filled by the role of the same name in this protocol, or by the one that
+`devices: {its_role: our_role}` names; both must have the same contract.
 
 Passes:
 
@@ -23,7 +23,8 @@ Beside it, lift.yaml:
     steps:
       - {do: stage.move_to, with: {z: "${{ params.height }}"}}
 
-E231. `with` gives its parameters values. One that it does not have would change nothing.
+E231. `with` gives values to its parameters. A value for a parameter that it does not have would
+have no effect.
 
 Passes:
 
@@ -44,7 +45,7 @@ Beside it, lift.yaml:
     steps:
       - {do: stage.move_to, with: {z: "${{ params.height }}"}}
 
-E232. A parameter without a default gets its value from whoever uses the protocol.
+E232. A parameter without a default gets its value from the protocol that uses it.
 
 Passes:
 
@@ -65,8 +66,8 @@ Beside it, lift.yaml:
     steps:
       - {do: stage.move_to, with: {z: "${{ params.height }}"}}
 
-E233. The value is of the parameter's type and dimension, and within its bounds, as on the command
-line.
+E233. The value must have the parameter's type and dimension and be within its bounds, as on the
+command line.
 
 Passes:
 
@@ -87,8 +88,8 @@ Beside it, lift.yaml:
     steps:
       - {do: stage.move_to, with: {z: "${{ params.height }}"}}
 
-W409. What has to happen before a run goes on is said by the protocol that was started; the
-`on_resume` of one that it uses does not run.
+W409. Only the protocol that was started decides what happens before a run is resumed; the
+`on_resume` of a protocol that it uses does not run.
 
 Passes:
 
@@ -124,22 +125,22 @@ from collections.abc import Iterator
 from ...schemas.problem import Problem
 from ...schemas.protocol import Param
 from ...schemas.quantity import same_dimension
-from ..context import Context
 from ..language.expression import ExpressionError
 from ..language.fold import cases, fold
 from ..language.shape import Place
-from ..language.spots import Spot
 from ..language.suggest import did_you_mean, listed
 from ..language.types import Type, in_words, type_of_param
-from ..language.used import Used
 from ..language.value import Value
-from ..params import ParamFault, given_value, take
+from ..params.params import ParamFault, given_value, take
+from ..survey.spots import Spot
+from ..survey.survey import Used
+from .context import Context
 
 CODES = {
-    "E230": "a role that a used protocol wants and is not given",
+    "E230": "a role of a used protocol without a matching role here",
     "E231": "a parameter that a used protocol does not have",
-    "E232": "a parameter that a used protocol wants and is not given",
-    "E233": "a value that a parameter of a used protocol does not take",
+    "E232": "a parameter of a used protocol that has no value",
+    "E233": "a value that does not fit the parameter of a used protocol",
     "W409": "`on_resume` of a used protocol, which does not run",
 }
 
@@ -152,7 +153,7 @@ def check(context: Context) -> Iterator[Problem]:
         yield from _params(context, place, used, arguments[place])
         if used.protocol.on_resume:
             message = f"the on_resume of {used.step.use} does not run when it is used"
-            hint = "say in this protocol's `on_resume` what has to happen before a run goes on"
+            hint = "put what has to happen before a run is resumed into this protocol's `on_resume`"
             yield context.source.problem((*place, "use"), "W409", message, hint, severity="warning")
 
 
@@ -170,16 +171,18 @@ def _roles(context: Context, place: Place, used: Used) -> Iterator[Problem]:
         ours = used.step.devices.get(its, its)
         bound = context.roles.get(ours)
         if ours not in declared and its not in used.step.devices:
-            message = f"{used.step.use} wants a {contract} for its role {its}, which is not here"
+            message = (
+                f"{used.step.use} needs a {contract} for its role {its}, which is not declared here"
+            )
             fitting = [role for role, one in context.roles.items() if one.contract.type == contract]
-            hint = f"say which of ours plays it: `devices: {{{its}: {(fitting or ['ROLE'])[0]}}}`"
+            hint = f"choose a role for it: `devices: {{{its}: {(fitting or ['ROLE'])[0]}}}`"
             yield context.source.problem((*place, "use"), "E230", message, hint)
         elif bound is not None and bound.contract.type != contract:
-            wants = f"{used.step.use} wants a {contract} for its role {its}"
+            wants = f"{used.step.use} needs a {contract} for its role {its}"
             message = f"{wants}; {ours} is a {bound.contract.type}"
             at = (*place, "devices", its) if its in used.step.devices else (*place, "use")
             fitting = [role for role, one in context.roles.items() if one.contract.type == contract]
-            hint = f"it can be {listed(fitting)}" if fitting else "no role here is one"
+            hint = f"it can be {listed(fitting)}" if fitting else "no role here has that contract"
             yield context.source.problem(at, "E230", message, hint)
 
 
@@ -200,7 +203,7 @@ def _params(
                 yield context.source.problem(at, "E233", f"{name}: {fault}")
     for name, param in declared.items():
         if name not in arguments and param.default is None and context.whole:
-            message = f"{used.step.use} wants a value for its parameter {name}"
+            message = f"{used.step.use} needs a value for its parameter {name}"
             hint = f"add `with: {{{name}: ...}}`, or give it a `default`"
             yield context.source.problem((*place, "use"), "E232", message, hint)
 
@@ -220,17 +223,17 @@ def _value_fault(name: str, param: Param, spot: Spot) -> str:
         except ParamFault as fault:
             return f"{fault} (at {case.where})" if case.where else str(fault)
         except ExpressionError:
-            return ""  # said by the family `calculations`
+            return ""  # reported by the family `calculations`
     return ""
 
 
 def _type_fault(kind: Type, wanted: Type) -> str:
-    """Why a value that is not known yet cannot fit; nothing where it may."""
+    """Why a value that is not known yet cannot fit; empty where it may."""
     if kind.kind in ("any", "null", "text") or wanted.kind == "any":
         return ""
     if kind.kind != wanted.kind:
-        return f"{in_words(kind)}; {in_words(wanted)} is wanted"
+        return f"{in_words(kind)}, not {in_words(wanted)}"
     if kind.kind == "number" and kind.unit is not None:
         fits = wanted.unit is not None and same_dimension(kind.unit, wanted.unit)
-        return "" if fits else f"{in_words(kind)}; {in_words(wanted)} is wanted"
+        return "" if fits else f"{in_words(kind)}, not {in_words(wanted)}"
     return ""

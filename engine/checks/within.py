@@ -1,4 +1,4 @@
-"""Steps within a step, each with its place; no check, what several checks walk by."""
+"""Steps within a step, each with its place; not a check, but a helper of several checks."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any

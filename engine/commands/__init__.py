@@ -1,1 +1,4 @@
-"""The commands of `labrun`, one a file."""
+"""The commands of `labrun`, one per file.
+
+Never holds logic that a route of the page needs too.
+"""

@@ -6,7 +6,7 @@ import typer
 
 from .options import RUNS, Runs
 from .resume import RunName
-from .tell_run import tell_run
+from .run_control import tell_run
 
 
 def answer(

@@ -1,4 +1,4 @@
-"""`labrun calibrate-camera IMAGES...`: measure a lens by pictures of a chessboard."""
+"""`labrun calibrate-camera IMAGES...`: measure a lens from pictures of a chessboard."""
 
 import json as json_text
 from pathlib import Path
@@ -6,10 +6,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ...drivers.vision.board import Board
-from ...drivers.vision.camera_file import write_camera
-from ...drivers.vision.lens import LensFault, LensFit, fit_lens, fit_pair
-from ...drivers.vision.pictures import PICTURES, PictureFault, read_picture, same_picture_size
+from ...drivers.cameras.vision.board import Board
+from ...drivers.cameras.vision.camera_file import write_camera
+from ...drivers.cameras.vision.lens import LensFault, LensFit, fit_lens, fit_pair
+from ...drivers.cameras.vision.pictures import (
+    PICTURES,
+    PictureFault,
+    read_picture,
+    same_picture_size,
+)
 from .camera_options import board_size, length_mm, stop
 from .options import say
 
@@ -23,22 +28,24 @@ Images = Annotated[
 BoardText = Annotated[
     str,
     typer.Option(
-        "--board", metavar="9x6", help="Inner corners: columns x rows, one less than squares."
+        "--board",
+        metavar="9x6",
+        help="Inner corners, columns x rows: one fewer than squares each way.",
     ),
 ]
 Square = Annotated[
-    str, typer.Option("--square", metavar="LENGTH", help='A square: --square "25 mm".')
+    str, typer.Option("--square", metavar="LENGTH", help='Side of a square: --square "25 mm".')
 ]
 Output = Annotated[
     Path | None,
     typer.Option(
-        "-o", "--output", metavar="CAM.yaml", help="The file to write; else standard output."
+        "-o", "--output", metavar="CAM.yaml", help="The file to write; default: standard output."
     ),
 ]
 SideBySide = Annotated[
-    bool, typer.Option("--side-by-side", help="Each picture holds the left and the right eye's.")
+    bool, typer.Option("--side-by-side", help="Each picture holds the left and the right view.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="The report as JSON.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
 FEW, LITTLE = 10, 0.6
 
 
@@ -50,7 +57,7 @@ def calibrate_camera(
     side_by_side: SideBySide = False,
     json: Json = False,
 ) -> None:
-    """Measure a camera's lens, say how well each picture fits, and write it for `labrun locate`."""
+    """Measure a camera's lens, show how well each picture fits, and write it for `labrun locate`."""
     columns, rows = board_size(board)
     asked = Board(columns, rows, length_mm(square, "--square", above_zero=True))
     files = _files(images)
@@ -104,7 +111,7 @@ def _files(images: list[Path]) -> list[Path]:
 
 
 def _read(files: list[Path]) -> tuple[dict[str, "np.ndarray"], dict[str, str]]:
-    """Grey pictures by their names, and why the others cannot be read."""
+    """Grey pictures by name, and why the others cannot be read."""
     import cv2
 
     pictures: dict[str, np.ndarray] = {}
@@ -125,7 +132,7 @@ def _name_left_out(unread: dict[str, str]) -> None:
 def _write(output: Path, fit: LensFit) -> None:
     words = (
         f"made by labrun calibrate-camera from {len(fit.errors_px)} pictures; lengths in mm,\n"
-        "pixels from the middle of the first one, distortion k1 k2 p1 p2 k3 as OpenCV counts it"
+        "pixels from the centre of the first one, distortion k1 k2 p1 p2 k3 in OpenCV's order"
     )
     try:
         write_camera(output, fit.camera, words)
@@ -146,7 +153,7 @@ def _tell(fit: LensFit, *, to_stderr: bool) -> None:
         f"reprojection error {fit.rms_px:.3f} pixel (rms) over {len(fit.errors_px)} pictures of "
         f"{eye.width} x {eye.height}",
         f"focal length {eye.focal_px:.1f} pixel, give or take {fit.focal_sd_px:.1f}; "
-        f"line of sight at pixel {u:.1f}, {v:.1f}",
+        f"optical axis at pixel {u:.1f}, {v:.1f}",
         f"distortion {', '.join(f'{k:.4f}' for k in eye.distortion[:5])} (k1 k2 p1 p2 k3)",
     ]
     if fit.camera.shift_mm is not None:
@@ -159,11 +166,11 @@ def _advice(fit: LensFit) -> list[str]:
     advice = []
     if len(fit.errors_px) < FEW:
         advice.append(
-            f"more pictures make it surer: {FEW} to 20, each with the board held differently"
+            f"more pictures give a surer result: {FEW} to 20, each with the board held differently"
         )
     if fit.covered < LITTLE:
         advice.append(
-            f"the board was seen in {fit.covered:.0%} of the picture only: hold it into the corners "
+            f"the board covered only {fit.covered:.0%} of the picture: hold it in the corners "
             "too, where distortion is largest"
         )
     return advice

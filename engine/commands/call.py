@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from ..exit_status import FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
-from ..lab import LoadedLab, load_lab
+from ..lab.lab import LoadedLab, load_lab
 from .options import Lab, WrongUsage, pairs, say
 
 
@@ -21,14 +21,14 @@ def call(
     action: Annotated[str, typer.Argument(metavar="DEVICE.ACTION")],
     params: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...")] = None,
     lab: Lab = None,
-    yes: Annotated[bool, typer.Option("--yes", "-y", help="Arm a dangerous action.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Confirm a dangerous action.")] = False,
 ) -> None:
-    """Do one action on one device, with the same checks as in a protocol."""
+    """Run one action on one device, with the same checks as in a protocol."""
     from ..language.arguments import ArgumentFaults, resolve_arguments
 
     loaded, problems = load_lab(lab)
     if loaded is None:
-        from ..print_problems import print_problems
+        from ..problems.print import print_problems
 
         print_problems(problems, format="text")
         raise typer.Exit(PROBLEMS)
@@ -42,7 +42,7 @@ def call(
         say(str(fault).strip())
         raise typer.Exit(PROBLEMS) from None
     if found.danger and not yes and not _armed(action, found.danger):
-        say(f"{action} is dangerous ({found.danger}); `--yes` arms it")
+        say(f"{action} is dangerous ({found.danger}); `--yes` confirms it")
         raise typer.Exit(PROBLEMS)
     raise typer.Exit(asyncio.run(_call(loaded, device, name, arguments)))
 
@@ -77,9 +77,9 @@ def _armed(action: str, danger: str) -> bool:
 
 async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any]) -> int:
     from ...schemas.messages import Goal
-    from ..bind import BoundRole
-    from ..connect import NotReached, connect
-    from ..run_files import FileFault, read_content, write_content
+    from ..dispatch.connect import NotReached, connect
+    from ..lab.bind import BoundRole
+    from ..run.files import FileFault, read_content, write_content
 
     contract = lab.contracts[lab.lab.devices[device].contract]
     role = BoundRole(device, device, contract, lab.lab.devices[device].limits)
@@ -105,7 +105,7 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
             for content in outcome.files.values():
                 write_content(Path(), content)
             if outcome.error is not None and folder in outcome.error.message:
-                leaving.pop_all()  # a picture of what was seen lies there
+                leaving.pop_all()  # it holds a picture of what was seen
         except FileFault as fault:
             say(str(fault))
             return PROBLEMS

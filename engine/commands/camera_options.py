@@ -1,4 +1,4 @@
-"""Options that the commands about cameras share, and what their texts mean."""
+"""Options that the commands about cameras share, and how their values are read."""
 
 import re
 from typing import NoReturn
@@ -13,7 +13,7 @@ BOARD = re.compile(r"(\d{1,2}) ?[xX×] ?(\d{1,2})")
 
 
 def board_size(text: str) -> tuple[int, int]:
-    """`9x6` as columns and rows of inner corners; the command is over where it is written otherwise."""
+    """`9x6` as columns and rows of inner corners; any other form ends the command."""
     found = BOARD.fullmatch(text.strip())
     columns, rows = (int(part) for part in found.groups()) if found else (0, 0)
     if not (3 <= columns <= 30 and 3 <= rows <= 30):
@@ -22,7 +22,7 @@ def board_size(text: str) -> tuple[int, int]:
 
 
 def length_mm(text: str, option: str, *, above_zero: bool = False) -> float:
-    """`25 mm` or a bare number of millimetres; the command is over where it is no length."""
+    """`25 mm` or a plain number of millimetres; anything else ends the command."""
     try:
         value = float(text)
     except ValueError:
@@ -39,20 +39,20 @@ def pair_of_numbers(text: str, option: str, unit: str | None = None) -> tuple[fl
     """`640,360` as two numbers; with a unit also `100 mm,300 mm`."""
     parts = text.split(",")
     if len(parts) != 2:
-        stop(f"{option} {text}: write two numbers with a comma between them: {option} 640,360")
+        stop(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
     if unit is not None:
         first, second = (length_mm(part.strip(), option) for part in parts)
         return first, second
     try:
         first, second = float(parts[0]), float(parts[1])
     except ValueError:
-        stop(f"{option} {text}: write two numbers with a comma between them: {option} 640,360")
+        stop(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
     if not (abs(first) < 1e6 and abs(second) < 1e6):
-        stop(f"{option} {text}: write two numbers with a comma between them: {option} 640,360")
+        stop(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
     return first, second
 
 
 def stop(sentence: str) -> NoReturn:
-    """Say it, and end the command with status 2."""
+    """Print the sentence and end the command with status 2."""
     say(sentence)
     raise typer.Exit(PROBLEMS)

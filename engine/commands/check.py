@@ -7,7 +7,7 @@ import typer
 
 from ..check import check_file
 from ..exit_status import PROBLEMS
-from ..print_problems import print_problems
+from ..problems.print import print_problems
 from .options import Bind, Lab, Params, WrongUsage, pairs, say
 
 FORMATS = ("text", "json", "github")
@@ -20,7 +20,7 @@ Format = Annotated[str, typer.Option("--format", help="text, json, or github (an
 def check(
     files: Files, lab: Lab = None, bind: Bind = None, param: Params = None, format: Format = "text"
 ) -> None:
-    """Check protocols against the lab's devices; say every problem with its place."""
+    """Check protocols against the lab's devices; show every problem and where it is."""
     try:
         roles, params = pairs(bind, "--bind"), pairs(param, "-p")
         if format not in FORMATS:

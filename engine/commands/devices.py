@@ -1,4 +1,4 @@
-"""`labrun devices`: what there is, what it can do, and how it is now."""
+"""`labrun devices`: the devices of a lab, and what each can do."""
 
 from typing import Annotated
 
@@ -6,18 +6,20 @@ import typer
 
 from ...schemas.contract import Action, Contract
 from ..exit_status import PROBLEMS
-from ..lab import LoadedLab, load_lab
+from ..lab.lab import LoadedLab, load_lab
 from .options import Lab, say
 
 
 def devices(
-    device: Annotated[str | None, typer.Argument(help="One device, with all its actions.")] = None,
+    device: Annotated[
+        str | None, typer.Argument(help="One device, to list all its actions.")
+    ] = None,
     lab: Lab = None,
 ) -> None:
     """List the lab's devices, or one device's actions with their parameters."""
     loaded, problems = load_lab(lab)
     if loaded is None:
-        from ..print_problems import print_problems
+        from ..problems.print import print_problems
 
         print_problems(problems, format="text")
         raise typer.Exit(PROBLEMS)
@@ -35,7 +37,7 @@ def _list(loaded: LoadedLab) -> None:
     for name, device in loaded.lab.devices.items():
         where = device.url or f"driver {device.driver}"
         typer.echo(f"{name:<12} {device.contract:<22} {where}")
-    typer.echo("`labrun devices NAME` tells what one can do")
+    typer.echo("`labrun devices NAME` shows what a device can do")
 
 
 def _actions(contract: Contract) -> None:

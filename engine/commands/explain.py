@@ -8,7 +8,7 @@ import typer
 
 from ..check import check_file
 from ..exit_status import PROBLEMS
-from ..print_problems import print_problems
+from ..problems.print import print_problems
 from ..views.explain import explain_protocol
 from .options import Bind, Lab, Params, WrongUsage, pairs, say
 
@@ -16,7 +16,7 @@ File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 
 
 def explain(file: File, lab: Lab = None, bind: Bind = None, param: Params = None) -> None:
-    """Say what a protocol does, in order: its action sets, how often, on which devices."""
+    """Show what a protocol does, in order: its action sets, how often, on which devices."""
     try:
         roles, params = pairs(bind, "--bind"), pairs(param, "-p")
     except WrongUsage as fault:

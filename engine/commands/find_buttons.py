@@ -1,4 +1,4 @@
-"""`labrun find-buttons FOLDER`: which recorded buttons are to be seen now, where, how well."""
+"""`labrun find-buttons FOLDER`: which recorded buttons are visible now, where, how well."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,22 +6,22 @@ from typing import Annotated
 import typer
 
 from ..exit_status import FAILED, SUCCEEDED
-from .on_screen import Image, Title, told_plainly, view_of_image, view_of_screen
 from .options import WrongUsage, say
+from .screen_picture import Image, Title, told_plainly, view_of_image, view_of_screen
 
 Folder = Annotated[
-    Path, typer.Argument(help="The folder of `labrun record-buttons`.", metavar="FOLDER")
+    Path, typer.Argument(help="The folder that `labrun record-buttons` wrote.", metavar="FOLDER")
 ]
 Output = Annotated[
     Path | None,
-    typer.Option("-o", "--output", metavar="PNG", help="A picture with a box round each."),
+    typer.Option("-o", "--output", metavar="PNG", help="Write a picture with a box around each."),
 ]
 
 
 def find_buttons(
     folder: Folder, image: Image = None, title: Title = None, output: Output = None
 ) -> None:
-    """Look for the recorded buttons; status 1 if one of the main window is not there exactly once."""
+    """Look for the recorded buttons; status 1 unless each of the main window is there once."""
     told_plainly(lambda: _find(folder, image, title, output))
 
 

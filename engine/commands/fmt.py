@@ -1,4 +1,4 @@
-"""`labrun fmt FILE...`: protocols in even form; their comments, quotes and order stay."""
+"""`labrun fmt FILE...`: format protocols; their comments, quotes and order stay."""
 
 import sys
 from pathlib import Path
@@ -7,24 +7,24 @@ from typing import Annotated
 import typer
 
 from ..exit_status import FAILED, PROBLEMS
-from ..layout.file import STDIN, Formatted, formatted, write_whole
-from ..print_problems import print_problems
+from ..layout.file import STDIN, Formatted, formatted, replace_text
+from ..problems.print import print_problems
 from .options import say
 
 Files = Annotated[
     list[Path],
     typer.Argument(
-        help="The files; `-` is stdin to stdout.", metavar="FILE...", show_default=False
+        help="The files; `-` reads stdin and writes stdout.", metavar="FILE...", show_default=False
     ),
 ]
 Check = Annotated[
-    bool, typer.Option("--check", help="Write nothing; status 1 if one would change.")
+    bool, typer.Option("--check", help="Write nothing; status 1 if a file would change.")
 ]
 Diff = Annotated[bool, typer.Option("--diff", help="Write nothing; show what would change.")]
 
 
 def fmt(files: Files, check: Check = False, diff: Diff = False) -> None:
-    """Indent protocols by two spaces a level; what they mean stays as it is."""
+    """Indent protocols by two spaces per level; their meaning does not change."""
     uneven, problems = 0, []
     for file in files:
         done = formatted(file)
@@ -33,7 +33,7 @@ def fmt(files: Files, check: Check = False, diff: Diff = False) -> None:
         if diff:
             _put(done.diff())
         elif check and done.changed:
-            say(f"{done.name} is not in even form")
+            say(f"{done.name} would be reformatted")
         if not (check or diff or done.problems):
             problems += _write(file, done)
     if problems:
@@ -44,16 +44,16 @@ def fmt(files: Files, check: Check = False, diff: Diff = False) -> None:
 
 
 def _write(file: Path, done: Formatted) -> list:
-    """Write what changed; stdin is always answered, so that an editor gets its text back."""
+    """Write what changed; stdin is always written out, so that an editor gets its text back."""
     if file == STDIN:
         _put(done.after)
         return []
-    problem = write_whole(file, done.after) if done.changed else None
+    problem = replace_text(file, done.after) if done.changed else None
     return [] if problem is None else [problem]
 
 
 def _put(text: str) -> None:
-    """Text as it is: `print` would change line ends on some systems."""
+    """Write text unchanged: `print` would change line endings on some systems."""
     sys.stdout.flush()
     sys.stdout.buffer.write(text.encode())
     sys.stdout.buffer.flush()

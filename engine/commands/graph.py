@@ -1,4 +1,4 @@
-"""`labrun graph FILE`: the tree that a protocol becomes, as Mermaid or DOT."""
+"""`labrun graph FILE`: the tree of a protocol, as Mermaid or DOT."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +10,7 @@ from ..views.forecast import outlook
 from ..views.graph.dot import dot
 from ..views.graph.mermaid import MOST_EDGES, edges, mermaid
 from ..views.graph.tree import phases
-from .checked import checked_file
+from .checked_protocol import checked_file
 from .options import Bind, Lab, Params, say
 
 WRITERS = {"mermaid": mermaid, "dot": dot}
@@ -18,7 +18,9 @@ SUFFIXES = {".mmd": "mermaid", ".mermaid": "mermaid", ".md": "mermaid", ".dot": 
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 Format = Annotated[
     str | None,
-    typer.Option("--format", help="mermaid (else by the -o), or dot.", show_default=False),
+    typer.Option(
+        "--format", help="mermaid or dot; default: by the suffix of -o.", show_default=False
+    ),
 ]
 Output = Annotated[
     Path | None,
@@ -30,7 +32,7 @@ def graph(
     file: File, format: Format = None, output: Output = None, lab: Lab = None, bind: Bind = None,
     param: Params = None,
 ) -> None:  # fmt: skip
-    """Write the tree of a protocol: one node a step, never one a point."""
+    """Write the tree of a protocol: one node per step, not per point."""
     name = _format(format, output)
     checked = checked_file(file, lab, bind, param, needed=False)
     trees = phases(outlook(checked))
@@ -38,7 +40,7 @@ def graph(
     if name == "mermaid" and edges(trees) > MOST_EDGES:
         say(
             f"Mermaid draws {MOST_EDGES} arrows unless its maxEdges is raised, and this tree has "
-            f"{edges(trees):,}; --format dot has no such bound"
+            f"{edges(trees):,}; --format dot has no such limit"
         )
     if output is None:
         print(text, end="")
@@ -54,10 +56,10 @@ def graph(
 
 
 def _format(format: str | None, output: Path | None) -> str:
-    """The format that was asked for, or that a file's suffix says."""
+    """The requested format, or that of the file's suffix."""
     if output is not None and output.suffix.lower() in (".svg", ".png", ".pdf"):
         say(
-            f"-o {output}: write the tree as text, and have Graphviz draw it: "
+            f"-o {output}: write the tree as text, then let Graphviz draw it: "
             f"labrun graph FILE -o tree.dot, then dot -T{output.suffix[1:]} tree.dot -o {output}"
         )
         raise typer.Exit(PROBLEMS)

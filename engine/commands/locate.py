@@ -1,4 +1,4 @@
-"""`labrun locate`: where on the bench the thing at one pixel of a photograph is."""
+"""`labrun locate`: where on the bench one pixel of a photograph is."""
 
 import json as json_text
 from dataclasses import replace
@@ -7,17 +7,17 @@ from typing import Annotated, Any
 
 import typer
 
+from ...drivers.cameras.vision import measure
+from ...drivers.cameras.vision.board import RUNS, Board
+from ...drivers.cameras.vision.camera import Camera, CameraFault, of_size
+from ...drivers.cameras.vision.camera_file import read_cameras
+from ...drivers.cameras.vision.pictures import PictureFault, read_depth, read_picture
+from ...drivers.cameras.vision.view import DepthView, StereoView, View
 from ...drivers.driver import ActionFailed
-from ...drivers.vision import measure
-from ...drivers.vision.board import RUNS, Board
-from ...drivers.vision.camera import Camera, CameraFault, of_size
-from ...drivers.vision.camera_file import read_cameras
-from ...drivers.vision.pictures import PictureFault, read_depth, read_picture
-from ...drivers.vision.view import DepthView, StereoView, View
 from .camera_options import board_size, length_mm, pair_of_numbers, stop
 
 Image = Annotated[
-    Path, typer.Option("--image", metavar="RGB", help="The photograph, with the board in it.")
+    Path, typer.Option("--image", metavar="RGB", help="The photograph, which shows the board.")
 ]
 Depth = Annotated[
     Path | None,
@@ -26,7 +26,7 @@ Depth = Annotated[
 CameraPath = Annotated[
     Path,
     typer.Option(
-        "--camera", metavar="CAM.yaml", help="The lens: labrun's, OpenCV's or a ZED's file."
+        "--camera", metavar="CAM.yaml", help="The camera file: labrun's, OpenCV's or a ZED's."
     ),
 ]
 Pixel = Annotated[
@@ -34,19 +34,23 @@ Pixel = Annotated[
 ]
 Height = Annotated[
     str | None,
-    typer.Option("--height", metavar="LENGTH", help='Its height, if known: --height "3 mm".'),
+    typer.Option(
+        "--height", metavar="LENGTH", help='Height of the point, if known: --height "3 mm".'
+    ),
 ]
 BoardText = Annotated[
     str | None,
-    typer.Option("--board", metavar="9x6", help="Inner corners; else those of the camera file."),
+    typer.Option(
+        "--board", metavar="9x6", help="Inner corners; default: those of the camera file."
+    ),
 ]
 Square = Annotated[
-    str | None, typer.Option("--square", metavar="LENGTH", help="A square of the board.")
+    str | None, typer.Option("--square", metavar="LENGTH", help="Side of a square of the board.")
 ]
 At = Annotated[
     str,
     typer.Option(
-        "--board-at", metavar="x,y", help='The first corner on the bench: "100 mm,300 mm".'
+        "--board-at", metavar="x,y", help='Bench position of the first corner: "100 mm,300 mm".'
     ),
 ]
 Unit = Annotated[
@@ -56,10 +60,12 @@ Unit = Annotated[
 Runs = Annotated[
     str,
     typer.Option(
-        "--x-runs", metavar="WAY", help="How bench x runs in the picture: right, up, left, down."
+        "--x-runs",
+        metavar="WAY",
+        help="Direction of bench x in the picture: right, up, left, down.",
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="The answer as JSON.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 
 
 def locate(
@@ -75,12 +81,12 @@ def locate(
     x_runs: Runs = "right",
     json: Json = False,
 ) -> None:
-    """Say where on the bench a pixel points: by its depth, or by its height where that is known."""
+    """Show where on the bench a pixel points, from its depth, or from its height if known."""
     u, v = pair_of_numbers(pixel, "--pixel")
     height_mm = None if height is None else length_mm(height, "--height")
     step_mm = None if depth_unit is None else length_mm(depth_unit, "--depth-unit", above_zero=True)
     if x_runs not in RUNS:
-        stop(f"--x-runs {x_runs}: it is one of {', '.join(RUNS)}")
+        stop(f"--x-runs {x_runs}: choose one of {', '.join(RUNS)}")
     try:
         view, known = _view(image, depth, camera, step_mm, x_runs)
         fit = measure.calibrate(view, _board(known, board, square, board_at, camera))
@@ -98,7 +104,7 @@ def locate(
         print(json_text.dumps({**point, **seen}))
         return
     typer.echo(f"x {point['x']:.2f} mm, y {point['y']:.2f} mm, z {point['z']:.2f} mm")
-    typer.echo(f"within {point['uncertainty']:.2f} mm, 19 times of 20")
+    typer.echo(f"within {point['uncertainty']:.2f} mm, 19 times out of 20")
     typer.echo(
         f"the camera is at x {x:.1f}, y {y:.1f}, z {z:.1f} mm, tilted {fit.pose.tilt_deg:.1f} degrees; "
         f"the board fits to {fit.rms_px:.2f} pixel"
@@ -108,7 +114,7 @@ def locate(
 def _view(
     image: Path, depth: Path | None, file: Path, step_mm: float | None, x_runs: str
 ) -> tuple[View, Camera]:
-    """What is seen, and the camera that saw it: two eyes where the picture is twice as wide as one's."""
+    """The view and its camera: stereo if the picture is twice as wide as one eye's."""
     cameras = read_cameras(file)
     picture = read_picture(image)
     rows, columns = picture.shape[:2]
@@ -125,10 +131,10 @@ def _view(
 
 
 def _board(camera: Camera, size: str | None, square: str | None, at: str, file: Path) -> Board:
-    """The board as told, or as the camera file remembers it."""
+    """The board from the options, or else from the camera file."""
     board = camera.board
     if board is None and (size is None or square is None):
-        stop(f'{file} does not say which board lies on the bench: add --board 9x6 --square "25 mm"')
+        stop(f'{file} does not state which board is on the bench: add --board 9x6 --square "25 mm"')
     board = board or Board()
     if size is not None:
         columns, rows = board_size(size)

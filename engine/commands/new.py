@@ -8,40 +8,42 @@ import typer
 
 from ..check import check_text
 from ..exit_status import PROBLEMS
-from ..new import TEMPLATES, CannotMake, new_protocol, protocol_name, template_text
-from ..print_problems import print_problems
+from ..new.protocol import TEMPLATES, CannotMake, new_protocol, protocol_name, template_text
+from ..problems.print import print_problems
 from .options import Lab, say
 
 Names = Annotated[
     list[str],
     typer.Argument(
         metavar="[device] NAME",
-        help="What the protocol is called; after the word `device`, what the device is called.",
+        help="The name of the protocol; after the word `device`, the name of the device.",
         show_default=False,
     ),
 ]
 Template = Annotated[
-    str | None, typer.Option("--template", help=f"What it begins with: {', '.join(TEMPLATES)}.")
+    str | None, typer.Option("--template", help=f"What to start from: {', '.join(TEMPLATES)}.")
 ]
 Contract = Annotated[
     str | None,
     typer.Option(
-        "--contract", help="Of a device: what it keeps, as gantry@1 or a file; else its own."
+        "--contract", help="For a device: its contract, as gantry@1 or a file; default: its own."
     ),
 ]
 
 
 def new(name: Names, template: Template = None, contract: Contract = None, lab: Lab = None) -> None:
-    """Write NAME.yaml, a protocol that checks clean; or with `device`, a driver and all it needs."""
+    """Write NAME.yaml, a protocol that checks clean; with `device`, a driver and all it needs."""
     try:
         if len(name) == 2 and name[0] == "device":
             if template is not None or lab is not None:
-                raise CannotMake("--template and --lab are of protocols; a device has --contract")
+                raise CannotMake(
+                    "--template and --lab are for protocols; a device takes --contract"
+                )
             _new_device(name[1], contract)
         elif len(name) > 1:
-            raise CannotMake(f"one name is wanted; with spaces in quotes: {' '.join(name)!r}")
+            raise CannotMake(f"give one name; a name with spaces in quotes: {' '.join(name)!r}")
         elif contract is not None:
-            raise CannotMake(f"--contract is of devices: labrun new device {name[0]}")
+            raise CannotMake(f"--contract is for devices: labrun new device {name[0]}")
         else:
             _new_protocol(name[0], template or "grid_scan", lab)
     except CannotMake as fault:
@@ -62,33 +64,31 @@ def _new_protocol(name: str, template: str, lab: Path | None) -> None:
 
 
 def _new_device(name: str, contract: str | None) -> None:
-    from ..new_device.make import LAB, new_device
+    from ..new.device.make import LAB, new_device
 
     has_lab = Path(LAB).exists()
     made = new_device(name, contract, with_lab=not has_lab)
     there = [file for file in made.files if Path(file).exists()]
     if there:
-        raise CannotMake(f"{there[0]} is there already; choose another name, or move it away")
+        raise CannotMake(f"{there[0]} already exists; choose another name, or move it away")
     for file, text in made.files.items():
         _write(Path(file), text)
     print(f"{', '.join(made.files)} are written. Next:")
     print(f"  pytest test_{name}.py")
     print(f"  labrun serve {LAB} {name}")
     if has_lab:
-        print(
-            f"\n{LAB} is there already; add these lines to its `devices`:\n\n{made.device}", end=""
-        )
+        print(f"\n{LAB} already exists; add these lines to its `devices`:\n\n{made.device}", end="")
         if made.contract_file is not None:
             print(f"\nand its contract:\n\ncontracts: [./{made.contract_file}]")
 
 
 def _write(path: Path, text: str) -> None:
-    """Only where nothing stands yet: opened for a new file, so that no race overwrites one."""
+    """Write a new file: opened so that no race overwrites an existing one."""
     try:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
     except FileExistsError:
-        raise CannotMake(f"{path} is there already; choose another name, or move it away") from None
+        raise CannotMake(f"{path} already exists; choose another name, or move it away") from None
     except OSError as fault:
         raise CannotMake(f"{path} cannot be written: {fault.strerror or fault}") from None
 

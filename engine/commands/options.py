@@ -10,7 +10,7 @@ Lab = Annotated[
 ]
 Bind = Annotated[
     list[str] | None,
-    typer.Option("--bind", metavar="ROLE=DEVICE", help="Which device plays a role."),
+    typer.Option("--bind", metavar="ROLE=DEVICE", help="The device for a role."),
 ]
 Params = Annotated[
     list[str] | None,
@@ -21,11 +21,11 @@ RUNS = Path("runs")
 
 
 class WrongUsage(ValueError):
-    """Options that cannot be understood; the text says which and how they are written."""
+    """Options that cannot be understood; the text states which, and how to write them."""
 
 
 def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
-    """`["a=1", "b=2"]` as a dictionary; raises WrongUsage where the `=` is missing."""
+    """`["a=1", "b=2"]` as a dictionary; raises WrongUsage if the `=` is missing."""
     found: dict[str, str] = {}
     for text in texts or []:
         name, mark, value = text.partition("=")
@@ -36,5 +36,5 @@ def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
 
 
 def say(text: str) -> None:
-    """One line to a person, beside what a program reads from stdout."""
+    """Print one line for a person on stderr; stdout is for programs."""
     typer.echo(f"labrun: {text}", err=True)

@@ -1,10 +1,10 @@
-"""`labrun pause RUN`: finish what runs now, then hold."""
+"""`labrun pause RUN`: finish what is running, then hold."""
 
 from .options import RUNS, Runs
 from .resume import RunName
-from .tell_run import tell_run
+from .run_control import tell_run
 
 
 def pause(run: RunName, runs: Runs = RUNS) -> None:
-    """Finish what runs now, then hold."""
+    """Finish what is running, then hold."""
     tell_run(runs, run, verb="pause")

@@ -11,8 +11,8 @@ from ..views.english import count_of
 from ..views.forecast import outlook
 from ..views.preview.walk import Path as Way
 from ..views.preview.walk import Walk
-from .as_far_as import checked_as_far_as
 from .options import Bind, Lab, Params, say
+from .partial_protocol import checked_as_far_as
 
 FORMATS = (".png", ".svg", ".pdf")
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
@@ -28,7 +28,7 @@ def preview(
     """Draw the points that a protocol moves to, over the area that the device may reach."""
     picture = output or Path(f"{file.stem}-preview.png")
     if picture.suffix.lower() not in FORMATS:
-        say(f"-o {picture}: the picture is a .png, a .svg or a .pdf")
+        say(f"-o {picture}: the picture must be a .png, .svg or .pdf")
         raise typer.Exit(PROBLEMS)
     checked = checked_as_far_as(file, lab, bind, param)
     walk = Walk().follow(outlook(checked))
@@ -53,15 +53,15 @@ def _nothing(checked: Checked, walk: Walk) -> str:
         return "no device of this protocol moves in a plane: none has an action with an x and a y"
     device, path = next(iter(walk.paths.items()))
     if path.unknown:
-        return f"no point is known before the run: {device} goes where the run decides"
+        return f"no point is known before the run: the run decides where {device} goes"
     return f"no step moves {device} to an x and a y"
 
 
 def outside_text(path: Way) -> str:
-    """`gantry: 3 of 1,071 points lie outside x 0..4 mm, y 0..10 mm; the first is number 1,069 ...`."""
+    """`gantry: 3 of 1,071 points are outside x 0..4 mm, y 0..10 mm; the first is number 1,069 ...`."""
     outside = path.outside
     first = path.points[outside[0]]
-    verb = "lies" if len(outside) == 1 else "lie"
+    verb = "is" if len(outside) == 1 else "are"
     return (
         f"{path.plane.device}: {len(outside):,} of {count_of(len(path.points), 'point')} {verb} "
         f"outside {path.plane.area}; the first is number {outside[0] + 1:,}, "

@@ -1,4 +1,4 @@
-"""`labrun problem CODE`: what a problem means, why it is one, and how it is mended."""
+"""`labrun problem CODE`: what a problem means, why it is one, and how to fix it."""
 
 from typing import Annotated
 
@@ -15,13 +15,13 @@ NEAREST = 6
 
 
 def problem(codes: Codes = None) -> None:
-    """Print the manual's page of a problem; without a code, list all of them."""
-    from ..manual import all_codes, page, said_of, words
+    """Print the manual page of a problem; without a code, list all of them."""
+    from ..problems.manual import all_codes, page, said_of, words
 
     if not codes:
         for code, title in all_codes().items():
             print(f"{code}  {title}")
-        print("\n`labrun problem E204` says why it is a problem, and shows YAML that passes.")
+        print("\n`labrun problem E204` explains why it is a problem, and shows YAML that passes.")
         return
     unknown = False
     for index, code in enumerate(codes):
@@ -31,14 +31,14 @@ def problem(codes: Codes = None) -> None:
             unknown = True
             continue
         said = [words(one) for one in said_of(found, found.fails) if one.code == found.code]
-        parts = [found.text(), "What labrun says of it:", *("    " + line for line in said)]
+        parts = [found.text(), "What labrun reports:", *("    " + line for line in said)]
         print("\n\n" * bool(index) + "\n\n".join(parts).replace("\n   = ", "\n       = "))
     if unknown:
         raise typer.Exit(PROBLEMS)
 
 
 def _near(code: str, known: dict[str, str]) -> str:
-    """Codes that look like it, or whose titles speak of it."""
+    """Codes that look like it, or whose titles mention it."""
     wanted = code.strip().upper()
     family = [one for one in known if len(wanted) > 1 and one[:2] == wanted[:2]]
     same_number = [one for one in known if one[1:] == wanted[1:]]
@@ -48,4 +48,4 @@ def _near(code: str, known: dict[str, str]) -> str:
     if not near:
         return "`labrun problem` lists them all"
     shown = list(dict.fromkeys(near))[:NEAREST]
-    return "near it: " + listed(f"{one} ({known[one]})" for one in shown)
+    return "similar: " + listed(f"{one} ({known[one]})" for one in shown)

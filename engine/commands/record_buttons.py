@@ -1,6 +1,6 @@
 """`labrun record-buttons`: mark the analyser program's buttons, so that the driver finds them.
 
-At a terminal it asks for the corners of each button by the mouse; `--box` marks them for a script.
+At a terminal, the corners of each button are set with the mouse; `--box` is for scripts.
 """
 
 import sys
@@ -9,9 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from ..exit_status import FAILED, SUCCEEDED
-from .on_screen import Image, Title, picture_in, told_plainly
-from .options import WrongUsage, pairs, say
+from .options import WrongUsage, pairs
+from .screen_picture import Image, Title, picture_in, recorded, told_plainly
 
 Output = Annotated[
     Path, typer.Option("-o", "--output", metavar="FOLDER", help="The folder to record into.")
@@ -36,7 +35,7 @@ def record_buttons(
     output: Output = DEFAULT, box: Boxes = None, at: At = None, where: Where = None,
     image: Image = None, title: Title = None,
 ) -> None:  # fmt: skip
-    """Record buttons as pictures, and see at once that each is found again exactly once."""
+    """Record buttons as pictures, and check at once that each is found exactly once."""
     told_plainly(lambda: _record(output, box, at, where, image, title))
 
 
@@ -49,7 +48,7 @@ def _record(
     if not box:
         if image is not None or not sys.stdin.isatty():
             raise WrongUsage("mark buttons with --box NAME=X,Y,W,H, or run it at a terminal")
-        from .record_asked import record_asked
+        from .record_interactively import record_asked
 
         return record_asked(output, title)
     marked = Marked(
@@ -62,21 +61,6 @@ def _record(
     _check_names(marked)
     picture = picture_in(image) if image is not None else _screen()
     return recorded(output, picture, marked, title or "")
-
-
-def recorded(output: Path, picture: Any, marked: Any, title: str) -> int:
-    """Cut, look again, save what was found again; the exit status."""
-    from ...drivers.sciaps_gui.recording import cut, found_again, save
-
-    templates = cut(picture, marked)
-    wrong = found_again(picture, marked, templates)
-    for name, words in wrong.items():
-        say(f"{name} was not recorded: it would not be found again: {words}")
-    good = {name: template for name, template in templates.items() if name not in wrong}
-    if good:
-        save(output, good, marked, title, picture)
-        say(f"{output} holds {', '.join(good)}; `labrun find-buttons {output}` looks for them")
-    return FAILED if wrong else SUCCEEDED
 
 
 def _screen() -> Any:
@@ -100,7 +84,7 @@ def _places(where: list[str] | None) -> Any:
     places = pairs(where, "--where")
     for name, place in places.items():
         if place not in PLACES:
-            raise WrongUsage(f"--where {name}={place}: it is one of {', '.join(PLACES)}")
+            raise WrongUsage(f"--where {name}={place}: choose one of {', '.join(PLACES)}")
     return places
 
 
@@ -111,6 +95,6 @@ def _check_names(marked: Any) -> None:
     for name in marked.boxes:
         if place_of(name, marked) is None:
             raise WrongUsage(
-                f"--box {name}: the driver knows no such button (for one of your own steps say where it "
-                f"is to be seen: --where {name}=dialog){did_you_mean(name, KNOWN)}"
+                f"--box {name}: the driver knows no such button (for a step of your own, state where it "
+                f"appears: --where {name}=dialog){did_you_mean(name, KNOWN)}"
             )

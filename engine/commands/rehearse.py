@@ -1,4 +1,4 @@
-"""`labrun rehearse FILE`: hours of a protocol in seconds, with faults to order."""
+"""`labrun rehearse FILE`: hours of a protocol in seconds, with injected faults."""
 
 import json as jsonlib
 import sys
@@ -9,7 +9,7 @@ import typer
 
 from ..check import Checked
 from ..exit_status import FAILED, PROBLEMS, SUCCEEDED
-from .checked import checked_file
+from .checked_protocol import checked_file
 from .options import Bind, Lab, Params, WrongUsage, say
 from .run import File
 
@@ -18,11 +18,11 @@ Fail = Annotated[
     typer.Option(
         "--fail",
         metavar="ROLE.ACTION[.ERROR]:CHANCE",
-        help="Let an action fail so often: --fail libs.measure:0.05",
+        help="Make an action fail with this probability: --fail libs.measure:0.05",
     ),
 ]
-Seed = Annotated[int | None, typer.Option("--seed", help="Other luck for the faults.")]
-Json = Annotated[bool, typer.Option("--json", help="The figures as JSON.")]
+Seed = Annotated[int | None, typer.Option("--seed", help="Seed for the injected faults.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
 
 
 def rehearse(
@@ -34,7 +34,7 @@ def rehearse(
     seed: Seed = None,
     json: Json = False,
 ) -> None:
-    """Play the whole protocol with simulated devices on a virtual clock: how long, how far, what fails."""
+    """Play the whole protocol on simulated devices and a virtual clock: how long, how far, what fails."""
     checked = checked_file(file, lab, bind, param, json=json)
     raise typer.Exit(_rehearse(checked, fail or [], seed, json=json))
 
@@ -45,22 +45,22 @@ def _rehearse(checked: Checked, fail: list[str], seed: int | None, *, json: bool
 
     try:
         rehearsal = Rehearsal(checked, ordered(fail, checked), seed, _progress(json=json))
-        tally = rehearsal.play()
+        totals = rehearsal.play()
     except (NoRehearsal, WrongUsage) as fault:
         say(str(fault))
         return PROBLEMS
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr)
     if json:
-        typer.echo(jsonlib.dumps(tally.told(), indent=1))
+        typer.echo(jsonlib.dumps(totals.as_dict(), indent=1))
     else:
-        for line in lines(tally, rehearsal.real_s):
+        for line in lines(totals, rehearsal.real_s):
             typer.echo(line)
-    return SUCCEEDED if tally.fate == "succeeded" else FAILED
+    return SUCCEEDED if totals.fate == "succeeded" else FAILED
 
 
 def _progress(*, json: bool) -> Callable[[float, int], None]:
-    """A line that counts while a person watches; silence for everybody else."""
+    """A progress line at a terminal; nothing elsewhere."""
     from ..rehearse.table import duration
 
     if json or not sys.stderr.isatty():
@@ -88,7 +88,7 @@ def ordered(fail: list[str], checked: Checked) -> dict[str, dict[str, Any]]:
         except ValueError:
             raise WrongUsage(
                 f"--fail {text}: write --fail ROLE.ACTION:CHANCE or ROLE.ACTION.ERROR:CHANCE, "
-                "with a chance of 0 to 1"
+                "with a chance from 0 to 1"
             ) from None
         if role not in checked.roles:
             raise WrongUsage(f"--fail {text}: no role {role}; roles: {', '.join(checked.roles)}")

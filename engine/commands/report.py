@@ -9,8 +9,8 @@ from .resume import RunName
 
 def report(run: RunName, runs: Runs = RUNS) -> None:
     """(Re)make the report and the figures of a run."""
-    from ..reports import make_reports
-    from ..run_folder import FolderFault, find_run
+    from ..run.folder import FolderFault, find_run
+    from ..runner.reports import make_reports
 
     try:
         folder = find_run(runs, run)

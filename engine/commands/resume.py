@@ -1,4 +1,4 @@
-"""`labrun resume RUN`: go on after a stop or a crash, at the first unfinished action."""
+"""`labrun resume RUN`: continue after a stop or a crash, at the first unfinished action."""
 
 import json as jsonlib
 import sys
@@ -9,18 +9,20 @@ import typer
 
 from ..check import Checked, check_file
 from ..exit_status import PROBLEMS
-from ..print_problems import print_problems
+from ..problems.print import print_problems
 from .options import RUNS, Params, Runs, WrongUsage, pairs, say
-from .run import Answers, Json, Yes, live, watcher
+from .run import Answers, Json, Yes, run_to_end, watcher
 
 RunName = Annotated[
     str,
-    typer.Argument(metavar="RUN", help="A run's folder, its name, its last letters, or `last`."),
+    typer.Argument(metavar="RUN", help="A run's folder, its name, the end of its name, or `last`."),
 ]
 Changed = Annotated[
     Path | None,
     typer.Option(
-        "--changed", metavar="FILE", help="Go on with this protocol where finished work still fits."
+        "--changed",
+        metavar="FILE",
+        help="Resume with this protocol where finished work still fits.",
     ),
 ]
 
@@ -34,9 +36,9 @@ def resume(
     answer: Answers = None,
     json: Json = False,
 ) -> None:
-    """Go on with a run from its own folder: finished actions are not done again."""
-    from ..journal import JournalFault
-    from ..run_folder import FolderFault, FolderLock, find_run
+    """Resume a run from its own folder: finished actions are not done again."""
+    from ..journal.journal import JournalFault
+    from ..run.folder import FolderFault, FolderLock, find_run
 
     try:
         answers, params = pairs(answer, "--answer"), pairs(param, "-p")
@@ -61,19 +63,19 @@ def _go_on(
     answers: dict[str, str],
     json: bool,
 ) -> int:
-    from ..begin import Wishes, old_run
-    from ..history import read_history
-    from ..journal import read_records, reopen
-    from ..run_folder import check_hashes
-    from ..runner import run_life
-    from .changed import hold_against, keep_change, newest_copies
+    from ..journal.history import read_history
+    from ..journal.journal import read_records, reopen
+    from ..run.folder import check_hashes
+    from ..runner.begin import RunOptions, old_run
+    from ..runner.runner import run_session
+    from .changed_protocol import hold_against, keep_change, newest_copies
 
     records = list(read_records(folder / "journal.jsonl"))
     history = read_history(records)
     anew = changed is not None or bool(params)
     if history.finished is not None and history.finished.fate == "succeeded" and not anew:
         say(
-            f"{folder.name} has succeeded already: there is nothing to go on with. "
+            f"{folder.name} has already succeeded: there is nothing to resume. "
             "`labrun report` makes its report again; `labrun resume --changed FILE` adds to it."
         )
         return PROBLEMS
@@ -88,21 +90,21 @@ def _go_on(
         return PROBLEMS
     journal, records, torn = reopen(folder / "journal.jsonl")
     if torn:
-        say(f"the journal's last record was torn ({torn} bytes) and was cut off")
+        say(f"the journal's last record was incomplete ({torn} bytes) and was cut off")
     if anew:
         keep_change(folder, checked, given, journal, records, reopened)
         records = list(read_records(folder / "journal.jsonl"))
     history = read_history(records)
-    wishes = Wishes(yes=yes, answers=answers, watchers=[watcher(json)], live_figures=True)
-    the_run = old_run(folder, checked, wishes, journal, history, torn)
-    return live(run_life(the_run, checked, wishes, records))
+    options = RunOptions(yes=yes, answers=answers, watchers=[watcher(json)], live_figures=True)
+    the_run = old_run(folder, checked, options, journal, history, torn)
+    return run_to_end(run_session(the_run, checked, options, records))
 
 
 def check_copy(
     place: Path, changed: Path | None = None, params: dict[str, str] | None = None
 ) -> tuple[Checked, dict[str, str]]:
-    """Check the run's own copies, or a changed protocol in their stead; and the parameters given."""
-    from ..run_folder import ASKED, LAB, FolderFault, protocol_file
+    """Check the run's own copies, or a changed protocol instead; and the parameters given."""
+    from ..run.folder import ASKED, LAB, FolderFault, protocol_file
 
     try:
         asked = jsonlib.loads((place / ASKED).read_text(encoding="utf-8"))

@@ -10,17 +10,17 @@ import typer
 
 from ..check import Checked
 from ..exit_status import CTRL_C, FAILED, NOT_REACHED, SUCCEEDED
-from .checked import checked_file, told
+from .checked_protocol import checked_file, name_values
 from .options import RUNS, Bind, Lab, Params, Runs, say
 
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 Yes = Annotated[bool, typer.Option("--yes", "-y", help="Answer every `confirm` with yes.")]
-GO_ON = "Devices are safe. When there is room again, `labrun resume last` goes on with the run."
+GO_ON = "Devices are safe. When there is space again, `labrun resume last` continues the run."
 Answers = Annotated[
     list[str] | None,
-    typer.Option("--answer", metavar="ID=CHOICE", help="Answer a question beforehand."),
+    typer.Option("--answer", metavar="ID=CHOICE", help="Answer a question in advance."),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Tell what happens as lines of JSON.")]
+Json = Annotated[bool, typer.Option("--json", help="Report events as lines of JSON.")]
 
 
 def run(
@@ -34,9 +34,9 @@ def run(
     json: Json = False,
 ) -> None:
     """Check a protocol, run it, and leave a folder with everything that happened."""
-    answers = told(answer, "--answer")
+    answers = name_values(answer, "--answer")
     checked = checked_file(file, lab, bind, param, json=json)
-    given = told(param, "-p")
+    given = name_values(param, "-p")
     raise typer.Exit(start(checked, runs, given=given, yes=yes, answers=answers, json=json))
 
 
@@ -49,39 +49,41 @@ def start(
     answers: dict[str, str] | None = None,
     json: bool = False,
 ) -> int:
-    """Make the run's folder and live the run; returns the exit status."""
-    from ..begin import Wishes, new_run
-    from ..journal import JournalFault
-    from ..run_folder import FolderFault, FolderLock, new_run_folder
-    from ..runner import run_life
+    """Make the run's folder and run the protocol; returns the exit status."""
+    from ..journal.journal import JournalFault
+    from ..run.folder import FolderFault, FolderLock, new_run_folder
+    from ..runner.begin import RunOptions, new_run
+    from ..runner.runner import run_session
 
     assert checked.protocol is not None
     folder = None
     try:
         folder = new_run_folder(runs, checked.protocol.name)
         keep(folder, checked, given or {})
-        wishes = Wishes(yes=yes, answers=answers or {}, watchers=[watcher(json)], live_figures=True)
+        options = RunOptions(
+            yes=yes, answers=answers or {}, watchers=[watcher(json)], live_figures=True
+        )
         lock = FolderLock(folder)
         lock.take()
-        the_run = new_run(folder, checked, wishes)
+        the_run = new_run(folder, checked, options)
     except (FolderFault, JournalFault, OSError) as fault:
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)
         say(str(fault))
         return FAILED
     try:
-        return live(run_life(the_run, checked, wishes))
+        return run_to_end(run_session(the_run, checked, options))
     finally:
         lock.release()
 
 
-def live(life) -> int:
-    """Run one life of an engine; its ending as an exit status."""
-    from ..connect import NotReached
-    from ..journal import JournalFault
+def run_to_end(session) -> int:
+    """Run one engine session; returns its ending as an exit status."""
+    from ..dispatch.connect import NotReached
+    from ..journal.journal import JournalFault
 
     try:
-        ending = asyncio.run(life)
+        ending = asyncio.run(session)
     except JournalFault as fault:
         say(f"{fault}. Nothing was sent.")
         return FAILED
@@ -97,18 +99,18 @@ def live(life) -> int:
 
 
 def watcher(json: bool):
-    """How this terminal is told: JSON lines, a live picture, or plain lines."""
+    """How progress is shown here: JSON lines, a live display, or plain lines."""
 
     def watch(run, control):
         if json:
-            from ..watch.json_lines import JsonWatch
+            from ..progress.json_lines import JsonWatch
 
             return JsonWatch()
         if sys.stdout.isatty() and sys.stdin.isatty():
-            from ..watch.rich_terminal import RichWatch
+            from ..progress.rich_terminal import RichWatch
 
             return RichWatch(run, control)
-        from ..watch.plain import PlainWatch
+        from ..progress.plain import PlainWatch
 
         return PlainWatch()
 
@@ -116,9 +118,9 @@ def watcher(json: bool):
 
 
 def keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
-    """Copy what the run goes by into its folder."""
-    from ..run_folder import keep_inputs, protocol_file
-    from ..used_copies import keep_used
+    """Copy what the run uses into its folder."""
+    from ..run.copies import keep_used
+    from ..run.folder import keep_inputs, protocol_file
 
     assert checked.source is not None and checked.lab is not None and checked.survey is not None
     lab = checked.lab

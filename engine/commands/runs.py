@@ -8,12 +8,12 @@ import typer
 
 from .options import RUNS, Runs
 
-Json = Annotated[bool, typer.Option("--json", help="A list of objects, for programs.")]
+Json = Annotated[bool, typer.Option("--json", help="Print a JSON list of objects.")]
 
 
 def runs(runs: Runs = RUNS, json: Json = False) -> None:
     """List the runs, oldest first."""
-    from ..run_folder import all_runs
+    from ..run.folder import all_runs
 
     rows = [row(folder) for folder in all_runs(runs)]
     if json:
@@ -31,22 +31,22 @@ def _more(line: dict[str, Any]) -> str:
 
 
 def row(folder: Path) -> dict[str, Any]:
-    """One run in a line: its fate is `interrupted` where its engine went without a last word."""
-    from ..history import read_history
-    from ..journal import JournalFault, read_records
-    from ..run_folder import is_live
+    """One run as a row; its fate is `interrupted` if its engine vanished without recording an end."""
+    from ..journal.history import read_history
+    from ..journal.journal import JournalFault, read_records
+    from ..run.folder import is_live
 
-    told = {"run": folder.name, "protocol": "", "fate": "", "reason": "", "done": 0}
+    row = {"run": folder.name, "protocol": "", "fate": "", "reason": "", "done": 0}
     try:
         history = read_history(list(read_records(folder / "journal.jsonl")))
     except JournalFault as fault:
-        return {**told, "fate": "unreadable", "reason": str(fault)}
-    done = sum(counts.total for counts in history.counts.values())
+        return {**row, "fate": "unreadable", "reason": str(fault)}
+    done = sum(len(fates) for fates in history.past.iterations.values())
     protocol = history.started.protocol if history.started else ""
-    told.update(protocol=protocol, done=done)
+    row.update(protocol=protocol, done=done)
     if is_live(folder):
-        return {**told, "fate": "running"}
+        return {**row, "fate": "running"}
     if history.finished is None:
-        reason = f"go on with `labrun resume {folder.name}`"
-        return {**told, "fate": "interrupted", "reason": reason}
-    return {**told, "fate": history.finished.fate, "reason": history.finished.reason}
+        reason = f"continue with `labrun resume {folder.name}`"
+        return {**row, "fate": "interrupted", "reason": reason}
+    return {**row, "fate": history.finished.fate, "reason": history.finished.reason}

@@ -1,4 +1,4 @@
-"""`labrun schema`: a JSON Schema for this lab, from which editors complete and check protocols."""
+"""`labrun schema`: a JSON Schema for this lab, with which editors complete and check protocols."""
 
 import sys
 from pathlib import Path
@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 from ..exit_status import PROBLEMS
-from ..lab import load_lab
-from ..print_problems import print_problems
+from ..lab.lab import load_lab
+from ..problems.print import print_problems
 from .options import Lab, say
 
 Output = Annotated[
@@ -37,5 +37,5 @@ def schema(lab: Lab = None, output: Output = None) -> None:
         say(f"{output} cannot be written: {fault.strerror}; name another file with -o")
         raise typer.Exit(PROBLEMS) from None
     there = output.as_posix() if output.is_absolute() else f"./{output.as_posix()}"
-    say(f"{output} written; begin a protocol in this folder with the line")
+    say(f"{output} written; start a protocol in this folder with this line:")
     typer.echo(f"# yaml-language-server: $schema={there}", err=True)

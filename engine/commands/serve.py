@@ -2,20 +2,20 @@
 
 import asyncio
 import os
-import signal
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ...system import WINDOWS
+from ...system.signals import until_end
 from ..exit_status import NOT_REACHED, PROBLEMS, SUCCEEDED
-from ..lab import LoadedLab, load_lab
+from ..lab.lab import LoadedLab, load_lab
 from .options import say
 
 FIRST_PORT = 4101
 ORPHAN_S = 60.0
-"""Calm for so long, a server ends where this command was killed; Windows does not tell that."""
+"""Idle for this long, a server ends if this command was killed; Windows does not report that."""
 
 
 def serve(
@@ -23,32 +23,35 @@ def serve(
         Path | None, typer.Argument(help="The lab file; without it the simulated lab.")
     ] = None,
     devices: Annotated[
-        list[str] | None, typer.Argument(help="Which of its devices; all with a driver if none.")
+        list[str] | None, typer.Argument(help="Which of its devices; default: all with a driver.")
     ] = None,
     host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="The port of the first device.")] = FIRST_PORT,
-    token: Annotated[str | None, typer.Option(help="Wanted from every client.")] = None,
-    folder: Annotated[Path, typer.Option(help="For ledgers and logs.")] = Path(".labrun/servers"),
+    token: Annotated[str | None, typer.Option(help="Token that every client must send.")] = None,
+    folder: Annotated[Path, typer.Option(help="Folder for ledgers and logs.")] = Path(
+        ".labrun/servers"
+    ),
     one: Annotated[bool, typer.Option("--one", help="One server for all the devices.")] = False,
 ) -> None:
-    """Serve a lab's devices until Ctrl-C; each is in its safe state then."""
+    """Serve a lab's devices until Ctrl-C, then bring each to its safe state."""
     if lab is not None and not lab.exists() and lab.suffix not in (".yaml", ".yml", ".json"):
         devices, lab = [str(lab), *(devices or [])], None
     loaded, problems = load_lab(lab)
     if loaded is None or problems:
-        from ..print_problems import print_problems
+        from ..problems.print import print_problems
 
         print_problems(problems, format="text")
         if loaded is None or any(problem.severity == "error" for problem in problems):
             raise typer.Exit(PROBLEMS)
-    raise typer.Exit(asyncio.run(_serve(_configs(loaded, devices, folder, host, port, token, one))))
+    configs = _configs(loaded, devices, folder, host, port, token, one)
+    raise typer.Exit(asyncio.run(_serve(configs, loaded.lab.start_timeout_s)))
 
 
 def _configs(
     lab: LoadedLab, names: list[str] | None, folder: Path, host: str, port: int,
     token: str | None, one: bool,
 ) -> list[dict]:  # fmt: skip
-    from ..connect import server_config
+    from ..dispatch.connect import server_config
 
     ours = {n: d for n, d in lab.lab.devices.items() if d.driver is not None}
     unknown = [name for name in names or [] if name not in ours]
@@ -64,26 +67,23 @@ def _configs(
         fixed = next(iter(group.values())).port
         config.update(
             host=host, port=fixed or port + index, token=token,
-            owner_pid=os.getpid(), idle_exit_s=None if sys.platform == "win32" else ORPHAN_S,
+            owner_pid=os.getpid(), idle_exit_s=None if WINDOWS else ORPHAN_S,
         )  # fmt: skip
         configs.append(config)
     return configs
 
 
-async def _serve(configs: list[dict]) -> int:
-    from ...drivers.launch import RunningServer, ServerFailed, start_server
+async def _serve(configs: list[dict], timeout_s: float) -> int:
+    from ...drivers.client.launch import RunningServer, ServerFailed, start_server
 
-    loop = asyncio.get_running_loop()
-    over = asyncio.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, over.set)
+    over = until_end()
     servers: list[RunningServer] = []
     try:
         for config in configs:
-            server = await start_server(config, Path(config["folder"]))
+            server = await start_server(config, Path(config["folder"]), timeout_s=timeout_s)
             servers.append(server)
             typer.echo(f"{', '.join(config['devices'])} at {server.url}")
-        typer.echo("serving; Ctrl-C ends it and leaves the devices safe")
+        typer.echo("serving; Ctrl-C stops and leaves the devices safe")
         await over.wait()
         return SUCCEEDED
     except ServerFailed as fault:

@@ -1,4 +1,4 @@
-"""`labrun torture FILE`: kill it in every way, and hold what happened against the promise."""
+"""`labrun torture FILE`: kill it in every way, and compare what happened with the promise."""
 
 import asyncio
 import shutil
@@ -8,27 +8,28 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ...system import WINDOWS
 from ..check import Checked
 from ..exit_status import FAILED, PROBLEMS
-from .checked import checked_file, told
+from .checked_protocol import checked_file, name_values
 from .options import RUNS, Lab, Params, Runs, say
 from .run import File
 
 if TYPE_CHECKING:
-    from ..torture.toll import Toll
+    from ..torture.report import Report
     from ..torture.verdict import Breach
 
 SHOWN = 20
 ALIKE = 3
-"""So many breaches of one line of the promise in one run are told; the rest are counted."""
+"""At most this many breaches of a line of the promise are shown per run; the rest are counted."""
 
 Kills = Annotated[
     int | None,
-    typer.Option("--kills", min=1, help="So many blows; without it one at each journal write."),
+    typer.Option("--kills", min=1, help="Number of kills; default: one at each journal write."),
 ]
-Seed = Annotated[int, typer.Option("--seed", help="The same seed plans the same blows.")]
+Seed = Annotated[int, typer.Option("--seed", help="The same seed plans the same kills.")]
 Wires = Annotated[
-    bool, typer.Option("--wires/--no-wires", help="Every second run also over a bad network.")
+    bool, typer.Option("--wires/--no-wires", help="Every second run also uses a bad network.")
 ]
 Keep = Annotated[bool, typer.Option("--keep", help="Keep the folders of runs without a breach.")]
 
@@ -43,16 +44,22 @@ def torture(
     wires: Wires = True,
     keep: Keep = False,
 ) -> None:
-    """Run a protocol on simulated devices, kill engine and servers, resume, and compare."""
+    """Run a protocol on simulated devices, kill the engine and servers, resume, and compare."""
+    if WINDOWS:
+        say(
+            "torture needs SIGKILL, which Windows does not have. Run it on Linux or macOS, or in WSL; "
+            "`labrun rehearse FILE --fail ROLE.ACTION:0.05` injects faults here."
+        )
+        raise typer.Exit(PROBLEMS)
     checked = checked_file(file, lab, None, param)
     assert checked.lab is not None
     if not checked.lab.lab.simulated:
         say(
             f"{checked.lab.lab.name} is not a simulated lab: torture kills devices in mid-action. "
-            "Leave --lab away, or name a lab that says `simulated: true`."
+            "Leave out --lab, or name a lab with `simulated: true`."
         )
         raise typer.Exit(PROBLEMS)
-    given = told(param, "-p")
+    given = name_values(param, "-p")
     options = [part for name, value in given.items() for part in ("-p", f"{name}={value}")]
     raise typer.Exit(_torture(checked, options, runs, kills, seed, wires=wires, keep=keep))
 
@@ -61,7 +68,7 @@ def _torture(
     checked: Checked, options: list[str], runs: Path, kills: int | None, seed: int, *,
     wires: bool, keep: bool,
 ) -> int:  # fmt: skip
-    from ..run_folder import FolderFault, new_run_folder
+    from ..run.folder import FolderFault, new_run_folder
     from ..torture.torture import NothingToTorture, Torture
 
     try:
@@ -74,26 +81,26 @@ def _torture(
     try:
         asyncio.run(plan.at_random(kills) if kills else plan.at_every_boundary())
     except KeyboardInterrupt:
-        say("stopped: the table is of the runs that are over")
+        say("stopped: the table shows the finished runs")
     except NothingToTorture as fault:
         say(str(fault))
         shutil.rmtree(folder, ignore_errors=True)
         return FAILED
-    _tell(plan.toll)
-    if plan.toll.breaches:
+    _tell(plan.report)
+    if plan.report.breaches:
         typer.echo(f"The folders of these runs are kept in {folder}.")
     elif not keep:
         shutil.rmtree(folder, ignore_errors=True)
-    return FAILED if plan.toll.breaches else 0
+    return FAILED if plan.report.breaches else 0
 
 
-def _tell(toll: "Toll") -> None:
-    typer.echo(toll.table())
-    shown = first_of_each(toll.breaches)[:SHOWN]
+def _tell(report: "Report") -> None:
+    typer.echo(report.table())
+    shown = first_of_each(report.breaches)[:SHOWN]
     for breach in shown:
         typer.echo(f"broken: {breach.run}: {breach.text}")
-    if len(toll.breaches) > len(shown):
-        typer.echo(f"and {len(toll.breaches) - len(shown)} more")
+    if len(report.breaches) > len(shown):
+        typer.echo(f"and {len(report.breaches) - len(shown)} more")
 
 
 def first_of_each(breaches: "list[Breach]") -> "list[Breach]":

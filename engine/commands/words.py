@@ -7,7 +7,7 @@ import typer
 
 from ..exit_status import PROBLEMS
 from ..views.words.page import as_markdown, as_text, page
-from .checked import checked_file
+from .checked_protocol import checked_file
 from .options import Bind, Lab, Params, say
 
 LAYOUTS = {"text": as_text, "markdown": as_markdown}
@@ -18,7 +18,7 @@ Format = Annotated[str, typer.Option("--format", help="text or markdown.")]
 def words(
     file: File, format: Format = "text", lab: Lab = None, bind: Bind = None, param: Params = None
 ) -> None:
-    """Say a protocol in sentences, as a methods section would."""
+    """Describe a protocol in sentences, as a methods section would."""
     if format not in LAYOUTS:
         say(f"--format {format}: choose text or markdown")
         raise typer.Exit(PROBLEMS)

@@ -17,11 +17,11 @@ KNOWN = {
     "maxItems", "uniqueItems", "properties", "required", "additionalProperties", "minProperties",
     "maxProperties", "dependentRequired",
 }  # fmt: skip
-"""A parameter that says more than this (`$ref`, `oneOf`, ...) is left to `labrun check`."""
+"""A parameter with any other keyword (`$ref`, `oneOf`, ...) is left to `labrun check`."""
 
 
 def with_shape(label: str, action: Action, limits: Mapping[str, Limit]) -> Shape:
-    """Everything that an action may and must be given."""
+    """All parameters of an action, optional and required."""
     params = action.param_schemas()
     shape: Shape = {
         "type": "object",
@@ -34,12 +34,12 @@ def with_shape(label: str, action: Action, limits: Mapping[str, Limit]) -> Shape
 
 
 def is_needed(action: Action) -> bool:
-    """True where the action cannot do without a `with`."""
+    """True if the action requires a `with`."""
     return bool(action.required()) or action.params.get("minProperties", 0) > 0
 
 
 def argument(said: Any, limit: Limit | None = None) -> Shape:
-    """One parameter: what its contract says, narrowed by the bench; or an expression."""
+    """One parameter: its contract's schema, narrowed by the bench; or an expression."""
     if not isinstance(said, Mapping):
         return {}
     described = {"description": _describe(said, limit)}
@@ -79,7 +79,7 @@ def _example(said: Mapping[str, Any], limit: Limit | None) -> str:
 
 
 def _text_or_choice(said: Mapping[str, Any]) -> Shape:
-    """Left as it is, for an expression is a text; with choices or forms, either is good."""
+    """Unchanged, since an expression is text; with choices or forms, either is accepted."""
     kept = {key: value for key, value in said.items() if key not in ("unit", "description")}
     if set(kept) <= {"type", "format", "summary", "title", "default", "examples"}:
         return kept
@@ -98,7 +98,7 @@ def _other(said: Mapping[str, Any], limit: Limit | None, kinds: list[str]) -> Sh
         kept["properties"] = {name: argument(inner) for name, inner in kept["properties"].items()}
     if isinstance(kept.get("additionalProperties"), Mapping):
         kept["additionalProperties"] = argument(kept["additionalProperties"])
-    says = f"This wants {wants(said)} or ${{{{ ... }}}}."
+    says = f"Expected {wants(said)} or ${{{{ ... }}}}."
     return {
         **kept, **_bounds(said, limit),
         "type": [*kinds, "string"], "pattern": COMPUTED, "patternErrorMessage": says,
@@ -114,6 +114,6 @@ def _describe(said: Mapping[str, Any], limit: Limit | None) -> str:
     if said.get("format") == "path":
         form += ", the name of a file in the run's folder"
     if "default" in said:
-        form += f"; {said['default']} where it is left out"
+        form += f"; {said['default']} if omitted"
     parts = [part.rstrip(".") for part in (words, form) if part]
     return f"{'. '.join(part[0].upper() + part[1:] for part in parts)}." if parts else ""

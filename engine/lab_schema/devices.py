@@ -1,24 +1,24 @@
-"""The shape of `devices`: the lab's own devices are completed as roles, with their contracts."""
+"""The shape of `devices`: the lab's devices are suggested as roles, with their contracts."""
 
 from ...schemas.contract import Contract
-from ..lab import LoadedLab
+from ..lab.lab import LoadedLab
 from .models import NAME
 from .values import Shape, names
 
 
 def kept_contracts(lab: LoadedLab) -> dict[str, Contract]:
-    """Contract type -> contract, for those that a device of this lab keeps."""
+    """Contract type -> contract, for those that a device of this lab has."""
     types = dict.fromkeys(device.contract for device in lab.lab.devices.values())
     return {name: lab.contracts[name] for name in types}
 
 
 def devices_shape(lab: LoadedLab) -> Shape:
-    """Role -> contract; any name is good, any contract that a device of this lab keeps."""
+    """Role -> contract; any name is accepted, and any contract of a device in this lab."""
     contracts = kept_contracts(lab)
     each: Shape = {
         "enum": list(contracts),
         "enumDescriptions": [contract.summary for contract in contracts.values()],
-        "errorMessage": f"No device of this lab keeps that contract; they keep {', '.join(contracts)}.",
+        "errorMessage": f"No device of this lab has that contract; they have {', '.join(contracts)}.",
     }
     shape = names(NAME, 60, each)
     shape["properties"] = {

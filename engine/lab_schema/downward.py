@@ -1,4 +1,4 @@
-"""Shapes that go down from the top of a protocol into all of its steps."""
+"""Shapes that apply from the top of a protocol down to all of its steps."""
 
 from ...schemas.protocol import STEP_LISTS
 from .values import Shape
@@ -12,10 +12,10 @@ def everywhere(name: str) -> Shape:
 
 
 def down(name: str, do: Shape, *rules: Shape) -> dict[str, Shape]:
-    """Shapes that go down into all steps; `do` is what they say of the action there.
+    """Shapes that apply down to all steps; `do` is the shape of the action there.
 
-    A list and a step are two shapes, since editors follow `items` without looking where it ends;
-    and an empty step is left alone, or the editor would take it for a whole one and complete nothing.
+    A list and a step are two shapes, since editors follow `items` without checking where it ends;
+    an empty step is skipped, or the editor would take it for a complete one and suggest nothing.
     """
     inner, listed = {"$ref": f"#/$defs/{name}"}, {"$ref": f"#/$defs/{name}-list"}
     alternative = {"if": {"type": "array"}, "then": listed, "else": inner}
@@ -32,7 +32,7 @@ def down(name: str, do: Shape, *rules: Shape) -> dict[str, Shape]:
 
 
 def given(test: Shape, title: str, shape: str, *, needed: bool) -> Shape:
-    """Where `do` is this action, `with` is so."""
+    """The shape of `with` where `do` is this action."""
     then: Shape = {"title": title, "properties": {"with": {"$ref": f"#/$defs/{shape}"}}}
     if needed:
         then["required"] = ["with"]

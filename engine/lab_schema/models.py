@@ -1,7 +1,7 @@
-"""Closed shapes from the models of a protocol: their keys, forms and choices, with words.
+"""Closed shapes from the models of a protocol: their keys, forms and choices, with descriptions.
 
-The keys and forms come from the models themselves, so a key that is added there is here at once.
-What pydantic cannot know (what may be computed, which text is a time) is said by `VALUES`.
+The keys and forms come from the models themselves, so a key added there appears here at once.
+What pydantic cannot know (what may be computed, which text is a time) is in `VALUES`.
 """
 
 from functools import cache
@@ -26,7 +26,7 @@ def _retry() -> Shape:
         **inner,
         "type": ["integer", "object"],
         "minimum": 1,
-        "errorMessage": "This wants a whole number from 1, or {attempts: 3, wait: 1 s}.",
+        "errorMessage": "Expected a whole number from 1, or {attempts: 3, wait: 1 s}.",
     }
 
 
@@ -55,7 +55,7 @@ VALUES: dict[str, Any] = {
 
 
 def closed(model: type[BaseModel]) -> Shape:
-    """A model as an object that has its keys and no others."""
+    """A model as an object with its keys and no others."""
     raw = _raw(model)
     return {
         "type": "object",
@@ -73,7 +73,7 @@ def _raw(model: type[BaseModel]) -> dict[str, Any]:
 
 @cache
 def _all_models() -> dict[str, dict[str, Any]]:
-    """Made once: pydantic takes a tenth of a second for every model that holds steps."""
+    """Made once: pydantic takes a tenth of a second for every model that contains steps."""
     made = model_json_schema(Protocol, by_alias=True)
     return {**made["$defs"], "Protocol": made}
 
@@ -88,7 +88,7 @@ def _key(model: type[BaseModel], key: str, said: dict[str, Any]) -> Shape:
 
 
 def plain(said: dict[str, Any]) -> Shape:
-    """What pydantic says of a field, without its noise; an absent value is not written as null."""
+    """Pydantic's schema of a field, without its noise; an absent value is not written as null."""
     if "anyOf" in said:
         branches = [branch for branch in said["anyOf"] if branch != {"type": "null"}]
         if len(branches) == 1:
@@ -104,5 +104,5 @@ def plain(said: dict[str, Any]) -> Shape:
     if "items" in kept:
         kept["items"] = plain(kept["items"])
     if kept.get("pattern") in FORMS:
-        kept["patternErrorMessage"] = f"This wants {FORMS[kept['pattern']]}."
+        kept["patternErrorMessage"] = f"Expected {FORMS[kept['pattern']]}."
     return kept

@@ -1,4 +1,4 @@
-"""The shape of a declared parameter: a quantity has a unit, and its values are of its type."""
+"""The shape of a declared parameter: a quantity has a unit, and values match the type."""
 
 from ...schemas.protocol import Param
 from .models import closed

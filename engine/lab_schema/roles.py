@@ -1,15 +1,15 @@
-"""What a lab adds to the language: its devices, their actions and what each is to be given.
+"""What a lab adds to the language: its devices, their actions and the parameters of each.
 
-The roles are named by the protocol, so a lab can only speak of roles that bear a device's name.
-For each of its devices one shape goes down into all steps: the right actions where the protocol
-declares the role so, none where it does not. They are chosen at the top of the file, by what
-stands under `devices`.
+The protocol names the roles, so a lab only knows roles with a device's name. For each of its
+devices one shape applies to all steps: its actions where the protocol declares the role with the
+same contract, none where it does not. The shapes are chosen at the top of the file, by the entries
+under `devices`.
 """
 
 from collections import Counter
 
 from ...schemas.contract import Contract
-from ..lab import LoadedLab
+from ..lab.lab import LoadedLab
 from .arguments import is_needed, with_shape
 from .devices import devices_shape, kept_contracts
 from .downward import down, everywhere, given
@@ -29,7 +29,7 @@ def role_shapes(lab: LoadedLab) -> dict[str, Shape]:
 
 
 def role_rules(lab: LoadedLab) -> list[Shape]:
-    """Which of these hold, by what stands under `devices`."""
+    """Which of these shapes apply, by the entries under `devices`."""
     rules: list[Shape] = []
     for name, device in lab.lab.devices.items():
         so = {"properties": {name: {"const": device.contract}}, "required": [name]}
@@ -92,7 +92,7 @@ def _only_known(lab: LoadedLab) -> dict[str, Shape]:
 
 
 def _other_names(lab: LoadedLab) -> dict[str, Shape]:
-    """Roles that no device is named after: any action of the lab, judged where only one has it."""
+    """Roles not named after a device: any action of the lab, checked if only one contract has it."""
     contracts = kept_contracts(lab)
     count = Counter(name for contract in contracts.values() for name in contract.actions)
     other = f"^(?!(?:{'|'.join(lab.lab.devices)})\\.)"

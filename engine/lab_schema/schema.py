@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from ...schemas.protocol import Protocol
-from ..lab import LoadedLab
+from ..lab.lab import LoadedLab
 from .devices import kept_contracts
 from .models import closed
 from .params import param_shape
@@ -27,7 +27,7 @@ def lab_schema(lab: LoadedLab) -> dict[str, Any]:
 
 
 def schema_text(lab: LoadedLab) -> str:
-    """The schema as it stands in a file; the same lab gives the same text."""
+    """The schema as file text; the same lab gives the same text."""
     return json.dumps(lab_schema(lab), indent=1, ensure_ascii=False) + "\n"
 
 

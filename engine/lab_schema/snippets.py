@@ -1,12 +1,12 @@
-"""Steps to begin with, for editors that know `defaultSnippets`; validators pass over them."""
+"""Sample steps for editors that support `defaultSnippets`; validators ignore them."""
 
 from typing import Any
 
-# An editor reads `$` as a place to fill in, so the one that opens an expression is escaped.
+# An editor reads `$` as a placeholder, so the one that opens an expression is escaped.
 SNIPPETS: list[dict[str, Any]] = [
     {
         "label": "foreach over a grid",
-        "description": "The same steps at every point of a grid, with one row of data.csv each.",
+        "description": "The same steps at every point of a grid, each with one row in data.csv.",
         "body": {
             "foreach": {
                 "point": "\\${{ grid(x=span(0, ${1:4}, ${2:0.2}), y=span(0, ${3:10}, ${2:0.2})) }}"
@@ -18,7 +18,7 @@ SNIPPETS: list[dict[str, Any]] = [
     },
     {
         "label": "do with retry and fallback",
-        "description": "An action that is tried again, and then a person is asked.",
+        "description": "An action that is retried; if it still fails, a person is asked.",
         "body": {
             "do": "${1:role.action}",
             "retry": {"attempts": 3, "wait": "${2:1 s}"},

@@ -1,8 +1,8 @@
-"""The shape of a step: the kind that its keyword says, closed.
+"""The shape of a step: the kind given by its keyword, closed.
 
-One `if` a kind instead of a list of alternatives: a fault then points into the kind that was
-meant, and an editor completes the keys of that kind only. A step that holds a keyword of two
-kinds is judged as the first, in the order of the models.
+One `if` per kind instead of a list of alternatives: a fault then points into the kind that was
+meant, and an editor completes the keys of that kind only. A step with the keywords of two kinds
+is checked as the first, in the order of the models.
 """
 
 from ...schemas.contract import RESERVED_ERRORS
@@ -17,7 +17,7 @@ KEYWORDS = [kind.KIND for kind in STEP_KINDS]
 
 
 def step_shapes(errors: dict[str, str]) -> dict[str, Shape]:
-    """Name -> shape of everything that steps are made of; `errors` are names for `retry: {on}`."""
+    """Name -> shape of every part of a step; `errors` are names for `retry: {on}`."""
     shapes: dict[str, Shape] = {
         "step": _step(),
         "step-without-keyword": _without_keyword(),
@@ -30,7 +30,7 @@ def step_shapes(errors: dict[str, str]) -> dict[str, Shape]:
 
 
 def _kind(kind: type[StepBase]) -> Shape:
-    """One kind of step; what any step may say stands once for all of them."""
+    """One kind of step; keys of any step are defined once for all kinds."""
     shape = closed(kind)
     return {"title": kind.KIND, **shape, "properties": {**shape["properties"], **_anywhere()}}
 
@@ -58,7 +58,7 @@ def _step() -> Shape:
 
 
 def _without_keyword() -> Shape:
-    """What is completed where a step begins, and what is said where its keyword is missing."""
+    """What is suggested where a step begins, and the message for a missing keyword."""
     says = f"A step has one keyword that says what it does: {', '.join(KEYWORDS)}."
     shown = {kind.KIND: closed(kind)["properties"][kind.KIND] for kind in STEP_KINDS}
     return {
@@ -73,14 +73,14 @@ def _without_keyword() -> Shape:
 
 
 def _alternative() -> Shape:
-    """One alternative of a `fallback`; an `ask` there knows three answers."""
+    """One alternative of a `fallback`; an `ask` there has three choices."""
     choices = {
         "type": "array",
         "minItems": 1,
         "items": {
             "enum": list(CHOICES),
             "enumDescriptions": [
-                "the step once more", "leave this iteration out", "the step has failed",
+                "run the step again", "skip this iteration", "the step has failed",
             ],
         },
     }  # fmt: skip
@@ -93,8 +93,8 @@ def _alternative() -> Shape:
 
 
 def _error_name(errors: dict[str, str]) -> Shape:
-    """Known names are completed; whether this action ends with one of them, `labrun check` says."""
-    known = {**dict.fromkeys(RESERVED_ERRORS, "every action may end so"), **errors}
+    """Known names are suggested; `labrun check` checks whether this action declares them."""
+    known = {**dict.fromkeys(RESERVED_ERRORS, "any action may end with this error"), **errors}
     return {
         "type": "string",
         "anyOf": [

@@ -1,7 +1,7 @@
 """Shapes of the values that a protocol computes or writes with a unit.
 
-Every shape is flat: `minimum` is only for numbers and `pattern` only for texts, so that one
-schema holds both and a fault points at the value itself instead of at a list of alternatives.
+Every shape is flat: `minimum` applies only to numbers and `pattern` only to texts, so one schema
+covers both and a fault points at the value itself instead of at a list of alternatives.
 """
 
 import re
@@ -21,11 +21,11 @@ COMMON_UNITS = (
     "Hz", "kHz", "MHz", "J", "mJ", "N", "deg", "rad", "mol", "mmol",
     "mm/s", "mm/min", "m/s", "mL/min", "uL/s", "mm**2", "mm^2",
 )  # fmt: skip
-"""Units that people write; one of another dimension is refused, an unusual one is let pass."""
+"""Common units; one of another dimension is rejected, an unusual one is accepted."""
 
 
 def quantity_pattern(unit: str | None) -> str:
-    """What a text with a unit looks like; not in one of the common units of another dimension."""
+    """The pattern of text with a unit; common units of another dimension are excluded."""
     wrong = [re.escape(other) for other in COMMON_UNITS if unit and not _fits(other, unit)]
     refused = f"(?!{NUMBER}(?:{'|'.join(wrong)})\\s*$)" if wrong else ""
     return f"^{refused}{QUANTITY.pattern.removeprefix('^')}"
@@ -39,29 +39,29 @@ def _fits(unit: str, other: str) -> bool:
 
 
 def quantity(unit: str | None, says: str, *, computed: bool = True, **more: Any) -> Shape:
-    """A number in the wanted unit, or a text with a unit, or (`computed`) an expression."""
+    """A number in the expected unit, or text with a unit, or (`computed`) an expression."""
     pattern = quantity_pattern(unit)
     expression = " or ${{ ... }}" if computed else ""
     return {
         "type": ["number", "string"],
         "pattern": f"(?:{pattern})|{COMPUTED}" if computed else pattern,
-        "patternErrorMessage": f"This wants {says}{expression}.",
+        "patternErrorMessage": f"Expected {says}{expression}.",
         **more,
     }
 
 
 def computed(*types: str, says: str, **more: Any) -> Shape:
-    """A value of these types, or an expression; any other text is refused."""
+    """A value of these types, or an expression; any other text is rejected."""
     return {
         "type": [*types, "string"],
         "pattern": COMPUTED,
-        "patternErrorMessage": f"This wants {says} or ${{{{ ... }}}}.",
+        "patternErrorMessage": f"Expected {says} or ${{{{ ... }}}}.",
         **more,
     }
 
 
 def names(pattern: str, longest: int, each: Any, **more: Any) -> Shape:
-    """Names with something each."""
+    """A mapping from names to values of the shape `each`."""
     said = "A name is a letter, then letters, digits and _."
     return {
         "type": "object",
@@ -77,7 +77,7 @@ def time(*, computed: bool = True, **more: Any) -> Shape:
 
 
 def condition() -> Shape:
-    """What is true or false."""
+    """True, false or an expression."""
     return computed("boolean", says="true, false")
 
 
@@ -87,5 +87,5 @@ def count() -> Shape:
 
 
 def items() -> Shape:
-    """What a loop goes through."""
+    """The items of a loop."""
     return computed("array", says="a list such as [1, 2, 3], a span or a grid in")

@@ -1,4 +1,4 @@
-"""What an editor says of each key, beside what the models say of themselves."""
+"""Descriptions of the keys for editors, in addition to those of the models."""
 
 import inspect
 
@@ -8,94 +8,94 @@ from ...schemas.protocol import STEP_KINDS
 
 WORDS = {
     "labrun": "The version of the protocol language: 1.",
-    "Protocol.name": "What the protocol is called; its runs bear this name.",
+    "Protocol.name": "The name of the protocol and of its runs.",
     "summary": "One line that says what it is for.",
-    "params": "What is set by `-p name=value`, by the page or by a caller: name -> declaration.",
-    "Protocol.devices": "The roles: name -> contract. The lab, or `--bind role=device`, says who plays them.",
-    "defaults": "What holds where a step says nothing else.",
-    "Protocol.steps": "What is done, in this order.",
-    "on_resume": "Steps that run when a run goes on after a stop or a crash, such as homing.",
-    "finally": "Steps that run at the end in any case: success, failure and abort.",
+    "params": "Values set by `-p name=value`, on the page or by a caller: name -> declaration.",
+    "Protocol.devices": "The roles: name -> contract. The lab or `--bind role=device` chooses the devices.",
+    "defaults": "Settings for every step that does not give its own.",
+    "Protocol.steps": "The steps of the protocol, in order.",
+    "on_resume": "Steps that run when a run is resumed after a stop or a crash, such as homing.",
+    "finally": "Steps that always run at the end: on success, failure and abort.",
     "outputs": "Named results of the whole run: name -> value or ${{ ... }}.",
-    "Param.type": "What kind of value it is.",
+    "Param.type": "The kind of value.",
     "unit": "The unit of a quantity, such as mm, s or uL.",
-    "default": "The value where nothing is given; without it, one has to be given.",
+    "default": "The value if none is given; without a default, a value is required.",
     "minimum": "The lowest value allowed.",
     "maximum": "The highest value allowed.",
-    "pattern": "A regular expression that a text has to fit.",
+    "pattern": "A regular expression that the text must match.",
     "enum": "The only values allowed.",
     "Param.items": "The JSON Schema of each item of an array.",
     "id": "A name for the step; others read its result as ${{ steps.ID.field }}.",
-    "name": "What people are shown instead of the id.",
-    "when": "An expression; where it is false the step is skipped and its result is null.",
-    "timeout": "After how long it is given up: for each attempt of a `do`, in total for other steps.",
-    "Defaults.timeout": "The timeout of every `do` that has none of its own.",
-    "retry": "How often (in total) what failed is tried: 3, or {attempts, wait, factor, ...}.",
+    "name": "Shown to people instead of the id.",
+    "when": "An expression; if it is false, the step is skipped and its result is null.",
+    "timeout": "The time limit: for each attempt of a `do`, in total for other steps.",
+    "Defaults.timeout": "The timeout of every `do` without its own.",
+    "retry": "The number of attempts in total: 3, or {attempts, wait, factor, ...}.",
     "background": "How many iterations of a loop may be unfinished while the next one runs.",
-    "attempts": "How often in total; the first time counts.",
-    "Retry.wait": "How long before the next attempt.",
-    "factor": "By what the wait grows from attempt to attempt.",
+    "attempts": "The number of attempts in total, including the first.",
+    "Retry.wait": "The wait before the next attempt.",
+    "factor": "The factor by which the wait grows from attempt to attempt.",
     "max_wait": "The longest wait that `factor` may lead to.",
     "jitter": "A random share of the wait, from 0 to 1.",
-    "on": "Only after these errors; the contract of the device names them.",
+    "on": "Retry only after these errors; the contract of the device names them.",
     "max_failed": "How many iterations may fail before the loop does.",
     "fallback": "Alternatives in order, each a step or a list of steps; the first that succeeds counts.",
-    "on_error": "What a failure means in the end.",
-    "on_unknown": "What to do where nobody knows whether a `once` action happened.",
-    "on_failure": "What becomes of the other members when one fails.",
+    "on_error": "What to do if the step finally fails.",
+    "on_unknown": "What to do if it is not known whether a `once` action happened.",
+    "on_failure": "What happens to the other members when one fails.",
     "Do.with": "The parameters of the action.",
     "Use.with": "The parameters of the other protocol.",
-    "Use.devices": "Its role -> our role; roles of the same name need not be said.",
-    "mode": "background: the next step starts meanwhile; outside loops it is awaited at the end of the list.",
+    "Use.devices": "Its role -> our role; not needed for roles of the same name.",
+    "mode": "background: the next step starts at once; outside loops it is awaited at the end of the list.",
     "steps": "The steps inside.",
-    "then": "The steps where it is true.",
-    "else": "The steps where it is not.",
-    "max": "How often at most; true after that is the failure MaxReached.",
-    "key": "What identifies an iteration for ever, such as ${{ point.index }}.",
-    "keep_going": "How many iterations may fail before the loop does; one that failed is a hole.",
-    "collect": "One row of data.csv an iteration: column -> value or ${{ ... }}.",
-    "choices": "What a person may answer.",
+    "then": "The steps if it is true.",
+    "else": "The steps if it is false.",
+    "max": "The most iterations; if the condition is still true, the loop fails with MaxReached.",
+    "key": "The permanent identity of an iteration, such as ${{ point.index }}.",
+    "keep_going": "How many iterations may fail before the loop does; a failed one leaves a gap.",
+    "collect": "One row of data.csv per iteration: column -> value or ${{ ... }}.",
+    "choices": "The possible answers.",
 }
 CHOICES = {
     "Param.type": {
         "quantity": "a number with a unit, such as 0.2 mm",
         "number": "a number without a unit",
         "integer": "a whole number",
-        "string": "a text",
+        "string": "text",
         "boolean": "true or false",
         "array": "a list",
     },
     "on_error": {
-        "stop": "the run fails (as where nothing is said)",
-        "continue": "the next step runs all the same",
+        "stop": "the run fails (the default)",
+        "continue": "the next step runs anyway",
         "pause": "the run waits for a person",
     },
     "on_unknown": {
-        "probe": "ask the device, then a person (as where nothing is said)",
+        "probe": "ask the device, then a person (the default)",
         "ask": "ask a person",
-        "skip": "leave this iteration out",
+        "skip": "skip this iteration",
         "repeat": "send it again: it may then happen twice",
     },
     "on_failure": {
-        "finish": "the others go on to their end (as where nothing is said)",
+        "finish": "the others run to their end (the default)",
         "cancel": "the others are stopped",
     },
-    "mode": {"background": "the next step starts meanwhile"},
+    "mode": {"background": "the next step starts at once"},
 }
 
 
 def words_for(model: type[BaseModel], key: str) -> str:
-    """What a key of a model means; the keyword of a step means what its model says of itself."""
+    """The description of a key; for the keyword of a step, that of its model."""
     if model in STEP_KINDS and key == getattr(model, "KIND", None):
         return about(model)
     return WORDS.get(f"{model.__name__}.{key}") or WORDS.get(key, "")
 
 
 def choices_for(model: type[BaseModel], key: str) -> dict[str, str]:
-    """What each choice of a key means."""
+    """The description of each choice of a key."""
     return CHOICES.get(f"{model.__name__}.{key}") or CHOICES.get(key, {})
 
 
 def about(model: type[BaseModel]) -> str:
-    """What a model says of itself."""
+    """The description of a model: its docstring."""
     return inspect.getdoc(model) or ""

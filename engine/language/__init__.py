@@ -1,1 +1,4 @@
-"""The protocol language: YAML with its places, expressions with their types, arguments with units."""
+"""The protocol language: YAML with its places, expressions with types and units, arguments.
+
+Never knows a device, only what contracts say.
+"""

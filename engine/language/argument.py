@@ -1,4 +1,4 @@
-"""Fit one argument: quantities into the contract's unit, the value into its JSON Schema."""
+"""Fit one argument to its contract: convert units, check it against the JSON Schema."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,9 @@ def fit(value: Any, wanted: Wanted) -> Any:
     value = _unpack(value, wanted)
     if isinstance(value, float) and not math.isfinite(value):
         # Neither a minimum nor a maximum refuses NaN.
-        raise wanted.fault(f"{value} is no finite number, the device wants {wants(wanted.schema)}")
+        raise wanted.fault(
+            f"{value} is not a finite number, the device wants {wants(wanted.schema)}"
+        )
     fault = next(iter(validator(wanted.schema).iter_errors(value)), None)
     if fault is not None:
         raise _in_words(fault, value, wanted)
@@ -65,11 +67,11 @@ def _in_unit(value: Any, unit: str, wanted: Wanted) -> Any:
     if isinstance(value, str):
         if not QUANTITY.match(value):
             number = (
-                f"is {value.strip()} {unit} meant? write it without quotes"
+                f"if {value.strip()} {unit} is meant, write it without quotes"
                 if _is_number(value)
                 else ""
             )
-            raise wanted.fault(f"{words(value)} is a text, {device_wants}", number)
+            raise wanted.fault(f"{words(value)} is text, {device_wants}", number)
         try:
             value = parse_quantity(value)
         except UnitError as fault:
@@ -105,13 +107,17 @@ def _in_words(fault: Any, value: Any, wanted: Wanted) -> ArgumentFault:
             else "there is no value (null)"
         )
         return there.fault(
-            f"{said}, the device wants {wants(schema)}", _quotes(fault.instance, schema), path=path
+            f"{said}, the device wants {wants(schema)}",
+            _quotes(fault.instance, schema),
+            path=path,
         )
     if kind == "enum":
         options = [str(item) for item in fault.validator_value]
         guess = did_you_mean(str(fault.instance), options)
         return there.fault(
-            f"{words(fault.instance)} is none of {listed(options)}{guess}", code="E207", path=path
+            f"{words(fault.instance)} is not one of {listed(options)}{guess}",
+            code="E207",
+            path=path,
         )
     if kind == "pattern":
         return there.fault(
@@ -127,14 +133,14 @@ def _in_words(fault: Any, value: Any, wanted: Wanted) -> ArgumentFault:
 
 
 def plain(fault: Any) -> str:
-    """What jsonschema says, where it is short."""
+    """The message of jsonschema, if it is short."""
     text = str(fault.message)
     return text if len(text) < 200 else f"does not fit the contract's {fault.validator}"
 
 
 def _quotes(value: Any, schema: Mapping[str, Any]) -> str:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f'write "{value}" for a text' if is_number and schema.get("type") == "string" else ""
+    return f'write "{value}" for text' if is_number and schema.get("type") == "string" else ""
 
 
 def _json_type(value: Any) -> str:
@@ -153,7 +159,7 @@ _VALIDATORS: dict[int, tuple[Any, Any]] = {}
 
 
 def validator(schema: Mapping[str, Any]) -> Any:
-    """The validator of a schema, made once; the schema is kept so that its id stays its own."""
+    """The cached validator of a schema; the schema is kept alive so that its id is not reused."""
     found = _VALIDATORS.get(id(schema))
     if found is None or found[0] is not schema:
         from jsonschema import Draft202012Validator

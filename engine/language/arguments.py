@@ -23,7 +23,7 @@ def resolve_arguments(
 ) -> dict[str, Any]:
     """The arguments as the driver gets them: bare numbers in the contract's units.
 
-    Raises ArgumentFaults with everything that is wrong.
+    Raises ArgumentFaults with all faults.
     """
     resolved, faults = fit_arguments(action, given, limits, label=label)
     if faults:
@@ -57,7 +57,7 @@ def fit_arguments(
 
 
 def unknown_arguments(action: Action, names: Iterable[str], label: str) -> Iterator[ArgumentFault]:
-    """Arguments that the action does not know."""
+    """Arguments that the action does not have."""
     known = action.param_schemas()
     if action.params.get("additionalProperties", False) is not False:
         return
@@ -69,7 +69,7 @@ def unknown_arguments(action: Action, names: Iterable[str], label: str) -> Itera
 
 
 def missing_arguments(action: Action, names: Iterable[str], label: str) -> list[ArgumentFault]:
-    """Parameters that the action cannot do without."""
+    """Required parameters that are missing."""
     given = set(names)
     return [
         ArgumentFault(name, f"{label} needs {name}", _example(name, action), code="E205")
@@ -86,7 +86,7 @@ def _example(name: str, action: Action) -> str:
 
 
 def _whole(action: Action, resolved: dict[str, Any], label: str) -> list[ArgumentFault]:
-    """What the schema says of the parameters together, such as `minProperties`."""
+    """Faults of the parameters as a whole, such as `minProperties`."""
     found = []
     for fault in validator(action.params).iter_errors(resolved):
         if fault.absolute_path:

@@ -1,8 +1,8 @@
 """One column of a table: its name, its kind, and how its cells are read.
 
-A header `x (mm)` or `x [mm]` names a column and its unit. A call of `csv` may say the kind of a
+A header `x (mm)` or `x [mm]` names a column and its unit. A call of `csv` may give the kind of a
 column: a unit, or `number`, `integer`, `boolean`, `text`; `x='mm'` also finds a column `x_mm`, as
-`data.csv` of a run writes it. What nothing is said of is what all its cells can be.
+written in the `data.csv` of a run. Otherwise the kind is inferred from all cells.
 """
 
 import re
@@ -19,7 +19,7 @@ KINDS = ("text", "number", "integer", "boolean")
 
 
 class TableFault(ValueError):
-    """A table that cannot be read or does not fit; the text says where and why."""
+    """A table that cannot be read or does not fit; the message says where and why."""
 
 
 def _integer(text: str) -> int:
@@ -54,7 +54,7 @@ WORDS = {"integer": "a whole number", "number": "a number", "boolean": "true or 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column: its name, its kind (a unit, or one of KINDS), and where it stands."""
+    """One column: its name, its kind (a unit, or one of KINDS), and its position."""
 
     name: str
     kind: str
@@ -62,30 +62,30 @@ class Column:
 
     @property
     def type(self) -> Type:
-        """What the checker knows of its values."""
+        """The type of its values, for the checker."""
         return TYPES[self.kind] if self.kind in TYPES else number(self.kind)
 
     def plain(self, cell: str) -> Any:
-        """The value of a cell without its unit, null of an empty one; raises ValueError."""
+        """The value of a cell without its unit, null for an empty one; raises ValueError."""
         if cell == "":
             return "" if self.kind == "text" else None
         return READERS.get(self.kind, _number)(cell)
 
     def read(self, cell: str) -> Any:
-        """The value of a cell, null of an empty one; raises ValueError."""
+        """The value of a cell, null for an empty one; raises ValueError."""
         value = self.plain(cell)
         return value if value is None or self.kind in READERS else quantity(value, self.kind)
 
     @property
     def wants(self) -> str:
-        """What its cells have to be, as a sentence says it."""
+        """What its cells have to be, as messages put it."""
         return WORDS.get(self.kind, f"a number ({self.kind})")
 
 
 def columns_of(
     file: str, header: list[str], rows: list[list[str]], kinds: Mapping[str, Any]
 ) -> list[Column]:
-    """The columns of a table; raises TableFault where header and call do not go together."""
+    """The columns of a table; raises TableFault where header and call do not match."""
     columns = [_column(file, place, head, rows, kinds) for place, head in enumerate(header) if head]
     names = [column.name for column in columns]
     for name in names:
@@ -129,7 +129,7 @@ def _is_unit(text: str) -> bool:
 
 
 def _inferred(cells: list[str]) -> str:
-    """What all cells of a column can be."""
+    """The kind that fits all cells of a column."""
     filled = [cell for cell in cells if cell]
     for kind in ("integer", "number", "boolean"):
         if filled and all(_can_be(kind, cell) for cell in filled):

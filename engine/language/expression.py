@@ -1,6 +1,6 @@
 """One expression of a protocol: read once, checked for what it may contain, evaluated often.
 
-It is Python's syntax less everything that acts: no assignments, calls only of the functions of
+It is Python's syntax without side effects: no assignments, calls only of the functions in
 `functions.py`, `a.b` reads a field and nothing else. `0.1 mm` is a quantity.
 """
 
@@ -23,7 +23,7 @@ PUBLIC = {function.__name__: name for name, function in FUNCTIONS.items()}
 
 
 class Expression:
-    """One expression; `names` are the names that it asks for, without functions."""
+    """One expression; `names` are the names that it uses, without functions."""
 
     __slots__ = ("_evaluator", "names", "text", "tree")
 
@@ -34,7 +34,7 @@ class Expression:
         self._evaluator: SimpleEval | None = None
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
-        """The value for these names; raises ExpressionError with a sentence."""
+        """The value for these names; raises ExpressionError."""
         evaluator = self._evaluator = self._evaluator or _evaluator()
         evaluator.names = names  # type: ignore[assignment]  # a Mapping is all it reads
         try:
@@ -42,7 +42,7 @@ class Expression:
         except ExpressionError as fault:
             raise ExpressionError(fault.reason, self.text) from fault
         except Exception as fault:
-            # Wrong values reach pint and Python's own operators by many ways, with many classes.
+            # Wrong values make pint and Python's own operators raise many kinds of exception.
             raise ExpressionError(_sentence(fault), self.text) from fault
 
     def __repr__(self) -> str:
@@ -51,12 +51,12 @@ class Expression:
 
 @lru_cache(maxsize=4096)
 def expression(text: str) -> Expression:
-    """The expression of a text, read once."""
+    """The expression of a text, cached."""
     return Expression(text)
 
 
 def field_of(value: Any, name: str, *, lenient: bool) -> Any:
-    """`value.name`; null of null, and of an answer that leaves the field out."""
+    """`value.name`; null if the value is null, or a result without the field."""
     if value is None:
         return None
     if not isinstance(value, Mapping):
@@ -69,7 +69,7 @@ def field_of(value: Any, name: str, *, lenient: bool) -> Any:
 
 
 def item_of(value: Any, index: Any, *, lenient: bool) -> Any:
-    """`value[index]`; null of null."""
+    """`value[index]`; null if the value is null."""
     if value is None:
         return None
     if isinstance(value, Mapping):
@@ -77,7 +77,7 @@ def item_of(value: Any, index: Any, *, lenient: bool) -> Any:
     if is_quantity(value) or not isinstance(value, Sequence):
         raise ExpressionError(f"{words(value)} has no items")
     if not isinstance(index, int | slice) or isinstance(index, bool):
-        raise ExpressionError(f"an item has a number: {words(index)} is none")
+        raise ExpressionError(f"an item is selected by a whole number, not {words(index)}")
     try:
         return value[index]
     except IndexError as fault:
@@ -85,7 +85,7 @@ def item_of(value: Any, index: Any, *, lenient: bool) -> Any:
 
 
 def in_answer(node: ast.expr) -> bool:
-    """True for what lies within a step's result: `steps.ID` and deeper."""
+    """True for a step's result and anything inside it: `steps.ID` and deeper."""
     depth = 0
     while isinstance(node, ast.Attribute | ast.Subscript):
         node, depth = node.value, depth + 1
@@ -108,7 +108,7 @@ def _evaluator_class() -> "type[SimpleEval]":
             nodes[ast.List] = nodes[ast.Tuple] = self._eval_list
 
         def _check_disallowed_items(self, item: Any) -> None:
-            """Names hold data only and functions are never values, so there is nothing to look for."""
+            """Nothing to check: names hold only data, and functions are never values."""
 
         def _eval_list(self, node: Any) -> list[Any]:
             return [self._eval(item) for item in node.elts]
@@ -124,7 +124,7 @@ def _evaluator_class() -> "type[SimpleEval]":
 
         def _eval_call(self, node: Any) -> Any:
             if node.func.id == "csv":
-                # The one function that belongs to a protocol: its files lie beside it.
+                # The one function that depends on the protocol: files are found beside it.
                 self.functions["csv"] = self.names.get("csv", FUNCTIONS["csv"])  # type: ignore
             return super()._eval_call(node)
 
@@ -141,18 +141,18 @@ def _evaluator_class() -> "type[SimpleEval]":
 def _finite(value: Any) -> Any:
     number = value.magnitude if is_quantity(value) else value
     if isinstance(number, float) and not math.isfinite(number):
-        raise ExpressionError("the result is no finite number")
+        raise ExpressionError("the result is not a finite number")
     return value
 
 
 def _sentence(fault: Exception) -> str:
-    """A fault of an operator, a function or pint, as one sentence."""
+    """The message of a fault of an operator, a function or pint."""
     if isinstance(fault, TypeError):
         text = str(fault)
         if "argument" in text:
             name, _, rest = text.partition("()")
             return f"{PUBLIC.get(name, name)}:{rest}"
-        return f"values that do not go together: {text}"
+        return f"values that cannot be combined: {text}"
     if isinstance(fault, ZeroDivisionError):
         return "a division by zero"
     if isinstance(fault, OverflowError):

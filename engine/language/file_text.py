@@ -1,4 +1,4 @@
-"""The text of a file, or the one sentence that says why it cannot be had."""
+"""The text of a file, or the reason why it cannot be read."""
 
 import codecs
 import re
@@ -21,7 +21,7 @@ SAVE = "save it as plain text with the encoding UTF-8"
 
 @dataclass(frozen=True, slots=True)
 class Unread:
-    """Why there is no text: a code of the manual, the sentence, the hint, the place."""
+    """Why there is no text: message, hint, problem code and place."""
 
     message: str
     hint: str = ""
@@ -39,20 +39,20 @@ def file_text(path: Path) -> str | Unread:
             return _missing(path)
         size = path.stat().st_size
         if size > LARGEST:
-            message = f"the file has {size / 1e6:,.0f} MB; {LARGEST / 1e6:.0f} MB is the most"
-            return Unread(message, "is it data? a table belongs in a CSV file", "E108")
+            message = f"the file has {size / 1e6:,.0f} MB; the limit is {LARGEST / 1e6:.0f} MB"
+            return Unread(message, "if it holds data, put the table in a CSV file", "E108")
         data = path.read_bytes()
     except PermissionError:
-        return Unread("the file cannot be read: permission denied", "ask its owner for the right")
+        return Unread("the file cannot be read: permission denied", "ask its owner for permission")
     except (OSError, ValueError) as fault:
         return Unread(f"the file cannot be read: {getattr(fault, 'strerror', None) or fault}")
     return decoded(data)
 
 
 def decoded(data: bytes) -> str | Unread:
-    """Bytes as text, if they are UTF-8; else a guess at what they are."""
+    """Bytes as text, if they are UTF-8; otherwise a guess at what they are."""
     if what := next((what for start, what in KINDS if data.startswith(start)), None):
-        return Unread(f"this is {what}, not a text", SAVE)
+        return Unread(f"this is {what}, not a text file", SAVE)
     if (name := _wide(data)) is not None:
         return Unread(f"the file is {name}, not UTF-8", SAVE)
     try:
@@ -62,7 +62,7 @@ def decoded(data: bytes) -> str | Unread:
 
 
 def _wide(data: bytes) -> str | None:
-    """UTF-16 or UTF-32, by its mark or by the zeros between Latin letters."""
+    """UTF-16 or UTF-32, recognised by its mark or by the zeros between Latin letters."""
     for mark, name in MARKS:
         if data.startswith(mark):
             return name
@@ -80,7 +80,7 @@ def _not_utf8(data: bytes, start: int) -> Unread:
     if b"\0" in data:
         return Unread("this is not a text file", SAVE, line=line, column=column)
     if not guess.isprintable() or guess == "\ufffd":
-        message = f"the file is not UTF-8 text: byte 0x{byte.hex().upper()} means nothing there"
+        message = f"the file is not UTF-8 text: byte 0x{byte.hex().upper()} is invalid"
         return Unread(message, SAVE, line=line, column=column)
     message = (
         f"the file is not UTF-8 text; it looks like Latin-1 (Windows-1252), "
@@ -90,7 +90,7 @@ def _not_utf8(data: bytes, start: int) -> Unread:
 
 
 def _inside(folder: Path) -> str:
-    """A protocol that lies in the folder, if there is one."""
+    """A hint naming a protocol in the folder, if there is one."""
     found = sorted(entry for entry in folder.iterdir() if entry.suffix in (".yaml", ".yml"))
     return f"name a file in it, such as {found[0]}" if found else ""
 
@@ -99,9 +99,9 @@ def _missing(path: Path) -> Unread:
     from .suggest import closest
 
     if path.exists():
-        return Unread("this is not a plain file", "save it to a file first")
+        return Unread("this is not a plain file", "save it as a file first")
     if not path.parent.is_dir():
-        return Unread("there is no such file", f"there is no folder {path.parent}, either")
+        return Unread("there is no such file", f"there is no folder {path.parent} either")
     near = closest(path.name, (entry.name for entry in path.parent.iterdir()))
     there = near or _other_suffix(path)
     return Unread("there is no such file", f"did you mean {path.parent / there}?" if there else "")

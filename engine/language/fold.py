@@ -1,4 +1,4 @@
-"""Values that are known before the run: parameters, constants, the items of constant loops."""
+"""Values that are known before the run: parameters, constants, items of constant loops."""
 
 import ast
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ class Folding:
 
 @dataclass(frozen=True, slots=True)
 class Folded:
-    """What became of a value: known, computed over loops that are known, or not known yet.
+    """The state of a value: known, dependent on known loops, or not known yet.
 
     `loops` are the loop names that it depends on; `fault` says why it cannot be computed.
     """
@@ -52,7 +52,7 @@ class Case:
 
 @lru_cache(maxsize=4096)
 def needs(expression: Expression) -> tuple[frozenset[str], frozenset[str]] | None:
-    """The parameters and other names that an expression needs; None where that is not fixed."""
+    """The parameters and other names that an expression needs; None where they are not fixed."""
     params: set[str] = set()
     owners = set()
     for node in ast.walk(expression.tree):
@@ -77,7 +77,7 @@ def _is(node: ast.AST, name: str) -> bool:
 
 
 def fold(value: Value | Exception, folding: Folding) -> Folded:
-    """What a value is before the run, as far as that is known."""
+    """The value before the run, as far as it is known."""
     if isinstance(value, Exception):
         return NOT_YET
     loops: set[str] = set()
@@ -101,10 +101,10 @@ def fold(value: Value | Exception, folding: Folding) -> Folded:
 
 
 def cases(folded: Folded, folding: Folding, value: Value) -> Iterator[Case]:
-    """The choices of loop items that decide whether a value is in range.
+    """The combinations of loop items that decide whether a value is in range.
 
-    Where the value is a sum of the items' fields, the outermost items decide; else all do, as far
-    as they can be counted.
+    Where the value is a sum of the items' fields, the outermost items decide; otherwise all items
+    do, up to a limit.
     """
     base = {**folding.names, "params": folding.params}
     if not folded.loops:
@@ -123,7 +123,7 @@ def cases(folded: Folded, folding: Folding, value: Value) -> Iterator[Case]:
 
 
 def outermost(items: Sequence[Any]) -> list[int]:
-    """The places of the items among which every field has its least and its greatest value."""
+    """The indices of items that include the minimum and maximum of every field."""
     if len(items) == 0:
         return []
     if isinstance(items, Grid):
@@ -135,7 +135,7 @@ def outermost(items: Sequence[Any]) -> list[int]:
 
 
 def everywhere(items: Sequence[Any]) -> list[int]:
-    """The places of all items; of very many, evenly chosen ones with both ends."""
+    """The indices of all items; for very long lists, an even selection with both ends."""
     count = len(items)
     if count <= MOST_ITEMS:
         return list(range(count))
@@ -147,7 +147,7 @@ def _corners(items: Sequence[Any]) -> list[int]:
 
 
 def is_linear(node: ast.AST, loops: set[str]) -> bool:
-    """True for sums of loop items and their fields, each times something that does not vary."""
+    """True for sums of loop items and their fields, each multiplied by something constant."""
     if not _varies(node, loops):
         return True
     if isinstance(node, ast.Name):
@@ -172,7 +172,7 @@ def _varies(node: ast.AST, loops: set[str]) -> bool:
 
 
 def name_item(name: str, items: Sequence[Any], index: int, item: Any) -> str:
-    """One item of a loop as a sentence names it: `grid point 1070 (4.2, 10.0)`."""
+    """One item of a loop as messages name it: `grid point 1070 (4.2, 10.0)`."""
     if isinstance(items, Grid):
         x, y = (getattr(item[axis], "magnitude", item[axis]) for axis in ("x", "y"))
         return f"grid point {index} ({x}, {y})"

@@ -20,18 +20,18 @@ def literal(number: float, unit: str) -> Any:
 
 
 def a_range(*bounds: int) -> range:
-    """Whole numbers, the last one left out, as in Python."""
+    """Whole numbers without the last one, as in Python."""
     if not 1 <= len(bounds) <= 3 or not all(type(b) is int for b in bounds):
         raise OperatorFault("range takes one to three whole numbers: range(5), range(2, 10, 2)")
     if len(bounds) == 3 and bounds[2] == 0:
-        raise OperatorFault("range: a step of 0 never arrives")
+        raise OperatorFault("range: a step of 0 never reaches the end")
     if any(abs(bound) > LONGEST for bound in bounds):
         raise OperatorFault(f"range: more than {LONGEST:,}")
     return range(*bounds)
 
 
 def length(values: Any) -> int:
-    """How many items, or characters."""
+    """The number of items or characters."""
     if not isinstance(values, Sequence | Mapping):
         raise OperatorFault(f"len: {words(values)} has no length")
     return len(values)
@@ -71,9 +71,9 @@ def _items(name: str, value: Any) -> Sequence[Any]:
 
 
 def a_round(value: Any, digits: int = 0) -> Any:
-    """Rounded to so many digits after the point; a quantity keeps its unit."""
+    """Rounded to this many decimal places; a quantity keeps its unit."""
     if type(digits) is not int or abs(digits) > 20:
-        raise OperatorFault("round: the digits are a small whole number: round(x, 2)")
+        raise OperatorFault("round: the number of digits must be a small whole number: round(x, 2)")
     if value is None:
         return None
     if is_quantity(value):
@@ -86,7 +86,7 @@ def a_round(value: Any, digits: int = 0) -> Any:
 def a_format(value: Any, spec: str = "") -> str:
     """A value as text: `format(x, '.2f')`; a quantity keeps its unit."""
     if not isinstance(spec, str) or not SPEC.fullmatch(spec):
-        raise OperatorFault(f"format: {words(spec)} is no format such as '.2f' or '04d'")
+        raise OperatorFault(f"format: {words(spec)} is not a format such as '.2f' or '04d'")
     if value is None:
         return "null"
     try:
@@ -99,8 +99,8 @@ def a_format(value: Any, spec: str = "") -> str:
 
 
 def no_table(file: Any = None, **kinds: Any) -> Any:
-    """`csv`, where no protocol's folder is known: `table.Tables` takes its place."""
-    raise OperatorFault("csv: a table is read only in a protocol that is a file")
+    """`csv` without a protocol's folder; `table.Tables` replaces it where there is one."""
+    raise OperatorFault("csv: a table can only be read by a protocol that is a file")
 
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {

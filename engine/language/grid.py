@@ -1,4 +1,4 @@
-"""Spans and grids: many values by arithmetic, never a list of them."""
+"""Spans and grids: many values computed by arithmetic, never stored as a list."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any, overload
@@ -13,17 +13,17 @@ CLOSE = 1e-6
 
 
 class GridFault(ValueError):
-    """A span or a grid that cannot be; the text says why."""
+    """An invalid span or grid; the message says why."""
 
 
 class Lazy(Sequence[Any]):
-    """A sequence that knows its length and computes any item when it is asked for."""
+    """A sequence that knows its length and computes each item on demand."""
 
     def __len__(self) -> int:
         raise NotImplementedError
 
     def item(self, index: int) -> Any:
-        """The item at a place from 0 to the length less one."""
+        """The item at an index from 0 to the length minus one."""
         raise NotImplementedError
 
     @overload
@@ -73,9 +73,9 @@ def span(start: Any, stop: Any, step: Any, fit: str = "exact") -> Span:
     unit = _unit(start, stop, step)
     first, last, by = (_number(value, unit) for value in (start, stop, step))
     if fit not in FITS:
-        raise GridFault(f"span: fit is 'exact' or 'inside', not {fit!r}")
+        raise GridFault(f"span: fit must be 'exact' or 'inside', not {fit!r}")
     if by == 0:
-        raise GridFault("span: a step of 0 never arrives")
+        raise GridFault("span: a step of 0 never reaches the end")
     steps = (last - first) / by
     if steps < -CLOSE:
         raise GridFault(f"span: a step of {_text(by, unit)} leads away from {_text(last, unit)}")
@@ -94,7 +94,7 @@ def _does_not_divide(first: float, last: float, step: float, unit: str | None) -
     return (
         f"span: steps of {_text(step, unit)} from {_text(first, unit)} end at "
         f"{_text(reached, unit)}, not at {_text(last, unit)}; "
-        "choose a step that divides the range, or say fit='inside'"
+        "choose a step that divides the range, or use fit='inside'"
     )
 
 
@@ -112,7 +112,7 @@ def _unit(*values: Any) -> str | None:
 
 def _number(value: Any, unit: str | None) -> Any:
     if unit is not None and not is_quantity(value) and value != 0:
-        raise GridFault(f"span: {number_text(value)} has no unit, and the others have ({unit})")
+        raise GridFault(f"span: {number_text(value)} has no unit, but the others do ({unit})")
     try:
         return magnitude_in(value, unit) if unit is not None else value
     except ValueError as fault:
@@ -124,7 +124,7 @@ def _text(number: float, unit: str | None) -> str:
 
 
 class Grid(Lazy):
-    """The points of a plane in an order; each has `x y ix iy index`."""
+    """The points of a plane in a fixed order; each has `x y ix iy index`."""
 
     def __init__(self, x: Sequence[Any], y: Sequence[Any], order: str) -> None:
         self.x, self.y, self.order = x, y, order
@@ -134,7 +134,7 @@ class Grid(Lazy):
         return self.across * self.down
 
     def columns_of(self, index: int) -> tuple[int, int]:
-        """`ix` and `iy` of a point by its place in the order."""
+        """`ix` and `iy` of a point, from its index in the order."""
         if self.order == "columns":
             ix, iy = divmod(index, self.down)
             return ix, iy
@@ -142,7 +142,7 @@ class Grid(Lazy):
         return (self.across - 1 - ix if self.order == "snake" and iy % 2 else ix), iy
 
     def index_of(self, ix: int, iy: int) -> int:
-        """The place in the order of a point by its `ix` and `iy`."""
+        """The index of a point in the order, from its `ix` and `iy`."""
         if self.order == "columns":
             return ix * self.down + iy
         return iy * self.across + (self.across - 1 - ix if self.order == "snake" and iy % 2 else ix)
@@ -161,12 +161,12 @@ class Grid(Lazy):
 def grid(x: Any = None, y: Any = None, order: str = "rows") -> Grid:
     """Every point of x times y: by rows, in a snake (every other row backwards), or by columns."""
     if order not in ORDERS:
-        raise GridFault(f"grid: order is 'rows', 'snake' or 'columns', not {order!r}")
+        raise GridFault(f"grid: order must be 'rows', 'snake' or 'columns', not {order!r}")
     for name, values in (("x", x), ("y", y)):
         if values is None:
             raise GridFault(f"grid: {name} is missing: grid(x=span(...), y=span(...))")
         if isinstance(values, str) or not isinstance(values, Sequence):
-            raise GridFault(f"grid: {name} is a span or a list")
+            raise GridFault(f"grid: {name} must be a span or a list")
         if len(values) == 0:
             raise GridFault(f"grid: {name} is empty")
     if len(x) * len(y) > LONGEST:

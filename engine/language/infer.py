@@ -1,4 +1,4 @@
-"""Work out the type of an expression before the run, and find what cannot work in it."""
+"""Infer the type of an expression before the run, and find what cannot work in it."""
 
 import ast
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ from .types import (
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """What is wrong in an expression: a code and a sentence."""
+    """What is wrong in an expression: a code and a message."""
 
     code: str
     message: str
@@ -34,7 +34,7 @@ class Fault:
 
 
 class Names(Protocol):
-    """Where an expression stands: the types of the names that it may use there."""
+    """The context of an expression: the types of the names that it may use."""
 
     def name(self, name: str) -> Type | Fault:
         """The type of a name, or why there is none."""
@@ -61,19 +61,19 @@ def infer(expression: Expression, names: Names) -> tuple[Type, list[Fault]]:
 
 
 class Inference:
-    """One walk over one expression; a part that is wrong has any type, so that the rest is seen."""
+    """One walk over one expression; a faulty part gets the type ANY, so that the rest is checked."""
 
     def __init__(self, names: Names) -> None:
         self.names = names
         self.faults: list[Fault] = []
 
     def fault(self, code: str, message: str, hint: str = "") -> Type:
-        """Note what is wrong; the part's type is then unknown."""
+        """Record a fault; the part's type is then unknown."""
         self.faults.append(Fault(code, message, hint))
         return ANY
 
-    def told(self, found: Type | Fault) -> Type:
-        """A type as it is; a fault noted."""
+    def noted(self, found: Type | Fault) -> Type:
+        """Pass a type through; record a fault."""
         if isinstance(found, Fault):
             self.faults.append(found)
             return ANY
@@ -93,15 +93,15 @@ class Inference:
         if node.id in CONSTANTS:
             return type_of_value(CONSTANTS[node.id])
         if node.id in ("params", "steps"):
-            return self.fault("E302", f"{node.id} is no value; write {node.id}.NAME")
-        return self.told(self.names.name(node.id))
+            return self.fault("E302", f"{node.id} is not a value; write {node.id}.NAME")
+        return self.noted(self.names.name(node.id))
 
     def _attribute(self, node: ast.Attribute) -> Type:
         if isinstance(node.value, ast.Name):
             if node.value.id == "params":
-                return self.told(self.names.param(node.attr))
+                return self.noted(self.names.param(node.attr))
             if node.value.id == "steps":
-                return self.told(self.names.step(node.attr))
+                return self.noted(self.names.step(node.attr))
         return self._field(self.of(node.value), node.attr, node)
 
     def _field(self, owner: Type, name: str, node: ast.Attribute | ast.Subscript) -> Type:
@@ -126,9 +126,9 @@ class Inference:
         if isinstance(node.value, ast.Name) and isinstance(node.slice, ast.Constant):
             key = str(node.slice.value)
             if node.value.id == "params":
-                return self.told(self.names.param(key))
+                return self.noted(self.names.param(key))
             if node.value.id == "steps":
-                return self.told(self.names.step(key))
+                return self.noted(self.names.step(key))
         owner, index = self.of(node.value), node.slice
         if isinstance(index, ast.Slice):
             for part in (index.lower, index.upper, index.step):
@@ -204,7 +204,9 @@ class Inference:
 
     def _not_numbers(self, node: ast.BinOp, left: Type, right: Type) -> Type:
         wrong, side = (left, node.left) if left.kind != "number" else (right, node.right)
-        hint = "" if "text" not in (left.kind, right.kind) else "put values into a text with ${{ }}"
+        hint = (
+            "" if "text" not in (left.kind, right.kind) else "insert values into text with ${{ }}"
+        )
         return self.fault("E308", f"{_text(side)} is {in_words(wrong)}, not a number", hint)
 
     def _go_together(self, a: ast.AST, left: Type, b: ast.AST, right: Type, verb: str) -> bool:
@@ -250,7 +252,7 @@ class Inference:
 
 
 def _text(node: ast.AST) -> str:
-    """A part as a person wrote it, as near as can be."""
+    """A part of an expression, as close as possible to how it was written."""
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == LITERAL:
         return f"{ast.unparse(node.args[0])} {node.args[1].value}"  # type: ignore[attr-defined]
     text = ast.unparse(node)
@@ -258,7 +260,7 @@ def _text(node: ast.AST) -> str:
 
 
 def _called(node: ast.AST) -> str:
-    """What a sentence calls the owner of a field: a step by its id, anything else as it is."""
+    """How messages name the owner of a field: a step by its id, anything else as written."""
     if (
         isinstance(node, ast.Attribute)
         and isinstance(node.value, ast.Name)

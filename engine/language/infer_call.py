@@ -1,22 +1,38 @@
-"""Work out what a function of the language gives: which type, and which arguments cannot work."""
+"""Infer the type that a function of the language returns, and find arguments that cannot work."""
 
 import ast
 import inspect
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from ...schemas.quantity import same_dimension
 from .functions import FUNCTIONS, LITERAL
 from .types import ANY, INTEGER, NUMBER, TEXT, Type, either, fields, in_words, number
 
-if TYPE_CHECKING:
-    from .infer import Inference
+
+class Inference(Protocol):
+    """The walk over the expression that the call is part of."""
+
+    names: Any
+
+    def of(self, node: ast.AST) -> Type:
+        """The type of a part."""
+        ...
+
+    def fault(self, code: str, message: str, hint: str = "") -> Type:
+        """Record a fault; the part's type is then unknown."""
+        ...
+
+    def noted(self, found: Any) -> Type:
+        """Pass a type through; record a fault."""
+        ...
+
 
 ZERO = Type("number", whole=True, zero=True)
 
 
-def type_of_call(inference: "Inference", node: ast.Call) -> Type:
-    """The type of what a function gives for these arguments; what cannot work is noted."""
+def type_of_call(inference: Inference, node: ast.Call) -> Type:
+    """The type that a function returns for these arguments; what cannot work is recorded."""
     assert isinstance(node.func, ast.Name)
     name = node.func.id
     if name == LITERAL:
@@ -32,7 +48,7 @@ def type_of_call(inference: "Inference", node: ast.Call) -> Type:
     return _result(inference, name, bound.arguments)
 
 
-def _result(inference: "Inference", name: str, given: dict[str, Any]) -> Type:
+def _result(inference: Inference, name: str, given: dict[str, Any]) -> Type:
     if name == "span":
         return _span(inference, given)
     if name == "grid":
@@ -53,16 +69,16 @@ def _result(inference: "Inference", name: str, given: dict[str, Any]) -> Type:
     return INTEGER if name == "len" else TEXT
 
 
-def _table(inference: "Inference", node: ast.Call) -> Type:
+def _table(inference: Inference, node: ast.Call) -> Type:
     given = [*node.args, *(keyword.value for keyword in node.keywords)]
     if len(node.args) != 1 or not all(_is_text(one) for one in given):
-        message = "csv: the file and the kinds of its columns are texts, known before the run"
+        message = "csv: the file and the kinds of its columns must be plain text"
         return inference.fault("E307", message, f"write {_example('csv')}")
     kinds = {k.arg or "": k.value.value for k in node.keywords}  # type: ignore[attr-defined]
-    return inference.told(inference.names.table(node.args[0].value, kinds))  # type: ignore[attr-defined]
+    return inference.noted(inference.names.table(node.args[0].value, kinds))  # type: ignore[attr-defined]
 
 
-def _span(inference: "Inference", given: dict[str, Any]) -> Type:
+def _span(inference: Inference, given: dict[str, Any]) -> Type:
     parts = [given[name] for name in ("start", "stop", "step")]
     united = next((part for part in parts if part.unit is not None), None)
     for name, part in zip(("start", "stop", "step"), parts, strict=True):
@@ -76,7 +92,7 @@ def _span(inference: "Inference", given: dict[str, Any]) -> Type:
     return Type("list", item=number(united.unit) if united else NUMBER)
 
 
-def _grid(inference: "Inference", given: dict[str, Any]) -> Type:
+def _grid(inference: Inference, given: dict[str, Any]) -> Type:
     for name in ("x", "y"):
         axis = given.get(name)
         if axis is None:
@@ -89,7 +105,7 @@ def _grid(inference: "Inference", given: dict[str, Any]) -> Type:
     return Type("list", item=fields(x=x, y=y, ix=INTEGER, iy=INTEGER, index=INTEGER))
 
 
-def _inside(inference: "Inference", given: dict[str, Any]) -> Type:
+def _inside(inference: Inference, given: dict[str, Any]) -> Type:
     for name in ("points", "outline"):
         values = given.get(name)
         if values is None:

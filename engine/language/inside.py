@@ -1,4 +1,4 @@
-"""Which points lie inside an outline, such as a camera tells of a sample."""
+"""Find the points inside an outline, such as a sample outline from a camera."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,33 +7,31 @@ from ...schemas.quantity import UnitError, is_quantity, magnitude_in
 from .operators import OperatorFault, words
 
 MOST_POINTS = 1_000_000
-MOST_PAIRS = 2_000_000  # points times edges that are worked out at once
+MOST_PAIRS = 2_000_000  # points times edges computed at once
 
 
 def inside(points: Any = None, outline: Any = None, margin: Any = 0) -> list[Any] | None:
-    """The points that lie within an outline, at least `margin` from its edge, in their order.
+    """The points within an outline, at least `margin` from its edge, in their order.
 
     `outline` is a list of its corners; points and corners have an x and a y. A point on the edge
-    is inside. Null where the points or the outline are null.
+    is inside. Null if the points or the outline are null.
     """
     if points is None or outline is None:
         return None
     for name, value in (("points", points), ("outline", outline)):
         if isinstance(value, str | Mapping) or not isinstance(value, Sequence):
-            raise OperatorFault(
-                f"inside: the {name} are a list or a grid, and {words(value)} is none"
-            )
+            raise OperatorFault(f"inside: the {name} must be a list or a grid, not {words(value)}")
     if len(points) > MOST_POINTS:
         raise OperatorFault(f"inside: more than {MOST_POINTS:,} points")
     if len(outline) < 3:
         raise OperatorFault(
-            f"inside: an outline has three corners or more, this one has {len(outline)}"
+            f"inside: an outline needs three corners or more, this one has {len(outline)}"
         )
     unit = _unit(outline[0])
     corners = _plane("the outline", outline, unit)
     away = _number("margin", margin, unit)
     if away < 0:
-        raise OperatorFault("inside: the margin is not negative")
+        raise OperatorFault("inside: the margin must not be negative")
     kept = _kept(_plane("the points", points, unit), corners, away)
     return [points[index] for index in kept]
 
@@ -47,14 +45,14 @@ def _plane(name: str, points: Sequence[Any], unit: str | None) -> list[tuple[flo
     found = []
     for point in points:
         if not isinstance(point, Mapping) or "x" not in point or "y" not in point:
-            raise OperatorFault(f"inside: {name} have an x and a y; {words(point)} has not")
+            raise OperatorFault(f"inside: {name} must have an x and a y; {words(point)} does not")
         found.append((_number("x", point["x"], unit), _number("y", point["y"], unit)))
     return found
 
 
 def _number(name: str, value: Any, unit: str | None) -> float:
     if is_quantity(value) != (unit is not None) and value != 0:
-        raise OperatorFault(f"inside: {name} is {words(value)}; all have units, or none has")
+        raise OperatorFault(f"inside: {name} is {words(value)}; either all have units or none")
     if is_quantity(value):
         try:
             return float(magnitude_in(value, unit or ""))

@@ -1,4 +1,4 @@
-"""JSON as the same nodes as YAML: tabs, `\\/` and pairs of surrogates mean what JSON says."""
+"""JSON as the same nodes as YAML; tabs, `\\/` and surrogate pairs have their JSON meaning."""
 
 import re
 from typing import Any
@@ -25,14 +25,14 @@ NOT_FINITE = {"NaN", "Infinity", "-Infinity", "nan", "inf", "-inf"}
 
 
 class JsonReader:
-    """Reads one JSON value; a fault that ends it is raised, the others are collected."""
+    """Reads one JSON value; a fatal fault is raised, others are collected."""
 
     def __init__(self, text: str) -> None:
         self.text = text
         self.faults: list[YamlFault] = []
 
     def read(self) -> Node | None:
-        """The root; None where there is nothing but space."""
+        """The root; None where there is only whitespace."""
         pos = self.space(0)
         if pos == len(self.text):
             return None
@@ -43,11 +43,11 @@ class JsonReader:
         return node
 
     def space(self, pos: int) -> int:
-        """The place of what follows; JSON has no comments, and says so."""
+        """The next position after whitespace; raises for comments, which JSON does not have."""
         pos = SPACE.match(self.text, pos).end()  # type: ignore[union-attr]
         if self.text.startswith(("//", "/*", "#"), pos):
-            raise _fault("a comment; JSON has none", pos,
-                         "remove it, or save the file as .yaml, where `# ...` is one")  # fmt: skip
+            raise _fault("JSON has no comments", pos,
+                         "remove it, or save the file as .yaml and write `# ...`")  # fmt: skip
         return pos
 
     def value(self, pos: int, depth: int) -> Node:
@@ -105,7 +105,7 @@ class JsonReader:
         return self.string(pos)
 
     def next(self, item: Node, parent: Node, closing: str) -> int:
-        """The place of the next item, or of the bracket that closes."""
+        """The position of the next item, or of the closing bracket."""
         parent.size += item.size
         if parent.size > MOST_NODES:
             raise too_many(item.start)
@@ -114,7 +114,9 @@ class JsonReader:
         if here == ",":
             after = self.space(pos + 1)
             if self.text[after : after + 1] in ("}", "]"):
-                raise _fault("a comma after the last item", pos, "remove it: JSON allows none here")
+                raise _fault(
+                    "a comma after the last item", pos, "remove it: JSON does not allow one here"
+                )
             return after
         if here != closing:
             self.there(pos, parent.start, closing)
@@ -134,7 +136,7 @@ class JsonReader:
                       "write a comma between two items")  # fmt: skip
 
     def there(self, pos: int, opening: int, closing: str) -> int:
-        """The place, unless the text ends there: then the bracket is at fault."""
+        """The position; raises for the unclosed bracket if the text ends there."""
         if pos >= len(self.text):
             message = f"a bracket that is never closed; {closing} is missing"
             raise _fault(message, opening, f"close it with {closing}; was the file cut off?")
@@ -164,9 +166,9 @@ class JsonReader:
         match = re.compile(r'"(?:[^"\\\x00-\x1f]|\\.)*').match(self.text, pos)
         end = match.end() if match is not None else pos
         if end < len(self.text) and self.text[end] == "\t":
-            return _fault("a tab within a text; JSON wants it written as \\t", end)
+            return _fault("a tab inside text; in JSON write \\t", end)
         return _fault("a quote that is never closed on its line", pos,
-                      'close it with "; a line break within a text is written \\n',
+                      'close it with "; write a line break inside text as \\n',
                       max(1, end - pos))  # fmt: skip
 
     def word(self, pos: int) -> Node:
@@ -188,24 +190,26 @@ class JsonReader:
         if self.text[pos] == "'":
             return _fault("single quotes; JSON has only double quotes", pos, 'write "..."')
         if not word:
-            return _fault(f"a {self.text[pos]} where a value should stand", pos)
+            return _fault(f"a {self.text[pos]} where a value should be", pos)
         if word in NOT_FINITE:
-            message = f"{word} is no number that a device can use"
+            message = f"{word} is not a number that a device can use"
             return YamlFault("E106", message, pos, "leave the key out, or write null", len(word))
         if word in OTHER_WORDS:
             return _fault(
-                f"{word} is no word of JSON", pos, f"write {OTHER_WORDS[word]}", len(word)
+                f"{word} is not valid in JSON", pos, f"write {OTHER_WORDS[word]}", len(word)
             )
         if word[0].isdigit() or word[0] in "+-.":
-            hint = "digits, a point and e only, no + or 0 before them; a quantity needs quotes"
-            return _fault(f"{shown(word)} is not a number as JSON writes it", pos, hint, len(word))
+            hint = (
+                "use only digits, a point and e, without a leading + or 0; a quantity needs quotes"
+            )
+            return _fault(f"{shown(word)} is not a valid JSON number", pos, hint, len(word))
         return _fault(
             f"{shown(word)} needs double quotes", pos, f'write "{shown(word)}"', len(word)
         )
 
     def extra(self, pos: int) -> YamlFault:
-        return _fault("something stands after the end of the JSON value", pos,
-                      "a file holds one value; is a bracket closed too early?")  # fmt: skip
+        return _fault("there is something after the end of the JSON value", pos,
+                      "a file holds one value; check whether a bracket is closed too early")  # fmt: skip
 
 
 def _what(closing: str) -> Any:

@@ -1,4 +1,4 @@
-"""A protocol's data as models, step by step, so that one broken step does not hide the others."""
+"""Read a protocol's data into models, step by step, so that a broken step does not hide others."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,21 +19,21 @@ STAND_IN = {"log": "-"}
 
 
 class Broken(StepBase):
-    """Stands where a step could not be read, so that the others keep their places."""
+    """A placeholder for a step that could not be read, so that the others keep their places."""
 
     KIND: ClassVar[str] = "broken"
 
 
 @dataclass(slots=True)
 class Loaded:
-    """A protocol as far as it could be read; `whole` when nothing of it is missing."""
+    """A protocol as far as it could be read; `whole` if nothing is missing."""
 
     protocol: Protocol
     whole: bool
 
 
 def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
-    """The protocol of a file, and everything that is wrong with its keys and shapes."""
+    """The protocol of a file, and all problems with its keys and values."""
     data = source.data
     if not isinstance(data, dict):
         message = f"a protocol is written as keys with values, not as {kind_words(data)}"
@@ -41,7 +41,7 @@ def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
     if _is_lab(data):
         message, hint = (
             "this is a lab file, not a protocol",
-            "name it beside a protocol, with `--lab`",
+            "give it together with a protocol, as `--lab`",
         )
         return None, [source.problem((), "E113", message, hint)]
     problems: list[Problem] = list(_version(data, source))
@@ -62,7 +62,7 @@ def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
 
 
 def _is_lab(data: dict[str, Any]) -> bool:
-    """A lab's devices are mappings with a contract, a protocol's are contracts."""
+    """True for a lab: its devices are mappings with a contract, those of a protocol contracts."""
     devices = data.get("devices")
     named = devices.values() if isinstance(devices, dict) else ()
     if "labrun" in data or "steps" in data or not named:
@@ -124,9 +124,9 @@ def _steps(items: list[Any], source: Source, place: Place, problems: list[Proble
 def _lone_step(
     data: dict[str, Any], source: Source, place: Place, problems: list[Problem]
 ) -> list[Any]:
-    """A step where a list of steps is wanted: said, and read all the same."""
-    hint = "put `- ` before it, and indent what follows: a list of one step is a list, too"
-    message = f"{place[-1]} wants a list, not {kind_words(data)}"
+    """A single step in place of a list of steps: reported, and read anyway."""
+    hint = "put `- ` before it, and indent what follows: even a single step must be in a list"
+    message = f"{place[-1]} needs a list, not {kind_words(data)}"
     problems.append(source.problem(place, "E112", message, hint))
     return [_step(data, source, place, problems)]
 
@@ -161,7 +161,7 @@ def _no_mapping(data: Any, source: Source, place: Place) -> Problem:
 def _kind(
     data: dict[str, Any], source: Source, place: Place
 ) -> tuple[type[StepBase] | None, Problem | None]:
-    """What kind of step it is by its keyword; a problem where there is none, or more than one."""
+    """The kind of step, from its keyword; a problem if there is none, or more than one."""
     found = [key for key in data if key in KINDS]
     if len(found) > 1 and "steps" in found and any(issubclass(KINDS[k], LoopBase) for k in found):
         found.remove("steps")
@@ -169,7 +169,7 @@ def _kind(
         return None, _no_keyword(data, source, place)
     if len(found) > 1:
         message = f"a step has one keyword; this one has {listed(f'`{name}`' for name in found)}"
-        hint = "make two steps of it, or a group: `steps: [...]`"
+        hint = "make it two steps, or a group: `steps: [...]`"
         return None, source.problem((*place, found[1]), "E115", message, hint, key=True)
     return _beside(KINDS[found[0]], data, source, place)
 
@@ -177,7 +177,7 @@ def _kind(
 def _beside(
     kind: type[StepBase], data: dict[str, Any], source: Source, place: Place
 ) -> tuple[type[StepBase] | None, Problem | None]:
-    """The kind, unless a key beside its keyword is another keyword misspelt: `for_each:`."""
+    """The kind, unless another key is a misspelt keyword, such as `for_each:`."""
     allowed = keys_of(kind)
     for key in data:
         near = closest(key, KINDS) if key not in allowed else None
@@ -224,7 +224,7 @@ def _read(
             error["loc"][0] for error in fault.errors(include_url=False, include_context=False)
         }
         if "with" in faulty:
-            return _broken(data)  # an action without its arguments would be another one
+            return _broken(data)  # without its arguments it would be a different action
         rest = {key: value for key, value in rest.items() if key not in faulty}
         try:
             step = kind.model_validate(rest)

@@ -1,7 +1,7 @@
-"""What `+`, `<` and their like do in an expression: with units, with null, within bounds.
+"""The operators of expressions, with units, null and limits.
 
-Null goes through arithmetic and order as it goes through `a.b`: what is computed from nothing is
-nothing. A bare 0 fits any unit.
+Null propagates through arithmetic and comparisons as through `a.b`: what is computed from null is
+null. A bare 0 fits any unit.
 """
 
 import ast
@@ -23,11 +23,11 @@ LONGEST_TEXT = 100_000
 
 
 class OperatorFault(ValueError):
-    """Two values that do not go together; the text says which and why."""
+    """Two values that cannot be combined; the message says which and why."""
 
 
 def words(value: Any) -> str:
-    """A value as a sentence names it."""
+    """A value as messages name it."""
     if value is None:
         return "null"
     if is_quantity(value):
@@ -70,12 +70,12 @@ def _steady(*values: Any) -> None:
     for value in values:
         if is_quantity(value) and not value._is_multiplicative:
             raise OperatorFault(
-                f"{words(value)} is a point of a scale with a zero of its own; compute in kelvin (K)"
+                f"{words(value)} is on a scale with an offset zero; compute in kelvin (K)"
             )
 
 
 def add(a: Any, b: Any) -> Any:
-    """Sums of numbers and quantities; texts and lists put together."""
+    """Sums of numbers and quantities; texts and lists are joined."""
     if isinstance(a, str | list) and type(a) is type(b):
         if len(a) + len(b) > LONGEST_TEXT:
             raise OperatorFault("the result would be too long")
@@ -138,7 +138,7 @@ def _whole_parts(a: Any, b: Any) -> tuple[Any, Any]:
 
 
 def power(a: Any, b: Any) -> Any:
-    """Powers with a bound, so that nobody waits for a number of a million digits."""
+    """Powers with a limit, so that a huge result cannot block the run."""
     if not _is_number(b) or not (_is_number(a) or is_quantity(a)):
         raise OperatorFault(f"{words(a)} cannot be raised to {words(b)}")
     _steady(a)
@@ -191,7 +191,7 @@ def contains(item: Any, container: Any) -> bool:
             else item in container
         )
     except TypeError as fault:
-        raise OperatorFault(f"{words(container)} holds nothing to look in") from fault
+        raise OperatorFault(f"{words(container)} has no items to search") from fault
 
 
 def _or_null(function: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:

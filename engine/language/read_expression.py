@@ -1,4 +1,4 @@
-"""Read the text of an expression: Python's syntax less everything that acts, quantities included."""
+"""Parse an expression: Python's syntax without side effects, plus quantities."""
 
 import ast
 import math
@@ -22,7 +22,7 @@ TOKEN = re.compile(
     r"""(?P<per>/[^\W\d_]\w*(?![\w.(\[]))?)?"""
     r"""|(?P<name>[^\W\d]\w*)"""
 )
-"""Texts and names are passed over, so that no number in them is taken for a quantity."""
+"""Texts and names are skipped, so that no number in them is taken for a quantity."""
 ALLOWED = (
     ast.Expression, ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Slice, ast.List,
     ast.Tuple, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.keyword,
@@ -31,9 +31,9 @@ ALLOWED = (
 
 
 class ExpressionError(ValueError):
-    """An expression that cannot be read, or cannot be evaluated now; the text says why.
+    """An expression that cannot be read, or cannot be evaluated now; the message says why.
 
-    `reason` is the text without the expression, for where that can be seen beside it.
+    `reason` is the message without the expression, for places that show the expression anyway.
     """
 
     def __init__(self, reason: str, expression: str = "") -> None:
@@ -42,16 +42,18 @@ class ExpressionError(ValueError):
 
 
 def short(text: str) -> str:
-    """An expression as a sentence quotes it."""
+    """An expression as messages quote it."""
     return text if len(text) <= 80 else text[:77] + "..."
 
 
 def parse(text: str) -> ast.Expression:
-    """The syntax tree of an expression; raises ExpressionError for what cannot be, or may not be."""
+    """The syntax tree of an expression; raises ExpressionError if it is invalid or not allowed."""
     if not text:
-        raise ExpressionError("an expression is empty: `${{ }}`")
+        raise ExpressionError("empty expression: `${{ }}`")
     if len(text) > LONGEST:
-        raise ExpressionError(f"an expression of {len(text):,} characters; {LONGEST:,} is the most")
+        raise ExpressionError(
+            f"an expression of {len(text):,} characters; the limit is {LONGEST:,}"
+        )
     prepared = _with_quantities(" ".join(text.splitlines()))
     try:
         with warnings.catch_warnings():
@@ -64,14 +66,14 @@ def parse(text: str) -> ast.Expression:
 
 
 def _with_quantities(text: str) -> str:
-    """The text with `0.1 mm` written as a call, since Python knows no units."""
+    """The text with `0.1 mm` written as a call, since Python has no units."""
 
     def replace(match: re.Match[str]) -> str:
         unit = match["unit"]
         if match["number"] is None or unit is None:
             return match[0]
         if unit in KEYWORDS:
-            # `1 if x`: after a number a keyword is a keyword, however much `in` is an inch.
+            # `1 if x`: a keyword after a number is not a unit, even `in` (inch).
             return f"{match['number']} {match[0][len(match['number']) :].lstrip()}"
         per = match["per"] or ""
         try:
@@ -86,11 +88,11 @@ def _with_quantities(text: str) -> str:
 def _unreadable(whole: str, fault: BaseException) -> str:
     text = short(whole)
     if re.search(r"(?<![=!<>])=(?!=)", text) and "(" not in text:
-        return f"{text}: `=` gives a name a value; `==` compares"
+        return f"{text}: `=` assigns a value; `==` compares"
     if "&&" in text or "||" in text or re.search(r"!(?!=)", text):
         return f"{text}: write `and`, `or`, `not`"
     if "${{" in text:
-        return f"{text}: an expression within an expression; leave the inner ${{{{ }}}} out"
+        return f"{text}: an expression within an expression; remove the inner ${{{{ }}}}"
     reason = fault.msg if isinstance(fault, SyntaxError) else "it is nested too deeply"
     return f"{text}: this cannot be read as an expression ({reason})"
 
@@ -104,9 +106,7 @@ def _refuse(tree: ast.Expression) -> None:
             _refuse_node(node)
         if not level:
             return
-    raise ExpressionError(
-        "an expression that is nested too deeply; compute a part of it with `set`"
-    )
+    raise ExpressionError("the expression is nested too deeply; compute part of it with `set`")
 
 
 def _refuse_node(node: ast.AST) -> None:
@@ -115,7 +115,7 @@ def _refuse_node(node: ast.AST) -> None:
     if isinstance(node, ast.Constant) and not _usable(node.value):
         raise ExpressionError(f"{node.value!r} is not allowed in an expression")
     if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
-        raise ExpressionError(f"a field does not begin with _: {node.attr}")
+        raise ExpressionError(f"a field name must not begin with _: {node.attr}")
     if isinstance(node, ast.Call):
         _refuse_call(node)
 
@@ -151,7 +151,7 @@ def _construct(node: ast.AST) -> str:
 
 
 def names_in(tree: ast.Expression) -> set[str]:
-    """The names that an expression asks for, without functions."""
+    """The names that an expression uses, without functions."""
     functions = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
     return {
         node.id

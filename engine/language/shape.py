@@ -1,4 +1,4 @@
-"""What pydantic says of a model, said again as problems at their places."""
+"""Translate pydantic's validation errors into problems at their places."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, get_args, get_origin
@@ -11,17 +11,17 @@ from .source import Source
 from .suggest import closest, did_you_mean
 
 CODES = {
-    "E110": "a key that is not known here",
-    "E111": "a key that is missing",
+    "E110": "an unknown key",
+    "E111": "a missing key",
     "E112": "a value of the wrong type or form",
     "E113": "a part of the file that is not the mapping or list that it should be",
     "E114": "a step without a keyword that says what it does",
     "E115": "a step with two keywords",
-    "E117": "a version of the protocol language that this labrun does not know",
+    "E117": "a version of the protocol language that this labrun does not support",
 }
 
 WANTED = {
-    "string_type": "a text",
+    "string_type": "text",
     "int_type": "a whole number",
     "int_from_float": "a whole number",
     "float_type": "a number",
@@ -51,7 +51,7 @@ def keys_of(model: type[BaseModel]) -> list[str]:
 def read_model(
     model: type[BaseModel], data: Any, source: Source, place: Place, what: str
 ) -> tuple[Any, list[Problem]]:
-    """The model of some data, or None, and what is wrong with it."""
+    """The model of some data, or None, and the problems found."""
     if not isinstance(data, dict):
         message = f"{what} is written as keys with values, not as {kind_words(data)}"
         return None, [source.problem(place, "E113", message)]
@@ -64,7 +64,7 @@ def read_model(
 def shape_problems(
     fault: ValidationError, model: type[BaseModel], data: Any, source: Source, place: Place
 ) -> Iterable[Problem]:
-    """One problem for each place that pydantic complains of."""
+    """One problem for each place where pydantic found an error."""
     found: dict[Place, list[dict[str, Any]]] = {}
     for error in fault.errors(include_url=False):
         path = _real_path(error["loc"], data, missing=error["type"] == "missing")
@@ -74,7 +74,7 @@ def shape_problems(
     for path, errors in found.items():
         if errors[0]["type"] == "missing" and _misspelt(path, unknown):
             continue
-        # Of a union, the branch that looked inside says more than those that refused the whole.
+        # In a union, the branch that looked inside is more precise than those that rejected it all.
         union_refusals = path in deeper and all(e["type"] in WANTED for e in errors)
         if not union_refusals:
             yield _problem(path, errors, model, data, source, place)
@@ -87,7 +87,7 @@ def _holds(node: Any, part: Any) -> bool:
 
 
 def _misspelt(path: Place, unknown: set[Place]) -> bool:
-    """True where a missing key is there under another name: that is said already."""
+    """True where a missing key is only misspelt, which is already reported."""
     beside = [str(other[-1]) for other in unknown if other[:-1] == path[:-1]]
     return any(closest(name, [str(path[-1])]) for name in beside)
 
@@ -118,7 +118,7 @@ def _problem(
         allowed = _allowed(model, path[:-1])
         message = f"unknown key {name!r}{did_you_mean(name, allowed)}"
         hint = f"allowed here: {', '.join(allowed)}" if allowed else ""
-        hint += "; an action's own parameters stand under `with`" if "with" in allowed else ""
+        hint += "; an action's own parameters go under `with`" if "with" in allowed else ""
         return source.problem((*place, *path), "E110", message, hint, key=True)
     if "missing" in kinds:
         around = (*place, *path[:-1])
@@ -130,14 +130,14 @@ def _problem(
 
 
 def _name(path: Place) -> str:
-    """What a sentence calls a place: its key, or the item of a list."""
+    """How messages name a place: by its key, or as an item of a list."""
     if len(path) > 1 and isinstance(path[-1], int) and isinstance(path[-2], str):
         return f"item {path[-1] + 1} of {path[-2]}"
     return str(path[-1]) if path else ""
 
 
 def at(data: Any, path: Place) -> Any:
-    """What stands at a path, None where nothing does."""
+    """The data at a path; None where there is nothing."""
     for part in path:
         try:
             data = data[part]
@@ -150,7 +150,7 @@ def _says(name: str, errors: list[dict[str, Any]], value: Any) -> str:
     others = [error for error in errors if error["type"] not in WANTED]
     if not others:
         wanted = dict.fromkeys(WANTED[error["type"]] for error in errors)
-        return f"{name or 'this'} wants {' or '.join(wanted)}, not {kind_words(value)}"
+        return f"{name or 'this'} needs {' or '.join(wanted)}, not {kind_words(value)}"
     return f"{name}: {_one(others[0])}"
 
 
@@ -158,14 +158,14 @@ def _one(error: dict[str, Any]) -> str:
     kind, context, value = error["type"], error.get("ctx", {}), error.get("input")
     if kind in ("literal_error", "enum"):
         expected = str(context.get("expected", "")).replace("'", "")
-        return f"{words(value)} is none of {expected}{_guess(value, expected)}"
+        return f"{words(value)} is not one of {expected}{_guess(value, expected)}"
     if kind == "string_pattern_mismatch":
-        form = FORMS.get(context.get("pattern", ""), f"a text like {context.get('pattern')}")
+        form = FORMS.get(context.get("pattern", ""), f"text like {context.get('pattern')}")
         return f"{words(value)} is not {form}"
     if kind == "too_short":
         return "it is empty; it needs at least one item"
     if kind == "too_long":
-        return f"it has {context.get('actual_length')} items, {context.get('max_length')} at most"
+        return f"it has {context.get('actual_length')} items; at most {context.get('max_length')}"
     if kind in ("greater_than_equal", "greater_than"):
         return f"{words(value)} is too small; at least {context.get('ge', context.get('gt'))}"
     if kind in ("less_than_equal", "less_than"):
@@ -200,7 +200,7 @@ def _allowed(model: type[BaseModel], path: Place) -> list[str]:
 
 
 def _model_in(annotation: Any) -> Any:
-    """The model that an annotation is, or has as one of its alternatives."""
+    """The model that an annotation is or contains as an alternative."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     if get_origin(annotation) in (dict, list):
@@ -214,7 +214,7 @@ def _value_model(annotation: Any) -> Any:
 
 
 def kind_words(value: Any) -> str:
-    """What a value is, as a sentence says it."""
+    """What a value is, as messages put it."""
     if isinstance(value, Mapping):
         return "keys with values"
     if isinstance(value, list):

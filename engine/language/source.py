@@ -1,4 +1,4 @@
-"""A file that a person wrote, as plain data with the place of every key and value."""
+"""A file as plain data, with the place of every key and value."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,17 +18,17 @@ Path_ = tuple[str | int, ...]
 CODES = {
     "E100": "a file that cannot be read",
     "E101": "text that is not YAML, or not JSON",
-    "E102": "a key that is there twice",
-    "E103": "a key that is no word",
-    "E104": "an alias without its anchor, or a merge of what is no mapping",
+    "E102": "a duplicate key",
+    "E103": "a key that is not a word",
+    "E104": "an alias without its anchor, or a merge of something that is not a mapping",
     "E105": "a YAML tag or directive",
-    "E106": "a number that is none: NaN, infinity, too many digits; half of a character",
+    "E106": "not a usable number: NaN, infinity, too many digits; or half of a character",
     "E107": "several documents in one file",
     "E108": "a file that is too large or nested too deeply",
-    "E109": "an expression that YAML takes for something else",
+    "E109": "an expression that YAML reads as something else",
     "W101": "braces without a `$`: text that looks like an expression",
     "W102": "a number that begins with a zero",
-    "W103": "quotes of a word processor, which are part of the text",
+    "W103": "curly quotes from a word processor, which are part of the text",
 }
 OF_VALUES = {
     "E112",
@@ -44,12 +44,12 @@ OF_VALUES = {
     "E308",
     "E309",
 }
-"""Problems that a look at how the value is written may explain."""
+"""Problems that the way the value is written may explain."""
 
 
 @dataclass(slots=True)
 class Source:
-    """One file: its text, its data, and where everything stands."""
+    """One file: its text, its data, and the place of everything in it."""
 
     path: Path
     name: str
@@ -64,7 +64,7 @@ class Source:
     def place(self, path: Path_, *, key: bool = False) -> tuple[int, int, int]:
         """Line, column (both from 1) and length of a value, or of its key.
 
-        Where nothing stands at the path, the place of what it would stand in.
+        If there is nothing at the path, the place of what would contain it.
         """
         node, span = self.root, (0, 0)
         if node is None:
@@ -85,7 +85,7 @@ class Source:
         return self.lines.span(*span)
 
     def names(self, section: str) -> list[str]:
-        """The keys of a section such as `params`, also of entries that could not be read."""
+        """The keys of a section such as `params`, including entries that could not be read."""
         found = self.data.get(section) if isinstance(self.data, dict) else None
         return list(found) if isinstance(found, dict) else []
 
@@ -115,7 +115,7 @@ class Source:
         return key_hint(str(path[-1]), self.text, *node.keys[str(path[-1])])
 
     def node(self, path: Path_) -> Node | None:
-        """What stands at a path, None where nothing does."""
+        """The node at a path; None where there is nothing."""
         node = self.root
         for part in path:
             if node is None:
@@ -130,9 +130,9 @@ class Source:
 
 
 def read_source(path: Path) -> tuple[Source | None, list[Problem]]:
-    """A file as a Source, and what is wrong with it as YAML.
+    """A file as a Source, and its YAML problems.
 
-    The Source is None where there is nothing to go on with.
+    The Source is None if nothing could be read.
     """
     text = file_text(path)
     if isinstance(text, str):
@@ -145,13 +145,13 @@ def read_source(path: Path) -> tuple[Source | None, list[Problem]]:
 
 
 def parse_source(text: str, path: Path, name: str) -> tuple[Source | None, list[Problem]]:
-    """Text as a Source; `name` is what problems call the file."""
+    """Text as a Source; `name` is the file's name in problems."""
     source = Source(path, name, text.removeprefix("\ufeff"))
     root, faults, whole = read_nodes(source.text, source.lines, json=path.suffix.lower() == ".json")
     if root is not None and whole:
         faults += traps(root, source.text)
     if not faults and (root is None or root.value is None):
-        hint = "`labrun new NAME` makes one to start from"
+        hint = "`labrun new NAME` creates one to start from"
         faults, whole = [YamlFault("E100", "the file is empty", 0, hint)], False
     if root is not None and whole:
         source.root, source.data = root, root.value
@@ -164,7 +164,7 @@ def _problem(source: Source, fault: YamlFault) -> Problem:
     line, column, length = source.lines.span(start, start + max(1, fault.length))
     message = fault.message
     if fault.first is not None:
-        message += f"; it stands in line {source.lines.place(fault.first)[0]} already"
+        message += f"; it is already in line {source.lines.place(fault.first)[0]}"
     return Problem(
         file=source.name, line=line, column=column, length=length,
         severity="error" if fault.code.startswith("E") else "warning",

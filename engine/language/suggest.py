@@ -1,4 +1,4 @@
-"""What a person may have meant who mistyped a name."""
+"""Guess what was meant by a mistyped name."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -18,11 +18,11 @@ MEANT = {
     "race": "any", "together": "parallel",
     "version": "labrun", "protocol": "name",
 }  # fmt: skip
-"""Words of other languages for what has another name here."""
+"""Words from other languages for what has a different name here."""
 
 
 def closest(name: str, options: Iterable[str]) -> str | None:
-    """The option that looks most like the name or means the same, or None when none does."""
+    """The option that looks most like the name or means the same; None if there is none."""
     known = [option for option in options if isinstance(option, str)][:2000]
     folded = {option.casefold(): option for option in known}
     if len(name) > 80:
@@ -35,13 +35,13 @@ def closest(name: str, options: Iterable[str]) -> str | None:
 
 
 def did_you_mean(name: str, options: Iterable[str], *, prefix: str = "") -> str:
-    """`; did you mean 'move_to'?`, or nothing where no option comes close."""
+    """`; did you mean move_to?`, or nothing where no option comes close."""
     found = closest(name, options)
     return f"; did you mean {prefix}{found}?" if found else ""
 
 
 def listed(names: Iterable[str], limit: int = 12) -> str:
-    """`a, b and c`, as a sentence has it; cut short where there are too many."""
+    """`a, b and c`; cut short if there are too many."""
     known = list(names)
     if len(known) > limit:
         return f"{', '.join(known[:limit])} and {len(known) - limit} more"

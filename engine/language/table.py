@@ -17,7 +17,7 @@ LARGEST = 50_000_000
 
 
 class Table(Lazy):
-    """The rows of a file, each a set of fields, made when they are asked for."""
+    """The rows of a file, each a set of fields, made on demand."""
 
     def __init__(self, columns: Sequence[Column], cells: Sequence[Sequence[str]]) -> None:
         self.columns, self.cells = columns, cells
@@ -38,7 +38,7 @@ class Table(Lazy):
 
 @dataclass(slots=True, eq=False)
 class Tables:
-    """The function `csv` of one protocol: reads each file once, beside the protocol's own."""
+    """The function `csv` of one protocol: reads each file once, from the protocol's folder."""
 
     protocol: Path
     opened: dict[str, Path] = field(default_factory=dict)
@@ -48,7 +48,7 @@ class Tables:
     def __call__(self, file: Any = None, **kinds: Any) -> Table:
         """The table of a file; raises TableFault."""
         if not isinstance(file, str):
-            raise TableFault("csv: the name of a file is wanted: csv('samples.csv')")
+            raise TableFault("csv needs the name of a file: csv('samples.csv')")
         call = (file, *sorted((name, str(kind)) for name, kind in kinds.items()))
         if call not in self._made:
             self._made[call] = self._make(file, kinds)
@@ -94,7 +94,7 @@ def _reader(text: str, delimiter: str) -> Any:
 
 
 def _check(file: str, columns: Sequence[Column], rows: list[list[str]]) -> None:
-    """Every cell is what its column says: a fault is found before the run, not at its row."""
+    """Check every cell against its column, so that faults are found before the run."""
     width = max((column.place for column in columns), default=-1) + 1
     for index, row in enumerate(rows, 1):
         row += [""] * (width - len(row))

@@ -1,4 +1,4 @@
-"""What is known of a value before the run: number with which unit, text, list of what, which fields."""
+"""What is known about a value before the run: its kind, unit, items and fields."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -38,7 +38,7 @@ LIST = Type("list", item=ANY)
 
 
 def number(unit: str | None, *, whole: bool = False) -> Type:
-    """A number with this unit; any value where nobody knows the unit, which is said elsewhere."""
+    """A number with this unit; any value if the unit is unknown, which is reported elsewhere."""
     if unit is not None:
         try:
             unit_of(unit)
@@ -48,7 +48,7 @@ def number(unit: str | None, *, whole: bool = False) -> Type:
 
 
 def fields(**named: Type) -> Type:
-    """A map with just these fields."""
+    """A map with exactly these fields."""
     return Type("map", fields=named)
 
 
@@ -59,13 +59,13 @@ ERROR = fields(name=TEXT, message=TEXT, step=TEXT, device=TEXT, action=TEXT)
 
 
 def in_words(kind: Type) -> str:
-    """A type as a sentence names it: `a length (mm)`, `a text`."""
+    """A type as messages name it: `a length (mm)`, `text`."""
     if kind.kind == "number":
         if kind.unit is not None:
             return _measure(kind.unit)
         return "a whole number" if kind.whole else "a plain number"
     return {
-        "any": "a value", "null": "null", "boolean": "true or false", "text": "a text",
+        "any": "a value", "null": "null", "boolean": "true or false", "text": "text",
         "list": "a list", "map": "a set of fields",
     }[kind.kind]  # fmt: skip
 
@@ -97,7 +97,7 @@ def type_of_value(value: Any) -> Type:
 
 
 def type_of_param(param: Param) -> Type:
-    """The type that a declared parameter has."""
+    """The type of a declared parameter."""
     if param.type == "quantity":
         return number(param.unit)
     if param.type == "array":

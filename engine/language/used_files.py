@@ -1,6 +1,6 @@
 """Files that a protocol names: beside the protocol, or among the copies that a run keeps.
 
-A run's folder holds `used.json`, which says for each copied file what the names in it mean.
+A run's folder holds `used.json`, which maps the names in each copied file to their copies.
 """
 
 import json
@@ -13,11 +13,11 @@ COPIES = "used"
 
 
 class FileFault(ValueError):
-    """A file that cannot be read; the text says which and why."""
+    """A file that cannot be read; the message says which and why."""
 
 
 def find_file(protocol: Path, name: str, largest: int) -> tuple[Path, bytes]:
-    """The place and the bytes of a file that a protocol names; raises FileFault."""
+    """The path and the bytes of a file that a protocol names; raises FileFault."""
     path = place_of(protocol, name)
     try:
         if path.is_dir():
@@ -26,7 +26,9 @@ def find_file(protocol: Path, name: str, largest: int) -> tuple[Path, bytes]:
             raise FileFault(f"there is no file {name} beside {protocol.name}{_guess(path)}")
         size = path.stat().st_size
         if size > largest:
-            raise FileFault(f"{name} has {size / 1e6:,.0f} MB; {largest / 1e6:,.0f} MB is the most")
+            raise FileFault(
+                f"{name} has {size / 1e6:,.0f} MB; the limit is {largest / 1e6:,.0f} MB"
+            )
         return path, path.read_bytes()
     except (OSError, ValueError) as fault:
         if isinstance(fault, FileFault):
@@ -36,7 +38,7 @@ def find_file(protocol: Path, name: str, largest: int) -> tuple[Path, bytes]:
 
 
 def place_of(protocol: Path, name: str) -> Path:
-    """Where a name in a protocol leads: to a run's own copy where there is one."""
+    """The path that a name in a protocol means: the run's own copy where there is one."""
     for folder in (protocol.parent, protocol.parent.parent):
         kept = _kept(folder)
         if kept is not None:

@@ -1,4 +1,4 @@
-"""A value as a protocol writes it: plain data in which texts may hold `${{ ... }}`."""
+"""A value as written in a protocol: plain data in which texts may contain `${{ ... }}`."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -10,12 +10,12 @@ OPEN, CLOSE = "${{", "}}"
 
 
 class Value:
-    """What stands in a protocol; `constant` where nothing in it is computed."""
+    """A value in a protocol; `constant` where nothing in it is computed."""
 
     constant = True
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
-        """What it is for these names; raises ExpressionError."""
+        """The value for these names; raises ExpressionError."""
         raise NotImplementedError
 
     def expressions(self) -> Iterator[Expression]:
@@ -24,7 +24,7 @@ class Value:
 
 
 class Constant(Value):
-    """Data as it stands."""
+    """Data without expressions."""
 
     def __init__(self, data: Any) -> None:
         self.data = data
@@ -49,7 +49,7 @@ class Computed(Value):
 
 
 class Text(Value):
-    """A text with expressions in it; a quantity is inserted as `0.2 mm`."""
+    """Text with expressions in it; a quantity is inserted as `0.2 mm`."""
 
     constant = False
 
@@ -96,7 +96,7 @@ class Fields(Value):
 
 
 def value_of(raw: Any) -> Value:
-    """The value that plain data stands for; raises ExpressionError where one cannot be read."""
+    """The value of plain data; raises ExpressionError for an invalid expression."""
     if isinstance(raw, str):
         return _text_value(raw)
     if isinstance(raw, dict):
@@ -145,7 +145,7 @@ def _closing(text: str, position: int) -> int:
 
 
 def as_text(value: Any) -> str:
-    """A value as it is inserted into a text."""
+    """A value as it is inserted into text."""
     if isinstance(value, str):
         return value
     if value is None:

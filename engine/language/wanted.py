@@ -1,4 +1,4 @@
-"""What one parameter of an action wants, its range on this bench, and how a misfit is told."""
+"""What one parameter of an action expects, its range on this bench, and how a misfit is reported."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from ...schemas.quantity import UnitError, kind_of_unit, magnitude_in, number_te
 from .suggest import listed
 
 TYPE_WORDS = {
-    "number": "a number", "integer": "a whole number", "string": "a text", "boolean": "true or false",
+    "number": "a number", "integer": "a whole number", "string": "text", "boolean": "true or false",
     "array": "a list", "object": "fields", "null": "null",
 }  # fmt: skip
 
@@ -31,7 +31,7 @@ class ArgumentFault(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What one parameter wants: its schema, the narrower range of this bench, and its name."""
+    """What one parameter expects: its schema, the narrower range of this bench, and its name."""
 
     schema: Mapping[str, Any]
     limit: Limit | None
@@ -49,7 +49,7 @@ class Wanted:
 
 
 def wants(schema: Mapping[str, Any]) -> str:
-    """What a schema wants, in words: `a length (mm)`, `a text`."""
+    """What a schema expects, as messages put it: `a length (mm)`, `text`."""
     unit = schema.get("unit")
     if unit:
         return f"{kind_of_unit(unit)} ({unit})"
@@ -98,7 +98,7 @@ def bounds_text(schema: Mapping[str, Any], limit: Limit | None) -> str:
 
 
 def check_limit(value: Any, wanted: Wanted) -> None:
-    """Raise where a number is outside the limits of this bench."""
+    """Raise ArgumentFault for a number outside the limits of this bench."""
     limit = wanted.limit
     if limit is None or isinstance(value, bool) or not isinstance(value, int | float):
         return

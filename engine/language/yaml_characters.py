@@ -1,4 +1,4 @@
-"""Characters that word processors and other keyboards put in place of what YAML wants."""
+"""Characters that word processors and other keyboards put in place of those YAML needs."""
 
 import unicodedata
 
@@ -18,7 +18,7 @@ INVISIBLE = {"Cf", "Cc", "Zs", "Zl", "Zp"}
 
 
 def named(character: str) -> str:
-    """`a full-width colon (U+FF1A)`: a character that cannot be told by looking at it."""
+    """`a full-width colon (U+FF1A)`: a name for a character that looks like another."""
     code = f"U+{ord(character):04X}"
     if name := NAMES.get(character):
         return f"{name} ({code})"
@@ -28,14 +28,14 @@ def named(character: str) -> str:
 
 
 def odd(character: str) -> bool:
-    """True for what is written instead of another character, or cannot be seen."""
+    """True for an invisible character or one used in place of another."""
     if character.isascii():
         return False
     return character in INSTEAD or unicodedata.category(character) in INVISIBLE
 
 
 def odd_characters(text: str) -> str:
-    """A sentence on the first character of a text that is not what it looks like; or nothing."""
+    """A hint about the first character of a text that is not what it looks like; or nothing."""
     found = next((character for character in text if odd(character)), None)
     if found is None:
         return ""

@@ -1,8 +1,8 @@
-"""YAML by libyaml's parser in C, a hundred times as fast as ruamel.yaml's in Python.
+"""Read YAML with libyaml's parser in C, a hundred times as fast as ruamel.yaml's in Python.
 
-It is asked first, and believed where it reads as ruamel.yaml does. Whatever it refuses, or is known
-to read otherwise, raises Unlike: then ruamel.yaml reads the text, which also has the words for a
-fault. A test holds the two against each other.
+It is tried first, and used wherever it reads text as ruamel.yaml does. Anything it rejects, or is
+known to read differently, raises Unlike: then ruamel.yaml reads the text and also supplies the
+error messages. A test compares the two.
 """
 
 import re
@@ -12,23 +12,23 @@ from .yaml_node import Node, YamlFault
 from .yaml_tree import Composer
 
 FOREIGN = re.compile("[\ufeff\x85\u2028\u2029]")
-"""Line ends to YAML 1.1 only, and a mark that libyaml does not count."""
+"""Line ends in YAML 1.1 only, and a mark that libyaml does not count."""
 TAB = re.compile(r"(?:\A|(?<=[\r\n]))(?![^\"'\t\r\n]*(?<![^ \r\n])#)[^\t\r\n]*\t")
 """A tab outside a comment."""
 NAME = re.compile(r"[&*][A-Za-z0-9_-]+(?=[ \t\r\n,\[\]{}]|\Z)")
-"""An anchor or alias that ends at the same place for everybody."""
+"""An anchor or alias that ends at the same place in both parsers."""
 HASH = re.compile(r"[|>][-+0-9]*#")
 SPACES = re.compile(r"[|>][^\r\n]*(?:\r\n?|\n)[ \r\n]*? [\r\n]")
 """A block scalar whose first lines are of spaces only."""
 
 
 class Unlike(Exception):
-    """No fault: what ruamel.yaml makes of the text may be something else."""
+    """Not a fault: ruamel.yaml may read the text differently."""
 
 
 def read_by_libyaml(text: str) -> tuple[Node | None, list[YamlFault], bool]:
-    """The root, what is wrong but ends nothing, and whether the end was reached."""
-    # Not at the top: a JSON file, or a start without a file, does without.
+    """The root, the non-fatal faults, and whether the end was reached."""
+    # Not at the top: a JSON file, or a start without a file, does not need it.
     import yaml
 
     if not yaml.__with_libyaml__ or _odd(text):
@@ -37,7 +37,7 @@ def read_by_libyaml(text: str) -> tuple[Node | None, list[YamlFault], bool]:
     try:
         composer.read(yaml.CSafeLoader(text))
     except YamlFault as fault:
-        # Too large or too deep ends it as early here as there, and had better not be read again.
+        # Too large or too deep is the same in both parsers; reading it again would waste time.
         if fault.code != "E108":
             raise Unlike from None
         return None, [*composer.faults, fault], False
@@ -47,7 +47,7 @@ def read_by_libyaml(text: str) -> tuple[Node | None, list[YamlFault], bool]:
 
 
 def _odd(text: str) -> bool:
-    """True where a look at the whole text shows what the two differ in."""
+    """True where the whole text contains something that the two parsers read differently."""
     if not text.isascii() and FOREIGN.search(text):
         return True
     if "\t" in text and TAB.search(text):
@@ -57,7 +57,7 @@ def _odd(text: str) -> bool:
 
 
 class Wary(Composer):
-    """A composer that stops at all that libyaml and ruamel.yaml are known to differ in."""
+    """A composer that stops at everything that libyaml and ruamel.yaml read differently."""
 
     def read(self, loader: Any) -> None:
         """All events of a text."""
@@ -70,7 +70,7 @@ class Wary(Composer):
             raise Unlike  # `[{a: b}:c]` is a key that is a mapping only for libyaml
         root = self.root
         if root is not None and not root.plain and self.text[root.start] in "|>":
-            raise Unlike  # without indentation, `#` begins a comment for libyaml
+            raise Unlike  # without indentation, libyaml reads `#` as a comment
 
     def _document(self, event: Any, start: int) -> None:
         if event.tags or event.version is not None:

@@ -1,4 +1,4 @@
-"""Offsets of a text as lines and columns, both from 1, lines as editors count them."""
+"""Convert offsets in a text to lines and columns, both from 1, lines as editors count them."""
 
 import re
 from bisect import bisect_right
@@ -24,7 +24,7 @@ class Lines:
         return self.text[self.starts[number - 1] : end].rstrip("\r\n")
 
     def span(self, start: int, end: int) -> tuple[int, int, int]:
-        """Line, column and length of what lies between two offsets, on its first line."""
+        """Line, column and length of the text between two offsets, on its first line."""
         line, column = self.place(start)
         rest = len(self.line(line).rstrip()) - column + 1
         length = end - start if self.place(max(start, end - 1))[0] == line else rest

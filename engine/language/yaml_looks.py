@@ -1,4 +1,4 @@
-"""Lines that a parser fails at for a reason that a look at them shows: tabs, `${{`, odd spaces."""
+"""Find visible reasons why a parser fails at a line: tabs, `${{`, odd spaces."""
 
 import re
 
@@ -19,7 +19,7 @@ CURLY = "“”„«»‘’"
 
 
 def looks(lines: Lines, offset: int, *, flow: bool) -> YamlFault | None:
-    """What the line of a fault, or the one above it, shows; None where it shows nothing."""
+    """The reason visible in the line of a fault or the one above it; None if there is none."""
     number = lines.place(offset)[0]
     here = (number, lines.line(number))
     above = next(
@@ -50,9 +50,9 @@ def _tab(lines: Lines, number: int, line: str) -> YamlFault | None:
 
 
 def tab(offset: int) -> YamlFault:
-    """A tab where only spaces may stand."""
+    """A tab where only spaces are allowed."""
     return YamlFault("E101", "a tab; YAML is indented with spaces", offset,
-                     "replace the tab by spaces; most editors can be told to")  # fmt: skip
+                     "replace the tab with spaces; most editors can do this")  # fmt: skip
 
 
 def _bare_expression(lines: Lines, number: int, line: str, column: int) -> YamlFault | None:
@@ -64,7 +64,7 @@ def _bare_expression(lines: Lines, number: int, line: str, column: int) -> YamlF
     assert match is not None
     hint = f'write "{shown(match[0])}"'
     if line[begun - 1 : begun] in CURLY and begun:
-        hint = f"{named(line[begun - 1])} is no quote to YAML; {hint}"
+        hint = f"{named(line[begun - 1])} is not a quote in YAML; {hint}"
     return YamlFault(
         "E101", "an expression without quotes between brackets", lines.starts[number - 1] + begun,
         f"inside {{...}} or [...] an expression needs quotes: {hint}", len(match[0]),
@@ -78,7 +78,7 @@ def _cut(lines: Lines, number: int, line: str) -> YamlFault | None:
     return YamlFault(
         "E109", "a `#` after a space begins a comment, so this expression is cut off",
         lines.starts[number - 1] + match.start(),
-        "put the whole value between quotes, or the comment behind the `}}`", len(match[1]),
+        "put the whole value in quotes, or the comment after the `}}`", len(match[1]),
     )  # fmt: skip
 
 
@@ -88,7 +88,7 @@ def _odd(lines: Lines, number: int, line: str) -> YamlFault | None:
         return None
     at = match.end(match.lastindex or 0) - 1
     hint = odd_characters(line[at]).removeprefix("it holds ")
-    message = f"{named(line[at])} is not what YAML wants here"
+    message = f"{named(line[at])} is not what YAML needs here"
     return YamlFault(
         "E101", message, lines.starts[number - 1] + at, hint.partition("; ")[2]
     )  # fmt: skip

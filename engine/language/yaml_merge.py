@@ -1,7 +1,7 @@
-"""Merge keys: `<<: *name` gives a mapping the keys of another one that it has not itself.
+"""Merge keys: `<<: *name` gives a mapping the keys of another one that it lacks.
 
-They are no part of YAML 1.2, but people expect them; what is merged keeps the place where it is
-written, so that a problem in it points there.
+They are not part of YAML 1.2, but people expect them; merged values keep the place where they are
+written, so that a problem in one points there.
 """
 
 from .yaml_node import Node, YamlFault
@@ -10,7 +10,7 @@ MERGE = "<<"
 
 
 def merge(node: Node, merges: list[tuple[Node, int]]) -> list[YamlFault]:
-    """Give a mapping what its merge keys name; its own keys win, then those merged first."""
+    """Add the keys that merge keys name to a mapping; its own keys win, then those merged first."""
     assert node.members is not None and node.keys is not None
     faults = []
     for value, start in merges:
@@ -27,7 +27,7 @@ def merge(node: Node, merges: list[tuple[Node, int]]) -> list[YamlFault]:
 
 def _no_mapping(start: int) -> YamlFault:
     return YamlFault(
-        "E104", "`<<` merges the keys of another mapping, and this is none", start,
-        "write `<<: *name`, where `&name` stands before a mapping; "
-        'quote the key if it is meant to be `"<<"`', 2,
+        "E104", "`<<` merges the keys of another mapping, but this is not a mapping", start,
+        "write `<<: *name`, where `&name` marks a mapping; "
+        'quote the key if the text "<<" is meant', 2,
     )  # fmt: skip

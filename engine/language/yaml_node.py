@@ -1,15 +1,15 @@
-"""One value of a file with its place, and what can end the reading of one."""
+"""One value of a file with its place, and the faults of a file."""
 
 from dataclasses import dataclass
 from typing import Any
 
 DEEPEST = 100
 MOST_NODES = 500_000
-"""Nodes of a document, counted as often as aliases repeat them."""
+"""Nodes of a document, counting every repetition by an alias."""
 
 
 class YamlFault(Exception):
-    """A fault of a text; `start` is an offset in it, `first` that of what it repeats."""
+    """A fault in a text; `start` is its offset, `first` the offset of what it repeats."""
 
     def __init__(
         self, code: str, message: str, start: int, hint: str = "", length: int = 1,
@@ -22,9 +22,9 @@ class YamlFault(Exception):
 
 @dataclass(slots=True, eq=False)
 class Node:
-    """One value: where it stands (offsets), and what stands in it.
+    """One value: its place (offsets) and its content.
 
-    `plain` is True of a scalar without quotes: only such a one may mean something else than text.
+    `plain` is True for a scalar without quotes: only such a scalar can be anything but text.
     """
 
     start: int
@@ -38,17 +38,17 @@ class Node:
 
 
 def too_many(start: int) -> YamlFault:
-    """A file with more values than anybody writes, or one that aliases blow up."""
+    """A file with too many values, possibly through aliases."""
     return YamlFault("E108", f"more than {MOST_NODES:,} values, counting repeated ones", start)
 
 
 def too_deep(start: int) -> YamlFault:
-    """A value within more lists and mappings than any protocol needs."""
+    """A value nested deeper than any protocol needs."""
     return YamlFault("E108", f"nested deeper than {DEEPEST} levels", start)
 
 
 def key_text(value: Any) -> str:
-    """A key as text: `null:` and `1:` are words here, too."""
+    """A key as text: `null:` and `1:` are words, too."""
     if isinstance(value, str):
         return value
     words = {None: "null", True: "true", False: "false"}
@@ -56,14 +56,14 @@ def key_text(value: Any) -> str:
 
 
 def twice(key: str, start: int, end: int, first: int) -> YamlFault:
-    """A key that its mapping has already."""
+    """A key that its mapping already has."""
     return YamlFault(
-        "E102", f"the key {key!r} is here a second time", start, "keep one of the two",
+        "E102", f"the key {key!r} is used twice", start, "keep one of the two",
         end - start, first,
     )  # fmt: skip
 
 
 def shown(text: str, most: int = 60) -> str:
-    """A piece of a file as a sentence quotes it: on one line, not longer than one."""
+    """A piece of a file as messages quote it: on one line, shortened."""
     text = " ".join(text.split())
     return text if len(text) <= most else text[: most - 3] + "..."

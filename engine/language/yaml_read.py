@@ -1,4 +1,4 @@
-"""Text as nodes: as JSON, as YAML by libyaml, or as YAML by ruamel.yaml, which has the last word."""
+"""Read text as nodes: as JSON, as YAML with libyaml, or as YAML with ruamel.yaml, which decides."""
 
 import gc
 from collections.abc import Iterator
@@ -13,18 +13,18 @@ from .yaml_tree import Composer
 from .yaml_words import in_words
 
 Reading = tuple[Node | None, list[YamlFault], bool]
-"""The root, the faults, and whether the reading came to its end."""
+"""The root, the faults, and whether the whole text was read."""
 
 
 def read_nodes(text: str, lines: Lines, *, json: bool) -> Reading:
-    """What a text holds; `json` where it is nothing else, so that faults are those of JSON."""
+    """The nodes of a text; `json`: it must be JSON, so that faults are those of JSON."""
     with _uncollected():
         return _read(text, lines, json)
 
 
 @contextmanager
 def _uncollected() -> Iterator[None]:
-    """Without garbage collection: it would go through all nodes again and again, to find none."""
+    """Pause garbage collection: it would scan all nodes repeatedly and find nothing."""
     was = gc.isenabled()
     gc.disable()
     try:
@@ -49,7 +49,7 @@ def _read(text: str, lines: Lines, json: bool) -> Reading:
 
 
 def read_by_ruamel(text: str, lines: Lines) -> Reading:
-    """YAML with all that it may hold, and a place for each fault."""
+    """Read any YAML, with a place for each fault."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import YAMLError
 
@@ -60,13 +60,13 @@ def read_by_ruamel(text: str, lines: Lines) -> Reading:
     except YamlFault as fault:
         return None, [*composer.faults, fault], False
     except (YAMLError, ValueError, IndexError, AttributeError, TypeError, AssertionError) as fault:
-        # ruamel's scanner lets bare ValueErrors and worse fall out on odd escapes and directives.
+        # ruamel's scanner raises bare ValueErrors and worse for odd escapes and directives.
         return None, [*composer.faults, *_unless_told(fault, composer.faults, lines)], False
     return composer.root, composer.faults, True
 
 
 def _unless_told(fault: Any, told: list[YamlFault], lines: Lines) -> list[YamlFault]:
-    """What the parser fails at, unless it is what became of `{{ x }} mm`, which is told."""
+    """The parser's fault, unless it follows from a `{{ x }} mm` that is already reported."""
     found = in_words(fault, lines)
     line = lines.place(found.start)[0]
     braces = (other for other in told if other.code == "E109")

@@ -1,4 +1,4 @@
-"""What a plain YAML scalar means, by the core schema of YAML 1.2: `no`, `on` and `1:30` are text."""
+"""The value of a plain YAML scalar in the core schema of YAML 1.2: `no`, `on`, `1:30` are text."""
 
 import math
 import re
@@ -16,7 +16,7 @@ LONGEST_NUMBER = 400
 
 
 class ScalarFault(ValueError):
-    """A scalar that is no value anybody could use; the text says why."""
+    """A scalar without a usable value; the message says why."""
 
 
 def plain_value(text: str) -> Any:
@@ -39,7 +39,7 @@ def _word(text: str) -> Any:
 
 def _number(text: str) -> Any:
     if NOT_FINITE.fullmatch(text):
-        raise ScalarFault(f"{text} is no number that a device can use")
+        raise ScalarFault(f"{text} is not a number that a device can use")
     if len(text) > LONGEST_NUMBER:
         if FLOAT.fullmatch(text):
             raise ScalarFault(f"a number of {len(text)} digits")
@@ -59,7 +59,7 @@ def _number(text: str) -> Any:
 
 
 def tagged_value(tag: str, text: str) -> Any:
-    """The value of a scalar that bears one of YAML's own tags, such as `!!str`."""
+    """The value of a scalar with one of YAML's own tags, such as `!!str`."""
     if tag == "str":
         return text
     value = plain_value(text)
@@ -72,7 +72,7 @@ def tagged_value(tag: str, text: str) -> Any:
 
 
 def whole_text(text: str) -> str:
-    r"""A text whose pairs of surrogates (`\ud83d\ude00`, as JSON writes them) are one character."""
+    r"""The text with each surrogate pair (`\ud83d\ude00`, as in JSON) as one character."""
     try:
         text.encode()
     except UnicodeEncodeError:
@@ -80,6 +80,6 @@ def whole_text(text: str) -> str:
             return text.encode("utf-16", "surrogatepass").decode("utf-16")
         except UnicodeDecodeError:
             raise ScalarFault(
-                r"half of a character: of a pair such as \ud83d\ude00 one is missing"
+                r"half of a character: one part of a pair such as \ud83d\ude00 is missing"
             ) from None
     return text

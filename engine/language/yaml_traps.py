@@ -1,8 +1,8 @@
-"""What YAML reads otherwise than it looks: told as warnings, or as a hint beside a problem.
+"""Values that YAML reads differently from how they look: warnings, and hints beside problems.
 
-YAML 1.2 reads `yes`, `1:30` and `2026-11-21` as text and `010` as ten. Where text is wanted that
-is right, so nothing is said; where a problem is told of such a value, its hint says what was read
-and how to write what was meant.
+YAML 1.2 reads `yes`, `1:30` and `2026-11-21` as text and `010` as ten. Where text is expected,
+that is right and nothing is reported; where such a value has a problem, the hint says how it was
+read and how to write what was meant.
 """
 
 import re
@@ -15,7 +15,7 @@ from .yaml_node import Node, YamlFault, shown
 WORTH_A_LOOK = re.compile(
     r"(?<!\$)\{\{|\$\{\{(?:(?!\}\})[^\n#])*+#|[“”„«»]|(?<![\w.:,/+-])[-+]?0[0-9]+(?![\w.:/-])"
 )
-"""Where a text holds none of these, no value of it is looked at again."""
+"""If a text contains none of these, its values are not examined further."""
 ZEROS = re.compile(r"[-+]?0[0-9]+")
 EXPRESSION = re.compile(r"\$\{\{.*?\}\}", re.DOTALL)
 BRACES = re.compile(r"(?<!\$)\{\{\s*([A-Za-z_][\w.]*)[^{}]*\}\}")
@@ -30,10 +30,12 @@ DATE = re.compile(r"[0-9]{4}-[0-9]{1,2}-[0-9]{1,2}([Tt ].*)?")
 BINARY = re.compile(r"0b[01_]+")
 NO_VALUE = re.compile(r"\s*[,}]")
 NO_SPACE = re.compile(r"([A-Za-z_]\w*):([^\s/].*)", re.DOTALL)
+TEXT = re.compile(r"\b(?:needs|wants|not|or) text\b")
+"""A message that text is expected."""
 
 
 def traps(root: Node, text: str) -> list[YamlFault]:
-    """What looks like something else than it is, in a whole file."""
+    """Everything in a file that is not read as it looks."""
     if not WORTH_A_LOOK.search(text):
         return []
     found = []
@@ -42,7 +44,7 @@ def traps(root: Node, text: str) -> list[YamlFault]:
         fault = _zeros(node, raw) or _wrapped(node, raw)
         if fault is None and isinstance(node.value, str) and "{{" in node.value:
             fault, repaired = _cut(node, text) or _braces(node) or (None, node.value)
-            # What is told here is not told again as a consequence: it is read as it was meant.
+            # It is then read as it was meant, so that no other problem follows from it.
             node.value = parent.value[key] = repaired
         if fault is not None:
             found.append(fault)
@@ -72,7 +74,7 @@ def _zeros(node: Node, raw: str) -> YamlFault | None:
     other = f"; YAML 1.1 reads {int(octal, 8)}" if octal and set(octal) <= set("01234567") else ""
     return _warning(
         "W102", f"{raw} is read as the number {node.value}{other}", node,
-        f"write {node.value}, or '{raw}' between quotes where the zeros belong to a text",
+        f"write {node.value}, or '{raw}' in quotes if it is text",
     )  # fmt: skip
 
 
@@ -80,13 +82,13 @@ def _wrapped(node: Node, raw: str) -> YamlFault | None:
     if not node.plain or not WRAPPED.fullmatch(raw):
         return None
     return _warning(
-        "W103", f"the quotes {raw[0]} and {raw[-1]} of a word processor are part of this text", node,
-        f'write "{shown(raw[1:-1])}"; where they are meant, put straight quotes around them',
+        "W103", f"the curly quotes {raw[0]} and {raw[-1]} are part of this text", node,
+        f'write "{shown(raw[1:-1])}"; if they are intended, put straight quotes around them',
     )  # fmt: skip
 
 
 def _cut(node: Node, text: str) -> tuple[YamlFault, str] | None:
-    """An expression that ends before its `}}`, because a comment begins."""
+    """An expression that a comment cuts off before its `}}`."""
     value = node.value
     if not node.plain or value.rfind("${{") <= value.rfind("}}"):
         return None
@@ -95,19 +97,19 @@ def _cut(node: Node, text: str) -> tuple[YamlFault, str] | None:
         return None
     fault = YamlFault(
         "E109", "a `#` after a space begins a comment, so this expression is cut off", node.start,
-        "put the whole value between quotes, or the comment behind the `}}`", node.end - node.start,
+        "put the whole value in quotes, or the comment after the `}}`", node.end - node.start,
     )  # fmt: skip
     return fault, value + " }}"
 
 
 def _braces(node: Node) -> tuple[YamlFault, str] | None:
-    """`{{ x }}` in a text, as other programs write what is written `${{ x }}` here."""
+    """`{{ x }}` in text, as other programs write it, instead of `${{ x }}`."""
     value = node.value
     match = BRACES.search(EXPRESSION.sub(lambda found: " " * len(found[0]), value))
     if match is None:
         return None
     written = shown(match[0])
-    message = f"`{written}` without a `$` is plain text, and nothing is put in its place"
+    message = f"`{written}` without a `$` is plain text and is not replaced"
     hint = f"write ${written} for the value of an expression"
     if SURELY.match(match[1]):
         fault = YamlFault("E109", message, node.start, hint, node.end - node.start)
@@ -119,13 +121,13 @@ def _warning(code: str, message: str, node: Node, hint: str) -> YamlFault:
     return YamlFault(code, message, node.start, hint, node.end - node.start)
 
 
-# --- hints beside a problem that is told anyway
+# --- hints beside a problem that is reported anyway
 
 
 def value_hint(node: Node, raw: str, message: str) -> str:
-    """What there is to say of how a value is written that is of the wrong kind."""
-    if node.members and "a text" in message and len(node.members) == 1:
-        return "`: ` makes a key of what stands before it; put a text that has it between quotes"
+    """A hint about how a value of the wrong kind is written; or nothing."""
+    if node.members and TEXT.search(message) and len(node.members) == 1:
+        return "`: ` makes what is before it a key; put text that contains it in quotes"
     if node.members and "a list" in message and all(key[0] == "-" for key in node.members if key):
         return odd_characters(next(iter(node.members))) or "a space is missing after the `-`"
     if node.members is not None or node.items is not None:
@@ -134,8 +136,8 @@ def value_hint(node: Node, raw: str, message: str) -> str:
         return _read_as_text(node, node.value.strip())
     if not node.plain or not raw:
         return ""
-    if "a text" in message:
-        return f"`{shown(raw)}` without quotes is no text; write '{shown(raw)}'"
+    if TEXT.search(message):
+        return f"`{shown(raw)}` without quotes is not text; write '{shown(raw)}'"
     if isinstance(node.value, float) and node.value.is_integer() and "." not in raw:
         return f"`{raw}` is read as a number with a fraction; write {node.value:.0f}"
     return ""
@@ -172,12 +174,12 @@ def _plain_text(text: str) -> str:
 
 
 def key_hint(key: str, text: str, start: int, end: int) -> str:
-    """What there is to say of how a key is written that nobody knows."""
+    """A hint about how an unknown key is written; or nothing."""
     before = text[max(0, start - 2) : start]
     if key[:1].isdigit() and before[-1:] == "," and before[:1].isdigit():
         return f"a comma separates entries; a number has a decimal point: {before[:1]}.{key}"
     if match := NO_SPACE.fullmatch(key):
         return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
     if NO_VALUE.match(text, end) and text[:start].rstrip()[-1:] == ",":
-        return "a comma separates entries; put a text that has one between quotes"
+        return "a comma separates entries; put text that contains one in quotes"
     return odd_characters(key)

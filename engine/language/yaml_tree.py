@@ -1,7 +1,7 @@
-"""YAML text as plain data, with the place of every key and value kept beside it.
+"""Read YAML text as plain data, with the place of every key and value.
 
-The composer works on the events of ruamel.yaml's parser, or of libyaml's, and keeps a stack of its
-own, so that neither a deep nest nor an alias bomb can take it down.
+The composer works on the events of ruamel.yaml's or libyaml's parser and keeps its own stack, so
+that neither deep nesting nor an alias bomb can crash it.
 """
 
 from dataclasses import dataclass, field
@@ -26,7 +26,7 @@ CORE = "tag:yaml.org,2002:"
 
 @dataclass(slots=True, eq=False)
 class Open:
-    """A list or mapping whose end has not come yet, with the key that waits for its value."""
+    """A list or mapping that has not ended yet, with the key that awaits its value."""
 
     node: Node
     key: tuple[Node, int, int] | None = None
@@ -35,12 +35,12 @@ class Open:
 
     @property
     def awaits_key(self) -> bool:
-        """True of a mapping whose next value is a key."""
+        """True for a mapping whose next value is a key."""
         return self.node.items is None and self.key is None
 
 
 class Composer:
-    """Builds nodes from parser events; faults that need not end the reading are collected."""
+    """Builds nodes from parser events; non-fatal faults are collected."""
 
     def __init__(self, text: str = "") -> None:
         self.text = text
@@ -51,7 +51,7 @@ class Composer:
         self.documents = 0
 
     def take(self, event: Any) -> None:
-        """Go on by one event."""
+        """Process one event."""
         kind = type(event).__name__
         start, end = event.start_mark.index, event.end_mark.index
         if kind == "ScalarEvent":
@@ -126,27 +126,27 @@ class Composer:
     def _bad_tag(self, event: Any, start: int, end: int) -> None:
         mark = self.text.find("!", start, end) if end > start else start
         name = str(event.tag).removeprefix(CORE)
-        fault = YamlFault("E105", f"the tag {name} is not known here", max(start, mark),
-                          "write the value without a tag, or quote a text that begins with `!`",
+        fault = YamlFault("E105", f"unknown tag {name}", max(start, mark),
+                          "write the value without a tag, or quote text that begins with `!`",
                           max(1, end - start))  # fmt: skip
         self.faults.append(fault)
 
     def _alias(self, anchor: str, start: int, end: int) -> None:
         node = self.anchors.get(anchor)
         if node is None:
-            what = f"*{anchor} repeats an anchor &{anchor} that is not there"
+            what = f"*{anchor} refers to an anchor &{anchor} that does not exist"
             if not anchor.isidentifier():
-                what = "a text that begins with * is an alias to YAML"
-            raise YamlFault("E104", what, start, "put the text between quotes if the * belongs to it",
+                what = "YAML reads text that begins with * as an alias"
+            raise YamlFault("E104", what, start, "put the text in quotes if the * belongs to it",
                             end - start)  # fmt: skip
         if any(node is open_.node for open_ in self.stack):
             raise YamlFault(
-                "E104", f"*{anchor} repeats what it stands in", start, length=end - start
+                "E104", f"*{anchor} repeats something that contains it", start, length=end - start
             )
         self._place(node, start, end)
 
     def _place(self, node: Node, start: int, end: int) -> None:
-        """Put a whole node where it belongs: as the root, an item, a key or the value of a key."""
+        """Put a complete node in its place: as the root, an item, a key or the value of a key."""
         if not self.stack:
             self.root = self.root or node
             return
@@ -184,16 +184,16 @@ class Composer:
         parent.value[key] = node.value
 
     def _odd_key(self, open_: Open, key: Node, start: int) -> None:
-        """A list or mapping as a key: nobody means that; `{{ x }}` is an expression without `$`."""
+        """A list or mapping as a key is always a mistake; `{{ x }}` is an expression without `$`."""
         if key.members is not None and open_.node.start == start - 1:
             open_.braces = True
             return
         self.faults.append(YamlFault("E103", "a key is a word, not a list or a mapping", start))
 
     def _braces(self, node: Node) -> None:
-        """`{{ x }}` is read on as `${{ x }}`, so that what it lacks is told once."""
+        """Read `{{ x }}` as `${{ x }}`, so that the missing `$` is reported only once."""
         written = self.text[node.start : node.end]
-        fault = YamlFault("E109", "`{{ ... }}` without a `$` is a mapping in a mapping to YAML",
+        fault = YamlFault("E109", "YAML reads `{{ ... }}` without a `$` as a mapping in a mapping",
                           node.start, f'write "${shown(written)}", with the quotes',
                           len(written))  # fmt: skip
         self.faults.append(fault)
@@ -201,7 +201,7 @@ class Composer:
 
 
 def _core_tag(event: Any) -> str | None:
-    """The short name of a tag, None where there is none."""
+    """The short name of a tag; None without a tag."""
     tag = str(event.tag) if event.tag is not None else None
     if tag is None or tag == "!":
         return "str" if tag == "!" else None

@@ -1,4 +1,4 @@
-"""What the YAML parser complains of, said in the words of a person who writes protocols."""
+"""Translate the YAML parser's errors into messages for people who write protocols."""
 
 import re
 from typing import Any
@@ -10,12 +10,12 @@ from .yaml_node import YamlFault, shown
 NO_TOKEN = re.compile(r"found character '(.+)' that cannot start any token")
 GOT = re.compile(r"but (?:got|found) \(?'?([^',)]+)'?")
 KEY = re.compile(r"[ ]*(?:-[ ]+)*([^\s:#'\"-][^:#]*):(?=\s|$)")
-QUOTE_TEXT = "put the text between quotes"
+QUOTE_TEXT = "put the text in quotes"
 FIRST_COLON = re.compile(r"(?:^\s*|[-{,]\s+)(?:-\s+)*[^:\s]+:\s+(?=\S)")
 
 
 def in_words(fault: Any, lines: Lines) -> YamlFault:
-    """A fault of ruamel.yaml as a problem with a place and a way out."""
+    """A fault of ruamel.yaml as a problem with a place and a hint."""
     mark = getattr(fault, "problem_mark", None) or getattr(fault, "context_mark", None)
     if mark is None:
         return _unreadable(fault)
@@ -32,7 +32,7 @@ def _unreadable(fault: Any) -> YamlFault:
     character = getattr(fault, "character", None)
     position = int(getattr(fault, "position", 0) or 0)
     code = character if isinstance(character, int) else ord(str(character or "\0")[0])
-    message = f"a character that no text editor shows (U+{code:04X}) stands here"
+    message = f"an invisible character (U+{code:04X})"
     return YamlFault(
         "E101", message, position, "remove it, or write it as \\xNN inside double quotes"
     )
@@ -46,7 +46,7 @@ def _translate(said: str, context: str, lines: Lines, offset: int, begun: int) -
         return tab(offset)
     if match := NO_TOKEN.search(said):
         hint = f"{QUOTE_TEXT}, such as '{shown(line[len(before) :])}'"
-        return _fault(f"a text cannot begin with {match[1]}", offset, hint)
+        return _fault(f"text cannot begin with {match[1]}", offset, hint)
     if "flow" in context and "quoted" not in context:
         return _flow(said, context, lines, offset, begun)
     if "mapping values are not allowed" in said:
@@ -60,18 +60,18 @@ def _translate(said: str, context: str, lines: Lines, offset: int, begun: int) -
     if "expected <block end>" in said:
         return _block_end(said, lines, number, offset)
     if "sequence entries are not allowed" in said:
-        return _fault("`- ` begins an item of a list, which cannot stand behind a key", offset,
-                      "put the list in the lines below; a negative number has no space: -3 mm")  # fmt: skip
+        return _fault("`- ` begins a list item, which cannot follow a key on the same line", offset,
+                      "put the list on the lines below; a negative number has no space: -3 mm")  # fmt: skip
     if "expected alphabetic or numeric" in said:
         mark = line[len(before) - 1 : len(before)]
         names = {"&": "an anchor", "*": "an alias"}.get(mark, "a name")
-        message = f"a text that begins with {mark or '&'} is {names} to YAML"
+        message = f"YAML reads text that begins with {mark or '&'} as {names}"
         return _fault(message, max(0, offset - 1), QUOTE_TEXT)
     if "document start" in said or "document end" in said:
-        return _fault("this does not go on what stands before it", offset,
-                      "is a `:` or a quote out of place?")  # fmt: skip
+        return _fault("this does not continue what is before it", offset,
+                      "check for a misplaced `:` or quote")  # fmt: skip
     if "tag" in said:
-        return _fault("a tag (`!...`) that is not known", offset, "write the value without a tag")
+        return _fault("an unknown tag (`!...`)", offset, "write the value without a tag")
     return _fault(f"not YAML: {said.strip()}", offset)
 
 
@@ -90,17 +90,17 @@ def _flow(said: str, context: str, lines: Lines, offset: int, begun: int) -> Yam
         start = max(lines.text.rfind(mark, 0, offset) for mark in ": {,") + 1
         rest = re.compile(r"[^,}\r\n]*").match(lines.text, start)
         value = shown(rest[0]) if rest is not None else ""
-        return _fault("`: ` within a text between brackets begins another value", start,
+        return _fault("`: ` in text inside brackets begins another value", start,
                       f'{QUOTE_TEXT}: "{value}"', offset - start)  # fmt: skip
     if "expected the node content" in said:
-        return _fault("a bracket or comma where a value should stand", offset,
+        return _fault("a bracket or comma where a value should be", offset,
                       f"{QUOTE_TEXT} if the {here} belongs to it")  # fmt: skip
     if here in ("}", "]"):
-        return _fault(f"{here} closes a bracket that was opened as {lines.text[begun]}", offset,
+        return _fault(f"{here} cannot close a bracket opened with {lines.text[begun]}", offset,
                       f"write {closing}")  # fmt: skip
     where = "" if line == lines.place(offset)[0] else f" of line {line}"
     return _fault(f"a comma or {closing} is missing before this", offset,
-                  f"is the bracket {lines.text[begun]}{where} never closed?")  # fmt: skip
+                  f"check whether the bracket {lines.text[begun]}{where} is closed")  # fmt: skip
 
 
 def _open_bracket(closing: str, lines: Lines, begun: int) -> YamlFault:
@@ -108,7 +108,7 @@ def _open_bracket(closing: str, lines: Lines, begun: int) -> YamlFault:
     comment = re.search(r"\s#", lines.line(line)[column:])
     hint = f"close it with {closing}"
     if comment is not None:
-        hint += "; a `#` after a space begins a comment, and what is in it does not count"
+        hint += "; a `#` after a space begins a comment, and its text is ignored"
     return _fault(f"a bracket that is never closed; {closing} is missing", begun, hint)
 
 
@@ -116,44 +116,46 @@ def _colon(lines: Lines, number: int, before: str, offset: int) -> YamlFault:
     if first := FIRST_COLON.match(before):
         start = lines.starts[number - 1] + first.end()
         value = shown(lines.line(number)[first.end() :])
-        return _fault("a second `: ` in one line begins another key", start,
-                      f'{QUOTE_TEXT} that has a `: `: "{value}"', offset - start)  # fmt: skip
+        return _fault("a second `: ` on one line begins another key", start,
+                      f'put text that contains a `: ` in quotes: "{value}"', offset - start)  # fmt: skip
     key = before.lstrip(" -")
-    return _fault("a key that is indented further than the line before it allows",
-                  offset - len(key), "line keys up", len(key))  # fmt: skip
+    return _fault("a key that is indented too far",
+                  offset - len(key), "align the keys", len(key))  # fmt: skip
 
 
 def _quoted(said: str, offset: int, begun: int) -> YamlFault:
     if "escape" in said or "hexdecimal" in said or "hexadecimal" in said:
-        message = "a backslash with a letter that means nothing"
+        message = "an unknown backslash escape"
         return _fault(message, max(begun, offset - 1), "use single quotes, or write \\\\", 2)
     return _fault("a quote that is never closed", begun,
-                  "close it, or double a quote that belongs to the text")  # fmt: skip
+                  "close it, or double any quote that belongs to the text")  # fmt: skip
 
 
 def _after_quote(quote: str, lines: Lines, offset: int, before: str) -> YamlFault:
     other = "'...'" if quote == '"' else '"..."'
     inside = r"\"" if quote == '"' else "''"
     return _fault(f"the {quote} before this ends the text", offset,
-                  f"a {quote} within it is written {inside}, or put the text in {other}")  # fmt: skip
+                  f"write a {quote} inside it as {inside}, or put the text in {other}")  # fmt: skip
 
 
 def _block_end(said: str, lines: Lines, number: int, offset: int) -> YamlFault:
     got = GOT.search(said)
     what = got[1] if got else ""
     if what in ("}", "]"):
-        return _fault(f"a {what} that closes nothing", offset, "remove it, or open it before")
+        return _fault(
+            f"a {what} that closes nothing", offset, "remove it, or add the opening bracket"
+        )
     line = lines.line(number)
     if what == "-" or line.lstrip().startswith("- "):
         return _fault("a list and keys are mixed here", offset,
-                      "line the items of a list (`- `) up with each other, below their key")  # fmt: skip
+                      "align the items of a list (`- `) with each other, below their key")  # fmt: skip
     if what == "<scalar>":
-        return _fault("this does not go on what stands before it", offset, QUOTE_TEXT)
+        return _fault("this does not continue what is before it", offset, QUOTE_TEXT)
     above = next((KEY.match(text) for text in _above(lines, number) if KEY.match(text)), None)
-    hint = "line keys of one level up"
+    hint = "align keys of the same level"
     if above is not None:
         hint += f"; {above[1]!r} above begins in column {above.start(1) + 1}"
-    return _fault("the indentation does not fit any line before it", offset, hint)
+    return _fault("the indentation does not match any line before it", offset, hint)
 
 
 def _above(lines: Lines, number: int) -> list[str]:

@@ -1,1 +1,4 @@
-"""The even form of protocol files, as `labrun fmt` writes it."""
+"""The standard layout of protocol files, as `labrun fmt` writes it.
+
+Never changes what a file means: only blanks and line breaks move.
+"""

@@ -1,13 +1,12 @@
-"""A file in even form: read, compared, and written whole or not at all."""
+"""Format a file: read it, compare, and write all of it or nothing."""
 
-import os
-import shutil
 import sys
 from dataclasses import dataclass, field
 from difflib import unified_diff
 from pathlib import Path
 
 from ...schemas.problem import Problem
+from ...system.files import write_whole
 from ..language.file_text import Unread, decoded, file_text
 from .yaml import MeaningChanged, format_text
 
@@ -16,7 +15,7 @@ STDIN = Path("-")
 
 @dataclass(slots=True)
 class Formatted:
-    """A file as it is and in even form; the same text twice where nothing is to be done."""
+    """A file before and after formatting; the same text twice if nothing has to change."""
 
     name: str
     before: str = ""
@@ -25,18 +24,18 @@ class Formatted:
 
     @property
     def changed(self) -> bool:
-        """True where there is something to write."""
+        """True if there is something to write."""
         return self.after != self.before
 
     def diff(self) -> str:
         """What would change, as `diff -u` shows it."""
         before, after = self.before.splitlines(), self.after.splitlines()
-        lines = unified_diff(before, after, self.name, f"{self.name} (even)", lineterm="")
+        lines = unified_diff(before, after, self.name, f"{self.name} (formatted)", lineterm="")
         return "".join(f"{line}\n" for line in lines)
 
 
 def formatted(path: Path) -> Formatted:
-    """A file, or `-` for stdin, in even form; with the problems that keep it from having one."""
+    """A formatted file, or `-` for stdin, or the problems that prevent formatting."""
     name = "<stdin>" if path == STDIN else str(path)
     text = decoded(sys.stdin.buffer.read()) if path == STDIN else file_text(path)
     if isinstance(text, Unread):
@@ -44,25 +43,17 @@ def formatted(path: Path) -> Formatted:
     try:
         after, problems = format_text(text, name)
     except MeaningChanged as fault:
-        message = f"the file stays as it is: in even form it would mean something else ({fault})"
-        hint = "please report it with the file; this is labrun's fault"
+        message = f"the file was not changed: formatting would change its meaning ({fault})"
+        hint = "this is an internal error in labrun; please report it with the file"
         return Formatted(name, text, text, [_problem(name, Unread(message, hint))])
     return Formatted(name, text, after, problems)
 
 
-def write_whole(path: Path, text: str) -> Problem | None:
-    """Write a file with all of its text or leave it as it was; its rights and links stay."""
-    place = path.resolve()
-    half = place.with_name(f".{place.name}.{os.getpid()}.part")
+def replace_text(path: Path, text: str) -> Problem | None:
+    """Write a whole file or leave it unchanged; its permissions and links are kept."""
     try:
-        with half.open("xb") as file:
-            file.write(text.encode())
-            file.flush()
-            os.fsync(file.fileno())
-        shutil.copymode(place, half)
-        half.replace(place)
+        write_whole(path, text.encode())
     except OSError as fault:
-        half.unlink(missing_ok=True)
         return _problem(str(path), Unread(f"the file cannot be written: {fault.strerror or fault}"))
     return None
 

@@ -1,4 +1,4 @@
-"""A protocol in JSON in even form: numbers and texts as they were written, short things in a line."""
+"""Format JSON protocols: numbers and texts unchanged, short values on one line."""
 
 from ..language.source import Source
 from ..language.yaml_node import Node
@@ -7,7 +7,7 @@ WIDEST = 88
 
 
 def format_json(source: Source) -> str:
-    """The text of a JSON file in even form."""
+    """The formatted text of a JSON file."""
     assert source.root is not None
     return _shown(source.root, source.text, 0) + "\n"
 
@@ -33,7 +33,7 @@ def _shown(node: Node, text: str, indent: int) -> str:
 
 
 def _in_a_line(node: Node, text: str, room: int) -> str | None:
-    """The value in one line, None where it does not fit."""
+    """The value on one line; None if it does not fit."""
     if node.items is None and node.members is None:
         return text[node.start : node.end]
     if node.size > room:

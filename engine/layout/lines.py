@@ -1,4 +1,4 @@
-"""To which column each line of a YAML text moves, by the tokens of ruamel.yaml's scanner."""
+"""Work out the column of each line of YAML text from the tokens of ruamel.yaml's scanner."""
 
 from bisect import bisect_left
 from collections.abc import Iterator
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 STEP = 2
-"""Spaces a level."""
+"""Spaces per level."""
 MARKERS = {"DocumentStartToken", "DocumentEndToken", "DirectiveToken"}
 OPENS: "dict[str, Literal['mapping', 'list']]" = {
     "BlockMappingStartToken": "mapping", "BlockSequenceStartToken": "list",
@@ -18,9 +18,9 @@ STREAM = {"StreamStartToken", "StreamEndToken"}
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A mapping or list over lines: the column that it begins in, before and after.
+    """A mapping or list over several lines: the column in which it begins, before and after.
 
-    A `level` list stands in the column of its key: no token says where it begins and ends.
+    A `level` list is in the column of its key: no token marks where it begins and ends.
     """
 
     kind: Literal["mapping", "list", "level"]
@@ -29,7 +29,7 @@ class Block:
 
 
 def even_lines(text: str) -> Iterator[str]:
-    """The lines of a text, each in its column; those without words at the end are left out."""
+    """The lines of a text, each in its column, without blank lines at the end."""
     lines = text.split("\n")
     layout = Layout(lines)
     layout.read(text)
@@ -39,15 +39,15 @@ def even_lines(text: str) -> Iterator[str]:
 
 
 class Layout:
-    """Where the first word of each line goes."""
+    """The column for the first word of each line."""
 
     def __init__(self, lines: list[str]) -> None:
         self.lines = lines
         self.column: dict[int, int] = {}
         self.kept: set[int] = set()
-        """Lines within a text, whose blanks at the end may count."""
+        """Lines within a text value, whose trailing blanks may matter."""
         self.gaps: dict[int, list[tuple[int, int]]] = {}
-        """Blanks behind dashes, of which one remains."""
+        """Blanks after dashes, of which one remains."""
         self.around: dict[int, list[Block]] = {}
         """The blocks that are open after the last word of a line."""
         self.stack: list[Block] = []
@@ -56,7 +56,7 @@ class Layout:
         self.opened = 0
 
     def read(self, text: str) -> None:
-        """Take in all of a text."""
+        """Read the whole text."""
         from ruamel.yaml import YAML
 
         for token in YAML(typ="safe", pure=True).scan(text):
@@ -70,7 +70,7 @@ class Layout:
         self.comments()
 
     def moved(self, number: int, line: str) -> str:
-        """A line in its column, as far as it has one."""
+        """A line moved to its column, if it has one."""
         for start, length in reversed(self.gaps.get(number, [])):
             line = f"{line[:start]} {line[start + length :]}"
         words = line.lstrip(" ")
@@ -83,7 +83,7 @@ class Layout:
     # --- block structure
 
     def take(self, kind: str, token: Any, line: int, column: int) -> None:
-        """Go on by one token that is not between brackets."""
+        """Process one token that is not between brackets."""
         first = line not in self.column and not self.lines[line][:column].strip()
         if kind in OPENS:
             new = self.below() if first else column + self.shift
@@ -102,7 +102,7 @@ class Layout:
             self.text(token, line)
 
     def level_list(self, kind: str, column: int) -> None:
-        """Begin or end a list that stands in the column of its key."""
+        """Begin or end a list that is in the column of its key."""
         top = self.stack[-1] if self.stack else None
         if top is None:
             return
@@ -127,27 +127,27 @@ class Layout:
         return self.stack[-1].new if own else self.below()
 
     def dash(self, line: int, column: int) -> None:
-        """One blank behind a dash, if words follow it."""
+        """Keep one blank after a dash, if words follow it."""
         rest = self.lines[line][column + 1 :]
         blanks = len(rest) - len(rest.lstrip(" "))
         if rest.strip() and not rest.lstrip().startswith("#"):
             self.gaps.setdefault(line, []).append((column + 1, blanks))
             self.shift -= blanks - 1
 
-    # --- what goes on over several lines moves with the line that it begins in
+    # --- what continues over several lines moves with its first line
 
     def text(self, token: Any, line: int) -> None:
-        """The lines of a text below its first."""
+        """The lines of a text value below its first."""
         last = token.end_mark.line if token.end_mark.column else token.end_mark.line - 1
         least, shift = self.below() - STEP + 1 if self.stack else 0, self.shift
         if token.style in ("|", ">"):
-            # Its own indentation counts from that of the block that it is in.
+            # Its own indentation is relative to that of the block that contains it.
             least, shift = 0, self.stack[-1].new - self.stack[-1].old if self.stack else 0
         self.go_along(range(line + 1, last + 1), shift, least)
         self.kept.update(range(line + 1, last + 1))
 
     def within_brackets(self, kind: str, token: Any) -> None:
-        """Lines within brackets: YAML does not look at their indentation."""
+        """Lines within brackets: YAML ignores their indentation."""
         start, end = token.start_mark.line, token.end_mark.line
         if kind == "ScalarToken":
             self.kept.update(range(start + 1, end + 1))
@@ -164,7 +164,7 @@ class Layout:
     # --- comments
 
     def comments(self) -> None:
-        """A comment goes where the line below it goes, or what it stands in line with above."""
+        """Move a comment with the line below it, or with the block above that it is aligned with."""
         numbers = [n for n, line in enumerate(self.lines) if line.strip()]
         placed = [n for n in numbers if n in self.column]
         known = [n for n in placed if n in self.around]

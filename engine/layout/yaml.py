@@ -1,7 +1,7 @@
-"""A protocol's text in even form: two spaces a level, nothing but blanks changed.
+"""Format a protocol's text: two spaces per level, only blanks changed.
 
-Every line keeps its words, quotes, comments and place, so that nothing but its indentation moves;
-what the file means stays the same, and that is looked at before anything is written.
+Every line keeps its words, quotes, comments and order; only its indentation changes. The meaning of
+the file stays the same, and this is checked before anything is written.
 """
 
 import re
@@ -15,11 +15,11 @@ from .lines import even_lines
 
 
 class MeaningChanged(Exception):
-    """The even form would mean something else: a fault of ours, and nothing is written."""
+    """Formatting would change the meaning: an internal error, and nothing is written."""
 
 
 def format_text(text: str, name: str) -> tuple[str, list[Problem]]:
-    """The text in even form; the text as it is and the errors in it where it cannot be read."""
+    """The formatted text; or, if it cannot be read, the text unchanged and its errors."""
     source, problems = parse_source(text, Path(name), name)
     errors = [problem for problem in problems if problem.severity == "error"]
     if source is None or errors:
@@ -36,7 +36,7 @@ def format_text(text: str, name: str) -> tuple[str, list[Problem]]:
 
 
 def same(one: Any, other: Any) -> bool:
-    """True where two values are the same, also in type and order: 1 is not 1.0, nor true."""
+    """True if two values are the same, including type and order: 1 is not 1.0, nor true."""
     return repr(one) == repr(other)
 
 

@@ -1,28 +1,29 @@
-"""A device of a rehearsal: all of a device server but its socket and its disk."""
+"""A device in a rehearsal: a device server without its socket and its disk."""
 
 import asyncio
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ...drivers.client import Outcome
+from ...drivers.client.client import Outcome
+from ...drivers.client.outcome import outcome_of, refused
 from ...drivers.driver import Driver, Place
-from ...drivers.lease import Refused
-from ...drivers.ledger import Ledger
-from ...drivers.outcome import outcome_of, refused
-from ...drivers.served import ServedDevice
-from ...drivers.twins.faults import Faults
-from ...drivers.twins.twin import Twin
+from ...drivers.server.device import ServedDevice
+from ...drivers.server.lease import Refused
+from ...drivers.server.ledger import Ledger
+from ...drivers.simulated.twins.faults import Faults
+from ...drivers.simulated.twins.twin import Twin
 from ...schemas.contract import Contract
 from ...schemas.messages import ENDED, Goal, GoalError, GoalReport, LeaseRequest
-from ..virtual_time import VirtualLoop
-from .cast import typical_s
+from ...system.tasks import end, spawn
+from .twin_choice import typical_s
+from .virtual_time import VirtualLoop
 
 LEASE_S = 3600.0
 
 
 class RehearsedDevice:
-    """What `DeviceClient` is to a device server, for a driver in this very process."""
+    """In place of `DeviceClient` and its device server, with the driver in this process."""
 
     def __init__(
         self, place: Place, driver: type[Driver], contract: Contract, faults: Faults
@@ -44,21 +45,19 @@ class RehearsedDevice:
         await self._served.open(make_safe=False)
         self._owner = owner
         request = LeaseRequest(device=self._served.name, owner=owner, ttl_s=LEASE_S)
-        self._epoch = self._served.take_lease(request, owner)
-        self._renewing = asyncio.create_task(self._renew())
+        self._epoch = await self._served.take_lease(request, owner)
+        self._renewing = spawn("renew the rehearsal's lease", self._renew())
 
     async def close(self) -> None:
         """Close the driver; leaves no task."""
-        if self._renewing is not None:
-            self._renewing.cancel()
-            await asyncio.gather(self._renewing, return_exceptions=True)
+        await end(self._renewing)
         self._served.lease.close()
         await self._served.close()
         self._ledger.close()
 
     async def release(self, device: str) -> None:
         """Give the lease back."""
-        self._served.release(self._owner, self._epoch)
+        await self._served.release(self._owner, self._epoch)
 
     def epoch(self, device: str) -> int:
         """The epoch of the lease."""
@@ -71,14 +70,14 @@ class RehearsedDevice:
         *,
         send: bool = True,
     ) -> Outcome:
-        """Do a goal and wait for its end."""
+        """Run a goal and wait for its end."""
         fault = None if isinstance(self._driver, Twin) else self.faults.drawn(goal.action, goal.id)
         if fault is not None and not fault.after:
             return self._failed(goal, fault)
         end: asyncio.Future[GoalReport] = asyncio.get_running_loop().create_future()
         self._followed[goal.id] = (end, on_report)
         try:
-            self._served.accept(goal, self._owner)
+            await self._served.accept(goal, self._owner)
             outcome = outcome_of(await self._ended(goal, end))
         except Refused as refusal:
             return refused(refusal.code, refusal.message, self.boot)
@@ -89,14 +88,14 @@ class RehearsedDevice:
     async def _ended(self, goal: Goal, end: asyncio.Future[GoalReport]) -> GoalReport:
         loop = asyncio.get_running_loop()
         if not isinstance(self._driver, Twin) and isinstance(loop, VirtualLoop):
-            # What really computes takes no virtual time of its own: the contract says how long.
+            # Real computing takes no virtual time: the contract gives its duration.
             await asyncio.wait({end}, timeout=typical_s(self.contract, goal.action))
             with loop.held():
                 return await end
         return await end
 
     async def cancel(self, goal_id: str) -> None:
-        """Ask for the end of a goal."""
+        """Cancel a goal."""
         execution = self._served.running.get(goal_id)
         if execution is not None:
             execution.cancel()
@@ -104,7 +103,7 @@ class RehearsedDevice:
     async def stop(
         self, device: str | None = None, timeout_s: float = 10.0
     ) -> dict[str, tuple[bool, str]]:
-        """The device's safe state."""
+        """Bring the device to its safe state."""
         return {self._served.name: await self._served.stop(timeout_s)}
 
     def _failed(self, goal: Goal, fault: Any) -> Outcome:
@@ -129,4 +128,4 @@ class RehearsedDevice:
             request = LeaseRequest(
                 device=self._served.name, owner=self._owner, ttl_s=LEASE_S, epoch=self._epoch
             )
-            self._served.take_lease(request, self._owner)
+            await self._served.take_lease(request, self._owner)

@@ -1,4 +1,4 @@
-"""The same engine, checker, tree and drivers as in a run; only the wire, the disk and time are not."""
+"""The same engine, checker, tree and drivers as in a run; only network, disk and time differ."""
 
 import asyncio
 import math
@@ -10,33 +10,33 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ...drivers.arguments import read_limits
 from ...drivers.driver import Place
-from ...drivers.twins.faults import Faults
-from ...drivers.twins.twin import Twin
-from ...drivers.twins.world import World
+from ...drivers.server.arguments import read_limits
+from ...drivers.simulated.twins.faults import Faults
+from ...drivers.simulated.twins.twin import Twin
+from ...drivers.simulated.twins.world import World
 from ...schemas import journal as j
-from ..begin import Wishes, new_run
 from ..check import Checked
-from ..clock import RunClock
-from ..journal import Journal
-from ..life import Life
-from ..virtual_time import VirtualLoop
-from .cast import player
+from ..journal.journal import Journal, R
+from ..run.clock import RunClock
+from ..runner.begin import RunOptions, new_run
+from ..runner.session import RunSession
 from .client import RehearsedDevice
-from .tally import Counting, Tally
+from .totals import Counting, Totals
+from .twin_choice import player
+from .virtual_time import VirtualLoop
 
 IN_MEMORY = "/dev/shm" if Path("/dev/shm").is_dir() else None
 """What a rehearsal writes is read again within seconds and then thrown away."""
 
 
 class NoRehearsal(Exception):
-    """A rehearsal that cannot begin; the text says why."""
+    """A rehearsal that cannot start; the text states why."""
 
 
 @dataclass(slots=True)
 class Rehearsal:
-    """What to rehearse: a checked protocol, faults by device and action, the luck of `seed`."""
+    """What to rehearse: a checked protocol, faults by device and action, and a random seed."""
 
     checked: Checked
     faults: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -44,42 +44,42 @@ class Rehearsal:
     say: Callable[[float, int], None] = lambda at_s, goals: None
     real_s: float = 0.0
 
-    def play(self) -> Tally:
+    def play(self) -> Totals:
         """Rehearse it from start to end; raises NoRehearsal."""
         began = time.monotonic()
         folder = Path(tempfile.mkdtemp(prefix="labrun-rehearsal-", dir=IN_MEMORY))
         try:
             with asyncio.Runner(loop_factory=VirtualLoop) as runner:
-                tally = runner.run(self._rehearse(folder / "rehearsal"))
+                totals = runner.run(self._rehearse(folder / "rehearsal"))
         finally:
             shutil.rmtree(folder, ignore_errors=True)
         self.real_s = time.monotonic() - began
-        return tally
+        return totals
 
-    async def _rehearse(self, folder: Path) -> Tally:
+    async def _rehearse(self, folder: Path) -> Totals:
         checked, clock = self.checked, asyncio.get_running_loop().time
         assert checked.protocol is not None
         folder.mkdir(parents=True)
         names = [step.id or step.name for step in checked.protocol.steps]
         counting = Counting([name or f"step {n + 1}" for n, name in enumerate(names)])
-        journal = _Telling(folder / "journal.jsonl", lambda r: self._heard(counting, r, clock()))
-        run = new_run(folder, checked, Wishes(yes=True), journal=journal, clock=RunClock(clock))
+        journal = _EventRelay(folder / "journal.jsonl", lambda r: self._heard(counting, r, clock()))
+        run = new_run(folder, checked, RunOptions(yes=True), journal=journal, clock=RunClock(clock))
         run.questions.person = lambda question: question.choices[0]
-        devices = self._devices(folder, counting.tally.players)
-        life = Life(run, checked, devices)
-        run.questions.changed = life.dispatcher.wake.set
+        devices = self._devices(folder, counting.totals.players)
+        session = RunSession(run, checked, devices)
+        run.questions.changed = session.dispatcher.wake.set
         try:
             for device in devices.values():
                 await device.open(run.id)
-            ending = await life.live(None)
-            run.record(j.Finished(fate=ending.fate, reason=ending.reason, holes=run.holes))
+            ending = await session.execute(None)
+            run.record(j.Finished(fate=ending.fate, reason=ending.reason, holes=run.history.holes))
         finally:
             for device in devices.values():
                 await device.close()
             journal.close()
-        tally = counting.close(clock())
-        tally.path_mm = path_lengths(World(folder), list(devices))
-        return tally
+        totals = counting.close(clock())
+        totals.path_mm = path_lengths(World(folder), list(devices))
+        return totals
 
     def _devices(self, folder: Path, players: dict[str, str]) -> dict[str, RehearsedDevice]:
         lab = self.checked.lab
@@ -110,17 +110,17 @@ class Rehearsal:
             self.say(at_s, counting.goals)
 
 
-class _Telling(Journal):
-    """A journal that lasts no longer than its rehearsal, and tells what is written into it."""
+class _EventRelay(Journal):
+    """A journal for one rehearsal, which passes on what is written to it."""
 
     def __init__(self, path: Path, told: Callable[[j.Record], None]) -> None:
         super().__init__(path, sync=False)
         self._told = told
 
-    def append(self, record: j.Record) -> int:
-        n = super().append(record)
-        self._told(record)
-        return n
+    def append(self, record: R) -> R:
+        written = super().append(record)
+        self._told(written)
+        return written
 
 
 def path_lengths(world: World, devices: list[str]) -> dict[str, float]:

@@ -1,37 +1,37 @@
-"""A rehearsal as a person reads it."""
+"""A rehearsal as lines of text."""
 
 from collections.abc import Iterator
 
-from .tally import Tally
+from .totals import Totals
 
 SHOWN = 12
 
 
-def lines(tally: Tally, real_s: float) -> Iterator[str]:
+def lines(totals: Totals, real_s: float) -> Iterator[str]:
     """Line by line: the whole, the parts, the work, and what would go wrong."""
-    yield f"The run takes {duration(tally.lasts_s)} and {_ends(tally)}. (Rehearsed in {real_s:.1f} s.)"
+    yield f"The run takes {duration(totals.lasts_s)} and {_ends(totals)}. (Rehearsed in {real_s:.1f} s.)"
     yield ""
-    yield from _parts(tally)
+    yield from _parts(totals)
     yield ""
-    yield from _work(tally)
+    yield from _work(totals)
     yield ""
-    yield from _wrong(tally)
-    strange = [f"{d} is played by {who}" for d, who in tally.players.items() if "stand-in" in who]
+    yield from _wrong(totals)
+    strange = [f"{d} is played by {who}" for d, who in totals.players.items() if "stand-in" in who]
     if strange:
         yield ""
-        yield "; ".join(strange) + ": typical times and the plainest answers, no faults of its own."
+        yield "; ".join(strange) + ": typical times, the simplest answers, no simulated faults."
 
 
-def _ends(tally: Tally) -> str:
-    holes = f" with {_count(tally.holes, 'hole')}" if tally.holes else ""
-    reason = f": {tally.reason}" if tally.reason else ""
-    return f"{tally.fate}{holes}{reason}"
+def _ends(totals: Totals) -> str:
+    holes = f" with {_count(totals.holes, 'hole')}" if totals.holes else ""
+    reason = f": {totals.reason}" if totals.reason else ""
+    return f"{totals.fate}{holes}{reason}"
 
 
-def _parts(tally: Tally) -> Iterator[str]:
-    width = max([len(part.name) for part in tally.parts] or [4])
-    yield f"{'part':<{width}}  {'begins at':>10}  {'takes':>10}  {'a point':>9}  actions"
-    for part in tally.parts:
+def _parts(totals: Totals) -> Iterator[str]:
+    width = max([len(part.name) for part in totals.parts] or [4])
+    yield f"{'part':<{width}}  {'starts at':>10}  {'takes':>10}  {'per point':>9}  actions"
+    for part in totals.parts:
         each = duration(part.takes_s / part.iterations) if part.iterations else ""
         yield (
             f"{part.name:<{width}}  {duration(part.begins_s):>10}  {duration(part.takes_s):>10}  "
@@ -39,37 +39,37 @@ def _parts(tally: Tally) -> Iterator[str]:
         )
 
 
-def _work(tally: Tally) -> Iterator[str]:
-    width = max([len(label) for label in tally.actions] or [6])
-    yield f"{'action':<{width}}  {'times':>7}  {'in all':>10}"
-    for label, count in tally.actions.items():
-        once = "  once each: never repeated unasked" if tally.once.get(label) else ""
-        yield f"{label:<{width}}  {count:>7,}  {duration(tally.seconds[label]):>10}{once}"
-    for device, mm in tally.path_mm.items():
+def _work(totals: Totals) -> Iterator[str]:
+    width = max([len(label) for label in totals.actions] or [6])
+    yield f"{'action':<{width}}  {'times':>7}  {'total':>10}"
+    for label, count in totals.actions.items():
+        once = "  once each: never repeated without asking" if totals.once.get(label) else ""
+        yield f"{label:<{width}}  {count:>7,}  {duration(totals.seconds[label]):>10}{once}"
+    for device, mm in totals.path_mm.items():
         yield f"{device} travels {mm / 1000:,.2f} m"
 
 
-def _wrong(tally: Tally) -> Iterator[str]:
-    clean = not (tally.troubles or tally.questions or tally.slow or tally.reason)
+def _wrong(totals: Totals) -> Iterator[str]:
+    clean = not (totals.troubles or totals.questions or totals.slow or totals.reason)
     if clean:
-        yield "Nothing goes wrong. Order faults to see what would happen: --fail ROLE.ACTION:0.05"
+        yield "Nothing goes wrong. Inject faults to see what would happen: --fail ROLE.ACTION:0.05"
         return
     yield "What goes wrong:"
-    for trouble in tally.troubles[:SHOWN]:
+    for trouble in totals.troubles[:SHOWN]:
         yield (
             f"  {trouble.action}: {trouble.error}, {_count(trouble.count, 'time')}, first after "
             f"{duration(trouble.first_at_s)} at {trouble.first_path}: {trouble.message}"
         )
-    if tally.sent_again:
-        yield f"  {_count(tally.sent_again, 'goal')} sent again by retry"
-    if tally.holes:
-        yield f"  {_count(tally.holes, 'point')} left as holes"
-    for label, (took, limit) in tally.slow.items():
+    if totals.sent_again:
+        yield f"  {_count(totals.sent_again, 'goal')} sent again by retry"
+    if totals.holes:
+        yield f"  {_count(totals.holes, 'point')} left as holes"
+    for label, (took, limit) in totals.slow.items():
         yield f"  {label} took up to {duration(took)} of its timeout of {duration(limit)}"
-    for text in tally.questions[:SHOWN]:
+    for text in totals.questions[:SHOWN]:
         yield f"  a person is asked: {text}"
-    if len(tally.questions) > SHOWN:
-        yield f"  and {len(tally.questions) - SHOWN} more questions"
+    if len(totals.questions) > SHOWN:
+        yield f"  and {len(totals.questions) - SHOWN} more questions"
 
 
 def _count(number: int, word: str) -> str:

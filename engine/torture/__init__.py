@@ -1,1 +1,4 @@
-"""Torture: real runs of a protocol, killed and cut off in every way, held against the promise."""
+"""Real runs of a protocol, killed and cut off in every way, then compared with the promise.
+
+Never changes the engine that it kills, and never trusts its journal alone.
+"""

@@ -1,4 +1,4 @@
-"""The lab that tortured runs use: the same devices, slow enough to be struck in mid-action."""
+"""The lab that tortured runs use: the same devices, slow enough to be killed in mid-action."""
 
 import json
 from pathlib import Path
@@ -6,14 +6,14 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
-from ..lab import LoadedLab
+from ..lab.lab import LoadedLab
 
 SPEED = 300
 """How many times faster than real the simulated clocks run: a shot of 8 s takes 27 ms."""
 
 
 def write_lab(lab: LoadedLab, devices: list[str], path: Path, urls: dict[str, str]) -> None:
-    """A lab file beside its contracts; a device with an address in `urls` is served elsewhere."""
+    """Write a lab file beside its contracts; a device with an address in `urls` is served elsewhere."""
     path.parent.mkdir(parents=True, exist_ok=True)
     told: dict[str, Any] = {"name": lab.lab.name, "simulated": True, "contracts": []}
     for contract in sorted({lab.lab.devices[name].contract for name in devices}):
@@ -34,7 +34,7 @@ def _device(lab: LoadedLab, name: str, url: str | None) -> dict[str, Any]:
 
 
 def config(lab: LoadedLab, name: str) -> dict[str, Any]:
-    """A device's configuration with the clock of torture, where it has a clock."""
+    """A device's configuration with the clock of torture, if it has a clock."""
     given = lab.lab.devices[name].config
     return {**given, "clock": SPEED} if "clock" in given else dict(given)
 

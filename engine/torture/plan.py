@@ -1,4 +1,4 @@
-"""What is done to a run: whom each blow hits, and when."""
+"""The kills of a tortured run: what each one hits, and when."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ Form = Literal["before", "torn", "after"]
 FORMS: tuple[Form, ...] = get_args(Form)
 EARLY_S, LATE_S = 0.1, 3.5
 WRITES = 80
-"""A life dies within so many seconds or writes to its journal, or within those of a whole run."""
+"""A session is killed within this many seconds or journal writes, or within those of a whole run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kill:
-    """One blow to one life of an engine.
+    """One kill of one engine session.
 
-    It falls `after_s` seconds after the engine's start, or at the engine's `flush`-th write to its
+    It comes `after_s` seconds after the engine's start, or at the engine's `flush`-th write to its
     journal: before it, with half of it on disk, or when it is on disk and nothing has followed.
     """
 
@@ -29,7 +29,7 @@ class Kill:
 
     @property
     def label(self) -> str:
-        """As the table says it."""
+        """Its name in the table."""
         if self.whom == "abort":
             return "aborted (SIGTERM), resumed"
         when = "at a random moment" if self.after_s is not None else f"journal: {WORDS[self.form]}"
@@ -40,7 +40,7 @@ WORDS = {"before": "before a write", "torn": "half of a write", "after": "after 
 
 
 def at_random(random: Random, lasts_s: float, writes: int) -> Iterator[Kill]:
-    """Blows without end: half of them at any moment, half at a boundary of the journal.
+    """Kills without end: half of them at any moment, half at a journal write.
 
     `lasts_s` and `writes` are those of an undisturbed run.
     """
@@ -56,7 +56,7 @@ def at_random(random: Random, lasts_s: float, writes: int) -> Iterator[Kill]:
 
 
 def at_boundary(flush: int, seed: int) -> Kill:
-    """The blow at one write of the journal; their kinds take turns, another way each seed."""
+    """The kill at one journal write; the kinds alternate, differently for each seed."""
     kinds: list[tuple[Whom, Form]] = [
         (whom, form) for form in FORMS for whom in ("engine", "engine and servers")
     ]

@@ -1,4 +1,4 @@
-"""The promise, line by line, held against what happened to one tortured run."""
+"""The promise, line by line, compared with what happened in one tortured run."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from hashlib import sha256
 from typing import Any
 
 from ...schemas.contract import RESERVED_ERRORS
-from .witness import Account, Deed
+from .accounts import Account, Deed
 
 PROMISES = {
     "end": "every run ends as it does undisturbed",
@@ -16,14 +16,14 @@ PROMISES = {
     "announced": "nothing was done that the journal had not announced",
     "known": "every unknown fate was declared and settled",
     "place": "every `once` action found the bench as it should be",
-    "files": "every file is there, as its hash says",
+    "files": "every file is there and matches its hash",
     "safe": "every device was left in its safe state",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Breach:
-    """One promise that was not kept, where, and how."""
+    """One promise that was not kept: where, and how."""
 
     promise: str
     run: str
@@ -69,7 +69,7 @@ def _twice(found: Account, right: Measure) -> Iterator[str]:
 
 
 def _may_repeat(found: Account, deed: Deed) -> bool:
-    """The device had said that it went wrong, or a person had it done again."""
+    """The device had reported a failure, or a person chose to repeat it."""
     ended = found.ended.get(deed.goal)
     error = ended.error if ended is not None else None
     own = deed.goal.partition("/")[2]
@@ -97,7 +97,7 @@ def _lost(found: Account, right: Measure) -> Iterator[str]:
 def _announced(found: Account, right: Measure) -> Iterator[str]:
     for deed in found.deeds:
         if deed.goal not in found.sent:
-            yield f"{deed.device} did {deed.what} for {deed.goal}, of which the journal knows nothing"
+            yield f"{deed.device} did {deed.what} for {deed.goal}, which is not in the journal"
 
 
 def _known(found: Account, right: Measure) -> Iterator[str]:
@@ -105,8 +105,8 @@ def _known(found: Account, right: Measure) -> Iterator[str]:
         ended = found.ended.get(goal)
         error = ended.error if ended is not None else None
         unknown = ended is None or (error is not None and error.happened == "unknown")
-        if sent.effect == "once" and unknown and not found.settled(goal):
-            yield f"what became of {goal} was neither known nor asked for"
+        if sent.effect == "once" and unknown and not found.was_asked(goal):
+            yield f"the fate of {goal} was neither known nor asked about"
 
 
 def _place(found: Account, right: Measure) -> Iterator[str]:
@@ -129,7 +129,7 @@ def _files(found: Account, right: Measure) -> Iterator[str]:
             yield f"{path}: {fault.strerror}"
             continue
         if sha256(data).hexdigest() != digest:
-            yield f"{path} is not what the journal says it is"
+            yield f"{path} does not match its hash in the journal"
 
 
 def _safe(found: Account, right: Measure) -> Iterator[str]:

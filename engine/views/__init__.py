@@ -1,1 +1,4 @@
-"""A protocol as people want to see it before a run: explained, counted, in words, drawn."""
+"""A protocol as people want to see it before a run: explained, counted, in words, drawn.
+
+Never needs a device.
+"""

@@ -9,14 +9,14 @@ from ..language.shape import Place
 from .forecast import Outlook
 
 MOST_TURNS = 5000
-"""Of loops whose insides differ from item to item, so many are gone through one by one."""
+"""If the body of a loop depends on its items, at most this many of them are examined one by one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Times:
-    """How often something happens: at least, at most if nothing fails, at most at the worst.
+    """How often something happens: at least, at most if nothing fails, at most in the worst case.
 
-    None where only the run can say.
+    None if only the run can tell.
     """
 
     least: int = 1
@@ -24,13 +24,13 @@ class Times:
     worst: int | None = 1
 
     def by(self, least: int | None, most: int | None) -> "Times":
-        """Each time so often; None where only the run can say."""
+        """Each time this often; None if only the run can tell."""
         return Times(
             self.least * (least or 0), _product(self.most, most), _product(self.worst, most)
         )
 
     def tried(self, attempts: int) -> "Times":
-        """Each time up to so many attempts, as long as it fails."""
+        """Each time up to this many attempts, as long as it fails."""
         return Times(self.least, self.most, _product(self.worst, attempts))
 
     def perhaps(self) -> "Times":
@@ -48,7 +48,7 @@ class Times:
         )
 
     def either(self, other: "Times") -> "Times":
-        """One of both, nobody knows which."""
+        """One of the two; it is not known which."""
         return Times(
             min(self.least, other.least),
             _greater(self.most, other.most),
@@ -74,8 +74,8 @@ def _greater(a: int | None, b: int | None) -> int | None:
 
 
 @dataclass(slots=True)
-class Tally:
-    """What a walk over steps comes to: each step's times by its place, and all actions.
+class RunCounts:
+    """The result of a walk over steps: each step's times by its place, and all actions.
 
     `open` says what is not known: `6 for each sample`; `asks` where a person may have a step
     repeated as often as they like.
@@ -88,28 +88,28 @@ class Tally:
     turns: int = 0
 
 
-def tally(view: Outlook, steps: Sequence[Any], place: Place) -> Tally:
+def count_runs(view: Outlook, steps: Sequence[Any], place: Place) -> RunCounts:
     """How often the steps of a list, and all in them, run when the list runs once."""
-    found = Tally()
+    found = RunCounts()
     Count(found).sequence(view, steps, place, ONCE)
     return found
 
 
 class Count:
-    """Walks as a run would, each step with the times that it runs."""
+    """Walks as a run would, counting how often each step runs."""
 
-    def __init__(self, found: Tally) -> None:
+    def __init__(self, found: RunCounts) -> None:
         self.found = found
 
     def sequence(self, view: Outlook, steps: Sequence[Any], place: Place, times: Times) -> Outlook:
-        """Steps one after the other; the names that are known behind them."""
+        """Steps in sequence; returns the names that are known after them."""
         for index, step in enumerate(steps):
             self.step(view, step, (*place, index), times)
             view = view.after(step, (*place, index))
         return view
 
     def step(self, view: Outlook, step: p.StepBase, place: Place, times: Times) -> None:
-        """One step with everything that it says around its kind."""
+        """One step with everything that it states around its kind."""
         if step.when is not None:
             truth = view.truth(step.when, (*place, "when"))
             times = NEVER if truth is False else times if truth else times.perhaps()
@@ -154,7 +154,7 @@ class Count:
             self.sequence(view, steps, place, times)
             return
         for index, member in enumerate(steps):
-            # Of the members of `any`, one that is a single action surely starts; the rest may not.
+            # Of the members of `any`, one that is a single action certainly starts; the rest may not.
             sure = isinstance(step, p.Parallel) or isinstance(member, p.Do)
             self.step(view, member, (*place, index), times if sure else times.perhaps())
 
@@ -162,7 +162,7 @@ class Count:
         truth = view.truth(step.if_, (*place, "if"))
         branches = []
         for key, steps, runs in (("then", step.then, True), ("else", step.else_ or [], False)):
-            branch = Tally(turns=self.found.turns)
+            branch = RunCounts(turns=self.found.turns)
             part = times if truth in (None, runs) else NEVER
             Count(branch).sequence(view, steps, (*place, key), part)
             self._add(branch, perhaps=truth is None)
@@ -171,8 +171,8 @@ class Count:
         both = then.plus(other) if truth is not None else then.either(other)
         self.found.actions = self.found.actions.plus(both)
 
-    def _add(self, branch: Tally, *, perhaps: bool) -> None:
-        """What a branch comes to, but for its actions; nothing in it is sure where it is `perhaps`."""
+    def _add(self, branch: RunCounts, *, perhaps: bool) -> None:
+        """The counts of a branch, except its actions; nothing in it is certain if it is `perhaps`."""
         for key, times in branch.times.items():
             known = self.found.times.get(key, NEVER)
             self.found.times[key] = known.plus(times.perhaps() if perhaps else times)
@@ -204,7 +204,7 @@ class Count:
         self, view: Outlook, step: p.LoopBase, place: Place, times: Times,
         least: int | None, most: int | None,
     ) -> None:  # fmt: skip
-        """The same steps so many times, each time the same."""
+        """The same steps a number of times, each time the same."""
         inside = view.forgetting(step.steps)
         if most is None:
             self._open(inside, step, place, times, "turn")
@@ -212,8 +212,8 @@ class Count:
             self.sequence(inside, step.steps, (*place, "steps"), times.by(least, most))
 
     def _open(self, view: Outlook, step: p.LoopBase, place: Place, times: Times, name: str) -> None:
-        """A loop of which nobody knows yet how often it runs."""
-        each = Tally()
+        """A loop whose number of turns is not known yet."""
+        each = RunCounts()
         Count(each).sequence(view, step.steps, (*place, "steps"), ONCE)
         before = self.found.actions
         for at in each.times:
@@ -226,10 +226,10 @@ class Count:
         self.found.asks |= each.asks
 
     def _differs(self, view: Outlook, step: p.Foreach, place: Place, count: int) -> bool:
-        """True where the insides depend on the item and there are few enough to look at each."""
+        """True if the body depends on the item and there are few enough items to examine each."""
         if count > MOST_TURNS - self.found.turns or not _may_differ(step.steps):
             return False
-        each = Tally(turns=MOST_TURNS)
+        each = RunCounts(turns=MOST_TURNS)
         Count(each).sequence(view, step.steps, (*place, "steps"), ONCE)
         if each.open or each.actions.least != each.actions.most:
             self.found.turns += count
@@ -249,14 +249,14 @@ def _may_differ(steps: Sequence[Any]) -> bool:
 
 
 def attempts(step: p.StepBase, defaults: p.Defaults) -> int:
-    """How often a step is tried in all; the retry of a set is that of its members."""
+    """The total number of attempts of a step; the retry of a set is that of its members."""
     said = step.retry
     if said is None and isinstance(step, p.Do):
         said = defaults.retry
     return said.attempts if isinstance(said, p.Retry) else said or 1
 
 
-def number_of(found: Tally) -> str:
+def number_of(found: RunCounts) -> str:
     """`6,428`, `6 to 12`, `2 + 3 for each sample`: the actions if nothing fails."""
     times = found.actions
     most = times.most

@@ -1,4 +1,4 @@
-"""Counts, lists and verbs, as a sentence has them."""
+"""Counts, lists and verbs for sentences."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -36,23 +36,23 @@ def third_person(verb: str) -> str:
 
 
 def upper_first(text: str) -> str:
-    """The first letter large, the others as they are."""
+    """The first letter in upper case, the others unchanged."""
     return text[:1].upper() + text[1:]
 
 
 def lower_first(text: str) -> str:
-    """The first letter small, unless an abbreviation begins there: `LIBS`."""
+    """The first letter in lower case, unless an abbreviation starts there: `LIBS`."""
     return text if text[1:2].isupper() else text[:1].lower() + text[1:]
 
 
 def shortened(text: str, most: int = SHORT) -> str:
-    """On one line, and cut where it is too long."""
+    """On one line, and cut if it is too long."""
     line = " ".join(text.split())
     return line if len(line) <= most else line[: most - 1].rstrip() + "…"
 
 
 def bare(raw: Any) -> str:
-    """An expression without its `${{ }}`, in a text as `{x}`; anything else as YAML has it."""
+    """An expression without its `${{ }}`, in a text as `{x}`; anything else as in YAML."""
     if isinstance(raw, bool):
         return "true" if raw else "false"
     text = str(raw).strip()

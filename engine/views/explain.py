@@ -7,12 +7,12 @@ from typing import Any
 from ...schemas import protocol as p
 from ..check import Checked
 from ..language.shape import Place
-from .count import NEVER, Tally, Times, attempts, number_of, tally
+from .count import NEVER, RunCounts, Times, attempts, count_runs, number_of
 from .english import bare, count_of, items_text, joined, shortened
 from .forecast import Outlook, outlook
 
 WIDEST = 44
-"""Columns that the sets may take before their sizes; a wider one pushes its own line out."""
+"""The width of the sets' column; a wider set shifts the rest of its own line."""
 
 
 @dataclass(slots=True)
@@ -26,7 +26,7 @@ class Row:
 
 
 def explain_protocol(checked: Checked) -> Iterator[str]:
-    """The lines that say what a checked protocol does."""
+    """The lines that describe what a checked protocol does."""
     assert checked.protocol is not None
     view = outlook(checked)
     protocol = view.protocol
@@ -50,17 +50,17 @@ def explain_protocol(checked: Checked) -> Iterator[str]:
             yield from after.lines()
 
 
-def _actions_text(counted: Tally) -> str:
+def _actions_text(counted: RunCounts) -> str:
     number = number_of(counted)
     return f"{number} action{'' if number == '1' else 's'}"
 
 
-def _worst(counted: Tally, indent: int) -> Iterator[str]:
+def _worst(counted: RunCounts, indent: int) -> Iterator[str]:
     worst = counted.actions.worst
     space = " " * (indent + 2)
     if counted.asks:
         fixed = f"{worst:,} with every retry and fallback, and " if worst is not None else ""
-        yield f"{space}{fixed}more where a person chooses `repeat`"
+        yield f"{space}{fixed}more if a person chooses `repeat`"
     elif worst is not None and worst != counted.actions.most:
         yield f"{space}{worst:,} at most, with every retry and fallback"
 
@@ -73,9 +73,9 @@ class Explanation:
         self.rows: list[Row] = []
         self.times: dict[Place, Times] = {}
 
-    def section(self, view: Outlook, steps: Sequence[Any], place: Place) -> Tally:
+    def section(self, view: Outlook, steps: Sequence[Any], place: Place) -> RunCounts:
         """The rows of a phase of the protocol, and what is counted in it."""
-        counted = tally(view, steps, place)
+        counted = count_runs(view, steps, place)
         self.times = counted.times
         self.sequence(view, steps, place, 1)
         return counted
@@ -96,13 +96,13 @@ class Explanation:
                 yield row.text + (f"   ({row.said})" if row.said else "")
 
     def sequence(self, view: Outlook, steps: Sequence[Any], place: Place, depth: int) -> None:
-        """Steps one after the other."""
+        """Steps in sequence."""
         for index, step in enumerate(steps):
             self.step(view, step, (*place, index), depth)
             view = view.after(step, (*place, index))
 
     def step(self, view: Outlook, step: p.StepBase, place: Place, depth: int) -> None:
-        """One step: a set, or what holds sets; then what is tried where it fails."""
+        """One step: a set, or what holds sets; then what is tried if it fails."""
         said = _said(step, view.protocol.defaults)
         if _is_set(step):
             times = self.times.get((*view.within, *place), NEVER)
@@ -137,7 +137,7 @@ class Explanation:
             return f"while {shortened(bare(step.while_))}{most}"
         if isinstance(step, p.If):
             truth = view.truth(step.if_, (*place, "if"))
-            known = "" if truth is None else f" ({'always' if truth else 'never'} so here)"
+            known = "" if truth is None else f" ({'always' if truth else 'never'} true here)"
             return f"if {shortened(bare(step.if_))}{known}"
         if isinstance(step, p.Parallel | p.AnyOf):
             members = count_of(len(getattr(step, step.KIND)), "member")
@@ -197,7 +197,7 @@ def times_text(times: Times) -> str:
 
 
 def _said(step: p.StepBase, defaults: p.Defaults) -> str:
-    """What stands behind a line: the id, retries, guard."""
+    """The text after a line: the id, retries, guard."""
     parts = [step.id] if step.id else []
     if step.name:
         parts.append(f'"{shortened(step.name, 50)}"')
@@ -212,7 +212,7 @@ def _said(step: p.StepBase, defaults: p.Defaults) -> str:
         most = shortened(bare(step.keep_going.max_failed))
         parts.append(f"up to {most} may fail")
     if step.on_error == "continue":
-        parts.append("a failure does not matter")
+        parts.append("failures are ignored")
     return ", ".join(parts)
 
 

@@ -1,27 +1,27 @@
-"""What is known of a protocol before it runs: its values, the items of its loops, its branches."""
+"""What is known about a protocol before it runs: its values, the items of its loops, its branches."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from ...schemas import protocol as p
-from ..bind import BoundRole
 from ..check import Checked
+from ..lab.bind import BoundRole
 from ..language.expression import ExpressionError
 from ..language.shape import Place
-from ..language.spots import Spot
-from ..language.survey import Survey
 from ..language.value import value_of
-from ..param_value import ParamFault, take
+from ..params.value import ParamFault, take
+from ..survey.spots import Spot
+from ..survey.survey import Survey
 
 DEEPEST_USE = 30
 
 
 class Unknown:
-    """Stands for a value that is known only in the run."""
+    """A value that is known only during the run."""
 
     def __bool__(self) -> bool:
-        raise TypeError("nobody knows yet whether an unknown value is true")
+        raise TypeError("an unknown value is neither true nor false yet")
 
 
 UNKNOWN = Unknown()
@@ -45,7 +45,7 @@ class Outlook:
     depth: int = 0
 
     def value(self, raw: Any, place: Place) -> Any:
-        """What stands at a place, UNKNOWN where only the run can say."""
+        """The value at a place; UNKNOWN if only the run can tell."""
         spot = self.spots.get(place)
         try:
             value = spot.value if spot is not None else value_of(raw)
@@ -54,24 +54,24 @@ class Outlook:
             return UNKNOWN
 
     def truth(self, raw: Any, place: Place) -> bool | None:
-        """True, false, or None where only the run can say."""
+        """True, false, or None if only the run can tell."""
         found = self.value(raw, place)
         return found if isinstance(found, bool) else None
 
     def number(self, raw: Any, place: Place) -> int | None:
-        """A whole number from 0 on, or None where only the run can say."""
+        """A whole number, 0 or more, or None if only the run can tell."""
         found = self.value(raw, place)
         whole = isinstance(found, int) and not isinstance(found, bool) and found >= 0
         return found if whole else None
 
     def items(self, step: p.Foreach, place: Place) -> Sequence[Any] | None:
-        """The items of a loop, or None where only the run can say."""
+        """The items of a loop, or None if only the run can tell."""
         ((name, raw),) = step.foreach.items()
         found = self.value(raw, (*place, "foreach", name))
         listed = isinstance(found, Sequence) and not isinstance(found, str)
         return found if listed else None
 
-    # --- the same protocol, further on
+    # --- the same protocol, at later places
 
     def bound(self, **names: Any) -> "Outlook":
         """With these names known as well; one whose value is UNKNOWN is forgotten."""
@@ -79,14 +79,14 @@ class Outlook:
         return replace(self, names={n: v for n, v in known.items() if v is not UNKNOWN})
 
     def after(self, step: p.StepBase, place: Place) -> "Outlook":
-        """Behind a step: with what a `set` says, without what a step may have changed inside."""
+        """After a step: with the values of a `set`, without what a step inside may have changed."""
         if isinstance(step, p.Set) and step.when is None:
             found = {n: self.value(raw, (*place, "set", n)) for n, raw in step.set.items()}
             return self.bound(**found)
         return self.forgetting([step])
 
     def forgetting(self, steps: Iterable[Any]) -> "Outlook":
-        """Without the names that these steps, or any inside them, give a value."""
+        """Without the names that these steps, or any inside them, assign."""
         gone = {name for step in steps for name in set_inside(step)} & set(self.names)
         return self.bound(**dict.fromkeys(gone, UNKNOWN)) if gone else self
 
@@ -103,13 +103,13 @@ class Outlook:
                 try:
                     params[name] = take(name, other.protocol.params[name], value)
                 except ParamFault:
-                    continue  # said by the checks
+                    continue  # reported by the checks
         within = (*self.within, *place, "use")
         return _outlook(other, params, within, self.depth + 1)
 
 
 def outlook(checked: Checked) -> Outlook:
-    """The protocol of a file that was checked, as it begins."""
+    """The protocol of a checked file, at its start."""
     assert checked.survey is not None
     return _outlook(checked, checked.params, (), 0)
 
@@ -134,7 +134,7 @@ def inner_steps(step: p.StepBase) -> Iterator[tuple[Place, Any]]:
 
 
 def set_inside(step: p.StepBase) -> Iterator[str]:
-    """The names that a step gives a value, itself or by a step inside it."""
+    """The names that a step assigns, itself or by a step inside it."""
     if isinstance(step, p.Set):
         yield from step.set
     for _, inner in inner_steps(step):

@@ -1,25 +1,27 @@
-"""Have many spectra reduced: in chunks, a bounded number at a time, each twice at the most."""
+"""Reduce many spectra: in chunks, a bounded number at a time, each at most twice."""
 
 from collections import deque
 from collections.abc import Callable, Iterable
 
-from .crew import Answer, Chunk, Crew
+from .executor import Answer, Chunk, Executor
 from .source import Source
 from .spool import Spool
 from .work import Done, failed
 
 MOST_IN_CHUNK = 8
-CHUNKS_A_WORKER = 4  # at least, so that none waits long for the last one
+CHUNKS_A_WORKER = 4  # at least, so that none waits long for the last chunk
 WAIT_S = 0.5
 
 Watching = Callable[[Done], None]
 
 
 class Batch:
-    """What is to be reduced, what is under way, and where it goes."""
+    """What is queued, what is under way, and where results go."""
 
-    def __init__(self, crew: Crew, spool: Spool, watching: Watching = lambda done: None) -> None:
-        self.crew = crew
+    def __init__(
+        self, executor: Executor, spool: Spool, watching: Watching = lambda done: None
+    ) -> None:
+        self.executor = executor
         self.spool = spool
         self.watching = watching
         self.waiting: deque[Chunk] = deque()
@@ -30,7 +32,7 @@ class Batch:
     def add(self, sources: Iterable[Source]) -> None:
         """Queue spectra, in chunks that keep every worker busy."""
         todo = list(sources)
-        each = -(-len(todo) // (self.crew.room * CHUNKS_A_WORKER))
+        each = -(-len(todo) // (self.executor.room * CHUNKS_A_WORKER))
         each = max(min(each, MOST_IN_CHUNK), 1)
         self.waiting.extend(todo[at : at + each] for at in range(0, len(todo), each))
 
@@ -40,17 +42,17 @@ class Batch:
         return bool(self.waiting or self.under_way)
 
     def run(self) -> None:
-        """Go on until nothing is left. Raises CrewFault, or OSError where the disk is full."""
+        """Run until nothing is left. Raises ExecutorFault, or OSError if the disk is full."""
         while self.busy:
             self.step(WAIT_S)
 
     def step(self, wait_s: float) -> None:
-        """Give out what there is room for, and take in what was answered within that time."""
-        while self.waiting and len(self.under_way) < self.crew.room:
+        """Hand out chunks while there is room, and collect what is answered within that time."""
+        while self.waiting and len(self.under_way) < self.executor.room:
             self.number += 1
             self.under_way[self.number] = chunk = self.waiting.popleft()
-            self.crew.start(self.number, chunk)
-        for answer in self.crew.answers(wait_s):
+            self.executor.start(self.number, chunk)
+        for answer in self.executor.answers(wait_s):
             self._take(answer)
 
     def _take(self, answer: Answer) -> None:
@@ -59,7 +61,7 @@ class Batch:
             for done in answer.done:
                 self._keep(done)
             return
-        # Which of them did it is not known: each once more, by itself, and the guilty one is told.
+        # The culprit is not known: retry each by itself, and report the one that fails.
         for source in chunk:
             if source.name in self.again:
                 self._keep(failed(source.name, f"{answer.lost}, twice"))

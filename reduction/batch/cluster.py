@@ -1,4 +1,4 @@
-"""The workers of a dask cluster: spectra travel to them as bytes, so that they need no common disk."""
+"""The workers of a dask cluster: spectra are sent to them as bytes, so no shared disk is needed."""
 
 import asyncio
 import logging
@@ -8,27 +8,27 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from .crew import Answer, Chunk, CrewFault, CrewUnreachable
+from .executor import Answer, Chunk, ExecutorFault, ExecutorUnreachable
 from .settings import Settings
 from .versions import versions
 from .work import Done, failed, load, reduce_bytes
 
-REACH_S = 6.0  # for an answer of the scheduler; importing dask takes a second or two more
-LOST_S = 10.0  # without the scheduler, after which nobody goes on waiting
-AHEAD = 2  # chunks a worker has at a time: one that it works on, one on its way
+REACH_S = 6.0  # for the scheduler to answer; importing dask takes a second or two more
+LOST_S = 10.0  # without the scheduler, after which waiting ends
+AHEAD = 2  # chunks per worker: one being reduced, one in transit
 NOT_INSTALLED = (
     "--dask needs dask.distributed, which is not installed: python -m pip install 'labrun[dask]'"
 )
 
 
 class Cluster:
-    """All workers that the scheduler at `address` has. Raises CrewUnreachable with a sentence."""
+    """All workers of the scheduler at `address`. Raises ExecutorUnreachable with a sentence."""
 
     def __init__(self, address: str, settings: Settings, reach_s: float = REACH_S) -> None:
         try:
             import distributed
         except ImportError:
-            raise CrewFault(NOT_INSTALLED) from None
+            raise ExecutorFault(NOT_INSTALLED) from None
         _be_quiet()
         self.address = address
         self.settings = settings
@@ -41,14 +41,14 @@ class Cluster:
         self.seen = time.monotonic()
 
     def start(self, number: int, chunk: Chunk) -> None:
-        """Send the chunk's bytes; what cannot be read here is its row and is not sent."""
+        """Send the chunk's bytes; a file that cannot be read here becomes a row and is not sent."""
         held = [(source.name, load(source.path)) for source in chunk]
         future = self.client.submit(reduce_held, held, self.settings, pure=False)
         self.futures[number] = future
         future.add_done_callback(lambda done: self.ready.put((number, done)))
 
     def answers(self, wait_s: float) -> list[Answer]:
-        """Answers within that time. Raises CrewFault when the scheduler is gone for good."""
+        """Answers within that time. Raises ExecutorFault when the scheduler is gone for good."""
         try:
             number, future = self.ready.get(timeout=wait_s)
         except queue.Empty:
@@ -58,12 +58,12 @@ class Cluster:
         fault = future.exception() if future.status == "error" else None
         if future.status == "finished":
             return [Answer(number, future.result())]
-        if fault is None:  # cancelled or lost: the scheduler went
-            raise CrewFault(f"the dask scheduler at {self.address} has gone")
+        if fault is None:  # cancelled or lost: the scheduler is gone
+            raise ExecutorFault(f"lost the dask scheduler at {self.address}")
         return [Answer(number, lost=f"the cluster did not reduce it: {_words(fault)}")]
 
     def close(self) -> None:
-        """Take back what is under way and leave; the cluster itself lives on."""
+        """Cancel what is under way and disconnect; the cluster keeps running."""
         with suppress(Exception):
             self.client.cancel(list(self.futures.values()), force=True, asynchronous=False)
         with suppress(Exception):
@@ -73,22 +73,22 @@ class Cluster:
         if self.client.status == "running":
             self.seen = time.monotonic()
         elif time.monotonic() - self.seen > LOST_S:
-            raise CrewFault(f"the dask scheduler at {self.address} has gone")
+            raise ExecutorFault(f"lost the dask scheduler at {self.address}")
 
     def _look_at_workers(self, reach_s: float) -> str:
-        """Wait for a worker; a sentence where its versions are others than here, else empty."""
+        """Wait for a worker; a sentence if its versions differ from those here, else empty."""
         try:
             self.client.wait_for_workers(1, timeout=reach_s)
             theirs: Any = self.client.run(versions)
         except TimeoutError:
             self.close()
-            raise CrewUnreachable(
+            raise ExecutorUnreachable(
                 f"the dask scheduler at {self.address} has no worker; start one with: "
                 f"dask worker {self.address}"
             ) from None
-        except Exception as fault:  # what a worker raises when it cannot import labrun
+        except Exception as fault:  # raised by a worker that cannot import labrun
             self.close()
-            raise CrewFault(
+            raise ExecutorFault(
                 f"a worker of {self.address} cannot use labrun ({_words(fault)}); "
                 "install this version of it there"
             ) from None
@@ -96,7 +96,7 @@ class Cluster:
 
 
 def reduce_held(held: Sequence[tuple[str, bytes | str]], settings: Settings) -> list[Done]:
-    """Reduce spectra that came as bytes; text is the reason why there are none. Runs on a worker."""
+    """Reduce spectra received as bytes; text is why there are none. Runs on a worker."""
     return [
         failed(name, raw) if isinstance(raw, str) else reduce_bytes(name, raw, settings)
         for name, raw in held
@@ -104,7 +104,7 @@ def reduce_held(held: Sequence[tuple[str, bytes | str]], settings: Settings) -> 
 
 
 def _check_that_it_answers(address: str, reach_s: float) -> None:
-    """Ask who is there, before a client is made: one that found nobody takes 20 s to be gone."""
+    """Probe the address before making a client: one that finds nobody takes 20 s to close."""
     from distributed.core import rpc
 
     async def ask() -> str:
@@ -115,29 +115,29 @@ def _check_that_it_answers(address: str, reach_s: float) -> None:
     try:
         what = asyncio.run(ask())
     except TimeoutError:
-        fault = f"nothing within {reach_s:g} s"
+        fault = f"no answer within {reach_s:g} s"
     except ValueError as wrong:
         fault = _words(wrong)
-    except (Exception, asyncio.CancelledError):  # it spoke, but nothing that dask understands
-        fault = "something else does"
+    except (Exception, asyncio.CancelledError):  # something answers, but not in dask's protocol
+        fault = "something else answers"
     else:
         if what == "Scheduler":
             return
-        fault = f"a {what} does"
-    raise CrewUnreachable(
+        fault = f"a {what} answers"
+    raise ExecutorUnreachable(
         f"no dask scheduler answers at {address} ({fault}); is `dask scheduler` running there?"
     )
 
 
 def _be_quiet() -> None:
-    """Dask logs tracebacks of what is said here in a sentence."""
+    """Silence dask's tracebacks of what is reported here in a sentence."""
     for name in ("distributed", *logging.root.manager.loggerDict):
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def differing(theirs: Mapping[str, Mapping[str, str]]) -> str:
-    """A sentence on the first worker whose versions are others than here; empty if none is."""
+    """A sentence on the first worker whose versions differ from those here; empty if none do."""
     here = versions()
     for address, there in theirs.items():
         for name, version in here.items():

@@ -1,4 +1,4 @@
-"""Find the spectra in what was named: files, folders, and the folders of runs."""
+"""Find the spectra in the given files, folders, and run folders."""
 
 import os
 from collections.abc import Container, Iterable, Iterator, Sequence
@@ -13,19 +13,19 @@ RUN_MARKS = ("journal.jsonl", "run.json")
 SPECTRA = "spectra"
 NOT_OF_A_RUN = {"servers", "used", "contracts"}
 OUT_NAME = "reduced"
-BEGINNING = 64  # bytes of a summary, in which ours says so
+BEGINNING = 64  # bytes of a summary, by which ours is recognised
 
 
 @dataclass(slots=True)
 class Found:
-    """Spectra in the order of their names; what was left aside, each with its reason."""
+    """Spectra in the order of their names; skipped files, each with its reason."""
 
     spectra: list[Source] = field(default_factory=list)
     left_aside: list[tuple[str, str]] = field(default_factory=list)
 
 
 def is_run(folder: Path) -> bool:
-    """Whether a run was lived in the folder."""
+    """Whether the folder is a run's."""
     return any((folder / mark).is_file() for mark in RUN_MARKS)
 
 
@@ -39,13 +39,13 @@ def is_reduced(folder: Path) -> bool:
 
 
 def default_out(given: Sequence[Path]) -> Path:
-    """`reduced` in the folder of a run, beside any other folder or file."""
+    """`reduced` inside a run folder, or beside any other folder or file."""
     root = root_of(given)
     return (root if len(given) > 1 or is_run(root) else given[0].resolve().parent) / OUT_NAME
 
 
 def root_of(given: Sequence[Path]) -> Path:
-    """The folder that names in the tables start from: the one that was named, or what all share."""
+    """The folder that names in the tables are relative to: the given one, or the common parent."""
     if len(given) == 1 and given[0].is_dir():
         return given[0].resolve()
     parents = [path.resolve().parent for path in given]
@@ -56,9 +56,9 @@ def root_of(given: Sequence[Path]) -> Path:
 
 
 def gather(given: Sequence[Path], out: Path, sure: Container[Path] = ()) -> Found:
-    """All spectra in what was given, each once; `out` is not looked into.
+    """All spectra in the given paths, each once; `out` is not searched.
 
-    A file that was named is taken as it is, and so are those of which the caller is sure already.
+    A file given by name is taken as it is, and so are those that the caller already knows.
     Raises OSError for a folder that cannot be read.
     """
     found, seen = Found(), set()
@@ -85,11 +85,11 @@ def _why_not(file: Path) -> str | None:
     try:
         return not_a_spectrum(file)
     except OSError:
-        return None  # that it cannot be opened is for its row to say
+        return None  # its row will report that it cannot be opened
 
 
 def _below(folder: Path, out: Path) -> Iterator[Path]:
-    """Every file that may be a spectrum; of a run only what its devices delivered."""
+    """Every file that may be a spectrum; in a run only files that its devices delivered."""
     run = is_run(folder)
     top = folder / SPECTRA if run and (folder / SPECTRA).is_dir() else folder
     for place, folders, files in os.walk(top, onerror=_raise):

@@ -1,4 +1,4 @@
-"""A folder of tables in the making: nothing in it changes before all of it can."""
+"""A folder of tables being written: nothing in it changes until everything is ready."""
 
 import shutil
 import tempfile
@@ -19,7 +19,7 @@ MEANWHILE = ".reducing-"
 
 
 class NotOurs(ValueError):
-    """The folder for the tables cannot be it; the message says why and what to do."""
+    """The folder cannot be used for the tables; the message says why and what to do."""
 
 
 class Job:
@@ -33,7 +33,7 @@ class Job:
         self.spool = Spool(meanwhile / "rows")
 
     def write(self) -> Counts:
-        """Write all tables anew from the rows there are, and let them take their names together."""
+        """Rewrite all tables from the rows so far, and rename them into place together."""
         names = sorted(self.spool.kept, key=natural)
         written = write_tables(
             ((name, unpacked(self.spool.rows(name))) for name in names), self.meanwhile
@@ -49,10 +49,10 @@ class Job:
 
 @contextmanager
 def job_in(out: Path, about: Circumstances) -> Iterator[Job]:
-    """Open a job in `out`, which is made where it is missing; what is half done goes with it.
+    """Open a job in `out`, created if missing; incomplete work is removed at the end.
 
-    Raises NotOurs where other people's files would be overwritten, OSError where the folder cannot
-    be written to.
+    Raises NotOurs if files not written by a reduction would be overwritten, OSError if the folder
+    cannot be written to.
     """
     _check(out)
     made = not out.exists()
@@ -67,15 +67,15 @@ def job_in(out: Path, about: Circumstances) -> Iterator[Job]:
         shutil.rmtree(meanwhile, ignore_errors=True)
         if made:
             with suppress(OSError):
-                out.rmdir()  # only where nothing came of it: a folder with tables stays
+                out.rmdir()  # only if empty: a folder with tables stays
 
 
 def _check(out: Path) -> None:
     if out.exists() and not out.is_dir():
-        raise NotOurs(f"{out} is a file, and the tables need a folder; name one with -o")
+        raise NotOurs(f"{out} is a file, but the tables need a folder; name one with -o")
     taken = [name for name in (*file_names(), NAME) if (out / name).exists()]
     if taken and not is_reduced(out):
         raise NotOurs(
-            f"{out} holds {taken[0]}, and no reduction of ours says that it wrote it; "
+            f"{out} holds {taken[0]}, which no reduction of labrun is recorded as writing; "
             "name another folder with -o"
         )

@@ -1,7 +1,7 @@
-"""Say of a file in a folder whether it may be a spectrum, by its name and its first lines.
+"""Decide whether a file in a folder may be a spectrum, by its name and its first lines.
 
-In doubt it is one: a spoiled spectrum must be told of, and only what is clearly something else may
-be left aside in silence.
+If in doubt it is one: a damaged spectrum must be reported, and only a file that is clearly
+something else may be skipped.
 """
 
 import re
@@ -9,21 +9,21 @@ from pathlib import Path
 
 TEXT = {".csv", ".tsv", ".txt", ".dat", ".asc", ".xy", ".prn"}
 SUFFIXES = {*TEXT, ".npy"}
-BEGINNING = 8192  # bytes that are looked at
+BEGINNING = 8192  # bytes that are examined
 AXIS = re.compile(r"wave|lambda|λ|wl\b|nm\b|ang|å|pixel|channel|x\b", re.I)
 BETWEEN = re.compile(r"[,;\t]|\s+")
 SHOWN = 40
 
 
 def not_a_spectrum(path: Path) -> str | None:
-    """Why a file of a folder is left aside, or None. Raises OSError where it cannot be opened."""
+    """Why a file of a folder is skipped, or None. Raises OSError if it cannot be opened."""
     if path.name.startswith("."):
         return "hidden"
     if path.exists() and not path.is_file():
-        return "no file with an end: a pipe, a socket or a device"
+        return "not a regular file: a pipe, a socket or a device"
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        return f"a spectrum is a file of {' '.join(sorted(SUFFIXES))}"
+        return f"a spectrum has one of the suffixes {' '.join(sorted(SUFFIXES))}"
     if suffix not in TEXT:
         return None
     with path.open("rb") as file:
@@ -35,7 +35,7 @@ def _other_text(beginning: bytes, suffix: str) -> str | None:
     try:
         lines = beginning.decode("utf-8-sig", "strict" if len(beginning) < BEGINNING else "ignore")
     except UnicodeDecodeError:
-        return None  # a spoiled spectrum
+        return None  # a damaged spectrum
     told = [line.strip() for line in lines.splitlines()]
     told = [line for line in told if line and not line.startswith("#")]
     if not told or _numbers(told[0]):
@@ -44,7 +44,7 @@ def _other_text(beginning: bytes, suffix: str) -> str | None:
         return None
     if suffix == ".txt" and any(_two_numbers(line) for line in told):
         return None
-    return f"its first line is no header of a spectrum: {told[0][:SHOWN]!r}"
+    return f"its first line is not a spectrum's header: {told[0][:SHOWN]!r}"
 
 
 def _numbers(line: str) -> bool:

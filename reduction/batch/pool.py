@@ -1,8 +1,8 @@
 """The processes of this machine: started when there is work, replaced when they die.
 
-Not `concurrent.futures`: when one of its processes is killed the whole pool is broken and nobody
-knows which spectrum did it. Here each process has a pipe of its own, which also ends it when this
-process is gone, however that came about.
+Not `concurrent.futures`: when one of its processes is killed the whole pool breaks, and the spectrum
+that caused it is unknown. Here each process has a separate pipe, which also ends it when this
+process is gone for whatever reason.
 """
 
 import multiprocessing as mp
@@ -16,13 +16,13 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from .crew import Answer, Chunk, CrewFault
+from .executor import Answer, Chunk, ExecutorFault
 from .settings import Settings
 from .worker import COMPILING, UP, main
 
-CHUNK_S = 300.0  # after which a chunk is given up; compiling takes about half a minute of it
+CHUNK_S = 300.0  # after which a chunk is abandoned; compiling takes about half a minute of it
 END_S = 1.0
-MOST_STILLBORN = 3  # processes in a row that end before they are up
+MOST_STILLBORN = 3  # consecutive processes that end before they are ready
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -36,7 +36,7 @@ class _Worker:
 
 
 class Pool:
-    """Up to `jobs` processes. told: called once, when a worker begins to compile its kernels."""
+    """Up to `jobs` processes. told: called once, when a worker starts compiling its kernels."""
 
     def __init__(
         self, jobs: int, settings: Settings, told: Callable[[], None], chunk_s: float = CHUNK_S
@@ -49,27 +49,27 @@ class Pool:
         self.stillborn = 0
 
     def call_up(self) -> None:
-        """Start all processes now: they take a second to be ready, and may do so meanwhile."""
+        """Start all processes now: they take a second to be ready."""
         while len(self.workers) < self.room:
             self._new()
 
     def start(self, number: int, chunk: Chunk) -> None:
-        """Give the chunk to a process that has none; there is one while `room` is kept."""
+        """Give the chunk to an idle process; there is one as long as `room` is respected."""
         worker = next((w for w in self.workers if w.number is None), None) or self._new()
         worker.number, worker.ends = number, time.monotonic() + self.chunk_s
-        # A worker that has just died is noticed, and answered for, when answers are asked for.
+        # A worker that has just died is noticed when answers are collected.
         with suppress(OSError):
             worker.link.send((number, [(source.name, source.path) for source in chunk]))
 
     def answers(self, wait_s: float) -> list[Answer]:
-        """Answers within that time. Raises CrewFault when no process comes up at all."""
+        """Answers within that time. Raises ExecutorFault when no process starts at all."""
         owner: dict[Any, _Worker] = {w.process.sentinel: w for w in self.workers}
         owner |= {w.link: w for w in self.workers}
         found = []
         for ready in wait(list(owner), wait_s):
             worker = owner[ready]
             if worker not in self.workers:
-                continue  # told of by the other of its two
+                continue  # already reported by its other handle
             found += self._heard(worker) if ready is worker.link else self._ended(worker)
         late = [w for w in self.workers if w.number is not None and time.monotonic() > w.ends]
         for worker in late:
@@ -95,7 +95,7 @@ class Pool:
         process = context.Process(target=main, args=(there, self.settings), daemon=True)
         with _deaf_and_alone():
             process.start()
-        there.close()  # the last other holder: when the process ends, so does the pipe
+        there.close()  # the only other holder: the pipe ends with the process
         worker = _Worker(process, here)
         self.workers.append(worker)
         return worker
@@ -119,7 +119,7 @@ class Pool:
 
     def _ended(self, worker: _Worker) -> list[Answer]:
         said = []
-        while worker in self.workers and worker.link.poll():  # its last words
+        while worker in self.workers and worker.link.poll():  # its last messages
             said += self._heard(worker)
         return said + self._buried(worker) if worker in self.workers else said
 
@@ -137,14 +137,14 @@ class Pool:
     def _count_stillborn(self, exitcode: int | None) -> None:
         self.stillborn += 1
         if self.stillborn >= MOST_STILLBORN:
-            raise CrewFault(
-                f"no process for reductions comes up, {self.stillborn} times in a row; the last "
-                f"{how_it_ended(exitcode)}; is the installation complete, and is there memory?"
+            raise ExecutorFault(
+                f"no reduction process starts, {self.stillborn} times in a row; the last "
+                f"{how_it_ended(exitcode)}; is the installation complete, and is there enough memory?"
             )
 
 
 def how_it_ended(exitcode: int | None) -> str:
-    """In words, for the end of a sentence about a process."""
+    """How a process ended, as the end of a sentence."""
     if exitcode is None:
         return "did not end"
     if exitcode >= 0:
@@ -153,17 +153,17 @@ def how_it_ended(exitcode: int | None) -> str:
         name = signal.Signals(-exitcode).name
     except ValueError:
         name = f"signal {-exitcode}"
-    return f"was ended by {name}" + (" (out of memory?)" if name == "SIGKILL" else "")
+    return f"was killed by {name}" + (" (out of memory?)" if name == "SIGKILL" else "")
 
 
 @contextmanager
 def _deaf_and_alone() -> Iterator[None]:
-    """What is started here never hears Ctrl-C, not even while it is still importing, and has one thread."""
+    """Processes started here ignore Ctrl-C, even while importing, and have one thread."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     try:
         hears = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    except ValueError:  # not the main thread: whoever started it is not interrupted by keyboard
+    except ValueError:  # not the main thread: it gets no keyboard interrupt
         hears = None
     try:
         yield

@@ -1,14 +1,14 @@
-"""How the spectra of a batch are to be reduced: what travels to every worker."""
+"""How to reduce the spectra of a batch: sent to every worker."""
 
 from dataclasses import dataclass
 
-from ..axis import Unit
-from ..spectrum import Medium
+from ..spectrum.axis import Unit
+from ..spectrum.spectrum import Medium
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """elements: those asked for, None for the usual ones and a row for all. medium None: decided.
+    """elements: those requested, None for the usual ones and a row for all. medium None: decided.
 
     unit: of the wavelengths in the files.
     """

@@ -1,4 +1,4 @@
-"""One file that is to be reduced, and the name that it has in the tables."""
+"""One file to be reduced, and its name in the tables."""
 
 import os
 import re
@@ -10,20 +10,20 @@ NUMBER = re.compile(r"([0-9]+)")
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """name: the path from the folder that was given, with slashes on every system."""
+    """name: the path relative to the given folder, with slashes on every system."""
 
     name: str
     path: Path
 
 
 def source(path: Path, root: Path) -> Source:
-    """The file under the name that it has below `root`; the whole path where it lies elsewhere."""
+    """The file with its name relative to `root`; the whole path if it is elsewhere."""
     below = Path(os.path.relpath(path, root)) if path.is_relative_to(root) else path
-    # A name that is not UTF-8 is legal on a disk, but not in a table.
+    # A name that is not UTF-8 is legal on disk, but not in a table.
     return Source(os.fsencode(below.as_posix()).decode("utf-8", "backslashreplace"), path)
 
 
 def natural(name: str) -> tuple[list[tuple[int, str]], str]:
-    """Sorts as people do: `core_2` comes before `core_10`."""
+    """Natural sort order: `core_2` comes before `core_10`."""
     parts = NUMBER.split(name)
     return [(int(p), "") if NUMBER.fullmatch(p) else (-1, p) for p in parts], name

@@ -1,4 +1,4 @@
-"""Keep the rows of spectra on disk until all are there, and give them back in any order."""
+"""Keep the rows of spectra on disk until all are complete, and return them in any order."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -16,7 +16,7 @@ class _Kept:
 
 
 class Spool:
-    """A file of rows; what is put under a name again takes the place of what was there."""
+    """A file of rows; rows put under the same name again replace the earlier ones."""
 
     def __init__(self, path: Path) -> None:
         self.file = path.open("w+b")
@@ -41,11 +41,11 @@ class Spool:
         self.file.seek(kept.at)
         return self.file.read(kept.length)
 
-    def told(self) -> Iterator[Done]:
-        """What is known of each, without its rows, in the order in which they came."""
+    def done(self) -> Iterator[Done]:
+        """The results without rows, in order of arrival."""
         return (kept.done for kept in self.kept.values())
 
     def close(self) -> None:
-        """Let go of the file; what a full disk still refuses is lost with it."""
+        """Close the file; data that a full disk still refuses is lost with it."""
         with suppress(OSError):
             self.file.close()

@@ -19,9 +19,9 @@ NAME = "summary.json"
 
 @dataclass(slots=True)
 class Circumstances:
-    """What a summary says beside the spectra themselves.
+    """The contents of a summary besides the spectra themselves.
 
-    workers: in words. started: UTC. seconds: of the clock on the wall, until the tables.
+    workers: as text. started: UTC. seconds: wall-clock time up to the tables.
     """
 
     settings: Settings
@@ -47,9 +47,9 @@ class Counts:
 
 
 def counts_of(spool: Spool) -> Counts:
-    """Add up what the spool knows."""
+    """Add up the results in the spool."""
     counts = Counts()
-    for done in sorted(spool.told(), key=lambda done: natural(done.name)):
+    for done in sorted(spool.done(), key=lambda done: natural(done.name)):
         counts.spectra += 1
         if done.reason:
             counts.failed.append((done.name, done.reason))
@@ -65,9 +65,9 @@ def counts_of(spool: Spool) -> Counts:
 
 
 def summary_of(spool: Spool, counts: Counts, about: Circumstances) -> dict[str, Any]:
-    """The summary as plain values; `made_by` comes first, by which an old one is known."""
+    """The summary as plain values; `made_by` comes first, by which an old one is recognised."""
     settings = about.settings
-    told = sorted(spool.told(), key=lambda done: natural(done.name))
+    found = sorted(spool.done(), key=lambda done: natural(done.name))
     return {
         "made_by": MADE_BY,
         "started": about.started.isoformat(timespec="seconds"),
@@ -100,14 +100,14 @@ def summary_of(spool: Spool, counts: Counts, about: Circumstances) -> dict[str, 
         },
         "inputs": [
             {"spectrum": done.name, "bytes": done.size, "sha256": done.sha256 or None}
-            for done in told
+            for done in found
         ],
         "left_aside": [{"file": name, "reason": reason} for name, reason in about.left_aside],
     }
 
 
 def write_summary(summary: dict[str, Any], folder: Path) -> Path:
-    """Write it into the folder; the file."""
+    """Write it into the folder; returns the file."""
     path = folder / NAME
     path.write_text(json.dumps(summary, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return path

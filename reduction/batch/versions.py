@@ -1,4 +1,4 @@
-"""The versions of everything that the numbers in a table depend on."""
+"""The versions of all software that the numbers in a table depend on."""
 
 import platform
 from importlib.metadata import PackageNotFoundError, version
@@ -7,7 +7,7 @@ PACKAGES = ("labrun", "numpy", "numba", "scipy", "pyarrow")
 
 
 def versions() -> dict[str, str]:
-    """Names and versions: of Python, and of the packages as they are installed."""
+    """Names and versions of Python and the installed packages."""
     return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
 
 

@@ -1,4 +1,4 @@
-"""Go on looking at folders: what arrives is reduced, and the tables grow with it."""
+"""Watch folders: new spectra are reduced, and the tables are extended."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -11,12 +11,12 @@ from .job import Job
 from .source import Source
 
 LOOK_S = 1.0
-WRITE_S = 3.0  # between two times that the tables are written, while spectra keep coming
-WRITE_SHARE = 5.0  # and no less than so many times what writing took
+WRITE_S = 3.0  # between two writes of the tables, while spectra keep coming
+WRITE_SHARE = 5.0  # and at least this many times as long as a write took
 
 
 class Watch:
-    """What was seen of the folders, and when. arrived: told what was found at each look."""
+    """What was seen in the folders, and when. arrived: called with what each scan found."""
 
     def __init__(
         self,
@@ -35,7 +35,7 @@ class Watch:
         self.wrote_at, self.write_took = -1e9, 0.0
 
     def run(self, until_idle_s: float | None = None) -> None:
-        """Until nothing has come for so long, or for ever. Raises what a batch raises."""
+        """Run until nothing has arrived for that long, or for ever. Raises what a batch raises."""
         came, looked = time.monotonic(), -1e9
         while True:
             if time.monotonic() - looked >= self.look_s:
@@ -49,11 +49,11 @@ class Watch:
                 return
 
     def look(self) -> None:
-        """Queue what is new or changed and has kept its size since the last look."""
+        """Queue files that are new or changed and have kept their size since the last scan."""
         try:
             found = gather(self.given, self.job.out, self.taken)
         except OSError:
-            return  # a disk that is away for a moment
+            return  # a disk that is briefly unavailable
         self.job.about.left_aside = found.left_aside
         fresh, growing = [], False
         for source in found.spectra:
@@ -73,7 +73,7 @@ class Watch:
         self.growing = growing
 
     def write(self, *, late: bool = False) -> None:
-        """Write the tables if there is something new; `late`: not too often."""
+        """Write the tables if there are new rows; `late`: not too often."""
         wait_s = max(WRITE_S, WRITE_SHARE * self.write_took) if late else 0.0
         now = time.monotonic()
         if self.job.spool.puts == self.written or now - self.wrote_at < wait_s:

@@ -1,20 +1,20 @@
-"""Reduce one file of a batch to the rows of its tables; what is wrong with it is a row, too."""
+"""Reduce one file of a batch to the rows of its tables; a failure becomes a row too."""
 
 import hashlib
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..fault import Unreadable
+from ..spectrum.fault import Unreadable
+from .finished_file import wait_until_finished
 from .settings import Settings
-from .settle import settle
 
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What became of one file: its packed rows, and what the summary tells of it.
+    """The result of one file: its packed rows, and its data for the summary.
 
-    reason: why it was not reduced, or empty. seconds: of a clock on the wall, reading included.
+    reason: why it was not reduced, or empty. seconds: wall-clock time, reading included.
     """
 
     name: str
@@ -30,20 +30,20 @@ class Done:
 
 
 def reduce_file(name: str, path: Path, settings: Settings) -> Done:
-    """Read the file and reduce it; never raises for what is wrong with the file."""
+    """Read the file and reduce it; never raises for a fault of the file."""
     began = time.perf_counter()
     raw = load(path)
     return failed(name, raw) if isinstance(raw, str) else reduce_bytes(name, raw, settings, began)
 
 
 def load(path: Path) -> bytes | str:
-    """What the file holds, or why it cannot be read."""
-    from ..source import bytes_of
+    """The file's contents, or why it cannot be read."""
+    from ..spectrum.source import bytes_of
 
     try:
         if path.exists() and not path.is_file():
-            return f"{path.name} is no file that could be read to its end"
-        if not settle(path):
+            return f"{path.name} is not a file that can be read to its end"
+        if not wait_until_finished(path):
             return f"{path.name} is still growing; reduce it again when it is complete"
         return bytes_of(path)
     except Unreadable as fault:
@@ -53,7 +53,7 @@ def load(path: Path) -> bytes | str:
 
 
 def failed(name: str, reason: str, raw: bytes | None = None) -> Done:
-    """A file that gave nothing but a reason."""
+    """The result of a file that could not be reduced."""
     from ..tables.file_rows import failed_row
     from ..tables.rows import packed
 
@@ -64,21 +64,21 @@ def failed(name: str, reason: str, raw: bytes | None = None) -> Done:
 
 
 def reduce_bytes(name: str, raw: bytes, settings: Settings, began: float | None = None) -> Done:
-    """Reduce what a file holds; a fault of our own is told as one, and the batch goes on."""
+    """Reduce a file's contents; an internal error is reported as one, and the batch continues."""
     began = time.perf_counter() if began is None else began
     try:
         return _reduced(name, raw, settings, began)
     except (Unreadable, ValueError) as fault:
         return failed(name, str(fault), raw)
     except MemoryError:
-        return failed(name, f"there was not enough memory for its {len(raw):,} bytes", raw)
+        return failed(name, f"not enough memory for its {len(raw):,} bytes", raw)
     except Exception as fault:
-        return failed(name, f"a fault in labrun itself: {type(fault).__name__}: {fault}", raw)
+        return failed(name, f"an internal error in labrun: {type(fault).__name__}: {fault}", raw)
 
 
 def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
-    from ..read import read_spectrum
     from ..reduce import reduce_spectrum
+    from ..spectrum.read import read_spectrum
     from ..tables.rows import packed, rows_of
 
     spectrum = read_spectrum(raw, settings.unit)

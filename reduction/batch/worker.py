@@ -1,4 +1,4 @@
-"""A process that reduces what it is sent until nobody sends anything any more."""
+"""A process that reduces the chunks it is sent until its pipe closes."""
 
 import signal
 import warnings
@@ -14,8 +14,8 @@ UP, COMPILING, DONE = "up", "compiling", "done"
 
 def main(link: Connection, settings: Settings) -> None:
     """Answer (number, chunk) with (DONE, number, results); ends when the other side is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one who started this
-    warnings.simplefilter("ignore")  # for people, only what is told in a row counts
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the parent
+    warnings.simplefilter("ignore")  # people see only what is in a row
     try:
         _tell_of_compiling(link)
         _get_ready()
@@ -29,7 +29,7 @@ def main(link: Connection, settings: Settings) -> None:
 
 
 def _get_ready() -> None:
-    """What fails here fails again for each spectrum, and is told there."""
+    """A failure here happens again for each spectrum, and is reported there."""
     from ..warm_up import warm_up
 
     with suppress(Exception):
@@ -37,7 +37,7 @@ def _get_ready() -> None:
 
 
 def _tell_of_compiling(link: Connection) -> None:
-    """Say once that a kernel was not in the cache."""
+    """Report once that a kernel was not in the cache."""
     from .. import reduce  # noqa: F401  # what every chunk needs; it says where numba's cache is
 
     events = import_module("numba.core.event")

@@ -1,4 +1,4 @@
-"""The last lines of a reduction: what was found, what failed, where the tables are."""
+"""Print the summary of a reduction: what was found, what failed, where the tables are."""
 
 from pathlib import Path
 from statistics import median
@@ -13,7 +13,7 @@ MOST_FAILED = 5
 
 
 def tell_ending(counts: Counts, about: Circumstances, out: Path, made: list[Path]) -> None:
-    """To stdout, short."""
+    """Print the short summary to stdout."""
     console = Console(highlight=False)
     console.print(_elements(counts))
     rate = counts.spectra / max(about.seconds, 1e-9)
@@ -30,7 +30,7 @@ def tell_ending(counts: Counts, about: Circumstances, out: Path, made: list[Path
         if len(counts.failed) > MOST_FAILED:
             console.print(f"  and {len(counts.failed) - MOST_FAILED:,} more, in files.csv")
     for path in made:
-        console.print(f"made {path}", markup=False, soft_wrap=True)
+        console.print(f"wrote {path}", markup=False, soft_wrap=True)
     console.print(f"the tables are in {out}", markup=False, soft_wrap=True)
 
 

@@ -1,18 +1,22 @@
-"""`labrun lines Li --from 600 --to 700`: the lines of an element, as the table has them."""
+"""`labrun lines Li --from 600 --to 700`: the lines of an element in the line table."""
 
 from typing import Annotated
 
 import typer
 
-Element = Annotated[str, typer.Argument(help="Its symbol.", show_default=False)]
-From = Annotated[float | None, typer.Option("--from", help="nm", metavar="NM")]
-To = Annotated[float | None, typer.Option("--to", help="nm", metavar="NM")]
+Element = Annotated[str, typer.Argument(help="Element symbol, such as Li.", show_default=False)]
+From = Annotated[
+    float | None, typer.Option("--from", help="Shortest wavelength, in nm.", metavar="NM")
+]
+To = Annotated[float | None, typer.Option("--to", help="Longest wavelength, in nm.", metavar="NM")]
 Stage = Annotated[int | None, typer.Option(help="1 for atoms (I), 2 for ions (II).", metavar="1|2")]
-Medium = Annotated[str, typer.Option(help="air or vacuum: of the wavelengths.")]
-Temperature = Annotated[float, typer.Option("--temperature", "-T", help="K, for the strengths.")]
-Density = Annotated[float, typer.Option(help="Electrons per cm3, for the strengths.")]
-Strongest = Annotated[int | None, typer.Option(help="Only so many.", metavar="N")]
-Json = Annotated[bool, typer.Option("--json", help="As JSON.")]
+Medium = Annotated[str, typer.Option(help="Wavelengths in air or vacuum.")]
+Temperature = Annotated[
+    float, typer.Option("--temperature", "-T", help="Temperature for the strengths, in K.")
+]
+Density = Annotated[float, typer.Option(help="Electron density for the strengths, per cm3.")]
+Strongest = Annotated[int | None, typer.Option(help="Only the N strongest.", metavar="N")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
 def lines(
@@ -28,8 +32,8 @@ def lines(
 ) -> None:
     """Print an element's lines: wavelength, transition probability, levels, accuracy, strength.
 
-    The strength is that of a thin plasma in equilibrium (Saha and Boltzmann), 100 for the strongest
-    of the element within the table's range, both stages together.
+    The strength is for an optically thin plasma in equilibrium (Saha and Boltzmann), scaled to 100
+    for the element's strongest line in the table, over both stages.
     """
     from .listing import Wanted, list_lines
 

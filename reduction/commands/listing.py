@@ -1,4 +1,4 @@
-"""The rows that `labrun lines` prints, as a table for people or as JSON for programs."""
+"""The rows that `labrun lines` prints, as a table for people or JSON for programs."""
 
 import difflib
 import json
@@ -29,7 +29,7 @@ class Wanted:
 
 
 def list_lines(wanted: Wanted, as_json: bool) -> int:
-    """Print them, ascending in wavelength; the exit status, 1 where there is none."""
+    """Print the lines by ascending wavelength; return the exit status, 1 if there are none."""
     fault = _fault(wanted)
     if fault:
         say(fault)
@@ -40,17 +40,17 @@ def list_lines(wanted: Wanted, as_json: bool) -> int:
     elif rows:
         _print(rows, wanted)
     else:
-        say(f"the table has no such line of {wanted.element.capitalize()}")
+        say(f"the table has no matching line of {wanted.element.capitalize()}")
     return 0 if rows else FAILED
 
 
 def rows_of(wanted: Wanted) -> list[dict[str, Any]]:
-    """One dictionary a line: wavelengths nm, energies eV, A per second, strength from 0 to 100."""
+    """One dictionary per line: wavelengths in nm, energies in eV, A per second, strength 0 to 100."""
     import numpy as np
 
-    from ..air import in_medium
-    from ..lines import lines_of
-    from ..plasma import relative_strengths
+    from ..lines.air import in_medium
+    from ..lines.lines import lines_of
+    from ..plasma.plasma import relative_strengths
 
     table = lines_of(wanted.element.capitalize())
     strength = relative_strengths(table, wanted.temperature_k, wanted.density_per_cm3)
@@ -102,11 +102,11 @@ def _print(rows: list[dict[str, Any]], wanted: Wanted) -> None:
     if sys.stdout.isatty():
         Console(highlight=False).print(table)
     else:
-        Console(highlight=False, width=200).print(table)  # a pipe cuts nothing off
+        Console(highlight=False, width=200).print(table)  # never truncated in a pipe
 
 
 def _fault(wanted: Wanted) -> str | None:
-    from ..lines import line_table
+    from ..lines.lines import line_table
 
     symbols = set(line_table().element.tolist())
     element = wanted.element.capitalize()
@@ -117,13 +117,13 @@ def _fault(wanted: Wanted) -> str | None:
     if wanted.medium not in MEDIA:
         return f"--medium {wanted.medium}: choose air or vacuum"
     if wanted.stage not in (None, *ROMAN):
-        return f"--stage {wanted.stage}: 1 for atoms (I) or 2 for ions (II)"
+        return f"--stage {wanted.stage}: choose 1 for atoms (I) or 2 for ions (II)"
     if wanted.from_nm is not None and wanted.to_nm is not None and wanted.from_nm > wanted.to_nm:
-        return f"--from {wanted.from_nm:g} is beyond --to {wanted.to_nm:g}"
+        return f"--from {wanted.from_nm:g} is greater than --to {wanted.to_nm:g}"
     if wanted.strongest is not None and wanted.strongest < 1:
-        return f"--strongest {wanted.strongest}: at least one"
+        return f"--strongest {wanted.strongest}: must be at least 1"
     if not COLDEST_K <= wanted.temperature_k <= HOTTEST_K:
-        return f"--temperature {wanted.temperature_k:g}: {COLDEST_K:g} to {HOTTEST_K:g} K"
+        return f"--temperature {wanted.temperature_k:g}: must be {COLDEST_K:g} to {HOTTEST_K:g} K"
     if not (wanted.density_per_cm3 > 0 and math.isfinite(wanted.density_per_cm3)):
-        return f"--density {wanted.density_per_cm3:g}: electrons per cm3, above 0"
+        return f"--density {wanted.density_per_cm3:g}: must be above 0 electrons per cm3"
     return None

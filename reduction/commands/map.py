@@ -1,4 +1,4 @@
-"""`labrun map DIR`: element maps and classes from the rows of a run and its reduced spectra."""
+"""`labrun map DIR`: element maps and classes from a run's rows and reduced spectra."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -8,41 +8,44 @@ import typer
 from .words import FAILED, PROBLEMS, counted, say, symbols
 
 if TYPE_CHECKING:
-    from ..map_folder import MapResult
+    from ..mapping.folder import MapResult
 
 FOLDER = "maps"
 COLUMNS = 7  # elements in the printed table
 
 
 def map(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run, or a folder of tables.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A run folder, or a folder of tables.")
+    ],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="Where to write; DIR/maps without it.")
+        Path | None, typer.Option("-o", "--out", help="Output folder; DIR/maps by default.")
     ] = None,
     elements: Annotated[
-        str | None, typer.Option(help="Li,K,Si; without it those seen in enough points.")
+        str | None, typer.Option(help="Such as Li,K,Si; by default those seen at enough points.")
     ] = None,
     features: Annotated[
         str | None,
-        typer.Option(
-            help="Elements that tell classes apart; Li,H without it, where both are seen."
-        ),
+        typer.Option(help="Elements to classify by; by default Li,H, if both are seen."),
     ] = None,
     classes: Annotated[
-        int | None, typer.Option(min=1, max=8, help="How many; by silhouette without it.")
+        int | None,
+        typer.Option(min=1, max=8, help="Number of classes; by default chosen by silhouette."),
     ] = None,
-    scale: Annotated[str, typer.Option(help="min-max, absolute or total.")] = "min-max",
-    format: Annotated[str, typer.Option(help="png, svg or pdf.")] = "png",
+    scale: Annotated[
+        str, typer.Option(help="Intensity scale: min-max, absolute or total.")
+    ] = "min-max",
+    format: Annotated[str, typer.Option(help="Figure format: png, svg or pdf.")] = "png",
 ) -> None:
-    """Draw element maps and classes of a run, or of tables that `labrun reduce` wrote."""
+    """Draw element maps and classes for a run, or for tables written by `labrun reduce`."""
     from ..figures.paper import FORMATS
-    from ..map_choices import MapChoices
-    from ..map_folder import map_folder
-    from ..scales import SCALES
+    from ..mapping.choices import MapChoices
+    from ..mapping.folder import map_folder
+    from ..maps.points.scales import SCALES
 
     if scale not in SCALES or format not in FORMATS:
         wrong = ("--scale", scale, SCALES) if scale not in SCALES else ("--format", format, FORMATS)
-        say(f"{wrong[0]} {wrong[1]}: it is one of {', '.join(wrong[2])}")
+        say(f"{wrong[0]} {wrong[1]}: choose one of {', '.join(wrong[2])}")
         raise typer.Exit(PROBLEMS)
     try:
         asked, telling = symbols(elements, "--elements"), symbols(features, "--features")
@@ -63,7 +66,7 @@ def _print(result: "MapResult") -> None:
     points, classes = result.points, result.classes
     typer.echo(f"{counted(len(points), 'point')}, {', '.join(result.elements)}")
     if classes is not None:
-        by = ", as many as silhouette says" if classes.scores else ""
+        by = ", number chosen by silhouette" if classes.scores else ""
         typer.echo(f"{counted(len(classes), 'class')} from {', '.join(classes.features)}{by}")
         shown = list(dict.fromkeys([*classes.features, *result.elements]))[:COLUMNS]
         head = "".join(f"{element:>9}" for element in shown)
@@ -72,4 +75,4 @@ def _print(result: "MapResult") -> None:
             areas = "".join(f"{one.area[element]:9.4g}" for element in shown)
             typer.echo(f"{one.number:>5} {one.size:>6} {one.silhouette:6.2f}{areas}  {one.likely}")
     for path in result.written:
-        typer.echo(f"made {path}")
+        typer.echo(f"wrote {path}")

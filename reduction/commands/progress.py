@@ -1,4 +1,4 @@
-"""How far a batch is: a bar in a terminal, a line every few seconds elsewhere."""
+"""Progress of a batch: a bar in a terminal, a line every few seconds elsewhere."""
 
 import sys
 import time
@@ -15,7 +15,7 @@ EVERY_S = 5.0
 
 
 class Shown:
-    """Told of every spectrum; says what a person wants to know meanwhile, on stderr."""
+    """Receives every spectrum and shows progress on stderr."""
 
     def __init__(self, out: TextIO | None = None) -> None:
         self.out = out or sys.stderr
@@ -49,22 +49,22 @@ class Shown:
         self.bar = None
 
     def expect(self, more: int) -> None:
-        """So many spectra more."""
+        """Add `more` spectra to the total."""
         self.total += more
         self._show()
 
     def take(self, done: Done) -> None:
-        """One spectrum, reduced or failed."""
+        """Count one spectrum, reduced or failed."""
         self.done += 1
         self.failed += bool(done.reason)
         self._show()
 
     def compiling(self) -> None:
-        """The first reduction ever is slow, and a person should know why."""
-        self.say("the fits are being compiled, on first use only (half a minute or so)")
+        """Explain why the very first reduction is slow."""
+        self.say("compiling the fits, on first use only (about half a minute)")
 
     def say(self, text: str) -> None:
-        """A line of its own, above the bar where there is one."""
+        """Print a separate line, above the bar if there is one."""
         if self.bar is not None:
             self.bar.console.print(f"labrun: {text}", highlight=False, markup=False)
         else:

@@ -8,35 +8,37 @@ import typer
 Given = Annotated[
     list[Path],
     typer.Argument(
-        help="Spectra, folders of them, or a run.", metavar="FILE_OR_DIR...", show_default=False
+        help="Spectra, folders of spectra, or a run.", metavar="FILE_OR_DIR...", show_default=False
     ),
 ]
 Out = Annotated[
     Path | None,
-    typer.Option("-o", "--out", help="Where the tables go.", show_default="`reduced` beside it"),
+    typer.Option(
+        "-o", "--out", help="Folder for the tables.", show_default="`reduced` beside the input"
+    ),
 ]
 Elements = Annotated[
     str | None,
-    typer.Option(
-        help="Those wanted: Li,K,Si. Their lines count at lower noise; only they get a row."
-    ),
+    typer.Option(help="Such as Li,K,Si. Fainter lines count for these; only they get a row."),
 ]
 Medium = Annotated[
     str | None,
-    typer.Option(help="air or vacuum: of the wavelengths.", show_default="the lines decide"),
+    typer.Option(help="Wavelengths in air or vacuum.", show_default="decided by the lines"),
 ]
-Unit = Annotated[str, typer.Option(help="nm, angstrom or um: of the wavelengths.")]
-Jobs = Annotated[int | None, typer.Option(help="Processes.", show_default="all cores", metavar="N")]
+Unit = Annotated[str, typer.Option(help="Wavelength unit: nm, angstrom or um.")]
+Jobs = Annotated[
+    int | None, typer.Option(help="Number of processes.", show_default="all cores", metavar="N")
+]
 Dask = Annotated[
     str | None,
-    typer.Option(help="A dask scheduler instead: tcp://10.0.0.7:8786.", metavar="ADDRESS"),
+    typer.Option(help="Use a dask scheduler instead: tcp://10.0.0.7:8786.", metavar="ADDRESS"),
 ]
-Watching = Annotated[bool, typer.Option("--watch", help="Go on with what arrives, until Ctrl-C.")]
+Watching = Annotated[bool, typer.Option("--watch", help="Keep reducing new files until Ctrl-C.")]
 UntilIdle = Annotated[
     float | None,
-    typer.Option(help="With --watch: end when nothing came for so long.", metavar="SECONDS"),
+    typer.Option(help="With --watch: end after this long without a new file.", metavar="SECONDS"),
 ]
-Figures = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw an overview.")]
+Figures = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw an overview figure.")]
 
 
 def reduce(
@@ -51,9 +53,10 @@ def reduce(
     until_idle: UntilIdle = None,
     figures: Figures = True,
 ) -> None:
-    """Reduce spectra: peaks, elements, temperatures; as CSV and Parquet, with a summary.
+    """Reduce spectra to peaks, elements and temperatures, as CSV and Parquet, with a summary.
 
-    Of a folder only spectra are taken; a spoiled one is a row of `files.csv` with its reason.
+        Files in a folder that are not spectra are ignored; a bad spectrum is listed in `files.csv`
+    with the reason.
     """
     from .reducing import Asked, reduce_asked
 

@@ -1,4 +1,4 @@
-"""What `labrun reduce` does: look, reduce, write, and say how it came out."""
+"""What `labrun reduce` does: find spectra, reduce them, write tables, report the result."""
 
 import signal
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ MEDIA = ("air", "vacuum")
 
 
 class WrongUsage(ValueError):
-    """What was asked cannot be done; the text says what instead."""
+    """The command line cannot be carried out; the text says what to write instead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +33,8 @@ class Asked:
 
 
 def reduce_asked(asked: Asked) -> int:
-    """Do it; the exit status. Faults of a person's or of the machine's are sentences."""
-    from ..batch.crew import CrewFault, CrewUnreachable
+    """Run the command; return the exit status. User and machine errors are printed as sentences."""
+    from ..batch.executor import ExecutorFault, ExecutorUnreachable
     from ..batch.job import NotOurs
 
     try:
@@ -43,11 +43,11 @@ def reduce_asked(asked: Asked) -> int:
     except (WrongUsage, NotOurs) as fault:
         say(str(fault))
         return PROBLEMS
-    except CrewUnreachable as fault:
+    except ExecutorUnreachable as fault:
         say(str(fault))
         return NOT_REACHED
-    except CrewFault as fault:
-        kept = "hold what was reduced before" if asked.watch else "are as they were"
+    except ExecutorFault as fault:
+        kept = "hold what was reduced before" if asked.watch else "are unchanged"
         say(f"{fault}; the tables {kept}")
         return FAILED
     except OSError as fault:
@@ -57,7 +57,7 @@ def reduce_asked(asked: Asked) -> int:
         say("stopped; no table was changed")
         return CTRL_C
     except _Ended:
-        say("ended; no table was changed")
+        say("terminated; no table was changed")
         return TERMINATED
 
 
@@ -71,12 +71,12 @@ def _reduce(asked: Asked) -> int:
 
     settings = _settings(asked)
     out = asked.out or default_out(asked.files)
-    with Shown() as shown, closing(_crew(asked, settings, shown)) as crew:
+    with Shown() as shown, closing(_crew(asked, settings, shown)) as executor:
         found = gather(asked.files, out)
         _say_what(found, asked)
-        about = Circumstances(settings, _workers(crew), root_of(asked.files), found.left_aside)
+        about = Circumstances(settings, _workers(executor), root_of(asked.files), found.left_aside)
         with job_in(out, about) as job:
-            batch = Batch(crew, job.spool, shown.take)
+            batch = Batch(executor, job.spool, shown.take)
             if asked.watch:
                 _watch(asked, job, batch, shown)
             else:
@@ -84,7 +84,7 @@ def _reduce(asked: Asked) -> int:
                 batch.add(found.spectra)
                 if not _finished(batch, shown):
                     return CTRL_C
-            crew.close()
+            executor.close()
             counts = job.write()
     drawn = _overview(out, counts) if asked.figures else None
     tell_ending(counts, about, out, [] if drawn is None else [drawn])
@@ -108,16 +108,16 @@ def _watch(asked: Asked, job: Any, batch: Any, shown: Any) -> None:
     try:
         watch.run(asked.until_idle_s)
     except KeyboardInterrupt:
-        shown.say("no longer watching; the tables are being written")
+        shown.say("stopped watching; writing the tables")
 
 
 def _settings(asked: Asked) -> Any:
-    from ..axis import NM_PER
     from ..batch.settings import Settings
+    from ..spectrum.axis import NM_PER
 
     for path in asked.files:
         if not path.exists():
-            raise WrongUsage(f"{path} is not there")
+            raise WrongUsage(f"{path} does not exist")
     if asked.medium not in (None, *MEDIA):
         raise WrongUsage(f"--medium {asked.medium}: choose air or vacuum")
     if asked.unit not in NM_PER:
@@ -125,16 +125,16 @@ def _settings(asked: Asked) -> Any:
     if asked.jobs is not None and asked.jobs < 1:
         raise WrongUsage(f"--jobs {asked.jobs}: at least one process is needed")
     if asked.until_idle_s is not None and not (asked.watch and asked.until_idle_s > 0):
-        raise WrongUsage("--until-idle SECONDS (above 0) goes with --watch")
+        raise WrongUsage("--until-idle SECONDS (above 0) needs --watch")
     if asked.watch and not any(path.is_dir() for path in asked.files):
-        raise WrongUsage("--watch looks at folders, and no folder was named")
+        raise WrongUsage("--watch needs a folder to watch")
     return Settings(_elements(asked.elements), asked.medium, asked.unit)  # type: ignore[arg-type]
 
 
 def _elements(text: str | None) -> tuple[str, ...] | None:
     if text is None:
         return None
-    from ..elements import predominant_line
+    from ..elements.elements import predominant_line
 
     symbols = tuple(dict.fromkeys(word.capitalize() for word in text.replace(",", " ").split()))
     if not symbols:
@@ -149,11 +149,11 @@ def _elements(text: str | None) -> tuple[str, ...] | None:
 
 def _say_what(found: Any, asked: Asked) -> None:
     for name, reason in found.left_aside[:3]:
-        say(f"left aside: {name} ({reason})")
+        say(f"skipped: {name} ({reason})")
     if len(found.left_aside) > 3:
-        say(f"left aside: {len(found.left_aside) - 3} more files; summary.json names them")
+        say(f"skipped: {len(found.left_aside) - 3} more files; see summary.json")
     if not found.spectra and not asked.watch:
-        raise WrongUsage(f"there is no spectrum in {', '.join(map(str, asked.files))}")
+        raise WrongUsage(f"no spectrum found in {', '.join(map(str, asked.files))}")
 
 
 def _crew(asked: Asked, settings: Any, shown: Any) -> Any:
@@ -173,9 +173,9 @@ def _crew(asked: Asked, settings: Any, shown: Any) -> Any:
     return cluster
 
 
-def _workers(crew: Any) -> str:
-    address = getattr(crew, "address", None)
-    return f"{crew.room} processes" if address is None else f"dask at {address}"
+def _workers(executor: Any) -> str:
+    address = getattr(executor, "address", None)
+    return f"{executor.room} processes" if address is None else f"dask at {address}"
 
 
 def _overview(out: Path, counts: Any) -> Path | None:
@@ -185,7 +185,7 @@ def _overview(out: Path, counts: Any) -> Path | None:
 
 
 class _Ended(BaseException):
-    """SIGTERM or SIGHUP: no less final than Ctrl-C, but not from the keyboard."""
+    """SIGTERM or SIGHUP: as final as Ctrl-C, but not from the keyboard."""
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""One line to a person, and the exit statuses of these commands."""
+"""One line to the user, and the exit statuses of these commands."""
 
 import sys
 
@@ -6,5 +6,5 @@ FAILED, PROBLEMS, NOT_REACHED, CTRL_C, TERMINATED = 1, 2, 4, 130, 143
 
 
 def say(text: str) -> None:
-    """Beside what a program reads from stdout."""
+    """Print to stderr; stdout is for what a program reads."""
     print(f"labrun: {text}", file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""`labrun spectrum FILE`: what one spectrum says, in words and figures."""
+"""`labrun spectrum FILE`: the results of one spectrum, as text and figures."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,25 +12,26 @@ if TYPE_CHECKING:
 
 
 def spectrum(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="CSV, text or .npy.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A CSV, text or .npy file.")],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="Folder to write into; FILE's without it.")
+        Path | None, typer.Option("-o", "--out", help="Output folder; FILE's folder by default.")
     ] = None,
     elements: Annotated[
-        str | None, typer.Option(help="Elements whose predominant peak is wanted.")
+        str | None, typer.Option(help="Elements to report the predominant peak of.")
     ] = None,
     window: Annotated[
-        str | None, typer.Option(metavar="FROM:TO", help="Stretch of the fit in nm, 668:674.")
+        str | None,
+        typer.Option(metavar="FROM:TO", help="Range of the fit figure in nm, such as 668:674."),
     ] = None,
-    log: Annotated[bool, typer.Option("--log", help="Counts on a logarithmic axis.")] = False,
-    unit: Annotated[str, typer.Option(help="Of the wavelengths: nm, angstrom or um.")] = "nm",
-    format: Annotated[str, typer.Option(help="png, svg or pdf.")] = "png",
+    log: Annotated[bool, typer.Option("--log", help="Logarithmic axis for the counts.")] = False,
+    unit: Annotated[str, typer.Option(help="Wavelength unit: nm, angstrom or um.")] = "nm",
+    format: Annotated[str, typer.Option(help="Figure format: png, svg or pdf.")] = "png",
 ) -> None:
-    """Draw a spectrum with its lines named, its fit, and the plots of its plasma."""
+    """Draw a spectrum with labelled lines, its fit, and the plots of its plasma."""
     from ..figures.paper import FORMATS
 
     if format not in FORMATS:
-        say(f"--format {format}: it is one of {', '.join(FORMATS)}")
+        say(f"--format {format}: choose one of {', '.join(FORMATS)}")
         raise typer.Exit(PROBLEMS)
     try:
         stretch = None if window is None else _stretch(window)
@@ -44,13 +45,13 @@ def spectrum(
         raise typer.Exit(PROBLEMS if unread else FAILED) from None
     _print(reduction)
     for path in written:
-        typer.echo(f"made {path}")
+        typer.echo(f"wrote {path}")
 
 
 def _draw(file: Path, out: Path | None, elements, stretch, log: bool, unit, format):
-    from ..read import read_spectrum
+    from ..figures.spectrum_figures import draw_spectrum
     from ..reduce import reduce_spectrum
-    from ..spectrum_figures import draw_spectrum
+    from ..spectrum.read import read_spectrum
 
     found = read_spectrum(file, unit)
     reduction = reduce_spectrum(found, symbols(elements, "--elements"))
@@ -66,12 +67,12 @@ def _stretch(text: str) -> tuple[float, float]:
     except ValueError:
         raise ValueError(f"--window {text}: write it as FROM:TO in nm, such as 668:674") from None
     if not low < high:
-        raise ValueError(f"--window {text}: the first wavelength must be the smaller one")
+        raise ValueError(f"--window {text}: the first wavelength must be smaller")
     return low, high
 
 
 def _print(reduction: "Reduction") -> None:
-    from ..spectrum_figures import share_of
+    from ..figures.spectrum_figures import share_of
 
     typer.echo(f"{reduction.n_peaks} peaks, wavelengths in {reduction.medium}")
     typer.echo(f"detected: {', '.join(reduction.detected) or 'no element'}")
@@ -80,7 +81,7 @@ def _print(reduction: "Reduction") -> None:
         typer.echo(f"{element:>4} {said}")
     plasma, share = reduction.plasma, share_of(reduction)
     if plasma is None:
-        typer.echo("nothing tells the plasma's temperature")
+        typer.echo("the plasma temperature cannot be determined")
         return
     if plasma.temperature_k is not None:
         error = plasma.temperature_error_k or 0.0

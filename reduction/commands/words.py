@@ -1,4 +1,4 @@
-"""What commands of the reduction say, and how they read lists."""
+"""How the reduction commands print messages and read lists."""
 
 import typer
 
@@ -6,7 +6,7 @@ FAILED, PROBLEMS = 1, 2  # exit status: something could not be written; wrong us
 
 
 def say(text: str) -> None:
-    """One line to a person, beside what a program reads from stdout."""
+    """Print one line to stderr; stdout is for what a program reads."""
     typer.echo(f"labrun: {text}", err=True)
 
 
@@ -21,14 +21,14 @@ def listed(text: str) -> tuple[str, ...]:
 
 
 def symbols(text: str | None, option: str) -> tuple[str, ...] | None:
-    """The elements of an option, None where it was not given; ValueError where it names none."""
+    """The elements of an option, None if it was not given; ValueError if it names none."""
     if text is None:
         return None
-    from ..symbols import SYMBOLS
+    from ..lines.symbols import SYMBOLS
 
     found = listed(text)
     odd = [name for name in found if name not in SYMBOLS]
     if odd or not found:
-        what = f"{odd[0]!r} is no symbol of an element" if odd else "it names no element"
+        what = f"{odd[0]!r} is not an element symbol" if odd else "it names no element"
         raise ValueError(f"{option} {text}: {what}; write it as Li,K,Si")
     return found

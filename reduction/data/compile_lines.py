@@ -1,7 +1,7 @@
-"""Compile the table of atomic lines from the NIST facts that `libskit` ships.
+"""Compile the table of atomic lines from the NIST data in `libskit`.
 
 Run it by hand: `python -m pip install libskit==0.2 && python reduction/data/compile_lines.py`.
-Nothing imports it; what it writes, `lines.npz`, is committed. SOURCES.md says where it is from.
+Nothing imports it; its output, `lines.npz`, is committed. SOURCES.md names the sources.
 """
 
 import csv
@@ -18,7 +18,7 @@ HERE = Path(__file__).parent
 RANGE_NM = (190.0, 961.0)
 ISOTOPES = ("D", "T")  # their lines are those of H, shifted by less than 0.3 nm
 ROMAN = {"I": 1, "II": 2}
-# STARK-B and NIST round the same Ritz wavelength and energies alike, to this.
+# STARK-B and NIST agree on Ritz wavelengths and energies to within this.
 SAME_NM = 1e-4
 SAME_EV = 1e-5
 
@@ -39,7 +39,7 @@ def rows_of(path: Path) -> Iterator[Row]:
 
 
 def why_not(row: Row) -> str | None:
-    """The reason for which a NIST row is left out, or None."""
+    """Why a NIST row is left out, or None."""
     if int(row["sp_num"]) not in ROMAN.values():
         return "stage III or higher"
     if row["Type"]:
@@ -56,7 +56,7 @@ def why_not(row: Row) -> str | None:
         return "placeholder weights 1 and 1 (J = 0 to 0 is forbidden)"
     # NIST lists H as averages over n (configuration "2") and as fine structure ("2p").
     if row["element"] == "H" and not row["conf_i"].isdigit():
-        return "fine structure of H, also there as average"
+        return "fine structure of H, also included as an average"
     return None
 
 
@@ -69,7 +69,7 @@ def stark_widths(folder: Path) -> dict[tuple[str, int], list[Row]]:
 
 
 def stark_of(line: Row, candidates: list[Row]) -> tuple[float, float, float, float]:
-    """Density (per cm3) and coefficients a0 a1 a2 of the Stark width, NaN where there is none."""
+    """Density (per cm3) and coefficients a0 a1 a2 of the Stark width, NaN if there is none."""
     for row in candidates:
         if (
             abs(float(row["ritz_wl_vac(nm)"]) - float(line["ritz_wl_vac(nm)"])) < SAME_NM
@@ -83,7 +83,7 @@ def stark_of(line: Row, candidates: list[Row]) -> tuple[float, float, float, flo
 
 
 def compile_lines(folder: Path) -> tuple[dict[str, np.ndarray], Counter[str]]:
-    """The arrays of lines, ascending in wavelength, and how many rows each reason left out."""
+    """The arrays of lines, ascending in wavelength, and the number of rows left out per reason."""
     left_out: Counter[str] = Counter()
     kept: list[Row] = []
     for row in rows_of(folder / "nist_asd_lines_vacuum.csv"):

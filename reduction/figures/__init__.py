@@ -1,1 +1,4 @@
-"""Figures as a paper prints them, each drawn by a file of its own."""
+"""Figures for print, each in a separate file.
+
+They compute nothing that they show.
+"""

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..boltzmann import CALIBRATION, PlotLines
-from ..lines import BOLTZMANN_EV_PER_K
-from ..plot_lines import plot_lines
+from ..elements.plot_lines import plot_lines
+from ..lines.lines import BOLTZMANN_EV_PER_K
+from ..plasma.boltzmann import CALIBRATION, PlotLines
+from ..plasma.strengths import atoms
 from ..reduce import Reduction
-from ..strengths import atoms
 from .paper import CLASS_COLOURS, INK, ONE_COLUMN_IN, SMALL, place
 
 if TYPE_CHECKING:
@@ -39,7 +39,9 @@ def boltzmann_figure(reduction: Reduction) -> Figure:
     """
     lines = lines_of_plot(reduction)
     if lines is None or reduction.identified is None or reduction.identified.plot is None:
-        raise ValueError("the lines of this spectrum tell no temperature, so there is no plot")
+        raise ValueError(
+            "the lines of this spectrum do not determine a temperature, so there is no plot"
+        )
     from matplotlib.figure import Figure
 
     plot, a = reduction.identified.plot, atoms()

@@ -1,4 +1,4 @@
-"""The map of classes: one colour a class, with what each may be beside it."""
+"""The map of classes: one colour per class, with its likely mineral beside it."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..classes.classify import Classes
-from ..classes.minerals import UNNAMED
-from ..maps import ElementMap
+from ..maps.classes.classify import Classes
+from ..maps.classes.minerals import UNNAMED
+from ..maps.maps import ElementMap
 from .layout import GAP_IN, MARGIN_IN, lay_out
 from .map_panel import draw_cells, extent, hole_key, largest_extent, scale_bar
 from .paper import INK, SMALL, class_colour, place, write
@@ -49,7 +49,7 @@ def class_map_figure(maps: dict[str, ElementMap], classes: Classes, unit: str = 
     figure = Figure(figsize=(width, height))
     colours = ListedColormap([NO_SIGNAL, *(class_colour(c) for c in range(len(classes)))])
     for index, (name, one) in enumerate(maps.items()):
-        left, bottom, across, up = layout.holding(index, *extent(one))
+        left, bottom, across, up = layout.of_smaller(index, *extent(one))
         panel = place(figure, left, bottom + height - layout.size[1], across, up)
         draw_cells(panel, one, colours, -1.5, len(classes) - 0.5)
         panel.set_title(name, pad=3)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..classes.classify import NONE, Classes
-from ..points.points import Points
+from ..maps.classes.classify import NONE, Classes
+from ..maps.points.points import Points
 from .class_map import class_name
 from .paper import INK, ONE_COLUMN_IN, class_colour, place
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..maps import ElementMap
+from ..maps.maps import ElementMap
 from .layout import MARGIN_IN, Layout, lay_out
 from .map_panel import draw_cells, extent, hole_key, scale_bar
 from .paper import COLOURS, QUIET, SMALL, paper, place, save, short, write
@@ -21,7 +21,6 @@ RANGE_IN, BAR_IN = 0.13, 0.29  # below each panel: its range, or its own colour 
 COLOUR_BAR_IN = 1.55
 LEAST_BAR_IN = 0.7  # room for two numbers
 COLOUR_LABEL = "lowest to highest value of each map"
-BAR_PART = 0.5  # the most of a map's width that the scale bar takes
 
 
 def draw_element_maps(

@@ -1,4 +1,4 @@
-"""A stretch of a spectrum with the fitted peaks, their sum, and what they leave over."""
+"""A part of a spectrum with the fitted peaks, their sum, and the residual."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..peaks.render import render
 from ..reduce import Reduction
-from ..render import render
 from .paper import CLASS_COLOURS, INK, ONE_COLUMN_IN, QUIET, SMALL, place
 from .peak_names import peak_names
 from .spread import spread
@@ -38,7 +38,7 @@ def window_around(reduction: Reduction, near_nm: float | None = None) -> tuple[f
 
 
 def fit_figure(reduction: Reduction, window_nm: tuple[float, float]) -> Figure:
-    """Counts, fit and peaks above; what is left over, in standard deviations, below.
+    """Counts, fit and peaks above; the residual, in standard deviations, below.
 
     Raises ValueError where the spectrum has fewer than three channels in the window.
     """
@@ -49,7 +49,7 @@ def fit_figure(reduction: Reduction, window_nm: tuple[float, float]) -> Figure:
     inside = slice(*np.searchsorted(x, window_nm))
     if inside.stop - inside.start < 3:
         raise ValueError(
-            f"the spectrum has no three channels between {window_nm[0]:g} and {window_nm[1]:g} nm; "
+            f"the spectrum has fewer than 3 channels from {window_nm[0]:g} to {window_nm[1]:g} nm; "
             f"it covers {x[0]:g} to {x[-1]:g} nm"
         )
     height = BOTTOM_IN + LOWER_AXES_IN + GAP_IN + TOP_AXES_IN + BAND_IN

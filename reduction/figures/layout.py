@@ -29,7 +29,7 @@ class Layout:
         bottom = self.size[1] - self.top - row * self.slot[1] - TITLE_IN - self.panel[1]
         return left, bottom, *self.panel
 
-    def holding(self, index: int, across: float, up: float) -> tuple[float, float, float, float]:
+    def of_smaller(self, index: int, across: float, up: float) -> tuple[float, float, float, float]:
         """The same of a map that is smaller than the panel, in units: in the middle, at the top."""
         left, bottom, width, height = self.at(index)
         wide, high = across * self.scale, up * self.scale

@@ -1,4 +1,4 @@
-"""Areas along a line of points, one strip an element, with the classes below."""
+"""Areas along a line of points, one strip per element, with the classes below."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..spectrum import FloatArray
+from ..spectrum.spectrum import FloatArray
 from .paper import (
     COLOURS,
     INK,
@@ -15,28 +15,16 @@ from .paper import (
     QUIET,
     TWO_COLUMNS_IN,
     class_colour,
-    paper,
     place,
-    save,
 )
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from matplotlib.figure import Figure
 
 STRIP_IN, GAP_IN = 0.62, 0.07
 LEFT_IN, BOTTOM_IN, TOP_IN, RIGHT_IN = 0.56, 0.36, 0.1, 0.12
 CLASSES_IN = 0.12
 LONG = 60  # points from which on a line takes both columns
-
-
-def draw_line_scan(
-    way: FloatArray, values: Mapping[str, FloatArray], path: Path, unit: str = "mm"
-) -> Path:
-    """Draw a line scan into a file; the path back."""
-    with paper():
-        return save(line_scan_figure(way, values, unit), path)
 
 
 def line_scan_figure(

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..lithium import ratio_curve
-from ..spectrum import FloatArray
+from ..plasma.lithium import ratio_curve
+from ..spectrum.spectrum import FloatArray
 from .paper import INK, ONE_COLUMN_IN, QUIET, SMALL, place
 from .series import Series, draw_series
 

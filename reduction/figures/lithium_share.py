@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..spectrum import FloatArray
+from ..spectrum.spectrum import FloatArray
 from .paper import INK, ONE_COLUMN_IN, QUIET, SMALL, place
 from .series import Series, draw_series
 

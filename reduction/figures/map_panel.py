@@ -1,4 +1,4 @@
-"""One map on a page: cells without axes, a frame, and the bar that says how long a millimetre is."""
+"""One map on a page: cells without axes, a frame, and a scale bar."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..maps import ElementMap
-from ..spectrum import FloatArray
+from ..maps.maps import ElementMap
+from ..spectrum.spectrum import FloatArray
 from .paper import HOLE, INK, SMALL, write
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..spectrum import FloatArray
+from ..spectrum.spectrum import FloatArray
 from .paper import INK, class_colour
 
 if TYPE_CHECKING:

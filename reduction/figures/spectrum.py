@@ -1,4 +1,4 @@
-"""A spectrum with its lines named: stretches of the axis under each other, names on a band above."""
+"""A spectrum with labelled lines: parts of the axis in rows, names in a band above."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..reduce import Reduction
-from ..spectrum import FloatArray
+from ..spectrum.spectrum import FloatArray
 from .paper import INK, QUIET, TWO_COLUMNS_IN, place
 from .peak_names import peak_names
 from .spread import spread

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..spectrum import FloatArray
+from ..spectrum.spectrum import FloatArray
 
 
 def spread(places: FloatArray, apart: float, first: float, last: float) -> FloatArray:

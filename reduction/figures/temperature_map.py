@@ -1,4 +1,4 @@
-"""Where the plasma was how hot: a map of its temperature, one panel a sample."""
+"""A map of the plasma temperature, one panel per sample."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..maps import ElementMap
+from ..maps.maps import ElementMap
 from .layout import MARGIN_IN, lay_out
 from .map_panel import draw_cells, extent, hole_key, largest_extent, scale_bar
 from .paper import HEAT, SMALL, place, write
@@ -36,7 +36,7 @@ def temperature_map_figure(maps: dict[str, ElementMap], unit: str = "mm") -> Fig
     highest = max(highest, lowest + 1.0)
     mesh = None
     for index, (name, one) in enumerate(maps.items()):
-        panel = place(figure, *layout.holding(index, *extent(one)))
+        panel = place(figure, *layout.of_smaller(index, *extent(one)))
         mesh = draw_cells(panel, one, matplotlib.colormaps[HEAT], lowest, highest)
         panel.set_title(name, pad=3)
     line = MARGIN_IN + 0.1

@@ -1,1 +1,4 @@
-"""What spectra say, as tables: peaks, elements, plasma, and what became of each file."""
+"""The results of spectra as tables: peaks, elements, plasma, and the outcome of each file.
+
+They compute nothing: they lay out results.
+"""

@@ -1,4 +1,4 @@
-"""Tables as Arrow knows them: typed columns, made of the cells of many spectra at once."""
+"""Arrow tables: typed columns, made from the cells of many spectra at once."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -25,9 +25,9 @@ def schema_of(table: str) -> pa.Schema:
 
 
 def table_of(table: str, spectra: Sequence[tuple[str, Cells]]) -> pa.Table:
-    """The rows of spectra, each a name and its cells, in that order.
+    """A table of the rows of spectra, each a name and its cells, in that order.
 
-    Raises ValueError when the cells are not those of the table.
+    Raises ValueError if the cells are not those of the table.
     """
     first, *columns = TABLES[table]
     wanted = [column.name for column in columns]

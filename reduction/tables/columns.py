@@ -8,7 +8,7 @@ Kind = Literal["text", "whole", "number"]
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """decimals or digits: to which a number is rounded, behind the point or significant."""
+    """decimals or digits: how a number is rounded, by decimal places or significant digits."""
 
     name: str
     kind: Kind

@@ -7,12 +7,12 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.compute
 
-pc: Any = pyarrow.compute  # it makes its functions when it is imported
+pc: Any = pyarrow.compute  # its functions are created on import
 NEEDS_QUOTES = r'[",\r\n]'
 
 
 def csv_lines(table: pa.Table) -> bytes:
-    """One line a row, without a header; empty cells for nulls, numbers as short as they are exact."""
+    """One line per row, without a header; empty cells for nulls, shortest exact numbers."""
     if not len(table):
         return b""
     cells = [_cells(column.combine_chunks()) for column in table.columns]
@@ -33,7 +33,7 @@ def _cells(column: pa.Array) -> pa.Array:
 
 
 class CsvFile:
-    """A CSV file that is written a table at a time."""
+    """A CSV file written table by table."""
 
     def __init__(self, path: Path, schema: pa.Schema) -> None:
         self.file = path.open("wb")

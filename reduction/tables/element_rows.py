@@ -1,28 +1,28 @@
-"""The rows of `elements`: what speaks for each element, and how strong its line is.
+"""The rows of `elements`: the evidence for each element, and the strength of its line.
 
-Elements asked for and those that rocks are usually judged by keep to their predominant line, the
-same in every spectrum, so that their areas may be mapped; of the others it is the strongest line
-that was matched.
+Requested elements and the usual elements of rocks have their predominant line, the same in every
+spectrum, so that their areas can be mapped; the others have their strongest matched line.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ..air import in_medium
-from ..elements import USUAL_LINES, ElementPeak, find_elements, with_hydrogen
-from ..match import LIMIT_SIGMA
-from ..offsets import Offsets
+from ..elements.elements import ElementPeak, find_elements, with_hydrogen
+from ..elements.match import LIMIT_SIGMA
+from ..elements.offsets import Offsets
+from ..lines.air import in_medium
+from ..lines.usual import USUAL_LINES
+from ..peaks.voigt import SIGMA_PER_FWHM
+from ..plasma.strengths import atoms
 from ..reduce import Reduction
-from ..spectrum import FloatArray
-from ..strengths import atoms
-from ..voigt import SIGMA_PER_FWHM
+from ..spectrum.spectrum import FloatArray
 from .columns import Cells
 
 BOX_OF_GAUSSIAN = 1.0645  # area / (height * fwhm)
 BETWEEN_ELEMENTS = " "
 SAME_ENTRY_NM = 0.1  # between a predominant line and the catalogue's entry for it
-NEVER_WEIGHED = -1e6  # scores below are of elements that had nothing to be weighed by
+NEVER_WEIGHED = -1e6  # lower scores are of elements without evidence to weigh
 
 
 def element_rows(
@@ -59,7 +59,7 @@ def element_rows(
 
 
 def offsets_of(reduction: Reduction) -> Offsets:
-    """How far the axis is off, as the reduction took it: not at all where no element says so."""
+    """The axis offset that the reduction used: none without an element to show it."""
     found = reduction.identified
     if found is None or not found.indexed.accepted:
         return Offsets.none(reduction.medium)
@@ -67,7 +67,7 @@ def offsets_of(reduction: Reduction) -> Offsets:
 
 
 def _usual(x: FloatArray, reduction: Reduction, offsets: Offsets) -> dict[str, ElementPeak]:
-    """The predominant peaks: those that were asked for, and of the usual elements."""
+    """The predominant peaks of the requested and the usual elements."""
     more = [name for name in USUAL_LINES if name not in reduction.elements]
     range_nm = (float(x[0]), float(x[-1]))
     others = find_elements(reduction.peaks, more, range_nm, offsets)
@@ -76,7 +76,7 @@ def _usual(x: FloatArray, reduction: Reduction, offsets: Offsets) -> dict[str, E
 
 
 def _tabulated(shown_nm: FloatArray, reduction: Reduction) -> FloatArray:
-    """Vacuum wavelengths of lines that are told as the instrument shows them, same shape."""
+    """Vacuum wavelengths of lines given as the instrument shows them, same shape."""
     found = reduction.identified
     if found is None:
         return np.full(len(shown_nm), np.nan)

@@ -1,9 +1,9 @@
-"""The row of `files`: what became of one file, with the reason where nothing did."""
+"""The row of `files`: the outcome of one file, with the reason for a failure."""
 
 import numpy as np
 
 from ..reduce import Reduction
-from ..spectrum import Spectrum
+from ..spectrum.spectrum import Spectrum
 from .columns import Cells
 from .element_rows import offsets_of
 
@@ -29,7 +29,7 @@ def file_row(spectrum: Spectrum, reduction: Reduction) -> Cells:
 
 
 def failed_row(reason: str) -> Cells:
-    """A file that is no spectrum, or could not be reduced."""
+    """A file that is not a spectrum, or could not be reduced."""
     nothing = [None]
     return {
         "status": [FAILED], "reason": [reason], "channels": nothing, "first_nm": nothing,

@@ -1,22 +1,22 @@
-"""Say of each peak which line it is: the one that should have most of it, and who shares it."""
+"""Identify the line of each peak: the one that contributes most, and the elements sharing it."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..air import in_medium
-from ..evidence import CONFOUNDS
+from ..elements.evidence import CONFOUNDS
+from ..lines.air import in_medium
+from ..plasma.strengths import atoms
 from ..reduce import Reduction
-from ..spectrum import FloatArray, IntArray
-from ..strengths import atoms
+from ..spectrum.spectrum import FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Names:
-    """Of each peak, shape (k,): element ('' where no element explains it), stage, line_nm (NaN).
+    """For each peak, shape (k,): element ('' if no element explains it), stage, line_nm (NaN).
 
-    line_nm: where the table has the line, in the spectrum's medium; a blend's mean. shared: the
-    other elements that should have a good part of the peak.
+    line_nm: the line's wavelength in the table, in the spectrum's medium; a blend's mean. shared:
+    other elements that should contribute much of the peak.
     """
 
     element: list[str]
@@ -26,7 +26,7 @@ class Names:
 
 
 def names(reduction: Reduction) -> Names:
-    """Names of the peaks; only elements that were found give any."""
+    """Names of the peaks, from the elements that were found."""
     k = len(reduction.peaks)
     element, stage = [""] * k, np.zeros(k, dtype=np.int64)
     line_nm, shared = np.full(k, np.nan), [[] for _ in range(k)]

@@ -1,4 +1,4 @@
-"""One figure of a whole batch: which elements it shows, how hot it was, how many lines there were."""
+"""One figure for a whole batch: its elements, temperatures and numbers of lines."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pyarrow.parquet as pq
 
-from ..spectrum import FloatArray
+from ...system.files import write_whole
+from ..spectrum.spectrum import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 NAME = "overview.png"
-LEAST_SPECTRA = 5  # of fewer there is nothing to be drawn as a distribution
+LEAST_SPECTRA = 5  # too few for a distribution below this
 MOST_ELEMENTS = 16
 DETECTED, UNCERTAIN, INK = "#2f6f8f", "#b9d3df", "#3a3a3a"
 DOTS_PER_INCH = 160
@@ -25,23 +26,22 @@ MARGINS = {"left": 0.04, "right": 0.99, "bottom": 0.13, "top": 0.85, "wspace": 0
 
 
 def draw_overview(folder: Path, reduced: int) -> Path | None:
-    """Draw it from the tables in `folder`, beside them; None where there are too few spectra.
+    """Draw it from the tables in `folder`, beside them; None if there are too few spectra.
 
-    reduced: how many were. Raises OSError where it cannot be written.
+    reduced: number of reduced spectra. Raises OSError if it cannot be written.
     """
     if reduced < LEAST_SPECTRA:
         return None
     drawn = BytesIO()
     _figure(folder, reduced).savefig(drawn, dpi=DOTS_PER_INCH, facecolor="white", format="png")
-    part = folder / f".{NAME}"
-    part.write_bytes(drawn.getvalue())
-    return part.replace(folder / NAME)
+    write_whole(folder / NAME, drawn.getvalue(), sync=False)
+    return folder / NAME
 
 
 def _figure(folder: Path, reduced: int) -> Figure:
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.5, 4.2))  # a layout that is found, not given, takes twice as long
+    figure = Figure(figsize=(10.5, 4.2))  # automatic layout takes twice as long
     left, *others = figure.subplots(1, 4, width_ratios=(1.5, 1, 1, 1), gridspec_kw=MARGINS)
     _elements(left, folder, reduced)
     plasma = pq.read_table(folder / "plasma.parquet", columns=["temperature_k", "log10_ne"])

@@ -1,13 +1,13 @@
-"""The rows of `peaks`: every fitted peak of a spectrum, and the line that it is."""
+"""The rows of `peaks`: every fitted peak of a spectrum, and its line."""
 
 import numpy as np
 
-from ..bad import BadChannels
-from ..faddeeva import faddeeva
-from ..kernel import float_kernel
-from ..levenberg import ROOT_2, ROOT_2_PI
+from ..peaks.faddeeva import faddeeva
+from ..peaks.levenberg import ROOT_2, ROOT_2_PI
 from ..reduce import Reduction
-from ..spectrum import BoolArray, FloatArray
+from ..spectrum.bad import BadChannels
+from ..spectrum.kernel import float_kernel
+from ..spectrum.spectrum import BoolArray, FloatArray
 from .columns import BETWEEN_FLAGS, Cells
 from .named import Names, names
 
@@ -70,6 +70,6 @@ def _not_full(bad: BadChannels) -> BoolArray:
 
 
 def _touched(x: FloatArray, bad: BoolArray, lowest: FloatArray, highest: FloatArray) -> BoolArray:
-    """Whether a bad channel lies between the places, shape (k,)."""
+    """Whether a bad channel lies between the positions, shape (k,)."""
     places = x[bad]
     return np.searchsorted(places, lowest) < np.searchsorted(places, highest)

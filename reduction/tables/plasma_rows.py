@@ -1,4 +1,4 @@
-"""The row of `plasma`: temperature and electrons of a spectrum, empty where nothing tells."""
+"""The row of `plasma`: a spectrum's temperature and electron density, empty if undetermined."""
 
 from ..reduce import Reduction
 from .columns import BETWEEN_FLAGS, Cells
@@ -7,7 +7,7 @@ NO_EQUILIBRIUM = "too few electrons for equilibrium (McWhirter)"
 
 
 def plasma_row(reduction: Reduction) -> Cells:
-    """One row, whatever is known."""
+    """One row, with whatever is known."""
     plasma = reduction.plasma
     if plasma is None:
         return {

@@ -1,14 +1,14 @@
-"""Round numbers so that what is written is short, and the same on every machine that computes it."""
+"""Round numbers so that their text is short, and the same on every machine."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..spectrum import FloatArray
+from ..spectrum.spectrum import FloatArray
 from .columns import Column
 
 
 def rounded(values: ArrayLike, column: Column) -> FloatArray:
-    """The values as the column wants them, any shape; what is not finite becomes NaN."""
+    """The values rounded for their column, any shape; non-finite ones become NaN."""
     x = np.array(values, dtype=np.float64)
     x[~np.isfinite(x)] = np.nan
     if column.decimals is not None:
@@ -18,10 +18,10 @@ def rounded(values: ArrayLike, column: Column) -> FloatArray:
 
 
 def significant(x: FloatArray, digits: int) -> FloatArray:
-    """Rounded to so many significant digits; 0 and NaN stay.
+    """Rounded to this many significant digits; 0 and NaN stay.
 
-    A power of ten above 1 is exact in a double, so one rounding is made by dividing and none by
-    multiplying: the nearest double to the short decimal is what comes out.
+    A power of ten above 1 is exact in a double, so dividing rounds once and multiplying not at all:
+    the result is the double nearest to the short decimal.
     """
     size = np.abs(x)
     known = np.isfinite(x) & (size > 0)

@@ -1,10 +1,10 @@
-"""All rows of one spectrum, packed for the way to whoever writes them."""
+"""All rows of one spectrum, packed for transfer to the writer."""
 
 import pickle
 from collections.abc import Sequence
 
 from ..reduce import Reduction
-from ..spectrum import Spectrum
+from ..spectrum.spectrum import Spectrum
 from .columns import Cells
 from .element_rows import element_rows
 from .file_rows import file_row
@@ -27,10 +27,10 @@ def rows_of(spectrum: Spectrum, reduction: Reduction, only: Sequence[str] | None
 
 
 def packed(rows: Rows) -> bytes:
-    """For the way from a worker of ours, and for a file that nobody else writes."""
+    """Pack rows for transfer from our own workers, and for our own files."""
     return pickle.dumps(rows, protocol=5)
 
 
 def unpacked(raw: bytes) -> Rows:
-    """What `packed` packed."""
+    """The inverse of `packed`."""
     return pickle.loads(raw)

@@ -13,9 +13,7 @@ from .columns import TABLES
 from .csv_text import CsvFile
 from .rows import Rows
 
-TOGETHER = (
-    256  # spectra in a row group: a number of its own, so that files do not depend on workers
-)
+TOGETHER = 256  # spectra in a row group: fixed, so that files do not depend on workers
 COMPRESSION = "zstd"
 THREADS = 4
 Named = tuple[str, Rows]
@@ -24,8 +22,8 @@ Named = tuple[str, Rows]
 def write_tables(spectra: Iterable[Named], folder: Path) -> list[Path]:
     """Write the tables of all spectra, in the order given, into `folder`; the files written.
 
-    Each item is a spectrum's name and its rows by table; tables that it lacks have none. The same rows
-    give the same bytes, with one version of Arrow. Raises OSError where the disk does not take them.
+    Each item is a spectrum's name and its rows by table; missing tables have none. The same rows give
+    the same bytes, with the same version of Arrow. Raises OSError if they cannot be written.
     """
     with ExitStack() as opened, ThreadPoolExecutor(THREADS) as threads:
         sinks = {table: _sinks(table, folder, opened) for table in TABLES}
@@ -42,7 +40,7 @@ def write_tables(spectra: Iterable[Named], folder: Path) -> list[Path]:
 
 
 def file_names() -> list[str]:
-    """What the tables are called on disk."""
+    """The file names of the tables."""
     return [f"{table}{suffix}" for table in TABLES for suffix in (".csv", ".parquet")]
 
 

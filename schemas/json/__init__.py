@@ -1,1 +1,4 @@
-"""JSON Schemas (2020-12) made from the models beside it; `python -m labrun.schemas.generate`."""
+"""JSON Schemas (2020-12) made from the models in `schemas` by `python -m labrun.schemas.generate`.
+
+Never edited by hand.
+"""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from labrun.engine.lab import load_lab
+from labrun.engine.lab.lab import load_lab
 
 ROOT = Path(__file__).parents[2]
 PAGES = ["add-a-device", "labs"]

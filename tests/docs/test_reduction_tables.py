@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from labrun.reduction.batch.looks import SUFFIXES
-from labrun.reduction.elements import USUAL_LINES
+from labrun.reduction.lines.usual import USUAL_LINES
 from labrun.reduction.tables.columns import TABLES
 
 PAGE = (Path(__file__).parents[2] / "docs/reference/reduction-tables.md").read_text("utf-8")

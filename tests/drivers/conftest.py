@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from labrun.drivers.client import DeviceClient
+from labrun.drivers.client.client import DeviceClient
 from labrun.drivers.find import find_driver
-from labrun.drivers.serve import serving
-from labrun.drivers.server import DeviceServer
-from labrun.drivers.settings import ServerSettings
+from labrun.drivers.server.serve import serving
+from labrun.drivers.server.server import DeviceServer
+from labrun.drivers.server.settings import ServerSettings
 from labrun.schemas.messages import Goal
 
 HERE = Path(__file__).parent
@@ -89,7 +89,7 @@ class Bench:
         self._goals += 1
         named = {"id", "boot", "epoch", "files"}
         fields = {name: more.pop(name) for name in named & more.keys()}
-        held = "arm" in client._holding._leases
+        held = "arm" in client._lease_keeper._leases
         known = {
             "id": f"run-1/main/{self._goals}/1",
             "boot": client.boot,

@@ -43,11 +43,11 @@ def test_a_driver_of_a_labs_own_is_found_beside_the_lab(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("sim_gantri", "", "there is no driver 'sim_gantri'; known are"),
+        ("sim_gantri", "", "there is no driver 'sim_gantri'; the drivers are"),
         ("./lamp.py:Lamp", None, "there is no file"),
         ("./lamp.py:Lamp", "import nowhere_to_be_found", "ModuleNotFoundError: No module named"),
-        ("./lamp.py:Lamp", "class Lamp: pass", "Lamp is no class of"),
-        ("./lamp.py:Lamp", HEAD, "Lamp is no class of"),
+        ("./lamp.py:Lamp", "class Lamp: pass", "Lamp is not a class in"),
+        ("./lamp.py:Lamp", HEAD, "Lamp is not a class in"),
         ("./lamp.py:Lamp", "def", "SyntaxError: invalid syntax"),
     ],
 )
@@ -68,7 +68,7 @@ def test_a_driver_that_keeps_its_contract_starts():
 @pytest.mark.parametrize(
     ("driver", "actions", "words"),
     [
-        ({"contract": "pump@1"}, {}, "it is a driver of pump@1"),
+        ({"contract": "pump@1"}, {}, "it is a driver for pump@1"),
         ({}, {"blink": {}}, "it has no `async def blink`"),
         ({"blink": lambda self, goal: {}}, {"blink": {}}, "it has no `async def blink`"),
         ({"off": None}, {}, "it has no `async def off`"),
@@ -93,11 +93,11 @@ def test_parameters_of_the_contract_are_accepted_and_no_others_needed():
         check_driver(Dimmer, contract(dim=dim))
 
     assert "dim does not accept the parameter level" in str(caught.value)
-    assert "dim cannot do without speed, which the contract does not require" in str(caught.value)
+    assert "dim requires speed, which the contract does not require" in str(caught.value)
 
 
 def test_a_safe_state_must_be_made_of_actions():
     odd = Contract(type="lamp@1", safe_state=["hide"], actions={"off": {}})
 
-    with pytest.raises(DriverFault, match="the safe state names hide, which is no action"):
+    with pytest.raises(DriverFault, match="the safe state names hide, which is not an action"):
         check_driver(Lamp, odd)

@@ -11,8 +11,8 @@ import pytest
 from labrun.drivers.contract_tests import Case, KeepsContract
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.reducer import Reducer, most_at_once
-from labrun.drivers.twins.minerals import ELEMENTS, atom_fractions
-from labrun.drivers.twins.shot import ShotMaker
+from labrun.drivers.simulated.twins.minerals import ELEMENTS, atom_fractions
+from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.schemas.messages import FileContent
 
 
@@ -52,6 +52,7 @@ def made_up() -> bytes:
     return "\n".join(("wavelength,intensity", *rows)).encode()
 
 
+@pytest.mark.slow
 class TestReducer(KeepsContract):
     case = Case(
         driver=f"{Path(__file__).with_name('patient_reducer.py')}:PatientReducer",

@@ -1,4 +1,4 @@
-"""Every kind of fault is told with its code at its place; what is in order passes."""
+"""Every kind of fault is reported with its code at its place; valid protocols pass."""
 
 import re
 from collections import Counter
@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from labrun.engine.check import Checked, check_file, check_text
-from labrun.engine.manual import all_codes
+from labrun.engine.problems.manual import all_codes
 from labrun.schemas.protocol import STEP_KINDS
 
 HERE = Path(__file__).parent
@@ -18,7 +18,7 @@ EXPECTED = re.compile(r"expect: ([^\n\"]*?)(?: with (-[^\n\"]*))?[\n\"]")
 
 
 def told(checked: Checked, file: Path | None = None) -> list[str]:
-    """`E204 9:10` for each problem; of another file, its name stands before the place."""
+    """`E204 9:10` for each problem; for another file, its name precedes the place."""
     name = str(file) if file is not None else ""
     return [
         f"{p.code} {f'{Path(p.file).name}:' * (bool(name) and p.file != name)}{p.line}:{p.column}"
@@ -27,7 +27,7 @@ def told(checked: Checked, file: Path | None = None) -> list[str]:
 
 
 def expected(path: Path) -> tuple[list[str], dict[str, Any]]:
-    """What a file of the corpus says of itself: problems, and options of the command line.
+    """What a file of the corpus declares in its header: problems and command line options.
 
     `# expect: E209 5:38 with --lab beside/lab.yaml -p depth=2`
     """
@@ -99,4 +99,4 @@ def test_the_corpus_has_every_code_at_least_twice_and_every_kind_of_step():
 
 
 RARE = {"E122", "E130", "E131"}
-"""Many files make E122, of labs speak test_lab.py and the manual."""
+"""E122 needs many files; labs are covered by test_lab.py and the manual."""

@@ -1,13 +1,15 @@
 """The command line as a whole: bare files, exit statuses, and never a traceback."""
 
 import json
+import os
 import subprocess
 import sys
+from importlib.metadata import entry_points
 
 import pytest
 
 from labrun import __version__
-from labrun.engine.cli import arguments
+from labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS, GROUPS, arguments
 
 COMMAND = [sys.executable, "-m", "labrun.engine"]
 
@@ -22,6 +24,29 @@ def test_a_bare_file_is_run(tmp_path):
     assert arguments(["x.yaml", "--yes"], {"run"}) == ["run", "x.yaml", "--yes"]
     assert arguments(["check", "x.yaml"], {"run", "check"}) == ["check", "x.yaml"]
     assert arguments(["--help"], {"run"}) == ["--help"]
+
+
+def test_help_shows_every_command_in_its_group(tmp_path):
+    shown = labrun(tmp_path, "--help").stdout
+    installed = {point.name for point in entry_points(group="labrun.commands")}
+
+    assert {name for names in GROUPS.values() for name in names} == installed | set(COMMANDS)
+    assert installed == FROM_ENTRY_POINTS
+    for group, names in GROUPS.items():
+        panel = shown.partition(f" {group} ")[2].partition("╰")[0]
+        assert [name for name in names if f"│ {name} " not in panel] == []
+
+
+def test_commands_are_completed_in_the_shell(tmp_path):
+    completed = subprocess.run(
+        COMMAND, cwd=tmp_path, capture_output=True, text=True, timeout=60,
+        env={
+            **os.environ, "_LABRUN_COMPLETE": "complete_bash", "COMP_WORDS": "labrun re",
+            "COMP_CWORD": "1",
+        },
+    )  # fmt: skip
+
+    assert {"rehearse", "resume", "report", "reduce"} <= set(completed.stdout.split())
 
 
 def test_version(tmp_path):
@@ -99,4 +124,4 @@ def test_a_folder_for_runs_that_cannot_be_made_is_a_sentence(tmp_path):
     told = labrun(tmp_path, "p.yaml", "--runs", "file/runs")
 
     assert told.returncode == 1
-    assert "cannot make a run folder" in told.stderr
+    assert "cannot create a run folder" in told.stderr

@@ -1,4 +1,4 @@
-"""The lab of the paper's bench: the map that ships checks clean against it, and nothing is simulated."""
+"""The lab of the paper's bench: the shipped map checks clean against it, and nothing is simulated."""
 
 import subprocess
 import sys
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from labrun.drivers.aecp.driver import Aecp
 from labrun.drivers.driver import Place
-from labrun.engine.lab import load_lab
+from labrun.engine.lab.lab import load_lab
 
 LAB = Path(str(files("labrun.protocols.labs"))) / "aecp.yaml"
 MAP = Path(str(files("labrun.protocols"))) / "pegmatite_map.yaml"

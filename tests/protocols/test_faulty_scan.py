@@ -1,4 +1,4 @@
-"""The whole map with an analyser that fails now and then and dies once: complete, by itself."""
+"""The whole map with an analyser that fails sometimes and dies once: it completes by itself."""
 
 import csv
 import json
@@ -13,8 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from labrun.engine.history import split_goal_id
-from labrun.engine.journal import read_records
+from labrun.engine.journal.history import split_goal_id
+from labrun.engine.journal.journal import read_records
+
+pytestmark = pytest.mark.slow
+
 
 PEGMATITE = Path(str(files("labrun.protocols").joinpath("pegmatite_map.yaml")))
 ATTEMPTS = 3  # the protocol's retry of a shot

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from labrun.engine.lab import load_lab
+from labrun.engine.lab.lab import load_lab
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 MIXED = Path(str(files("labrun.protocols.labs"))) / "mixed.yaml"
-EMULATOR = Path(__file__).parents[1] / "drivers" / "balance_emulator.py"
+EMULATOR = Path(__file__).parents[1] / "drivers" / "balance" / "balance_emulator.py"
 
 
 def emulator(link: Path, **moods):
@@ -41,9 +41,9 @@ def test_it_is_a_lab_without_a_problem_and_says_that_something_is_real():
     assert lab.lab.devices["balance"].driver == "balance"
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 def test_a_protocol_weighs_on_the_real_balance_what_the_simulated_pipette_does_not_drop(tmp_path):
-    assert labrun(tmp_path, "check", "lab.yaml").returncode == 2  # a lab is no protocol
+    assert labrun(tmp_path, "check", "lab.yaml").returncode == 2  # a lab is not a protocol
     made = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "new", "portions", "--template", "dispense"],
         cwd=tmp_path, check=True, capture_output=True, timeout=60,

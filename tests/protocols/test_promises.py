@@ -1,4 +1,4 @@
-"""What the shipped protocols promise, they yield: rows, outputs and figures on the simulated lab."""
+"""The shipped protocols deliver what they promise: rows, outputs and figures on the simulated lab."""
 
 import csv
 import json
@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from labrun.drivers.twins.instrument import OFFSETS_NM
-from labrun.drivers.twins.minerals import atom_fractions
-from labrun.engine.journal import read_records
+from labrun.drivers.simulated.twins.instrument import OFFSETS_NM
+from labrun.drivers.simulated.twins.minerals import atom_fractions
+from labrun.engine.journal.journal import read_records
 
 PROTOCOLS = Path(str(files("labrun.protocols")))
 
@@ -45,7 +45,7 @@ class Ran:
 
 
 def magnitude(value):
-    """A quantity as the journal keeps it, without its unit."""
+    """A quantity as stored in the journal, without its unit."""
     return value["$quantity"][0] if isinstance(value, dict) else value
 
 
@@ -53,6 +53,7 @@ def numbers(rows, column):
     return [float(row[column]) for row in rows]
 
 
+@pytest.mark.slow
 def test_multi_sample_maps_every_core_of_its_table(tmp_path):
     ran = Ran(tmp_path, "multi_sample.yaml")
     cores, points = ran.rows(), ran.rows("data-cores-scan-scan.csv")
@@ -73,7 +74,7 @@ def test_multi_sample_maps_every_core_of_its_table(tmp_path):
         assert (ran.folder / f"element_maps_{core['sample']}.png").stat().st_size > 10_000
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 def test_adaptive_map_is_fine_where_there_is_lithium_and_only_there(tmp_path):
     ran = Ran(tmp_path, "adaptive_map.yaml")
     rows = ran.rows()
@@ -99,6 +100,7 @@ def is_quarter(row, cell):
     return float(cell["pitch_mm"]) == 2 * pitch and away == pytest.approx([pitch / 2] * 2)
 
 
+@pytest.mark.slow
 def test_calibrate_camera_finds_where_the_camera_sits_beside_the_tool(tmp_path):
     ran = Ran(tmp_path, "calibrate_camera.yaml")
     outputs = ran.outputs
@@ -121,6 +123,7 @@ def test_calibrate_camera_fails_where_the_offsets_lie_too_far_apart(tmp_path):
     assert "apart <= params.spread is not true" in ran.told
 
 
+@pytest.mark.slow
 def test_find_and_scan_finds_the_core_and_fires_at_nothing_else(tmp_path):
     ran = Ran(tmp_path, "find_and_scan.yaml", "-p", "pitch=8 mm")
     outputs, shots = ran.outputs, ran.truth("libs", "shot")
@@ -161,6 +164,7 @@ def test_weigh_and_dispense_reaches_its_target_within_the_tolerance(tmp_path):
     assert ran.truth("pipette", "eject_tip")
 
 
+@pytest.mark.slow
 def test_wavelength_check_tells_the_offsets_that_the_simulated_detectors_were_given(tmp_path):
     ran = Ran(tmp_path, "wavelength_check.yaml")
     outputs = ran.outputs
@@ -172,7 +176,7 @@ def test_wavelength_check_tells_the_offsets_that_the_simulated_detectors_were_gi
     assert sum(numbers(ran.rows(), "Li_off_nm")) / 3 == pytest.approx(outputs["red"], abs=1e-4)
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
@@ -187,7 +191,7 @@ def test_wavelength_check_fails_with_a_sentence(tmp_path, words, sentence):
     assert sentence in ran.told
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 def test_two_stations_fire_at_the_same_time_each_at_its_own_core(tmp_path):
     ran = Ran(tmp_path, "two_station.yaml")
     first, second = (ran.truth(device, "shot") for device in ("libs", "libs_b"))

@@ -1,4 +1,4 @@
-"""Every protocol that ships runs on the simulated lab, as a user would run it."""
+"""Every shipped protocol runs on the simulated lab, as a user would run it."""
 
 import csv
 import json
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from labrun.drivers.twins.minerals import atom_fractions
+from labrun.drivers.simulated.twins.minerals import atom_fractions
 from labrun.engine.check import check_file
 from labrun.engine.rehearse.rehearse import Rehearsal
 from labrun.engine.views.explain import explain_protocol
@@ -34,7 +34,7 @@ RUN_ELSEWHERE = {
     "adaptive_map", "calibrate_camera", "find_and_scan", "multi_sample", "two_station", "wavelength_check",
     "weigh_and_dispense",
 }  # fmt: skip
-"""What these promise, and so that they run, is in test_promises.py."""
+"""That these run, and deliver what they promise, is tested in test_promises.py."""
 
 
 def labrun(folder, *words, timeout=110):
@@ -57,6 +57,12 @@ def read_rows(run):
 def shots(run):
     lines = (run / "servers" / "world" / "truth" / "libs.jsonl").read_text().splitlines()
     return [entry for line in lines if (entry := json.loads(line))["what"] == "shot"]
+
+
+def marked(paths, mark, *names):
+    """Parameters of a test, of which the named ones bear a mark."""
+    marks = dict.fromkeys(names, mark)
+    return [pytest.param(p, id=p.stem, marks=marks.get(p.stem, ())) for p in paths]
 
 
 def wait_for_rows(folder, count):
@@ -88,16 +94,24 @@ def test_a_shipped_protocol_checks_clean_is_short_and_can_be_explained(path):
     assert len(path.read_text(encoding="utf-8").splitlines()) < 100
 
 
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", marked(SHIPPED, pytest.mark.soak, "calibrate_camera", "find_and_scan")
+)
 def test_a_shipped_protocol_can_be_rehearsed(path):
     checked = check_file(path, params=SMALL.get(path.stem, {}))
-    tally = Rehearsal(checked, {}).play()
+    totals = Rehearsal(checked, {}).play()
 
-    assert tally.fate == "succeeded", tally.told()
+    assert totals.fate == "succeeded", totals.as_dict()
 
 
 @pytest.mark.parametrize(
-    "path", [p for p in SHIPPED if p.stem not in RUN_ELSEWHERE], ids=lambda path: path.stem
+    "path",
+    marked(
+        [p for p in SHIPPED if p.stem not in RUN_ELSEWHERE],
+        pytest.mark.slow,
+        "pegmatite_map",
+        "scan_core",
+    ),
 )
 def test_a_shipped_protocol_runs_and_succeeds(path, tmp_path):
     small = [word for pair in SMALL.get(path.stem, {}).items() for word in ("-p", "=".join(pair))]
@@ -111,6 +125,7 @@ def test_one_protocol_ships_as_json():
     assert [path.name for path in SHIPPED if path.suffix == ".json"] == ["weigh_and_dispense.json"]
 
 
+@pytest.mark.slow
 def test_the_example_of_the_design_runs_when_its_question_is_answered(tmp_path):
     ran = labrun(tmp_path, "run", str(EXAMPLE), "--yes", "-p", "pitch=2 mm")
 
@@ -118,6 +133,7 @@ def test_the_example_of_the_design_runs_when_its_question_is_answered(tmp_path):
     assert len(read_rows(only_run(tmp_path))) == 18
 
 
+@pytest.mark.slow
 def test_the_maps_show_the_grains_that_the_simulated_core_was_given(tmp_path):
     ran = labrun(tmp_path, "run", str(PEGMATITE), "-p", "pitch=0.5 mm")
 
@@ -134,6 +150,7 @@ def test_the_maps_show_the_grains_that_the_simulated_core_was_given(tmp_path):
     assert (run / "report.html").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_the_spectra_are_csv_of_22800_channels(tmp_path):
     labrun(
         tmp_path, "run", str(PEGMATITE), "-p", "width=1 mm", "-p", "height=1 mm", "-p", "pitch=1 mm"
@@ -146,6 +163,7 @@ def test_the_spectra_are_csv_of_22800_channels(tmp_path):
     assert len(lines) == 22_801
 
 
+@pytest.mark.slow
 def test_a_scan_whose_engine_is_killed_goes_on_in_focus_and_fires_no_shot_twice(tmp_path):
     command = [*COMMAND, "run", str(PEGMATITE), "-p", "pitch=1 mm", "--runs", "runs"]
     engine = subprocess.Popen(
@@ -166,6 +184,7 @@ def test_a_scan_whose_engine_is_killed_goes_on_in_focus_and_fires_no_shot_twice(
     assert len(read_rows(run)) == 55
 
 
+@pytest.mark.slow
 def test_a_scan_outlives_the_death_of_every_one_of_its_servers(tmp_path):
     command = [*COMMAND, "run", str(PEGMATITE), "-p", "pitch=1 mm", "--runs", "runs"]
     with (tmp_path / "said.txt").open("w") as said:
@@ -180,7 +199,7 @@ def test_a_scan_outlives_the_death_of_every_one_of_its_servers(tmp_path):
     run = only_run(tmp_path)
     said = (tmp_path / "said.txt").read_text()
     assert status == 0, said
-    assert said.count("it is started again") == 3
+    assert said.count("is being restarted") == 3
     goals = [shot["goal"] for shot in shots(run)]
     assert len(set(goals)) == len(goals)
     assert len(read_rows(run)) == 55

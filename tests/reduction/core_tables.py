@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from labrun.drivers.twins.shot import ShotMaker
+from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction import Reduction, read_spectrum, reduce_spectrum
 from labrun.reduction.figures.peak_names import peak_names
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from labrun.drivers.twins.shot import ShotMaker
+from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction.tables.write import file_names
 
 PLACES = [(0.4, 1.0), (1.2, 3.0), (2.0, 5.0), (2.8, 7.0), (3.6, 9.0), (1.6, 8.0)]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from labrun.reduction import Spectrum, reduce_spectrum
-from labrun.reduction.air import to_vacuum
+from labrun.reduction.lines.air import to_vacuum
 
 CORE = [
     (800.0, 670.781, 0.06, 0.03),

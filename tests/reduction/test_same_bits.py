@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from truth import make_spectrum
 
 from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
 
@@ -39,11 +38,11 @@ def digest(value, into=None):
 
 
 @pytest.fixture(scope="module")
-def spectra(tmp_path_factory):
+def spectra(tmp_path_factory, reduced):
     folder = tmp_path_factory.mktemp("spectra")
     paths = []
     for number in NUMBERS:
-        truth = make_spectrum("train", number)
+        truth, _ = reduced("train", number)
         paths.append(folder / f"{number}.npy")
         np.save(paths[-1], np.vstack([truth.wavelength_nm, truth.intensity]))
     return paths
@@ -54,6 +53,7 @@ def alone(spectra):
     return [digest(reduce_spectrum(read_spectrum(path))) for path in spectra]
 
 
+@pytest.mark.slow
 def test_again_and_in_another_order(spectra, alone):
     again = [digest(reduce_spectrum(read_spectrum(path))) for path in reversed(spectra)]
 
@@ -68,6 +68,7 @@ def test_in_four_threads_at_once(spectra, alone):
     assert found == alone * 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", ["1", "3"])
 def test_in_another_process_with_other_numbers_of_threads(spectra, alone, threads):
     program = (

@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from labrun.engine.journal import chain
+from labrun.engine.journal.journal import chain
 from labrun.schemas import journal as j
 from labrun.schemas.messages import GoalError
 

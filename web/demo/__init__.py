@@ -1,1 +1,4 @@
-"""`labrun web --demo`: a simulated bench with its own protocols, and faults to order."""
+"""`labrun web --demo`: a simulated bench with its own protocols, and faults on request.
+
+Never reaches a real device.
+"""

@@ -1,4 +1,4 @@
-"""The demonstration: shipped protocols and the simulated lab, in a folder that goes away with it."""
+"""The demonstration: shipped protocols and the simulated lab, in a folder that is deleted with it."""
 
 import shutil
 import tempfile
@@ -9,19 +9,19 @@ from pathlib import Path
 
 from ruamel.yaml import YAML
 
-from ...engine.lab import load_lab
+from ...engine.lab.lab import load_lab
 
 SHOWN = (".yaml", ".json", ".csv")
 TWINS = {
     "sim_gantry": "Gantry", "sim_libs": "Libs", "sim_balance": "Balance", "sim_pipette": "Pipette",
     "sim_depth_camera": "DepthCamera",
 }  # fmt: skip
-"""Driver of the simulated lab -> the same one with faults to order, in `twins.py`."""
+"""Driver of the simulated lab -> the same one with injected faults, in `twins.py`."""
 
 
 @contextmanager
 def demonstration(speed: float) -> Iterator[tuple[Path, Path]]:
-    """The folder of protocols and the lab file; both are gone afterwards."""
+    """The folder of protocols and the lab file; both are deleted afterwards."""
     folder = Path(tempfile.mkdtemp(prefix="labrun-demo-"))
     try:
         protocols = folder / "protocols"
@@ -37,7 +37,7 @@ def demonstration(speed: float) -> Iterator[tuple[Path, Path]]:
 
 
 def demo_lab(speed: float) -> str:
-    """The simulated lab at this speed, as YAML; 0 means that seconds are only counted."""
+    """The simulated lab at this speed, as YAML; at 0 time is only counted, without waiting."""
     import io
 
     loaded, _ = load_lab(None)

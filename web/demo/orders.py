@@ -1,26 +1,28 @@
-"""Faults that were ordered of a device: a small file that its twin looks at before each action."""
+"""Faults requested of a device: a small file that its twin reads before each action."""
 
 import json
 from pathlib import Path
 from typing import Any
 
+from ...system.files import write_whole
+
 FILE = "ordered-{}.json"
 
 
 def order(world: Path, device: str, action: str, error: str | None, count: int) -> None:
-    """The next so many goals of an action end with this error."""
+    """The next `count` goals of an action end with this error."""
     orders = _read(world, device)
     orders.append({"action": action, "error": error, "left": count})
     _write(world, device, orders)
 
 
 def clear(world: Path, device: str) -> None:
-    """Nothing is ordered any more."""
+    """Drop all requested faults."""
     _write(world, device, [])
 
 
 def take(world: Path, device: str, action: str) -> dict[str, Any] | None:
-    """The order that an action meets now, counted down; None where there is none."""
+    """The fault for an action now, counted down; None if there is none."""
     orders = _read(world, device)
     for one in orders:
         if one["action"] == action and one["left"] > 0:
@@ -38,7 +40,4 @@ def _read(world: Path, device: str) -> list[dict[str, Any]]:
 
 
 def _write(world: Path, device: str, orders: list[dict[str, Any]]) -> None:
-    world.mkdir(parents=True, exist_ok=True)
-    half = world / f".{FILE.format(device)}.part"
-    half.write_text(json.dumps(orders), encoding="utf-8")
-    half.replace(world / FILE.format(device))
+    write_whole(world / FILE.format(device), json.dumps(orders).encode(), sync=False)

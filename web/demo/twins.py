@@ -1,20 +1,20 @@
-"""The simulated devices with faults to order while they run; loaded by path from the demo's lab."""
+"""The simulated devices with injected faults; loaded by path from the demo's lab."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from labrun.drivers.driver import ActionFailed, GoalContext
-from labrun.drivers.sim_balance import SimBalance
-from labrun.drivers.sim_depth_camera import SimDepthCamera
-from labrun.drivers.sim_gantry import SimGantry
-from labrun.drivers.sim_libs import SimLibs
-from labrun.drivers.sim_pipette import SimPipette
-from labrun.drivers.twins.twin import Twin
+from labrun.drivers.simulated.balance import SimBalance
+from labrun.drivers.simulated.depth_camera import SimDepthCamera
+from labrun.drivers.simulated.gantry import SimGantry
+from labrun.drivers.simulated.libs import SimLibs
+from labrun.drivers.simulated.pipette import SimPipette
+from labrun.drivers.simulated.twins.twin import Twin
 from labrun.web.demo.orders import take
 
 
 class Ordered(Twin):
-    """Looks, before an action happens, whether it is to fail."""
+    """Checks before each action whether it is to fail."""
 
     @contextmanager
     def failing(self, action: str, goal: GoalContext) -> Iterator[None]:
@@ -24,29 +24,29 @@ class Ordered(Twin):
             error = ordered["error"] or next(iter(known))
             happened = "yes" if known[error].happened == "yes" else "no"
             if happened == "no":
-                raise ActionFailed(error, f"{action} was ordered to fail (demo)", "no")
+                raise ActionFailed(error, f"{action}: injected fault (demo)", "no")
             with super().failing(action, goal):
                 yield
-            raise ActionFailed(error, f"{action} was ordered to fail (demo)", "yes")
+            raise ActionFailed(error, f"{action}: injected fault (demo)", "yes")
         with super().failing(action, goal):
             yield
 
 
 class Gantry(Ordered, SimGantry):
-    """The simulated gantry, with faults to order."""
+    """The simulated gantry, with injected faults."""
 
 
 class Libs(Ordered, SimLibs):
-    """The simulated analyser, with faults to order."""
+    """The simulated analyser, with injected faults."""
 
 
 class Balance(Ordered, SimBalance):
-    """The simulated balance, with faults to order."""
+    """The simulated balance, with injected faults."""
 
 
 class Pipette(Ordered, SimPipette):
-    """The simulated pipette, with faults to order."""
+    """The simulated pipette, with injected faults."""
 
 
 class DepthCamera(Ordered, SimDepthCamera):
-    """The simulated camera, with faults to order."""
+    """The simulated camera, with injected faults."""

@@ -1,4 +1,4 @@
-// A simulated bench of its own for each file of journeys: `labrun web --demo` on a free port.
+// A separate simulated bench for each journey file: `labrun web --demo` on a free port.
 import { type ChildProcess, spawn } from 'node:child_process'
 import { existsSync } from 'node:fs'
 import { fileURLToPath } from 'node:url'
@@ -16,13 +16,13 @@ export interface Bench {
   close(): Promise<void>
 }
 
-/** Which `labrun` is tried: LABRUN, the repository's own environment, or the one on the path. */
+/** The `labrun` to test: LABRUN, the repository's own environment, or the one on PATH. */
 function command(): string {
   const own = `${ROOT}.venv/bin/labrun`
   return process.env['LABRUN'] ?? (existsSync(own) ? own : 'labrun')
 }
 
-/** Start a bench; `speed` is how fast its seconds go by. */
+/** Start a bench; `speed` is how fast its clock runs. */
 export async function startBench({ speed = 50, port = 0, args = ['--demo', '--speed', String(speed)], cwd = ROOT } = {}): Promise<Bench> {
   const child = spawn(command(), ['web', ...args, '--no-browser', '--port', String(port)], {
     cwd, stdio: ['ignore', 'pipe', 'pipe'],
@@ -71,7 +71,7 @@ async function end(child: ChildProcess): Promise<void> {
   clearTimeout(late)
 }
 
-/** Ask the API as a program does. */
+/** Send a request to the API as a program does. */
 export async function ask<T>(bench: Bench, path: string, body?: unknown, headers: Record<string, string> = {}): Promise<T> {
   const session = await fetch(`${bench.address}/api/v1/session`)
   const cookie = session.headers.getSetCookie().map((one) => one.split(';')[0]).join('; ')
@@ -84,7 +84,7 @@ export async function ask<T>(bench: Bench, path: string, body?: unknown, headers
   return (await response.json()) as T
 }
 
-/** Let something go wrong on the simulated bench. */
+/** Inject a fault on the simulated bench. */
 export async function orderFault(bench: Bench, fault: Record<string, unknown>): Promise<void> {
   await ask(bench, '/demo/fault', fault, { 'Idempotency-Key': crypto.randomUUID() })
 }

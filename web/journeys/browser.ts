@@ -1,9 +1,12 @@
-// The browser of the journeys: Debian's chromium, one context for each person.
+// The browser of the journeys: Debian's chromium, one context per person.
 import { existsSync } from 'node:fs'
 import { type Browser, type BrowserContext, type BrowserContextOptions, chromium, type Page } from 'playwright-core'
 import { ask, type Bench } from './bench'
 
 const PLACES = [process.env['CHROMIUM'], '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
+
+/** A machine that is busy shows it later, not otherwise; whoever waits for what never comes is told after this. */
+const PATIENCE_MS = 180_000
 
 export const NARROW = { width: 390, height: 844 }
 export const WIDE = { width: 1360, height: 860 }
@@ -14,29 +17,29 @@ export async function openBrowser(): Promise<Browser> {
   return chromium.launch({ executablePath: path, args: ['--no-sandbox', '--disable-dev-shm-usage'] })
 }
 
-/** After a journey that broke off: its browser is closed, what it left moving is stopped, control is free again. */
+/** After a failed journey: close its browser, stop what is still moving, release control. */
 export async function tidy(browser: Browser, bench: Bench): Promise<void> {
   const left = browser.contexts()
   if (left.length === 0) return
   await Promise.all(left.map((context) => context.close()))
   await ask(bench, '/stop', {})
-  const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Program', reason: 'a journey broke off' })
+  const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Program', reason: 'a journey failed' })
   await ask(bench, '/control/release', {}, { 'X-Control-Lease': lease })
 }
 
 export interface Person {
   context: BrowserContext
   page: Page
-  /** What went wrong in the page itself, by its own words. */
+  /** Errors in the page itself, as it reported them. */
   faults: string[]
 }
 
-/** A person with a browser of their own; `known` is what it remembers of them. */
+/** A person with their own browser; `known` is what it remembers about them. */
 export async function aPerson(
   browser: Browser, address: string, options: BrowserContextOptions = {}, known: Record<string, unknown> = { welcomed: true },
 ): Promise<Person> {
   const context = await browser.newContext({ viewport: WIDE, baseURL: address, reducedMotion: 'reduce', ...options })
-  context.setDefaultTimeout(30_000)
+  context.setDefaultTimeout(PATIENCE_MS)
   await context.addInitScript((preferences) => {
     if (localStorage.getItem('labrun.preferences') === null) {
       localStorage.setItem('labrun.preferences', JSON.stringify(preferences))
@@ -48,17 +51,17 @@ export async function aPerson(
   return { context, page, faults }
 }
 
-/** Wait until the page hears the server. */
+/** Wait until the page receives data from the server. */
 export async function isLive(page: Page): Promise<void> {
   await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'live' }).waitFor()
 }
 
-/** Wait until every device of the bench can be reached, and so is known. */
+/** Wait until every device of the bench is online. */
 export async function allOnline(page: Page): Promise<void> {
-  await page.getByText(/^([1-9]\d*) of \1 online$/).waitFor({ timeout: 60_000 })
+  await page.getByText(/^([1-9]\d*) of \1 online$/).waitFor()
 }
 
-/** Tab until something of this name has the focus, as a person without a mouse does. */
+/** Press Tab until an element with this name has the focus, as a person without a mouse does. */
 export async function tabTo(page: Page, name: RegExp): Promise<void> {
   for (let presses = 0; presses < 140; presses += 1) {
     await page.keyboard.press('Tab')

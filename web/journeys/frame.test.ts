@@ -17,7 +17,7 @@ afterAll(async () => {
 })
 
 describe('the frame', () => {
-  it('welcomes whoever comes first, in three steps', async () => {
+  it('welcomes a new user in three steps', async () => {
     const { page, context, faults } = await aPerson(browser, bench.address, {}, {})
     await page.goto('/')
     await page.getByRole('heading', { name: 'Welcome to labrun' }).waitFor()
@@ -98,7 +98,7 @@ describe('the frame', () => {
     const before = await x()
     await tabTo(page, /^X[+]$/)
     await page.keyboard.press('Space')
-    await expect.poll(x, { timeout: 15_000 }).toBeCloseTo(before + 1, 2)
+    await expect.poll(x).toBeCloseTo(before + 1, 2)
     await tabTo(page, /^Release control$/)
     await page.keyboard.press('Enter')
     await page.getByRole('button', { name: 'Take control' }).waitFor()
@@ -140,7 +140,7 @@ describe('the frame', () => {
     await dialog.getByText('Ada was asked').waitFor()
     await ada.page.getByText('Bo asks Ada for control').waitFor()
     await picture(bo.page, 'control-390')
-    await dialog.getByLabel(/Or take it over/).fill('Ada is at lunch')
+    await dialog.getByLabel(/Or take over/).fill('Ada is at lunch')
     await dialog.getByRole('button', { name: 'Take over' }).click()
     await bo.page.getByRole('button', { name: 'Release control' }).waitFor()
     await ada.page.getByRole('button', { name: 'Take control' }).waitFor()
@@ -156,11 +156,22 @@ describe('the frame', () => {
     await bo.context.close()
   })
 
-  it('keeps what is set for the bench', async () => {
+  it('saves the settings of the bench', async () => {
     const { page, context } = await aPerson(browser, bench.address)
-    await page.goto('/settings')
-    await page.getByLabel('Who works here, one a line').fill('Ada\nBo')
+    await page.goto('/devices')
+    await isLive(page)
+    let answer: (value?: unknown) => void = () => undefined
+    const written = new Promise((resolve) => { answer = resolve })
+    await page.route('**/api/v1/settings', async (route) => {
+      if (route.request().method() === 'GET') await written
+      await route.continue()
+    })
+    await page.getByRole('link', { name: 'Settings' }).click()
+    await page.getByLabel('Who works here, one per line').fill('Ada\nBo')
     await page.getByLabel('Step sizes of the jog pad, in mm').fill('0.05 0,5 5')
+    const arrived = page.waitForResponse('**/api/v1/settings')
+    answer()
+    await arrived
     await page.getByRole('button', { name: 'Save' }).click()
     await page.getByText('Saved.').waitFor()
     await picture(page, 'settings')

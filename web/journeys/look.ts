@@ -1,4 +1,4 @@
-// axe-core on a page as it stands, and pictures of it to be looked at.
+// Run axe-core on the current page, and take pictures of it.
 import { readFileSync } from 'node:fs'
 import { mkdir } from 'node:fs/promises'
 import { createRequire } from 'node:module'
@@ -14,15 +14,15 @@ interface Found {
   nodes: { target: unknown[]; failureSummary: string }[]
 }
 
-/** What axe finds wrong, each as a line. */
+/** The violations that axe finds, one per line. */
 export async function axe(page: Page): Promise<string[]> {
-  // Evaluated by the debugger, which a page's policy for scripts does not bind.
+  // Evaluated by the debugger, which a page's script policy does not restrict.
   await page.evaluate(AXE)
   const found = (await page.evaluate(`axe.run(document, {runOnly: ${JSON.stringify(RULES)}, resultTypes: ['violations']}).then(r => r.violations)`)) as Found[]
   return found.flatMap((one) => one.nodes.map((node) => `${one.id}: ${node.target.join(' ')}: ${node.failureSummary.replaceAll('\n', ' ')}`))
 }
 
-/** A picture into PICTURES, where that is set. */
+/** Save a picture to PICTURES, if that is set. */
 export async function picture(page: Page, name: string): Promise<void> {
   const folder = process.env['PICTURES']
   if (folder === undefined) return

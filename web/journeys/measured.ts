@@ -1,4 +1,4 @@
-// A run that is over, made by the API, for journeys that look at what it left.
+// A finished run, made through the API, for journeys that look at its results.
 import { ask, type Bench } from './bench'
 
 interface Run {
@@ -9,12 +9,12 @@ interface Run {
 const UNTIL_MS = 100_000
 const TICKED = ['enclosure closed', 'nobody in the beam path', 'sample fixed']
 
-/** Headers of a command that is to be done now. */
+/** Headers of a command. */
 export function now(more: Record<string, string> = {}): Record<string, string> {
   return { 'Idempotency-Key': crypto.randomUUID(), 'X-Deadline': String(Date.now() + 8000), ...more }
 }
 
-/** Wait until every device of the bench can be reached. */
+/** Wait until every device of the bench is online. */
 export async function reached(bench: Bench): Promise<void> {
   for (const end = Date.now() + UNTIL_MS; Date.now() < end; await rest()) {
     const devices = await ask<{ reach: string }[]>(bench, '/devices')
@@ -23,7 +23,7 @@ export async function reached(bench: Bench): Promise<void> {
   throw new Error('a device did not come up')
 }
 
-/** Start a protocol under a name of its own; gives the run's id. */
+/** Start a protocol under a new name; returns the run's id. */
 export async function startRun(bench: Bench, protocol: string, params: Record<string, string> = {}): Promise<string> {
   await reached(bench)
   const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Program', reason: 'a journey' })
@@ -38,7 +38,7 @@ export async function startRun(bench: Bench, protocol: string, params: Record<st
   return run.split('/').at(-1) ?? run
 }
 
-/** Wait until a run is what it is to become. */
+/** Wait until a run has the expected fate. */
 export async function until(bench: Bench, run: string, is: (run: Run) => boolean): Promise<Run> {
   let last = ''
   for (const end = Date.now() + UNTIL_MS; Date.now() < end; await rest()) {
@@ -49,7 +49,7 @@ export async function until(bench: Bench, run: string, is: (run: Run) => boolean
   throw new Error(`${run} did not become what it was to: ${last}`)
 }
 
-/** A small map of a pegmatite, measured to its end. */
+/** A small map of a pegmatite, measured completely. */
 export async function measuredMap(bench: Bench): Promise<string> {
   const run = await startRun(bench, 'pegmatite_map.yaml', { width: '1 mm', height: '1.4 mm' })
   await until(bench, run, (told) => told.fate === 'succeeded')

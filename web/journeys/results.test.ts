@@ -1,4 +1,4 @@
-// Results: a map and its spectra, points chosen and measured again, plasma and classes, tables, files.
+// Results: a map and its spectra, points selected and measured again, plasma and classes, tables, files.
 import type { Browser } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
@@ -19,7 +19,7 @@ afterAll(async () => {
 })
 
 describe('results', () => {
-  it('are none at first, and the page says what to do', async () => {
+  it('are empty at first, and the page says what to do', async () => {
     const { page, context, faults } = await aPerson(browser, bench.address)
     await page.goto('/results')
     await isLive(page)
@@ -54,7 +54,7 @@ describe('results', () => {
     await spectrum.getByText('point 7').first().waitFor()
     await spectrum.getByRole('button', { name: 'peaks' }).click()
     await spectrum.getByRole('button', { name: 'fit', exact: true }).click()
-    await spectrum.getByText(/Plasma [\d,]+ K/).waitFor({ timeout: 100_000 })
+    await spectrum.getByText(/Plasma [\d,]+ K/).waitFor()
     await picture(page, 'results-fit')
 
     expect(await axe(page)).toEqual([])
@@ -62,14 +62,14 @@ describe('results', () => {
     await context.close()
   }, 300_000)
 
-  it('give a mean of chosen points, and a protocol that measures them again', async () => {
+  it('give a mean of selected points, and a protocol that measures them again', async () => {
     const { page, context, faults } = await aPerson(browser, bench.address)
     await page.goto(`/results/${run}`)
     const map = page.getByRole('region', { name: 'Map', exact: true })
     const sheet = map.getByRole('application')
     await sheet.focus()
     for (const key of ['Shift+ArrowRight', 'Shift+ArrowUp', 'Shift+ArrowUp']) await page.keyboard.press(key)
-    await map.getByText('6 points chosen').waitFor()
+    await map.getByText('6 points selected').waitFor()
     await map.getByRole('button', { name: 'Mean spectrum' }).click()
     await page.getByRole('region', { name: 'Spectrum' }).getByText('mean of 6 points').waitFor()
     await map.getByRole('button', { name: 'Clear' }).click()
@@ -80,9 +80,9 @@ describe('results', () => {
     await page.mouse.down()
     for (const [dx, dy] of [[100, 30], [120, 200], [-60, 220]]) await page.mouse.move(box.x + box.width / 2 + (dx ?? 0), box.y + (dy ?? 0), { steps: 6 })
     await page.mouse.up()
-    await map.getByText(/\d+ points chosen/).waitFor()
+    await map.getByText(/\d+ points selected/).waitFor()
     await picture(page, 'results-lasso')
-    const chosen = Number(/(\d+) points/.exec(await map.getByText(/\d+ points chosen/).innerText())?.[1])
+    const chosen = Number(/(\d+) points/.exec(await map.getByText(/\d+ points selected/).innerText())?.[1])
     await map.getByRole('button', { name: 'Measure these again' }).click()
     await page.waitForURL('**/protocols/**')
     const name = decodeURIComponent(new URL(page.url()).pathname.replace('/protocols/', ''))
@@ -94,7 +94,7 @@ describe('results', () => {
     await context.close()
   })
 
-  it('say why a point is as it is, down to its line of YAML', async () => {
+  it('explain a point, down to its line of YAML', async () => {
     const { page, context, faults } = await aPerson(browser, bench.address)
     await page.goto(`/results/${run}?point=2,2`)
     await page.getByRole('button', { name: 'Why this point?' }).click()
@@ -109,12 +109,12 @@ describe('results', () => {
     await context.close()
   })
 
-  it('are reduced to plasma and classes, shown as table, and taken along', async () => {
+  it('are reduced to plasma and classes, shown as a table, and downloaded', async () => {
     const { page, context, faults } = await aPerson(browser, bench.address)
     await page.goto(`/results/${run}`)
     const reduce = page.getByRole('region', { name: 'Plasma and classes' })
     await reduce.getByRole('button', { name: 'Reduce the spectra' }).click()
-    await reduce.getByRole('button', { name: 'Map of the classes' }).click({ timeout: 180_000 })
+    await reduce.getByRole('button', { name: 'Map of the classes' }).click()
     const map = page.getByRole('region', { name: 'Map', exact: true })
     await map.getByText(/class 1: \d+/).waitFor()
     await picture(page, 'results-classes')

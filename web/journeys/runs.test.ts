@@ -18,12 +18,12 @@ afterAll(async () => {
 
 const ADA = { welcomed: true, name: 'Ada' }
 
-/** Do something to the bench as a program does. */
+/** Send a command to the bench as a program does. */
 async function command(on: Bench, path: string, body: unknown): Promise<void> {
   await ask(on, path, body, { 'Idempotency-Key': crypto.randomUUID(), 'X-Deadline': String(Date.now() + 5000) })
 }
 
-/** Go, and leave control to whoever comes next. */
+/** Close the page and release control for the next person. */
 async function leave({ page, context }: Person): Promise<void> {
   const release = page.getByRole('button', { name: 'Release control' })
   if (await release.isVisible()) {
@@ -33,7 +33,7 @@ async function leave({ page, context }: Person): Promise<void> {
   await context.close()
 }
 
-/** Fill the form of the pegmatite map and start it by the dialog. */
+/** Fill in the form of the pegmatite map and start it from the dialog. */
 async function launchMap(page: Page, size: string): Promise<string> {
   await page.goto('/runs?start=pegmatite_map.yaml')
   await page.getByLabel('width').fill(size)
@@ -48,7 +48,7 @@ async function launchMap(page: Page, size: string): Promise<string> {
 }
 
 describe('a run', () => {
-  it('is nothing at first, and says what to do', async () => {
+  it('list is empty at first, and the page says what to do', async () => {
     const person = await aPerson(browser, bench.address, {}, ADA)
     const { page, faults } = person
     await page.goto('/runs')
@@ -67,7 +67,7 @@ describe('a run', () => {
     await page.goto('/runs')
     await page.getByLabel('Protocol of a new run').selectOption('pegmatite_map.yaml')
     const start = page.getByRole('button', { name: 'Start', exact: true })
-    await page.getByText('3 points are not ticked').waitFor()
+    await page.getByText('3 items are not ticked').waitFor()
 
     expect(await start.isDisabled()).toBe(true)
 
@@ -82,12 +82,12 @@ describe('a run', () => {
     await launchMap(page, '0.6')
     await page.getByRole('region', { name: 'Now' }).waitFor()
     await page.getByRole('progressbar', { name: 'Progress', exact: true }).waitFor()
-    await page.getByRole('region', { name: 'Map' }).getByText('▶ running').or(page.getByText('✓ ok')).first().waitFor({ timeout: 90_000 })
+    await page.getByRole('region', { name: 'Map' }).getByText('▶ running').or(page.getByText('✓ ok')).first().waitFor()
     await picture(page, 'run-live')
 
     expect(await axe(page)).toEqual([])
 
-    await page.getByRole('region', { name: 'How it ended' }).getByText('Done').waitFor({ timeout: 110_000 })
+    await page.getByRole('region', { name: 'How it ended' }).getByText('Done').waitFor()
     await page.getByRole('region', { name: 'Map' }).getByText('ok 16').waitFor()
     await page.getByRole('group', { name: 'What the map shows' }).getByRole('button', { name: 'Li' }).click()
     await page.getByRole('region', { name: 'Spectrum' }).getByRole('application').waitFor()
@@ -151,7 +151,7 @@ describe('a run that is looked at', () => {
 })
 
 describe('a person and a live run', () => {
-  it('pause, go on, and abort, each saying what will be', async () => {
+  it('pause, resume and abort, each with what will happen', async () => {
     const person = await aPerson(browser, bench.address, {}, ADA)
     const { page, faults } = person
     await launchMap(page, '4')

@@ -1,4 +1,4 @@
-// Runs belong to no server and no tab: the server is killed in mid-run, started again, and the page finds the run.
+// Runs belong to no server and no tab: the server is killed mid-run, started again, and the page finds the run.
 import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
@@ -34,25 +34,25 @@ afterAll(async () => {
   await rm(folder, { recursive: true, force: true })
 })
 
-it('a server that is killed in mid-run leaves the run going, and the page finds it again', async () => {
+it('a server that is killed mid-run leaves the run going, and the page finds it again', async () => {
   const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
   await page.goto('/runs?start=slow.yaml')
   await page.getByRole('button', { name: 'Start', exact: true }).click()
   await page.waitForURL('**/runs/2*')
   const id = new URL(page.url()).pathname.split('/').at(-1) ?? ''
   const map = page.getByRole('region', { name: 'Map' })
-  await map.getByText(/ok [3-9]/).waitFor({ timeout: 60_000 })
+  await map.getByText(/ok [3-9]/).waitFor()
 
   bench.signal('SIGKILL')
   await page.getByText(/No connection for/).waitFor()
   await picture(page, 'run-server-killed')
   await page.getByRole('button', { name: 'Abort' }).click()
   await page.getByRole('button', { name: 'Abort the run' }).click()
-  await page.getByText(/not sent: there is no connection/).waitFor()
+  await page.getByText(/not sent: no connection/).waitFor()
 
   bench = await startBench({ args: [folder], port: bench.port })
   await isLive(page)
-  await page.waitForFunction(() => /ok ([2-9]\d|\d{3})/.test(document.querySelector('main')?.textContent ?? ''), null, { timeout: 60_000 })
+  await page.waitForFunction(() => /ok ([2-9]\d|\d{3})/.test(document.querySelector('main')?.textContent ?? ''), null)
   const told = await ask<{ fate: string; live: boolean; done: number }>(bench, `/runs/${id}`)
 
   expect(told).toMatchObject({ fate: 'running', live: true })
@@ -61,13 +61,13 @@ it('a server that is killed in mid-run leaves the run going, and the page finds 
   await picture(page, 'run-server-back')
   await page.getByRole('button', { name: 'Abort' }).click()
   await page.getByRole('button', { name: 'Abort the run' }).click()
-  await page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor({ timeout: 30_000 })
+  await page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor()
 
   expect(faults).toEqual([])
   await context.close()
 })
 
-it('an engine that is killed leaves a run that says so, and goes on from the page', async () => {
+it('an engine that is killed leaves an interrupted run, which is resumed from the page', async () => {
   const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
   await ask(bench, '/control/take', { name: 'Program', reason: 'a journey' }).then(async (taken) => {
     await ask(bench, '/control/release', {}, { 'X-Control-Lease': (taken as { lease: string }).lease })
@@ -76,24 +76,24 @@ it('an engine that is killed leaves a run that says so, and goes on from the pag
   await page.getByRole('button', { name: 'Start', exact: true }).click()
   await page.waitForURL('**/runs/2*')
   const id = new URL(page.url()).pathname.split('/').at(-1) ?? ''
-  await page.getByRole('region', { name: 'Map' }).getByText(/ok [3-9]/).waitFor({ timeout: 60_000 })
+  await page.getByRole('region', { name: 'Map' }).getByText(/ok [3-9]/).waitFor()
   process.kill(await engineOf(join(folder, 'runs', id)), 'SIGKILL')
   const end = page.getByRole('region', { name: 'How it ended' })
-  await end.getByText('Its engine is gone').waitFor({ timeout: 30_000 })
+  await end.getByText('Its engine is gone').waitFor()
   await picture(page, 'run-engine-killed')
   await end.getByRole('button', { name: 'Resume', exact: true }).click()
   await page.getByRole('button', { name: 'Resume the run' }).click()
-  await page.getByText('resumed 1×').first().waitFor({ timeout: 60_000 })
+  await page.getByText('resumed 1×').first().waitFor()
   await page.getByRole('button', { name: 'Abort' }).click()
   await page.getByRole('button', { name: 'Abort the run' }).click()
-  await end.getByText('The run aborted').waitFor({ timeout: 30_000 })
+  await end.getByText('The run aborted').waitFor()
 
   expect((await ask<{ resumes: number }>(bench, `/runs/${id}`)).resumes).toBe(1)
   expect(faults).toEqual([])
   await context.close()
 })
 
-/** The process of a live run's engine, as its own lock says. */
+/** The process of a live run's engine, from its lock. */
 async function engineOf(run: string): Promise<number> {
   const told = JSON.parse(await readFile(join(run, 'control.json'), 'utf8')) as { pid: number }
   return told.pid

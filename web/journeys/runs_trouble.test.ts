@@ -1,4 +1,4 @@
-// Runs in which something goes wrong: what failed is found, and the run goes on with a changed protocol; by keys alone.
+// Runs in which something goes wrong: the failure is found and the run resumed with a changed protocol; by keyboard alone.
 import type { Browser } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, expect, it } from 'vitest'
 import { ask, type Bench, orderFault, startBench } from './bench'
@@ -33,7 +33,7 @@ afterAll(async () => {
   await bench.close()
 })
 
-it('what went wrong is found in the outline and in the log, and the run goes on with a changed protocol', async () => {
+it('what went wrong is found in the outline and in the log, and the run is resumed with a changed protocol', async () => {
   const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   await orderFault(bench, { device: 'libs', kind: 'error', action: 'measure', error: 'ButtonNotFound', count: 4 })
@@ -75,7 +75,7 @@ it('what went wrong is found in the outline and in the log, and the run goes on 
   for (const notice of await page.getByRole('button', { name: 'Dismiss' }).all()) await notice.click()
   for (const box of await dialog.getByRole('checkbox').all()) await box.check()
   await dialog.getByRole('button', { name: 'Resume the run' }).click()
-  await end.getByText('Done').waitFor({ timeout: 60_000 })
+  await end.getByText('Done').waitFor()
   await page.getByText('resumed 1×').first().waitFor()
 
   expect(faults).toEqual([])
@@ -84,7 +84,7 @@ it('what went wrong is found in the outline and in the log, and the run goes on 
   await context.close()
 })
 
-it('a run is started, paused and aborted by keys alone', async () => {
+it('a run is started, paused and aborted by keyboard alone', async () => {
   const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
   await page.goto('/runs?start=pegmatite_map.yaml')
   await page.getByText('1,071 points').waitFor()
@@ -108,7 +108,7 @@ it('a run is started, paused and aborted by keys alone', async () => {
   await page.keyboard.press('Enter')
   await tabTo(page, /^Abort the run$/)
   await page.keyboard.press('Enter')
-  await page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor({ timeout: 30_000 })
+  await page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor()
 
   expect(faults).toEqual([])
   await page.getByRole('button', { name: 'Release control' }).click()
@@ -116,7 +116,7 @@ it('a run is started, paused and aborted by keys alone', async () => {
   await context.close()
 })
 
-it('from the empty first start to a finished map, by keys alone', async () => {
+it('from the empty first start to a finished map, by keyboard alone', async () => {
   const { page, context, faults } = await aPerson(browser, bench.address, {}, {})
   const press = async (name: RegExp, key = 'Enter'): Promise<void> => {
     await tabTo(page, name)
@@ -146,7 +146,7 @@ it('from the empty first start to a finished map, by keys alone', async () => {
   await page.getByRole('dialog').waitFor()
   await press(/^Start now$/)
   const end = page.getByRole('region', { name: 'How it ended' })
-  await end.getByText('Done').waitFor({ timeout: 90_000 })
+  await end.getByText('Done').waitFor()
   await press(/^Look at the results$/)
   await page.getByRole('region', { name: 'Map', exact: true }).getByText('9 of 9 cells measured').waitFor()
   await picture(page, 'keys-results')

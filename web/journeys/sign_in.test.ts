@@ -1,4 +1,4 @@
-// Reached over the network: nothing but the form and STOP ALL until the token is known, and from then on everything.
+// Reached over the network: nothing but the form and STOP ALL until the token is entered, then everything.
 import type { Browser } from 'playwright-core'
 import { afterAll, beforeAll, expect, it, vi } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
@@ -15,14 +15,14 @@ beforeAll(async () => {
   const headers = { Authorization: `Bearer ${TOKEN}` }
   const reach = async (): Promise<string> =>
     (await ask<{ reach: string }>(bench, '/devices/gantry', undefined, headers)).reach
-  await vi.waitUntil(async () => (await reach()) === 'online', { timeout: 30_000, interval: 200 })
+  await vi.waitUntil(async () => (await reach()) === 'online', { timeout: 120_000, interval: 200 })
 })
 afterAll(async () => {
   await browser.close()
   await bench.close()
 })
 
-it('a browser signs in with the token, stays in over a reload, and may stop all before', async () => {
+it('a browser signs in with the token, stays signed in across a reload, and can stop all before', async () => {
   const { page, context, faults } = await aPerson(browser, bench.address, { viewport: NARROW })
   await page.goto('/devices/gantry')
   await page.getByRole('heading', { level: 1, name: 'Sign in' }).waitFor()
@@ -51,7 +51,7 @@ it('a browser signs in with the token, stays in over a reload, and may stop all 
   await context.close()
 })
 
-it('a browser whose sign-in another server does not know is asked again', async () => {
+it('a browser whose sign-in is unknown to a new server must sign in again', async () => {
   const { page, context, faults } = await aPerson(browser, bench.address)
   await page.goto('/settings')
   await page.getByLabel('Token').fill(TOKEN)

@@ -1,1 +1,4 @@
-"""What crosses the boundary between page and server, as models; OpenAPI is made from them."""
+"""Models of the data between page and server; OpenAPI is made from them.
+
+They hold no behaviour.
+"""

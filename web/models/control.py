@@ -1,12 +1,12 @@
-"""Who has control of the bench: one holder with a name, seen by everybody."""
+"""Control of the bench: one named holder, visible to everybody."""
 
 from pydantic import Field
 
-from .told import Told
+from .base import ApiModel
 
 
-class ControlState(Told):
-    """The holder now; `ends_at` moves on with each command."""
+class ControlState(ApiModel):
+    """The current holder; each command extends `ends_at`."""
 
     holder: str | None = None
     since: str | None = None
@@ -14,21 +14,21 @@ class ControlState(Told):
     armed: bool = Field(default=False, description="True: it cannot be taken over now.")
 
 
-class TakeControl(Told):
-    """Take control under a name; taking it from somebody needs a reason, which is logged."""
+class TakeControl(ApiModel):
+    """Take control under a name; taking it from another holder needs a reason, which is logged."""
 
     name: str = Field(min_length=1, max_length=80)
     reason: str = Field(default="", max_length=500)
 
 
-class ControlTaken(Told):
-    """`lease` goes into `X-Control-Lease` with each command; nobody else is told it."""
+class ControlTaken(ApiModel):
+    """`lease` goes into `X-Control-Lease` with each command; only the holder gets it."""
 
     lease: str
     control: ControlState
 
 
-class AskControl(Told):
-    """Ask whoever has control for it; they see a notice."""
+class AskControl(ApiModel):
+    """Ask the holder for control; they see a notice."""
 
     name: str = Field(min_length=1, max_length=80)

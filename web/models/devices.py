@@ -1,10 +1,10 @@
-"""Devices: how they are now, what they can do, one action by hand, jogging, and the stop."""
+"""Devices: their state, what they can do, manual actions, jogging, and the stop."""
 
 from typing import Any, Literal
 
 from pydantic import Field
 
-from .told import Told
+from .base import ApiModel
 
 DEAD_MAN_MS = 300
 BEAT_MS = 100
@@ -13,8 +13,8 @@ Reach = Literal["starting", "online", "lost", "failed"]
 Axis = Literal["x", "y", "z"]
 
 
-class DeviceState(Told):
-    """A device now. `age_s` is the age of `status` when this was told."""
+class DeviceState(ApiModel):
+    """A device's state."""
 
     name: str
     contract: str
@@ -22,18 +22,17 @@ class DeviceState(Told):
     url: str | None
     reach: Reach
     word: str = Field(description="idle, moving, busy, SAFE ...: one word from its status.")
-    reason: str = Field(default="", description="Why it is lost or failed, in words.")
+    reason: str = Field(default="", description="Why it is lost or failed.")
     status: dict[str, Any] = Field(default_factory=dict)
     status_at: str | None = None
-    age_s: float | None = None
-    changed_at: str = Field(description="Since when `reach` is what it is.")
+    changed_at: str = Field(description="When `reach` last changed.")
     used_by: str | None = Field(default=None, description="The run that holds it.")
-    goal: str | None = Field(default=None, description="The goal by hand that is under way.")
+    goal: str | None = Field(default=None, description="The manual goal that is under way.")
     armed: str | None = Field(default=None, description="Who has armed a dangerous action of it.")
 
 
-class ActionForm(Told):
-    """An action as a form: `params` is its JSON Schema with this bench's limits put in."""
+class ActionForm(ApiModel):
+    """An action as a form: `params` is its JSON Schema with this bench's limits."""
 
     name: str
     summary: str
@@ -51,8 +50,8 @@ class ActionForm(Told):
     interlock: dict[str, Any] = Field(default_factory=dict)
 
 
-class KeepOut(Told):
-    """A box that a machine does not enter, in mm; null where it reaches all along an axis."""
+class KeepOut(ApiModel):
+    """A box that a machine does not enter, in mm; null where it is unbounded along an axis."""
 
     name: str
     x0: float | None
@@ -67,33 +66,34 @@ class DeviceDetail(DeviceState):
     """A device with its contract."""
 
     summary: str
-    concurrent: bool
     versions: dict[str, str]
     status_schema: dict[str, Any]
     safe_state: list[str]
     actions: list[ActionForm]
-    axes: list[Axis] = Field(description="That can be jogged; empty where none can.")
-    ranges_mm: dict[str, tuple[float, float]] = Field(description="Of each axis, on this bench.")
+    axes: list[Axis] = Field(description="Axes that can be jogged; empty if there are none.")
+    ranges_mm: dict[str, tuple[float, float]] = Field(
+        description="Range of each axis, on this bench."
+    )
     keep_out: list[KeepOut] = Field(description="Boxes on the bench that it does not enter, in mm.")
 
 
-class CallAction(Told):
+class CallAction(ApiModel):
     """Parameters as values or texts with units; `armed` for a hazard, from `arm`."""
 
     params: dict[str, Any] = Field(default_factory=dict)
     armed: str | None = None
 
 
-class GoalError(Told):
-    """Why a goal did not succeed, and whether it happened all the same."""
+class GoalError(ApiModel):
+    """Why a goal did not succeed, and whether it happened nevertheless."""
 
     name: str
     message: str
     happened: Literal["no", "yes", "unknown"]
 
 
-class GoalState(Told):
-    """One action by hand: under way until `ended_at` is set."""
+class GoalState(ApiModel):
+    """One manual action: under way until `ended_at` is set."""
 
     id: str
     device: str
@@ -108,16 +108,16 @@ class GoalState(Told):
     by: str
     began_at: str
     ended_at: str | None = None
-    step: str = Field(description="The same as a step of a protocol, in YAML.")
+    step: str = Field(description="The action as a protocol step, in YAML.")
 
 
-class ArmAction(Told):
-    """The dangerous action that is to be armed."""
+class ArmAction(ApiModel):
+    """The dangerous action to arm."""
 
     action: str
 
 
-class Armed(Told):
+class Armed(ApiModel):
     """An armed action: it may be called once with this id, after `hold_s`, until `ends_at`."""
 
     id: str
@@ -129,15 +129,15 @@ class Armed(Told):
     hold_s: float
 
 
-class JogStep(Told):
-    """One bounded move along one axis from where the device says it stands."""
+class JogStep(ApiModel):
+    """One bounded move along one axis from the position that the device reports."""
 
     axis: Axis
     distance_mm: float = Field(ge=-100, le=100)
     feed_mm_min: float | None = Field(default=None, gt=0, allow_inf_nan=False)
 
 
-class JogStart(Told):
+class JogStart(ApiModel):
     """Move along an axis for as long as keep-alives come."""
 
     axis: Axis
@@ -145,7 +145,7 @@ class JogStart(Told):
     feed_mm_min: float = Field(gt=0, allow_inf_nan=False)
 
 
-class JogState(Told):
+class JogState(ApiModel):
     """A hold: send `jog` {id} on the socket each `beat_ms`; none for `dead_man_ms` stops it."""
 
     id: str
@@ -153,12 +153,12 @@ class JogState(Told):
     axis: Axis
     direction: Literal[1, -1]
     moving: bool
-    reason: str = Field(default="", description="Why it ended, in words.")
+    reason: str = Field(default="", description="Why it ended.")
     beat_ms: int = BEAT_MS
     dead_man_ms: int = DEAD_MAN_MS
 
 
-class StoppedDevice(Told):
+class StoppedDevice(ApiModel):
     """Whether a device confirmed its safe state within the second."""
 
     device: str
@@ -167,16 +167,16 @@ class StoppedDevice(Told):
     seconds: float
 
 
-class StoppedRun(Told):
-    """Whether a live run was reached and told to abort."""
+class StoppedRun(ApiModel):
+    """Whether a live run was reached and aborted."""
 
     run: str
     told: bool
     message: str
 
 
-class Stopped(Told):
-    """The answer to STOP ALL, after one second at most."""
+class Stopped(ApiModel):
+    """The answer to STOP ALL, within one second."""
 
     all_confirmed: bool
     devices: list[StoppedDevice]

@@ -1,17 +1,17 @@
-"""Protocols on the shelf: listed, read, saved with a revision, kept in versions, thrown away."""
+"""Protocols in the library: listed, read, saved with a revision, versioned, deleted."""
 
 from typing import Any
 
 from pydantic import Field
 
+from .base import ApiModel, Fault, FoundProblem
 from .devices import KeepOut
-from .told import Fault, FoundProblem, Told
 
 LARGEST_TEXT = 2_000_000
 
 
-class ProtocolSummary(Told):
-    """One protocol in the list; `errors` and `warnings` are null until it was checked."""
+class ProtocolSummary(ApiModel):
+    """One protocol in the list; `errors` and `warnings` are null until it has been checked."""
 
     name: str = Field(description="File name relative to the folder of protocols, with suffix.")
     title: str
@@ -25,10 +25,12 @@ class ProtocolSummary(Told):
     first_error: str | None = None
     runs: int = 0
     succeeded: int = 0
-    median_s: float | None = Field(default=None, description="Of its runs that succeeded.")
+    median_s: float | None = Field(
+        default=None, description="Median duration of its runs that succeeded."
+    )
 
 
-class ProtocolText(Told):
+class ProtocolText(ApiModel):
     """A protocol's text; `revision` is the sha256 of its bytes, in hex."""
 
     name: str
@@ -37,14 +39,14 @@ class ProtocolText(Told):
     modified: str
 
 
-class SaveProtocol(Told):
-    """Save over `base`, the revision that was read; null only for a file that is not there yet."""
+class SaveProtocol(ApiModel):
+    """Save over `base`, the revision that was read; null only for a file that does not exist yet."""
 
     text: str = Field(max_length=LARGEST_TEXT)
     base: str | None = None
 
 
-class SavedProtocol(Told):
+class SavedProtocol(ApiModel):
     """Saved; the revision before it is kept as a version."""
 
     name: str
@@ -53,7 +55,7 @@ class SavedProtocol(Told):
 
 
 class SaveConflict(Fault):
-    """409: somebody saved in between. `base` is null where that version is not kept."""
+    """409: somebody else saved meanwhile. `base` is null if that version is not kept."""
 
     mine: str
     theirs: str
@@ -61,7 +63,7 @@ class SaveConflict(Fault):
     base: str | None
 
 
-class Version(Told):
+class Version(ApiModel):
     """An earlier text of a protocol."""
 
     revision: str
@@ -70,8 +72,8 @@ class Version(Told):
     current: bool
 
 
-class NewProtocol(Told):
-    """A new protocol: from a template, a text, another protocol, or what a past run went by."""
+class NewProtocol(ApiModel):
+    """A new protocol: from a template, a text, another protocol, or the protocol of a past run."""
 
     name: str = Field(max_length=200)
     template: str | None = None
@@ -80,15 +82,15 @@ class NewProtocol(Told):
     run: str | None = Field(default=None, description="The id of a run.")
 
 
-class Template(Told):
-    """What a new protocol can begin with."""
+class Template(ApiModel):
+    """A template for a new protocol."""
 
     name: str
     summary: str
 
 
-class Thrown(Told):
-    """A protocol in the trash, from which it can be taken back."""
+class Thrown(ApiModel):
+    """A protocol in the trash, from which it can be restored."""
 
     id: str
     name: str
@@ -96,8 +98,8 @@ class Thrown(Told):
     size: int
 
 
-class CheckText(Told):
-    """A text to look at, as it stands in the editor; `name` says where `use` and `csv` look."""
+class CheckText(ApiModel):
+    """A text from the editor to examine; `name` tells where `use` and `csv` look for files."""
 
     text: str = Field(max_length=LARGEST_TEXT)
     name: str = Field(default="protocol.yaml", max_length=200)
@@ -105,8 +107,8 @@ class CheckText(Told):
     bind: dict[str, str] = Field(default_factory=dict, description="Role -> device.")
 
 
-class ParamForm(Told):
-    """One parameter, as the form before a run asks for it."""
+class ParamForm(ApiModel):
+    """One parameter in the form before a run."""
 
     name: str
     type: str
@@ -120,8 +122,8 @@ class ParamForm(Told):
     summary: str = ""
 
 
-class RoleForm(Told):
-    """A role, the device that plays it, and those that could."""
+class RoleForm(ApiModel):
+    """A role, the device bound to it, and the devices that could be."""
 
     role: str
     contract: str
@@ -129,7 +131,7 @@ class RoleForm(Told):
     choices: list[str]
 
 
-class Hazard(Told):
+class Hazard(ApiModel):
     """An action of the protocol that its contract calls dangerous."""
 
     danger: str
@@ -138,8 +140,8 @@ class Hazard(Told):
     pointer: str
 
 
-class CheckedText(Told):
-    """What the checker says; `ok` where it could run."""
+class CheckedText(ApiModel):
+    """The checker's result; `ok` if the protocol can run."""
 
     ok: bool
     revision: str
@@ -152,8 +154,8 @@ class CheckedText(Told):
     questions: list[str] = Field(default_factory=list)
 
 
-class WordItem(Told):
-    """A sentence, the steps inside it, and what is said after them."""
+class WordItem(ApiModel):
+    """A sentence, the steps inside it, and the text after them."""
 
     text: str
     below: list["WordItem"] = Field(default_factory=list)
@@ -161,14 +163,14 @@ class WordItem(Told):
     numbered: bool = True
 
 
-class WordTerm(Told):
+class WordTerm(ApiModel):
     """A name and its meaning."""
 
     name: str
     meaning: str
 
 
-class WordSection(Told):
+class WordSection(ApiModel):
     """A part of the protocol in plain words."""
 
     title: str
@@ -177,39 +179,21 @@ class WordSection(Told):
     terms: list[WordTerm] = Field(default_factory=list)
 
 
-class Words(Told):
-    """The protocol as plain sentences; the same as Markdown, for the lab book."""
+class Words(ApiModel):
+    """The protocol as plain sentences, and as Markdown for the lab book."""
 
     sections: list[WordSection]
     markdown: str
 
 
-class Explained(Told):
+class Explained(ApiModel):
     """The protocol as P = [A1, ..., AT], line by line."""
 
     lines: list[str]
 
 
-class GraphNode(Told):
-    """A node of the tree; `step` is the path of the step it stands for."""
-
-    kind: str
-    lines: list[str]
-    edge: str = ""
-    step: str | None = None
-    below: list["GraphNode"] = Field(default_factory=list)
-
-
-class Graph(Told):
-    """The tree that the protocol becomes, as data and as text for others to draw."""
-
-    phases: dict[str, GraphNode]
-    mermaid: str
-    dot: str
-
-
-class Area(Told):
-    """A rectangle in mm; an edge is null where nothing bounds it."""
+class Area(ApiModel):
+    """A rectangle in mm; an edge is null if unbounded."""
 
     x0: float | None
     x1: float | None
@@ -217,7 +201,7 @@ class Area(Told):
     y1: float | None
 
 
-class Track(Told):
+class Track(ApiModel):
     """The points of one device in their order; equal indexes belong together."""
 
     device: str
@@ -227,15 +211,15 @@ class Track(Told):
     x_mm: list[float]
     y_mm: list[float]
     track: list[int] = Field(description="Index into `tracks`.")
-    joined: list[bool] = Field(description="Whether it comes there from the point before.")
+    joined: list[bool] = Field(description="Whether the path leads here from the point before.")
     outside: list[int] = Field(description="Indexes of points outside the area.")
     keep_out: list[KeepOut] = Field(description="Boxes that it does not enter, in mm.")
     tracks: list[str]
-    unknown: int = Field(description="Places that are known only in the run.")
+    unknown: int = Field(description="Points that are known only during the run.")
     length_mm: float
 
 
-class SpanS(Told):
+class SpanS(ApiModel):
     """Seconds: the 20th and 80th percentile, and how many runs they were measured on."""
 
     low: float
@@ -243,21 +227,21 @@ class SpanS(Told):
     runs: int = Field(description="0: from the typical durations in the contracts.")
 
 
-class Preview(Told):
-    """Where a protocol goes, how often it acts and how long it takes, before anything moves."""
+class Preview(ApiModel):
+    """The path of a protocol, its actions and its duration, before anything moves."""
 
     tracks: list[Track]
     notes: list[str]
-    full: bool = Field(description="True where there are more points than are told.")
+    full: bool = Field(description="True if there are more points than are given.")
     actions: dict[str, int | None] = Field(description="device.action -> times; null: unknown.")
     actions_text: str
-    shots: int | None = Field(description="Actions with a laser; null where not known.")
-    needs_you: list[str] = Field(description="Questions to a person, in order.")
+    shots: int | None = Field(description="Actions with a laser; null if unknown.")
+    needs_you: list[str] = Field(description="Questions to the operator, in order.")
     time_s: SpanS | None
 
 
 class RehearseText(CheckText):
-    """A text to play through on a virtual clock, with faults to order."""
+    """A text to rehearse on a virtual clock, with injected faults."""
 
     fail: list[str] = Field(
         default_factory=list, max_length=50, description="`libs.measure:0.05`, as on the shell."
@@ -265,43 +249,10 @@ class RehearseText(CheckText):
     seed: int | None = None
 
 
-class RehearsedPart(Told):
-    """One step of the top level."""
-
-    name: str
-    begins_s: float
-    ends_s: float
-    goals: int
-    iterations: int
-
-
-class RehearsedTrouble(Told):
-    """Failures of one kind."""
-
-    action: str
-    error: str
-    count: int
-    first_at_s: float
-    first_path: str
-    message: str
-
-
-class Rehearsed(Told):
-    """How a rehearsal came out."""
+class Rehearsed(ApiModel):
+    """The result of a rehearsal."""
 
     fate: str
     reason: str
     lasts_s: float
-    rehearsed_s: float
-    parts: list[RehearsedPart]
-    actions: dict[str, int]
-    seconds: dict[str, float]
-    once: dict[str, int]
-    path_mm: dict[str, float]
-    troubles: list[RehearsedTrouble]
-    slow: dict[str, tuple[float, float]]
-    sent_again: int
-    holes: int
-    questions: list[str]
-    players: dict[str, str]
-    lines: list[str] = Field(description="The same as a person reads it.")
+    lines: list[str] = Field(description="The result as text for people.")

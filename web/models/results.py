@@ -1,13 +1,13 @@
-"""Results of a run: tables, maps, spectra, files. Numbers in bulk travel as little-endian Float32."""
+"""Results of a run: tables, maps, spectra, files. Bulk numbers are sent as little-endian Float32."""
 
 from typing import Any, Literal
 
 from pydantic import Field
 
-from .told import Told
+from .base import ApiModel
 
 
-class RunFile(Told):
+class RunFile(ApiModel):
     """A file in the run's folder."""
 
     name: str
@@ -15,7 +15,7 @@ class RunFile(Told):
     kind: Literal["protocol", "journal", "table", "spectrum", "figure", "report", "other"]
 
 
-class Column(Told):
+class Column(ApiModel):
     """A column of a table; its unit is in its name's suffix."""
 
     name: str
@@ -23,7 +23,7 @@ class Column(Told):
     numeric: bool
 
 
-class TableHead(Told):
+class TableHead(ApiModel):
     """A table of collected rows."""
 
     name: str
@@ -31,7 +31,7 @@ class TableHead(Told):
     rows: int
 
 
-class TableWindow(Told):
+class TableWindow(ApiModel):
     """Some rows, as columns of one length; an empty cell is null."""
 
     name: str
@@ -40,8 +40,8 @@ class TableWindow(Told):
     columns: dict[str, list[Any]]
 
 
-class MapHead(Told):
-    """One column over the plane. Its cells come as Float32, row by row from the lowest y."""
+class MapHead(ApiModel):
+    """One column over the plane. Its cells are Float32, row by row from the lowest y."""
 
     table: str
     column: str
@@ -58,17 +58,17 @@ class MapHead(Told):
     p98: float | None
 
 
-class Maps(Told):
-    """All maps of a run; those of one table share x, y and the index of cells."""
+class Maps(ApiModel):
+    """All maps of a run; maps of one table share x, y and the cell index."""
 
     maps: list[MapHead]
     cell_keys: dict[str, list[str | None]] = Field(
-        description="Table -> key of each cell, in the order of the cells; null where none is."
+        description="Table -> key of each cell, in the order of the cells; null for an empty cell."
     )
 
 
-class SpectrumHead(Told):
-    """One spectrum file of a run, and the iteration that it belongs to."""
+class SpectrumHead(ApiModel):
+    """One spectrum file of a run, and its iteration."""
 
     file: str
     loop: str | None
@@ -76,24 +76,21 @@ class SpectrumHead(Told):
     index: int | None
 
 
-class Axis(Told):
-    """The wavelengths that spectra share; get them once by their id."""
+class Axis(ApiModel):
+    """The wavelengths shared by spectra; get them once by their id."""
 
     id: str
-    channels: int
-    from_nm: float
-    to_nm: float
 
 
-class Spectra(Told):
+class Spectra(ApiModel):
     """All spectra of a run; `axis` is that of the first."""
 
     spectra: list[SpectrumHead]
     axis: Axis | None
 
 
-class Peak(Told):
-    """A fitted peak; `element` where one was found for it."""
+class Peak(ApiModel):
+    """A fitted peak; `element` if one was identified."""
 
     nm: float
     area: float
@@ -102,8 +99,8 @@ class Peak(Told):
     element: str | None = None
 
 
-class Peaks(Told):
-    """What the reduction says of one spectrum."""
+class Peaks(ApiModel):
+    """The reduction of one spectrum."""
 
     file: str
     axis: Axis
@@ -113,7 +110,7 @@ class Peaks(Told):
     noise: float | None = Field(default=None, description="Median of the residual's size, counts.")
 
 
-class Selection(Told):
+class Selection(ApiModel):
     """Iterations by their keys, as `points` and maps give them (`A/0,0` in a loop in a loop)."""
 
     keys: list[str] = Field(min_length=1, max_length=20_000)
@@ -121,25 +118,29 @@ class Selection(Told):
 
 
 class MeasureAgain(Selection):
-    """A new protocol with just those points."""
+    """A new protocol with only those points."""
 
-    name: str | None = Field(default=None, description="What it is to be called.", max_length=200)
+    name: str | None = Field(default=None, description="Name of the new protocol.", max_length=200)
 
 
-class Reduction(Told):
-    """What became of reducing a run's spectra to peaks, plasma, maps and classes."""
+class Reduction(ApiModel):
+    """State of the reduction of a run's spectra to peaks, plasma, maps and classes."""
 
     state: Literal["none", "waiting", "working", "done", "failed"]
-    text: str = Field(default="", description="What it does now, has made, or why it failed.")
+    text: str = Field(
+        default="", description="What it is doing, what it has made, or why it failed."
+    )
     tables: list[str] = Field(
-        default_factory=list, description="Names for `tables` and `maps` that are there by now."
+        default_factory=list, description="Names for `tables` and `maps` that exist by now."
     )
 
 
-class AgainText(Told):
-    """The text; it is in no file yet."""
+class AgainText(ApiModel):
+    """The text; not saved to a file yet."""
 
     name: str
     text: str
     points: int
-    params: dict[str, Any] = Field(description="What the run had set; give them to the new one.")
+    params: dict[str, Any] = Field(
+        description="Parameters that were set for the run; pass them to the new one."
+    )

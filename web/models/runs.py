@@ -1,10 +1,10 @@
-"""Runs, live or finished: their heads, outlines, points, logs, and what a person may do to them."""
+"""Runs, live or finished: their heads, outlines, points, logs, and the commands to them."""
 
 from typing import Any, Literal
 
 from pydantic import Field
 
-from .told import Told
+from .base import ApiModel
 
 Fate = Literal[
     "starting", "running", "paused", "succeeded", "failed", "aborted", "interrupted", "unreadable"
@@ -14,18 +14,18 @@ Status = Literal[
 ]
 
 
-class RunSummary(Told):
+class RunSummary(ApiModel):
     """One run in the list."""
 
     id: str
-    protocol: str = Field(description="The protocol's own name.")
+    protocol: str = Field(description="The protocol's name.")
     file: str = Field(description="The file it was started from.")
     fate: Fate
     reason: str = ""
     live: bool
     began_at: str
     ended_at: str | None = None
-    done: int = Field(description="Iterations of the outermost loops that are over.")
+    done: int = Field(description="Iterations of the outermost loops that have ended.")
     failed: int = 0
     total: int | None = None
     holes: int = 0
@@ -34,12 +34,12 @@ class RunSummary(Told):
     questions: int = 0
     now: str = ""
     eta: tuple[str, str] | None = Field(
-        default=None, description="Between these times (20th to 80th percentile) it will be over."
+        default=None, description="It will end between these times (20th to 80th percentile)."
     )
 
 
-class Loop(Told):
-    """One loop: how far it is; `x_mm`, `y_mm` where its items have places."""
+class Loop(ApiModel):
+    """Progress of one loop; `x_mm`, `y_mm` if its items have coordinates."""
 
     path: str = Field(description="Pattern with `*` for the keys of loops around it.")
     title: str
@@ -48,11 +48,11 @@ class Loop(Told):
     succeeded: int
     failed: int
     skipped: int
-    current: str | None = Field(default=None, description="Key of the newest that is under way.")
-    placed: bool = Field(description="True where `points` gives x and y.")
+    current: str | None = Field(default=None, description="Key of the latest iteration under way.")
+    placed: bool = Field(description="True if `points` gives x and y.")
 
 
-class Now(Told):
+class Now(ApiModel):
     """An action under way."""
 
     id: str
@@ -69,18 +69,17 @@ class Now(Told):
     message: str = ""
 
 
-class Question(Told):
-    """A person is asked."""
+class Question(ApiModel):
+    """An open question to the operator."""
 
     path: str
     id: str
     text: str
     choices: list[str]
-    asked_at: str
 
 
-class Launch(Told):
-    """What the person who started it said."""
+class Launch(ApiModel):
+    """Information from the person who started the run."""
 
     operator: str = ""
     note: str = ""
@@ -88,8 +87,8 @@ class Launch(Told):
     at: str = ""
 
 
-class NeedsYou(Told):
-    """The next step that asks a person: between which times."""
+class NeedsYou(ApiModel):
+    """The next question to the operator, and when to expect it."""
 
     text: str
     low: str
@@ -97,21 +96,21 @@ class NeedsYou(Told):
 
 
 class RunHead(RunSummary):
-    """A run as it is now; small, and sent whole with each patch."""
+    """Current state of a run; small, and sent whole with each patch."""
 
     phase: str = ""
-    pausing: bool = Field(default=False, description="It will pause after this point.")
+    pausing: bool = Field(default=False, description="True if it will pause after this point.")
     loops: list[Loop] = Field(default_factory=list)
     under_way: list[Now] = Field(default_factory=list)
     open_questions: list[Question] = Field(default_factory=list)
     needs_you: NeedsYou | None = None
     per_minute: float | None = Field(default=None, description="Iterations of the first loop.")
     retries: int = 0
-    lines: int = Field(default=0, description="Lines of its log so far.")
+    lines: int = Field(default=0, description="Log lines so far.")
 
 
-class OutlineNode(Told):
-    """A step of the protocol; `path` is a pattern, `*` stands for the keys of loops."""
+class OutlineNode(ApiModel):
+    """A step of the protocol; `path` is a pattern with `*` for the keys of loops."""
 
     path: str
     parent: str | None
@@ -127,8 +126,8 @@ class OutlineNode(Told):
     pointer: str | None = None
 
 
-class NodeState(Told):
-    """What has become of a step, over all the points of its loops."""
+class NodeState(ApiModel):
+    """The state of a step, over all the points of its loops."""
 
     status: Status
     running: int = 0
@@ -142,7 +141,7 @@ class NodeState(Told):
 
 
 class RunDetail(RunHead):
-    """A run with everything that does not change while it lives, and the states of its steps."""
+    """A run with everything that does not change while it runs, and the states of its steps."""
 
     outline: list[OutlineNode]
     nodes: dict[str, NodeState]
@@ -151,12 +150,12 @@ class RunDetail(RunHead):
     outputs: dict[str, Any]
     launch: Launch
     protocol_text: str
-    changes: int = Field(description="How often it went on with a changed protocol.")
-    seq: int = Field(description="Of the last patch that is in this.")
+    changes: int = Field(description="How often it was resumed with a changed protocol.")
+    seq: int = Field(description="Number of the last patch included.")
 
 
-class Points(Told):
-    """A window of a loop's iterations, as columns of one length; waiting ones are told, too."""
+class Points(ApiModel):
+    """A window of a loop's iterations, as columns of one length; includes waiting ones."""
 
     loop: str
     total: int | None
@@ -171,8 +170,8 @@ class Points(Told):
     message: list[str]
 
 
-class PointState(Told):
-    """One iteration, as patches tell it."""
+class PointState(ApiModel):
+    """One iteration, as in patches."""
 
     loop: str
     within: str = Field(description="Keys of the iterations around it, separated by slashes.")
@@ -184,7 +183,7 @@ class PointState(Told):
     message: str = ""
 
 
-class ActionTold(Told):
+class ActionTold(ApiModel):
     """One attempt at one action, from the journal."""
 
     id: str
@@ -203,7 +202,7 @@ class ActionTold(Told):
     files: list[str]
 
 
-class LogLine(Told):
+class LogLine(ApiModel):
     """One line of the log; `n` is the number of its journal record."""
 
     n: int
@@ -219,7 +218,7 @@ class LogLine(Told):
     line: int | None = None
 
 
-class PointDetail(Told):
+class PointDetail(ApiModel):
     """Everything about one iteration: actions with their attempts, the row, the log."""
 
     point: PointState
@@ -231,20 +230,21 @@ class PointDetail(Told):
     spectra: list[str]
 
 
-class LogWindow(Told):
-    """Lines in order; ask with `before` the first or `after` the last for more."""
+class LogWindow(ApiModel):
+    """Lines in order; get more with `before` the first or `after` the last."""
 
     lines: list[LogLine]
     total: int
     more_before: bool
-    more_after: bool
 
 
-class StartRun(Told):
-    """Start a protocol; `checklist` are the points that a person has ticked."""
+class StartRun(ApiModel):
+    """Start a protocol; `checklist`: the points that the operator has ticked."""
 
     protocol: str
-    revision: str | None = Field(default=None, description="Refused where it is another by now.")
+    revision: str | None = Field(
+        default=None, description="Refused if the file has another revision by now."
+    )
     params: dict[str, Any] = Field(default_factory=dict)
     bind: dict[str, str] = Field(default_factory=dict)
     operator: str = Field(default="", max_length=80)
@@ -253,8 +253,8 @@ class StartRun(Told):
     answers: dict[str, str] = Field(default_factory=dict)
 
 
-class LaunchState(Told):
-    """An engine that was started; `run` is null until it has told its run's id."""
+class LaunchState(ApiModel):
+    """A started engine; `run` is null until it has reported its run's id."""
 
     id: str
     run: str | None
@@ -262,20 +262,20 @@ class LaunchState(Told):
     message: str = ""
 
 
-class PauseRun(Told):
-    """`now`: what runs is finished, then it holds. `after_point`: when this iteration is over."""
+class PauseRun(ApiModel):
+    """`now`: pause once the actions under way end. `after_point`: when this iteration ends."""
 
     when: Literal["now", "after_point"] = "now"
 
 
-class AnswerQuestion(Told):
+class AnswerQuestion(ApiModel):
     """One of the choices."""
 
     choice: str
 
 
-class ResumeRun(Told):
-    """Go on; with `protocol` (or -p parameters) that have changed, where finished work fits."""
+class ResumeRun(ApiModel):
+    """Resume; with a changed `protocol` (or -p parameters) if the finished work fits it."""
 
     protocol: str | None = Field(default=None, description="Name of the changed protocol.")
     params: dict[str, Any] = Field(default_factory=dict)
@@ -284,8 +284,8 @@ class ResumeRun(Told):
     checklist: list[str] = Field(default_factory=list, max_length=50)
 
 
-class Changes(Told):
-    """What is different between a run's own protocol and one with which it could go on."""
+class Changes(ApiModel):
+    """Differences between a run's own protocol and one with which it could be resumed."""
 
     same_text: bool
     diff: list[str] = Field(description="A unified diff, line by line.")
@@ -293,7 +293,8 @@ class Changes(Told):
     agreeing: int = 0
     different: list[str] = Field(default_factory=list)
     in_the_way: list[str] = Field(
-        default_factory=list, description="Done once, wanted otherwise: it cannot go on so."
+        default_factory=list,
+        description="`once` actions that were done and now differ: resuming is refused.",
     )
     doubtful: list[str] = Field(default_factory=list, description="Kept only with `yes`.")
-    reopened: int = Field(default=0, description="Finished iterations that get something new.")
+    reopened: int = Field(default=0, description="Finished iterations in which something is added.")

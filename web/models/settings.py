@@ -4,13 +4,13 @@ from typing import Annotated
 
 from pydantic import Field, StringConstraints
 
-from .told import Told
+from .base import ApiModel
 
 Line = Annotated[str, StringConstraints(max_length=300)]
 
 
-class Settings(Told):
-    """What can be set; `checklists` are asked before a run with that danger."""
+class Settings(ApiModel):
+    """What can be set; each of `checklists` is shown before a run with that danger."""
 
     bench: Line = "bench"
     operators: list[Line] = Field(default_factory=list, max_length=200)
@@ -27,8 +27,8 @@ class Settings(Told):
     )
 
 
-class About(Told):
-    """What this server is, and where it keeps things."""
+class About(ApiModel):
+    """What this server is, and where it stores its data."""
 
     labrun: str
     python: str
@@ -40,21 +40,21 @@ class About(Told):
     demo: bool
 
 
-class AllSettings(Told):
+class AllSettings(ApiModel):
     """What can be set and what cannot."""
 
     settings: Settings
     about: About
 
 
-class SignIn(Told):
-    """The token with which the server was started, where it was."""
+class SignIn(ApiModel):
+    """The token with which the server was started, if any."""
 
     token: str = Field(max_length=1000)
 
 
-class Session(Told):
-    """`server_time_ms`: the clock by which `X-Deadline` counts; compare it with your own."""
+class Session(ApiModel):
+    """`server_time_ms`: the clock by which `X-Deadline` counts; compare it with your own clock."""
 
     signed_in: bool
     token_needed: bool

@@ -1,1 +1,4 @@
-"""What a run has measured, for the page: tables, maps, spectra, downloads, points to measure again."""
+"""A run's measurements, for the page: tables, maps, spectra, downloads, points to repeat.
+
+Never changes what a run has written.
+"""

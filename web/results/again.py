@@ -1,37 +1,35 @@
-"""Measure these again: the run's own protocol with just those points, and a text that stays as it was."""
+"""Measure again: the run's own protocol with only those points, its text otherwise unchanged."""
 
-import asyncio
 import re
 
-from ...engine.encode import QUANTITY_KEY
+from ...engine.journal.encode import QUANTITY_KEY
 from ...engine.language.source import Source
 from ...engine.views.english import bare
 from ...schemas import protocol as p
-from ..guard.refusal import Refusal
-from ..live.runs import Runs
-from ..live.watched import Watched
+from ..local.refusal import Refusal
 from ..models.results import AgainText, MeasureAgain
+from ..runs.open_run import OpenRun
+from ..runs.runs import Runs
 
 MOST = 5000
 
 
 class Again:
-    """Makes the text; nothing is saved."""
+    """Makes the protocol text; saves nothing."""
 
     def __init__(self, runs: Runs) -> None:
         self._runs = runs
 
     async def text(self, id: str, asked: MeasureAgain) -> AgainText:
-        """The protocol; raises Refusal where the points are of no loop that could be cut down."""
-        run = await self._runs.opened(id)
-        return await asyncio.to_thread(again_text, run, asked)
+        """The protocol; raises Refusal if the points are not from a loop that can be reduced."""
+        return again_text(await self._runs.opened(id), asked)
 
 
-def again_text(run: Watched, asked: MeasureAgain) -> AgainText:
-    """The run's protocol with another list of items in one place."""
+def again_text(run: OpenRun, asked: MeasureAgain) -> AgainText:
+    """The run's protocol with the items of one loop replaced."""
     outline, checked = run.inputs.outline, run.inputs.checked
     if outline is None or checked is None or checked.source is None:
-        raise Refusal(409, "UNREADABLE", "the run's own protocol cannot be read any more")
+        raise Refusal(409, "UNREADABLE", "the run's own protocol can no longer be read")
     loop = _loop(run, asked)
     step = outline.steps[loop]
     if not isinstance(step.step, p.Foreach) or step.view is None or step.view.within:
@@ -51,46 +49,46 @@ def again_text(run: Watched, asked: MeasureAgain) -> AgainText:
     )
 
 
-def _loop(run: Watched, asked: MeasureAgain) -> str:
+def _loop(run: OpenRun, asked: MeasureAgain) -> str:
     loops = [t for t in run.picture.tables.values() if not t.within and "*" not in t.loop]
     fitting = [t.loop for t in loops if asked.loop in (None, t.loop) and asked.keys[0] in t.slots]
     if len(fitting) != 1:
         known = ", ".join(t.loop for t in loops) or "none"
         raise Refusal(
-            422, "NO_LOOP", f"which loop are these points of? Outermost loops: {known}",
-            "say `loop`; points of inner loops cannot be chosen one by one",
+            422, "NO_LOOP", f"which loop do these points belong to? Outermost loops: {known}",
+            "give `loop`; points of inner loops cannot be chosen one by one",
         )  # fmt: skip
     return fitting[0]
 
 
-def _indexes(run: Watched, loop: str, keys: list[str]) -> list[int]:
+def _indexes(run: OpenRun, loop: str, keys: list[str]) -> list[int]:
     table = run.picture.tables[loop, ""]
     unknown = [key for key in keys if key not in table.slots]
     if unknown:
         raise Refusal(404, "NOT_FOUND", f"the run has no point {unknown[0]!r}")
     indexes = sorted({table.index[table.slots[key]] for key in keys})
     if len(indexes) > MOST:
-        raise Refusal(422, "TOO_MANY", f"{len(indexes):,} points; {MOST:,} are the most")
+        raise Refusal(422, "TOO_MANY", f"{len(indexes):,} points; at most {MOST:,} are allowed")
     return indexes
 
 
 def _item(raw: object, index: int) -> str:
-    """One of the items as an expression: whatever they are, its fields and units stay."""
+    """One item as an expression that keeps its fields and units."""
     if isinstance(raw, list):
-        raise Refusal(422, "A_LIST", "the items are a list in the protocol already: edit it there")
+        raise Refusal(422, "A_LIST", "the items are already a list in the protocol: edit it there")
     inner = bare(raw)
     inner = inner if re.fullmatch(r"[\w.]+(\(.*\))?", inner, re.DOTALL) else f"({inner})"
     return '"${{ ' + inner.replace("\\", "\\\\").replace('"', "'") + f"[{index}]" + ' }}"'
 
 
 def _indent(source: Source, place: tuple[str | int, ...]) -> str:
-    """The items stand two columns deeper than the name of the loop's variable."""
+    """The items are indented by two more columns than the name of the loop's variable."""
     _, column, _ = source.place(place, key=True)
     return " " * (column + 1)
 
 
 def _replaced(source: Source, place: tuple[str | int, ...], items: str, raw: object) -> str:
-    """The text with other items; a mapping in braces is opened, since a list of lines follows."""
+    """The text with other items; a mapping in braces is expanded, since a block list follows."""
     node = source.node(place)
     around = source.node(place[:-1])
     if node is None or around is None:
@@ -102,13 +100,13 @@ def _replaced(source: Source, place: tuple[str | int, ...], items: str, raw: obj
     return text[: node.start].rstrip(" ") + items + text[node.end :]
 
 
-def _params(run: Watched) -> dict[str, object]:
-    """What the run had set, as the form takes it."""
-    told: dict[str, object] = {}
+def _params(run: OpenRun) -> dict[str, object]:
+    """The run's parameters in the format of the form."""
+    values: dict[str, object] = {}
     for name, value in run.picture.params.items():
         if isinstance(value, dict) and QUANTITY_KEY in value:
             magnitude, unit = value[QUANTITY_KEY]
-            told[name] = f"{magnitude:.12g} {unit}"
+            values[name] = f"{magnitude:.12g} {unit}"
         else:
-            told[name] = value
-    return told
+            values[name] = value
+    return values

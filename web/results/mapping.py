@@ -1,4 +1,4 @@
-"""Columns over the plane: each table with x and y becomes maps that share one index of cells."""
+"""Columns over the plane: each table with x and y becomes maps that share one cell index."""
 
 import re
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ REDUCTION = "labrun.reduction"
 
 @dataclass(frozen=True)
 class Plane:
-    """The places of a table's rows on their grid: `cell` of each row, -1 where it has none."""
+    """The grid positions of a table's rows: `cell` of each row, -1 if it has none."""
 
     table: Table
     x: list[float]
@@ -28,7 +28,7 @@ class Plane:
 
     @cached_property
     def keys(self) -> list[str | None]:
-        """The key of each cell; null where nothing was measured."""
+        """The key of each cell; null if nothing was measured."""
         found: list[str | None] = [None] * (len(self.x) * len(self.y))
         for cell, key in zip(self.cell, self.table.columns.get("key", []), strict=False):
             if cell >= 0:
@@ -37,7 +37,7 @@ class Plane:
 
     @property
     def columns(self) -> list[str]:
-        """What can be drawn: numbers that are neither place nor key."""
+        """Columns that can be drawn: numbers that are neither coordinates nor keys."""
         return [n for n in self.table.numbers if n not in (*self.own, *BESIDE)]
 
     def values(self, column: str) -> Any:
@@ -71,7 +71,7 @@ class Plane:
 
 
 def plane_of(table: Table) -> Plane | None:
-    """Where a table's rows lie; None for one without x and y, or all in one line or point."""
+    """The positions of a table's rows; None without x and y, or if all are on one line or point."""
     x_name, y_name = _named(table, "x"), _named(table, "y")
     if x_name is None or y_name is None:
         return None
@@ -84,7 +84,7 @@ def plane_of(table: Table) -> Plane | None:
     placed = np.isfinite(x) & np.isfinite(y)
     if not placed.any():
         return None
-    # By name, as the reducer does it: reduction knows no page, and the page's grid is its grid.
+    # Imported by name: reduction knows nothing of the page, but the page uses its grid.
     grid = import_module(REDUCTION).element_map(x[placed], y[placed], np.ones(placed.sum()))
     if min(len(grid.x), len(grid.y)) < LEAST:
         return None

@@ -1,4 +1,4 @@
-"""Peaks of one spectrum, computed in the worker: the fits compile themselves on first use."""
+"""Peaks of one spectrum, computed in the worker: the fits are compiled on first use."""
 
 import base64
 from importlib import import_module
@@ -7,7 +7,7 @@ from typing import Any
 
 REDUCTION = "labrun.reduction"
 FAR = 60.0
-"""A profile is drawn as far as so many of its widths."""
+"""A profile is drawn to this many of its widths."""
 
 
 def peaks(asked: dict[str, Any]) -> dict[str, Any]:
@@ -27,7 +27,7 @@ def peaks(asked: dict[str, Any]) -> dict[str, Any]:
     widths = reduced.peaks.fwhm_nm
     centre = reduced.peaks.centre_nm
     height = np.interp(centre, nm, fit) - np.interp(centre, nm, background)
-    told = [
+    rows = [
         {
             "nm": float(centre[i]), "area": float(reduced.peaks.area[i]),
             "width_nm": float(widths[i]), "height": float(height[i]), "element": element.get(i),
@@ -36,24 +36,24 @@ def peaks(asked: dict[str, Any]) -> dict[str, Any]:
     ]  # fmt: skip
     curves = np.concatenate([background, fit, residual]).astype("<f4").tobytes()
     return {
-        "peaks": told, "areas": {n: float(a) for n, a in reduced.areas.items()},
+        "peaks": rows, "areas": {n: float(a) for n, a in reduced.areas.items()},
         "temperature_k": reduced.temperature_k, "noise": float(np.median(np.abs(residual))),
         "curves": base64.b64encode(curves).decode(),
     }  # fmt: skip
 
 
 def _background(spectrum: Any) -> Any:
-    parts = import_module(f"{REDUCTION}.background")
-    noise = import_module(f"{REDUCTION}.noise").local_noise(spectrum.intensity)
-    calm = type(spectrum)(spectrum.wavelength_nm, parts.despike(spectrum.intensity, noise))
-    return parts.background(calm, noise)
+    reduction = import_module(REDUCTION)
+    noise = reduction.local_noise(spectrum.intensity)
+    calm = type(spectrum)(spectrum.wavelength_nm, reduction.despike(spectrum.intensity, noise))
+    return reduction.estimate_background(calm, noise)
 
 
 def _profiles(nm: Any, peaks: Any) -> Any:
-    """The sum of all fitted profiles, each drawn where it can be seen."""
+    """The sum of all fitted profiles, each drawn where it is visible."""
     import numpy as np
 
-    voigt = import_module(f"{REDUCTION}.voigt").voigt
+    voigt = import_module(REDUCTION).voigt_profile
     total = np.zeros(len(nm))
     widths = peaks.fwhm_nm
     for i in range(len(peaks)):

@@ -1,4 +1,4 @@
-"""What `labrun reduce` and `labrun map` left in a run's folder, as tables with a row for each point."""
+"""The output of `labrun reduce` and `labrun map` in a run's folder, as tables with one row per point."""
 
 import csv
 from collections.abc import Iterable
@@ -10,19 +10,19 @@ PLASMA, MAPS, CLASSES = "reduced/plasma.csv", "maps/maps.csv", "maps/classes.csv
 SUMMARY = "maps/class_summary.csv"
 NAMES = (PLASMA, MAPS, CLASSES, SUMMARY)
 SPECTRUM = ("spectrum", "point")
-"""What the column with the spectrum's file is called."""
+"""The name of the column with the spectrum's file."""
 NO_CLASS = "none"
 Points = dict[str, tuple[str, str, str]]
 """Spectrum file -> key, x, y of its point, as texts."""
 
 
 def reduced_names(folder: Path) -> list[str]:
-    """Those of the tables that are there."""
+    """The tables that exist."""
     return [name for name in NAMES if (folder / name).is_file()]
 
 
 def places(spectra: Iterable[tuple[str, str | None]], collected: Iterable[Table]) -> Points:
-    """The points of (file, key) pairs; where they lie stands in the rows that the run collected."""
+    """The points of (file, key) pairs; their coordinates are in the rows that the run collected."""
     known: dict[str, tuple[str, str]] = {}
     for table in collected:
         x, y = (next((n for n in table.numbers if n.split("_")[0] == axis), "") for axis in "xy")
@@ -33,7 +33,7 @@ def places(spectra: Iterable[tuple[str, str | None]], collected: Iterable[Table]
 
 
 def read_reduced(folder: Path, name: str, points: Points) -> Table:
-    """One table with the points' keys and places in front; one that has no points as it is."""
+    """One table with the points' keys and coordinates in front; unchanged if it has no points."""
     columns = read_rows(folder / name)
     of = next((one for one in SPECTRUM if one in columns), None)
     if name == SUMMARY or of is None:
@@ -45,17 +45,17 @@ def read_reduced(folder: Path, name: str, points: Points) -> Table:
     files = columns[of]
     x, y = (next((n for n in columns if n.startswith(f"{axis}_")), "") for axis in "xy")
     mine = [points.get(file, ("", "", "")) for file in files]
-    told = {
+    first = {
         "key": [key for key, _, _ in mine],
         x or "x_mm": columns[x] if x else [at for _, at, _ in mine],
         y or "y_mm": columns[y] if y else [at for _, _, at in mine],
         "spectrum": files,
     }
-    return Table(name, told | {n: c for n, c in columns.items() if n not in (of, x, y)})
+    return Table(name, first | {n: c for n, c in columns.items() if n not in (of, x, y)})
 
 
 def _wide(columns: dict[str, list[str]]) -> dict[str, list[str]]:
-    """A row for each point instead of one for each point and element; its areas, by element."""
+    """One row per point instead of one per point and element; areas by element."""
     head = [name for name in columns if name not in ("element", "line_nm", "value", "area_err")]
     head.remove("area")
     rows: dict[str, int] = {}

@@ -1,12 +1,14 @@
-"""Reduce and map the spectra of a run, as the two commands of these names do, one run at a time."""
+"""Reduce and map the spectra of a run, as `labrun reduce` and `labrun map` do, one run at a time."""
 
 import asyncio
 import os
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from ..guard.refusal import Refusal
+from ...system import WINDOWS
+from ...system.process import start_python
+from ...system.tasks import end, spawn
+from ..local.refusal import Refusal
 from ..models.results import Reduction
 from .reduced import reduced_names
 
@@ -17,7 +19,7 @@ Ended = Callable[[str, Reduction], None]
 
 
 class Reducing:
-    """`place` gives a run's folder, `is_live` whether it still runs; `ended` is told each end."""
+    """`place` gives a run's folder, `is_live` whether it still runs; `ended` is called at each end."""
 
     def __init__(
         self, place: Callable[[str], Path], is_live: Callable[[str], bool], ended: Ended
@@ -30,28 +32,23 @@ class Reducing:
         self._turn = asyncio.Lock()
 
     async def close(self) -> None:
-        """End what is under way; it is begun anew when it is asked for again."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        """End what is under way; a new request starts it again."""
+        await end(*self._tasks.values())
 
     def state(self, id: str) -> Reduction:
-        """How far it is, and which tables are there."""
+        """Its progress, and which tables exist."""
         tables = reduced_names(self._place(id))
         known = self._known.get(id) or Reduction(state="done" if tables else "none")
         return known.model_copy(update={"tables": tables})
 
     def start(self, id: str) -> Reduction:
-        """Begin, where it is not under way; raises Refusal (409) while the run goes on."""
+        """Start, unless already under way; raises Refusal (409) while the run is live."""
         folder = self._place(id)
         if self._is_live(id):
-            raise Refusal(
-                409, "LIVE", f"{id} is running", "its spectra are reduced when it is over"
-            )
+            raise Refusal(409, "LIVE", f"{id} is running", "reduce its spectra after it has ended")
         if id not in self._tasks:
-            self._known[id] = Reduction(state="waiting", text="another run is reduced first")
-            task = asyncio.create_task(self._work(id, folder))
+            self._known[id] = Reduction(state="waiting", text="waiting for another run's reduction")
+            task = spawn(f"reduce the spectra of {id}", self._work(id, folder))
             self._tasks[id] = task
             task.add_done_callback(lambda _: self._tasks.pop(id, None))
         return self.state(id)
@@ -67,41 +64,40 @@ class Reducing:
                     return
             self._end(id, Reduction(state="done", text=said))
 
-    def _end(self, id: str, told: Reduction) -> None:
-        self._known[id] = told
-        self._ended(id, told)
+    def _end(self, id: str, state: Reduction) -> None:
+        self._known[id] = state
+        self._ended(id, state)
 
 
 async def _do(step: str, folder: Path) -> tuple[bool, str]:
-    """Whether a command succeeded, and its last words; one core is left to the bench."""
+    """Whether a command succeeded, and its last output; one core is left for the bench."""
     more = ["--jobs", str(max(1, (os.cpu_count() or 2) - 1))] if step == "reduce" else []
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, "-P", "-m", "labrun.engine", step, str(folder), *more,
-        stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.STDOUT, start_new_session=sys.platform != "win32",
+    process = await start_python(
+        "labrun.engine", step, str(folder), *more,
+        stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT,
         env={**os.environ, "COLUMNS": "200", "NO_COLOR": "1"},
     )  # fmt: skip
     try:
         async with asyncio.timeout(LONGEST_S):
-            told, _ = await process.communicate()
+            output, _ = await process.communicate()
     except TimeoutError:
-        return False, f"labrun {step} took longer than {LONGEST_S / 3600:g} h and was ended"
+        return False, f"labrun {step} took longer than {LONGEST_S / 3600:g} h and was stopped"
     finally:
         if process.returncode is None:
             _kill(process)
             await process.wait()
-    lines = told.decode(errors="replace").replace("labrun: ", "").strip().splitlines()
+    lines = output.decode(errors="replace").replace("labrun: ", "").strip().splitlines()
     good = process.returncode == 0
-    if good:  # the files that were made are told as tables
+    if good:  # the files written are reported as tables
         lines = [line for line in lines if not line.startswith("made ")][:LINES]
     return good, "\n".join(lines[-LINES:]).replace(f"{folder}", folder.name)
 
 
 def _kill(process: asyncio.subprocess.Process) -> None:
-    """The command with the processes that it has started itself."""
+    """Kill the command and its child processes."""
     import signal
 
-    if sys.platform == "win32":
+    if WINDOWS:
         process.kill()
     else:
         os.killpg(process.pid, signal.SIGKILL)

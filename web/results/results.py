@@ -1,4 +1,4 @@
-"""Results of runs for the page, each asked for in a thread, from the run's own folder."""
+"""Results of runs for the page, each read in a thread, from the run's own folder."""
 
 import asyncio
 import base64
@@ -9,27 +9,17 @@ from typing import Any
 
 from fastapi.responses import FileResponse, Response, StreamingResponse
 
-from ...engine.run_files import FileFault, inside
-from ...engine.run_folder import LAB
-from ..files import FORMATS, is_working, walk
-from ..guard.refusal import Refusal, not_found
-from ..live.runs import Runs
-from ..live.watched import Watched
-from ..models.results import (
-    MapHead,
-    Maps,
-    Peaks,
-    RunFile,
-    Selection,
-    Spectra,
-    SpectrumHead,
-    TableHead,
-    TableWindow,
-)
-from ..workers import Worker, WorkFailed
+from ...engine.run.files import FileFault, inside
+from ...engine.run.folder import LAB
+from ..local.refusal import Refusal, not_found
+from ..local.workers import Worker, WorkFailed
+from ..models import results as models
+from ..report.files import FORMATS, is_working, walk
+from ..runs.open_run import OpenRun
+from ..runs.runs import Runs
 from .mapping import Plane, plane_of
 from .reduced import NAMES, csv_text, places, read_reduced, reduced_names
-from .spectra import SUFFIXES, SpectrumShelf
+from .spectra import SUFFIXES, SpectrumCache
 from .tables import Table, read_table, table_names
 from .zipped import without_tokens, zipped
 
@@ -38,17 +28,17 @@ KEPT = 32
 CLOSED = (
     "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src 'self' data:; font-src data:"
 )
-"""What a page out of a run's folder may do: be looked at."""
+"""The policy for a page from a run's folder: it may only be viewed."""
 SAFE_NAME = re.compile(r"[^A-Za-z0-9._-]+")
 
 
 class Results:
-    """Reads what runs have left; `worker` fits peaks."""
+    """Reads the results of runs; `worker` fits peaks."""
 
     def __init__(self, runs: Runs, worker: Worker) -> None:
         self._runs = runs
         self._worker = worker
-        self._spectra = SpectrumShelf()
+        self._spectra = SpectrumCache()
         self._tables: OrderedDict[tuple[str, str, int, int], tuple[Table, Plane | None]] = (
             OrderedDict()
         )
@@ -56,13 +46,13 @@ class Results:
 
     # --- files
 
-    async def files(self, id: str) -> list[RunFile]:
-        """Everything but working state."""
+    async def files(self, id: str) -> list[models.RunFile]:
+        """All files except working state."""
         folder = self._runs.place(id)
         return await asyncio.to_thread(_files, folder)
 
     def file(self, id: str, name: str) -> Response:
-        """One file, as what it is; never as something that runs."""
+        """One file with its media type; never as something executable."""
         path = self._inside(id, name)
         if not path.is_file() or is_working(name):
             raise not_found("file", name)
@@ -81,12 +71,12 @@ class Results:
 
     # --- tables and maps
 
-    async def tables(self, id: str) -> list[TableHead]:
+    async def tables(self, id: str) -> list[models.TableHead]:
         """All tables."""
         return [(await self._table(id, name))[0].head() for name in await self._names(id)]
 
-    async def table(self, id: str, name: str, offset: int, limit: int) -> TableWindow:
-        """Some rows of one."""
+    async def table(self, id: str, name: str, offset: int, limit: int) -> models.TableWindow:
+        """Some rows of one table."""
         return (await self._table(id, name))[0].window(offset, limit)
 
     async def download(self, id: str, name: str, format: str) -> Response:
@@ -102,18 +92,18 @@ class Results:
             return Response(csv_text(table), media_type="text/csv", headers=headers)
         return FileResponse(self._runs.place(id) / name, media_type="text/csv", headers=headers)
 
-    async def maps(self, id: str) -> Maps:
+    async def maps(self, id: str) -> models.Maps:
         """All maps, with the keys of their cells."""
-        heads: list[MapHead] = []
+        heads: list[models.MapHead] = []
         keys: dict[str, list[str | None]] = {}
         for name in await self._names(id):
             _, plane = await self._table(id, name)
             if plane is not None:
                 heads += await asyncio.to_thread(lambda p=plane: [p.head(c) for c in p.columns])
                 keys[name] = plane.keys
-        return Maps(maps=heads, cell_keys=keys)
+        return models.Maps(maps=heads, cell_keys=keys)
 
-    async def map(self, id: str, name: str, column: str) -> tuple[MapHead, bytes]:
+    async def map(self, id: str, name: str, column: str) -> tuple[models.MapHead, bytes]:
         """One map, as bytes of Float32."""
         _, plane = await self._table(id, name)
         if plane is None or column not in plane.columns:
@@ -121,7 +111,7 @@ class Results:
         return plane.head(column), plane.values(column).tobytes()
 
     async def _names(self, id: str) -> list[str]:
-        """The tables that the run collected, then those that its spectra were reduced to."""
+        """The tables that the run collected, then those of the reduction of its spectra."""
         folder = self._runs.place(id)
         return await asyncio.to_thread(lambda: table_names(folder) + reduced_names(folder))
 
@@ -136,31 +126,32 @@ class Results:
         self, folder: Path, name: str, spectra: list[tuple[str, str | None]]
     ) -> tuple[Table, Plane | None]:
         if name not in table_names(folder) + reduced_names(folder):
-            raise not_found("table", name, "a run has one for each loop that collects")
+            raise not_found("table", name, "a run has one for each loop that collects rows")
         stat = (folder / name).stat()
         key = (str(folder), name, stat.st_size, stat.st_mtime_ns)
-        if key not in self._tables:
+        found = self._tables.get(key)
+        if found is None:
             if name in NAMES:
                 collected = [read_table(folder, one) for one in table_names(folder)]
                 table = read_reduced(folder, name, places(spectra, collected))
             else:
                 table = read_table(folder, name)
-            self._tables[key] = (table, plane_of(table))
+            found = self._tables[key] = (table, plane_of(table))
             while len(self._tables) > KEPT:
                 self._tables.popitem(last=False)
-        return self._tables[key]
+        return found  # another thread may have dropped it from the table meanwhile
 
     # --- spectra
 
-    async def spectra(self, id: str) -> Spectra:
-        """Every spectrum that the journal knows of, in the order in which they came."""
+    async def spectra(self, id: str) -> models.Spectra:
+        """Every spectrum in the journal, in order of arrival."""
         run = await self._runs.opened(id)
         heads = spectra_of(run)
         axis = None
         for head in heads[:1]:
             read = await asyncio.to_thread(self._spectra.read, self._inside(id, head.file))
-            axis = self._spectra.told(read.axis)
-        return Spectra(spectra=heads, axis=axis)
+            axis = models.Axis(id=read.axis)
+        return models.Spectra(spectra=heads, axis=axis)
 
     async def spectrum(self, id: str, file: str) -> tuple[str, str, bytes]:
         """Tag, axis and counts."""
@@ -168,34 +159,33 @@ class Results:
         return read.tag, read.axis, read.counts
 
     async def axis(self, id: str, axis: str) -> bytes:
-        """Wavelengths; those of a run that nobody has looked at are read first."""
+        """Wavelengths; read first if nobody has opened the run yet."""
         if self._spectra.axis(axis) is None:
             await self.spectra(id)
         found = self._spectra.axis(axis)
         if found is None:
-            raise not_found("axis", axis, "get a spectrum first: its answer names its axis")
+            raise not_found("axis", axis, "get a spectrum first: the answer names its axis")
         return found
 
-    async def mean(self, id: str, asked: Selection) -> tuple[str, bytes, int]:
+    async def mean(self, id: str, asked: models.Selection) -> tuple[str, bytes, int]:
         """The mean over the selected points."""
         run = await self._runs.opened(id)
         files = chosen(run, asked)
         paths = [self._inside(id, file) for file in files]
         return await asyncio.to_thread(self._spectra.mean, paths)
 
-    async def peaks(self, id: str, file: str, elements: list[str] | None) -> Peaks:
+    async def peaks(self, id: str, file: str, elements: list[str] | None) -> models.Peaks:
         """Peaks of one spectrum."""
-        told = await self._fitted(id, file, elements)
-        axis = self._spectra.told(told["axis"])
-        return Peaks(
-            file=file, axis=axis, peaks=told["peaks"], areas=told["areas"],
-            temperature_k=told["temperature_k"], noise=told["noise"],
+        fitted = await self._fitted(id, file, elements)
+        return models.Peaks(
+            file=file, axis=models.Axis(id=fitted["axis"]), peaks=fitted["peaks"], areas=fitted["areas"],
+            temperature_k=fitted["temperature_k"], noise=fitted["noise"],
         )  # fmt: skip
 
     async def fit(self, id: str, file: str) -> tuple[str, bytes]:
         """Axis; then background, fit and residual."""
-        told = await self._fitted(id, file, None)
-        return told["axis"], base64.b64decode(told["curves"])
+        fitted = await self._fitted(id, file, None)
+        return fitted["axis"], base64.b64decode(fitted["curves"])
 
     async def _fitted(self, id: str, file: str, elements: list[str] | None) -> dict[str, Any]:
         path = self._inside(id, file)
@@ -204,10 +194,10 @@ class Results:
         if key not in self._fits:
             try:
                 asked = {"path": str(path), "elements": elements or None}
-                told = await self._worker.ask("peaks", asked, PEAKS_S)
+                fitted = await self._worker.ask("peaks", asked, PEAKS_S)
             except WorkFailed as fault:
                 raise Refusal(422, "NO_FIT", f"{file} cannot be fitted: {fault}") from fault
-            self._fits[key] = {**told, "axis": read.axis}
+            self._fits[key] = {**fitted, "axis": read.axis}
             while len(self._fits) > KEPT:
                 self._fits.popitem(last=False)
         return self._fits[key]
@@ -219,11 +209,11 @@ class Results:
         except FileFault as fault:
             raise Refusal(422, "WRONG_NAME", str(fault)) from fault
         if not path.resolve().is_relative_to(folder.resolve()):
-            raise Refusal(422, "WRONG_NAME", f"{name!r} is a link that leads out of the run")
+            raise Refusal(422, "WRONG_NAME", f"{name!r} is a link to outside the run")
         return path
 
 
-def spectra_of(run: Watched) -> list[SpectrumHead]:
+def spectra_of(run: OpenRun) -> list[models.SpectrumHead]:
     """The spectrum files of a run with their iterations."""
     heads = []
     for file, (loop, within, key) in list(run.picture.files.items()):
@@ -233,11 +223,13 @@ def spectra_of(run: Watched) -> list[SpectrumHead]:
         slot = table.slots.get(key) if table is not None else None
         index = table.index[slot] if table is not None and slot is not None else None
         full = f"{within}/{key}" if within else key
-        heads.append(SpectrumHead(file=file, loop=loop or None, key=full or None, index=index))
+        heads.append(
+            models.SpectrumHead(file=file, loop=loop or None, key=full or None, index=index)
+        )
     return heads
 
 
-def chosen(run: Watched, asked: Selection) -> list[str]:
+def chosen(run: OpenRun, asked: models.Selection) -> list[str]:
     """The spectrum files of the selected points."""
     wanted = set(asked.keys)
     return [
@@ -247,9 +239,9 @@ def chosen(run: Watched, asked: Selection) -> list[str]:
     ]
 
 
-def _files(folder: Path) -> list[RunFile]:
+def _files(folder: Path) -> list[models.RunFile]:
     return [
-        RunFile(name=name, size=(folder / name).stat().st_size, kind=_kind(name))
+        models.RunFile(name=name, size=(folder / name).stat().st_size, kind=_kind(name))
         for name in walk(folder)
         if not is_working(name)
     ]

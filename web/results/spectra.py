@@ -1,4 +1,4 @@
-"""Spectra of runs as Float32: each file read once, the wavelengths that they share told once."""
+"""Spectra of runs as Float32: each file is read once, shared wavelengths are sent once."""
 
 from collections import OrderedDict
 from dataclasses import dataclass
@@ -8,8 +8,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from ..guard.refusal import Refusal
-from ..models.results import Axis
+from ..local.refusal import Refusal
 
 REDUCTION = "labrun.reduction"
 KEPT_BYTES = 96 * 1024 * 1024
@@ -25,8 +24,8 @@ class Read:
     counts: bytes
 
 
-class SpectrumShelf:
-    """Keeps what was read, up to so many bytes; may be used from several threads."""
+class SpectrumCache:
+    """Keeps what was read, up to a number of bytes; may be used from several threads."""
 
     def __init__(self) -> None:
         self._read: OrderedDict[str, Read] = OrderedDict()
@@ -35,7 +34,7 @@ class SpectrumShelf:
         self._lock = Lock()
 
     def read(self, path: Path) -> Read:
-        """A spectrum; raises Refusal where the file is none."""
+        """A spectrum; raises Refusal if the file is not one."""
         try:
             stat = path.stat()
             tag = sha256(f"{path}\0{stat.st_size}\0{stat.st_mtime_ns}".encode()).hexdigest()[:24]
@@ -47,7 +46,7 @@ class SpectrumShelf:
         except FileNotFoundError:
             raise Refusal(404, "NOT_FOUND", f"there is no file {path.name}") from None
         except (OSError, ValueError) as fault:
-            raise Refusal(422, "NO_SPECTRUM", f"{path.name} is no spectrum: {fault}") from fault
+            raise Refusal(422, "NO_SPECTRUM", f"{path.name} is not a spectrum: {fault}") from fault
         return self._keep(tag, spectrum)
 
     def _keep(self, tag: str, spectrum: Any) -> Read:
@@ -65,18 +64,11 @@ class SpectrumShelf:
         return read
 
     def axis(self, id: str) -> bytes | None:
-        """The wavelengths of an id, Float32; None where no spectrum with them was read."""
+        """The wavelengths of an id, Float32; None if no spectrum with them was read."""
         return self._axes.get(id)
 
-    def told(self, id: str) -> Axis:
-        """An axis as the page is told."""
-        import numpy as np
-
-        nm = np.frombuffer(self._axes[id], "<f4")
-        return Axis(id=id, channels=len(nm), from_nm=float(nm[0]), to_nm=float(nm[-1]))
-
     def mean(self, paths: list[Path]) -> tuple[str, bytes, int]:
-        """Axis, mean counts and how many; those with other wavelengths than the first are left out."""
+        """Axis, mean counts, number of spectra; those with other wavelengths than the first are left out."""
         import numpy as np
 
         total: Any = None

@@ -1,4 +1,4 @@
-"""Tables of a run: `data.csv` and its like, read once as long as they do not grow."""
+"""Tables of a run, such as `data.csv`, read again only when they grow."""
 
 import csv
 import io
@@ -8,12 +8,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ..guard.refusal import Refusal, not_found
+from ..local.refusal import Refusal, not_found
 from ..models.results import Column, TableHead, TableWindow
 
 PATTERN = "data*.csv"
 BESIDE = ("key", "fate")
-"""Columns that the engine puts to those of the protocol."""
+"""Columns that the engine adds to those of the protocol."""
 UNITS = {
     "mm", "um", "nm", "m", "s", "ms", "min", "h", "mg", "g", "kg", "ul", "ml", "l", "K", "degC",
     "bar", "mbar", "Pa", "kPa", "V", "mV", "A", "mA", "W", "J", "Hz", "kHz", "percent",
@@ -30,12 +30,12 @@ class Table:
 
     @property
     def rows(self) -> int:
-        """How many there are."""
+        """Number of rows."""
         return len(next(iter(self.columns.values()), []))
 
     @cached_property
     def numbers(self) -> dict[str, list[float | None]]:
-        """The columns that hold nothing but numbers and empty cells."""
+        """The columns that hold only numbers and empty cells."""
         found = {}
         for name, cells in self.columns.items():
             if name not in BESIDE:
@@ -45,7 +45,7 @@ class Table:
         return found
 
     def head(self) -> TableHead:
-        """As the page is told."""
+        """As sent to the page."""
         columns = [
             Column(name=name, unit=unit_of(name), numeric=name in self.numbers)
             for name in self.columns
@@ -55,22 +55,22 @@ class Table:
     def window(self, offset: int, limit: int) -> TableWindow:
         """Some rows, numbers as numbers."""
         part = slice(offset, offset + limit)
-        told: dict[str, list[Any]] = {
+        columns: dict[str, list[Any]] = {
             name: self.numbers[name][part] if name in self.numbers
             else [cell or None for cell in cells[part]]
             for name, cells in self.columns.items()
         }  # fmt: skip
-        return TableWindow(name=self.name, offset=offset, total=self.rows, columns=told)
+        return TableWindow(name=self.name, offset=offset, total=self.rows, columns=columns)
 
     def parquet(self) -> bytes:
-        """The table in Apache Parquet; raises Refusal (501) where pyarrow is not installed."""
+        """The table in Apache Parquet; raises Refusal (501) if pyarrow is not installed."""
         try:
             import pyarrow as pa
             import pyarrow.parquet as pq
         except ImportError:
             raise Refusal(
                 501, "NO_PARQUET", "Parquet needs the package pyarrow, which is not installed",
-                "python -m pip install pyarrow, or take the CSV",
+                "python -m pip install pyarrow, or use the CSV",
             ) from None  # fmt: skip
         made = {
             name: pa.array(self.numbers[name], pa.float64()) if name in self.numbers
@@ -111,9 +111,9 @@ def table_names(folder: Path) -> list[str]:
 
 
 def read_table(folder: Path, name: str) -> Table:
-    """One table; raises Refusal (404). A row torn while it is written is left out."""
+    """One table; raises Refusal (404). A row still being written is left out."""
     if name not in table_names(folder):
-        raise not_found("table", name, "a run has one for each loop that collects")
+        raise not_found("table", name, "a run has one for each loop that collects rows")
     return Table(name, read_rows(folder / name))
 
 

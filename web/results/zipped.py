@@ -1,4 +1,4 @@
-"""A run's folder as a zip that is made while it is sent, without the secrets of its lab."""
+"""A run's folder as a zip that is made while it is sent, without its lab's secrets."""
 
 import io
 import zipfile
@@ -8,15 +8,15 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
-from ...engine.run_folder import LAB
-from ..files import is_working, walk
+from ...engine.run.folder import LAB
+from ..report.files import is_working, walk
 
 PIECE = 256 * 1024
 PACKED = {".png", ".jpg", ".jpeg", ".zip", ".gz", ".npz", ".h5", ".pdf", ".tif"}
 
 
 class _Sink(io.RawIOBase):
-    """Takes what the zip writes until it is fetched."""
+    """Buffers what the zip writes until it is fetched."""
 
     def __init__(self) -> None:
         self._pieces: list[bytes] = []
@@ -29,13 +29,13 @@ class _Sink(io.RawIOBase):
         return len(data)
 
     def fetched(self) -> bytes:
-        """Everything since the last time."""
+        """Everything since the last fetch."""
         data, self._pieces = b"".join(self._pieces), []
         return data
 
 
 def zipped(folder: Path) -> Iterator[bytes]:
-    """Piece by piece; a file that cannot be read is left out, and named in `LEFT-OUT.txt`."""
+    """The zip in pieces; a file that cannot be read is left out, and listed in `LEFT-OUT.txt`."""
     sink, left_out = _Sink(), []
     with zipfile.ZipFile(sink, "w", zipfile.ZIP_DEFLATED, compresslevel=5) as archive:
         for name in walk(folder):
@@ -66,7 +66,7 @@ def _file(archive: zipfile.ZipFile, sink: _Sink, folder: Path, name: str) -> Ite
 
 
 def without_tokens(text: str) -> str:
-    """A lab file in which no device's token stands; as it is where there was none."""
+    """A lab file without device tokens; unchanged if there were none."""
     if "token" not in text:
         return text
     data = YAML(typ="safe", pure=True).load(text)
@@ -74,4 +74,4 @@ def without_tokens(text: str) -> str:
         device.pop("token", None)
     out = io.StringIO()
     YAML(typ="safe", pure=True).dump(data, out)
-    return "# tokens were taken out\n" + out.getvalue()
+    return "# tokens were removed\n" + out.getvalue()

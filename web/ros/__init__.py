@@ -1,1 +1,4 @@
-"""The lab as ROS sees it: by a rosbridge endpoint with no ROS installed, and by a node where it is."""
+"""The lab in ROS: through a rosbridge endpoint without ROS installed, or as a node.
+
+Has no separate action path: goals are handled like all other goals.
+"""

@@ -1,4 +1,4 @@
-"""`labrun ros`: the lab for ROS, by a rosbridge endpoint, or as a node where ROS is installed."""
+"""`labrun ros`: the lab for ROS, through a rosbridge endpoint, or as a node with ROS installed."""
 
 import os
 from pathlib import Path
@@ -7,39 +7,39 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from ...engine.lab import LoadedLab
-    from .site import Folders
+    from ...engine.lab.lab import LoadedLab
+    from .offers.offered_lab import Folders
 
 PORT = 9090
 PROBLEMS, NOT_REACHED = 2, 4
 
 Lab = Annotated[
-    Path | None, typer.Option("--lab", help="The lab file; without it the simulated lab is used.")
+    Path | None, typer.Option("--lab", help="The lab file; the simulated lab by default.")
 ]
 Interfaces = Annotated[
     Path | None,
     typer.Option(
-        "--interfaces", metavar="DIR", help="Write the lab's interface package there, and end."
+        "--interfaces", metavar="DIR", help="Write the lab's interface package to DIR and exit."
     ),
 ]
-Node = Annotated[bool, typer.Option("--node", help="Be a node of the ROS 2 that is installed.")]
-Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="0 chooses a free one.")]
-Host = Annotated[str, typer.Option("--host", help="The address to listen on.")]
+Node = Annotated[bool, typer.Option("--node", help="Run as a node of the installed ROS 2.")]
+Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="0 picks a free port.")]
+Host = Annotated[str, typer.Option("--host", help="Address to listen on.")]
 Token = Annotated[
-    str | None, typer.Option("--token", help="Wanted from every client; or in LABRUN_ROS_TOKEN.")
+    str | None, typer.Option("--token", help="Required from every client; or set LABRUN_ROS_TOKEN.")
 ]
 Origin = Annotated[
     list[str] | None,
-    typer.Option("--origin", help="A site whose pages may connect, beside those of this machine."),
+    typer.Option("--origin", help="A site whose pages may connect, besides those of this machine."),
 ]
 Protocols = Annotated[
-    Path, typer.Option("--protocols", help="The folder of protocols that may be run.")
+    Path, typer.Option("--protocols", help="Folder of protocols that may be run.")
 ]
-Runs = Annotated[Path, typer.Option("--runs", help="The folder that run folders are kept in.")]
+Runs = Annotated[Path, typer.Option("--runs", help="Folder for the run folders.")]
 Files = Annotated[
-    Path, typer.Option("--files", help="Where files lie that actions read and write.")
+    Path, typer.Option("--files", help="Folder of files that actions read and write.")
 ]
-State = Annotated[Path, typer.Option("--state", help="For ports, ledgers and logs.")]
+State = Annotated[Path, typer.Option("--state", help="Folder for ports, ledgers and logs.")]
 
 
 def ros(
@@ -61,13 +61,13 @@ def ros(
     if interfaces is not None:
         _write(loaded, package, interfaces)
         return
-    from .site import Folders
+    from .offers.offered_lab import Folders
 
     folders = Folders(protocols.resolve(), runs.resolve(), files.resolve(), state.resolve())
     if not folders.protocols.is_dir():
-        refuse(f"--protocols {protocols} is no folder")
+        refuse(f"--protocols {protocols} is not a folder")
     if node:
-        from .node.run import run_node
+        from .as_node import run_node
 
         _run(run_node(loaded, package, folders, typer.echo), "the state folder")
     else:
@@ -76,8 +76,8 @@ def ros(
 
 
 def _loaded(path: Path | None) -> "LoadedLab":
-    from ...engine.lab import load_lab
-    from ...engine.print_problems import print_problems
+    from ...engine.lab.lab import load_lab
+    from ...engine.problems.print import print_problems
 
     lab, problems = load_lab(path)
     if problems:
@@ -88,13 +88,13 @@ def _loaded(path: Path | None) -> "LoadedLab":
 
 
 def _package(lab: "LoadedLab") -> str:
-    from .kinds import PACKAGE
+    from .interfaces.kinds import PACKAGE
 
     return lab.lab.ros.package if lab.lab.ros is not None else PACKAGE
 
 
 def _write(lab: "LoadedLab", package: str, folder: Path) -> None:
-    from .interfaces import write_interfaces
+    from .write_interfaces import write_interfaces
 
     try:
         written = write_interfaces(lab, package, folder)
@@ -114,7 +114,7 @@ def _token(host: str, token: str | None) -> str | None:
     from .bridge.gate import LEAST_TOKEN, is_loopback
 
     if token is not None and len(token) < LEAST_TOKEN:
-        refuse(f"a token of {len(token)} characters is guessed soon; give {LEAST_TOKEN} or more")
+        refuse(f"a token of {len(token)} characters is easily guessed; use {LEAST_TOKEN} or more")
     if token is None and not is_loopback(host):
         refuse(
             f"--host {host}: other machines can reach this address, so a token is required; "
@@ -127,20 +127,22 @@ async def _bridge(
     lab: "LoadedLab", package: str, folders: "Folders", host: str, port: int, token: str | None,
     origins: list[str],
 ) -> None:  # fmt: skip
+    from ...system.signals import until_end
     from .bridge.gate import Gate
     from .bridge.serve import ask_for, bridge
-    from .greeting import greeting
-    from .signals import until_signal
-    from .site import opened
+    from .offers.greeting import greeting
+    from .open_lab import opened
 
-    over = until_signal()
+    over = until_end()
     await ask_for(host, port)
     async with (
-        opened(lab, package, folders) as site,
-        bridge(site.offers, site.goals, Gate(host, token, frozenset(origins)), port) as address,
+        opened(lab, package, folders) as offered,
+        bridge(
+            offered.offers, offered.goals, Gate(host, token, frozenset(origins)), port
+        ) as address,
     ):
         typer.echo(f"labrun ros at {address}")
-        for line in greeting(site):
+        for line in greeting(offered):
             typer.echo(line)
         await over.wait()
 
@@ -149,12 +151,12 @@ def _run(work: Any, what: str) -> None:
     import asyncio
     import logging
 
-    from .fault import RosFault
+    from .interfaces.fault import RosFault
 
     logging.basicConfig(format="labrun: %(message)s", level=logging.WARNING)
     logging.getLogger("websockets").setLevel(
         logging.CRITICAL
-    )  # a stranger's bad handshake is no news
+    )  # a stranger's bad handshake is not worth a log line
     try:
         asyncio.run(work)
     except RosFault as fault:
@@ -166,6 +168,6 @@ def _run(work: Any, what: str) -> None:
 
 
 def refuse(text: str) -> None:
-    """Say what is wrong with how it was called, and end."""
+    """Print what is wrong with the command line, and exit."""
     typer.echo(f"labrun: {text}", err=True)
     raise typer.Exit(PROBLEMS)

@@ -1,1 +1,4 @@
-"""The routes of the API, a file for each family; they only translate, and do nothing themselves."""
+"""The routes of the API, one file per family.
+
+They only translate between HTTP and the rest.
+"""

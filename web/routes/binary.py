@@ -1,4 +1,4 @@
-"""Numbers in bulk: little-endian Float32, kept by browsers where they cannot change."""
+"""Bulk numbers: little-endian Float32, cached by browsers if they cannot change."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ class Float32Response(Response):
 def kept_for_ever(
     request: Request, tag: str, content: bytes, headers: dict[str, str] | None = None
 ) -> Response:
-    """An answer with an ETag over its content's identity; 304 where the browser has it."""
+    """An answer with an ETag from its content's identity; 304 if the browser has it."""
     told = {"ETag": f'"{tag}"', "Cache-Control": "private, no-cache", **(headers or {})}
     if request.headers.get("if-none-match") == f'"{tag}"':
         return Response(status_code=304, headers=told)

@@ -1,20 +1,20 @@
-"""Faults to order, on the simulated lab only."""
+"""Injected faults, on the simulated lab only."""
 
 from fastapi import APIRouter
 
-from ..guard.headers import CommandKey
-from ..guard.once import CommandRoute
-from ..guard.refusal import Refusal
+from ..access.headers import CommandKey
+from ..access.once import CommandRoute
+from ..local.refusal import Refusal
+from ..models.base import Answer
 from ..models.demo import OrderFault
-from ..models.told import Said
-from .site import TheSite
+from .state import TheSite
 
 commands = APIRouter(tags=["demo"], route_class=CommandRoute)
 
 
 @commands.post("/demo/fault")
-async def order_fault(asked: OrderFault, site: TheSite, key: CommandKey) -> Said:
-    """Let something go wrong, to see what happens then; 404 without `--demo`."""
-    if site.trouble is None:
-        raise Refusal(404, "NO_DEMO", "faults can be ordered of `labrun web --demo` only")
-    return Said(text=await site.trouble.order(asked))
+async def order_fault(asked: OrderFault, app_state: TheSite, key: CommandKey) -> Answer:
+    """Inject a fault; 404 without `--demo`."""
+    if app_state.trouble is None:
+        raise Refusal(404, "NO_DEMO", "faults can be injected with `labrun web --demo` only")
+    return Answer(text=await app_state.trouble.order(asked))

@@ -4,18 +4,8 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path
 
-from ..models.protocols import (
-    NewProtocol,
-    ProtocolSummary,
-    ProtocolText,
-    SaveConflict,
-    SavedProtocol,
-    SaveProtocol,
-    Template,
-    Thrown,
-    Version,
-)
-from .site import TheSite
+from ..models import protocols as models
+from .state import TheSite
 
 router = APIRouter(tags=["protocols"])
 Name = Annotated[
@@ -24,62 +14,64 @@ Name = Annotated[
 
 
 @router.get("/protocols")
-async def list_protocols(site: TheSite) -> list[ProtocolSummary]:
-    """All protocols of the folder, with what is known of their runs."""
-    return await site.overview.every()
+async def list_protocols(app_state: TheSite) -> list[models.ProtocolSummary]:
+    """All protocols of the folder, with the results of their runs."""
+    return await app_state.overview.every()
 
 
 @router.post("/protocols", status_code=201)
-async def new_protocol(asked: NewProtocol, site: TheSite) -> ProtocolText:
-    """A new file; 409 where one of that name is there."""
-    return await site.making.make(asked)
+async def new_protocol(asked: models.NewProtocol, app_state: TheSite) -> models.ProtocolText:
+    """A new file; 409 if the name exists."""
+    return await app_state.new_protocols.make(asked)
 
 
 @router.get("/templates")
-async def list_templates(site: TheSite) -> list[Template]:
-    """What a new protocol can begin with."""
-    return site.making.templates()
+async def list_templates(app_state: TheSite) -> list[models.Template]:
+    """The templates for a new protocol."""
+    return app_state.new_protocols.templates()
 
 
 @router.get("/trash")
-async def list_trash(site: TheSite) -> list[Thrown]:
-    """Protocols that were thrown away."""
-    return site.shelf.trash()
+async def list_trash(app_state: TheSite) -> list[models.Thrown]:
+    """Deleted protocols."""
+    return app_state.library.trash()
 
 
 @router.post("/trash/{id}/restore")
-async def restore_protocol(id: str, site: TheSite) -> ProtocolText:
-    """Take one back; 409 where its name is taken by now."""
-    return site.shelf.restore(id)
+async def restore_protocol(id: str, app_state: TheSite) -> models.ProtocolText:
+    """Restore one; 409 if its name is in use by now."""
+    return app_state.library.restore(id)
 
 
 @router.get("/protocols/{name:path}/versions")
-async def list_versions(name: Name, site: TheSite) -> list[Version]:
+async def list_versions(name: Name, app_state: TheSite) -> list[models.Version]:
     """The present text and the earlier ones, newest first."""
-    return site.shelf.versions(name)
+    return app_state.library.versions(name)
 
 
 @router.get("/protocols/{name:path}/versions/{revision}")
-async def read_version(name: Name, revision: str, site: TheSite) -> ProtocolText:
+async def read_version(name: Name, revision: str, app_state: TheSite) -> models.ProtocolText:
     """An earlier text."""
-    return site.shelf.version(name, revision)
+    return app_state.library.version(name, revision)
 
 
 @router.get("/protocols/{name:path}")
-async def read_protocol(name: Name, site: TheSite) -> ProtocolText:
+async def read_protocol(name: Name, app_state: TheSite) -> models.ProtocolText:
     """A protocol's text with its revision."""
-    return site.shelf.read(name)
+    return app_state.library.read(name)
 
 
-@router.put("/protocols/{name:path}", responses={409: {"model": SaveConflict}})
-async def save_protocol(name: Name, asked: SaveProtocol, site: TheSite) -> SavedProtocol:
-    """Save over the revision that was read; 409 with both texts where another is there."""
-    saved = site.shelf.save(name, asked.text, asked.base)
-    site.overview.forget(name)
+@router.put("/protocols/{name:path}", responses={409: {"model": models.SaveConflict}})
+async def save_protocol(
+    name: Name, asked: models.SaveProtocol, app_state: TheSite
+) -> models.SavedProtocol:
+    """Save over the revision that was read; 409 with both texts if the file has another one."""
+    saved = app_state.library.save(name, asked.text, asked.base)
+    app_state.overview.forget(name)
     return saved
 
 
 @router.delete("/protocols/{name:path}")
-async def throw_away_protocol(name: Name, site: TheSite) -> Thrown:
-    """Into the trash."""
-    return site.shelf.throw_away(name)
+async def throw_away_protocol(name: Name, app_state: TheSite) -> models.Thrown:
+    """Move it to the trash."""
+    return app_state.library.throw_away(name)

@@ -1,4 +1,4 @@
-// Every text file of the build also as .gz and .br, so that the server packs nothing while a run is on.
+// Every text file of the build also as .gz and .br, so that the server compresses nothing during a run.
 import { readdir, readFile, writeFile } from 'node:fs/promises'
 import { join } from 'node:path'
 import { brotliCompressSync, constants, gzipSync } from 'node:zlib'

@@ -1,4 +1,4 @@
-// What a browser loads, packed, against the budgets: fails above them.
+// Compare what a browser loads, compressed, with the budgets; fail above them.
 import { readdir, readFile } from 'node:fs/promises'
 import { join } from 'node:path'
 import { fileURLToPath } from 'node:url'
@@ -19,7 +19,7 @@ for (const name of names) {
   size.set(name, bytes.length)
 }
 
-/** What a file brings with it, by its static imports. */
+/** Everything that a file loads through static imports. */
 function withImports(first) {
   const found = new Set()
   const waiting = [...first]

@@ -1,1 +1,4 @@
-"""The tree of a protocol as a picture's text: Mermaid or DOT."""
+"""The tree of a protocol as the text of a drawing: Mermaid or DOT.
+
+Never draws: Mermaid and Graphviz do.
+"""

@@ -14,7 +14,7 @@ ROUND = ("retry", "instant", "action")
 
 
 def dot(trees: dict[str, Node]) -> str:
-    """The trees of a protocol as one digraph, a box around each phase where there are several."""
+    """The trees of a protocol as one digraph, a box around each phase if there are several."""
     return "\n".join(_lines(trees)) + "\n"
 
 

@@ -20,11 +20,11 @@ COLOURS = {
 }  # fmt: skip
 SPECIAL = re.compile(r"""["#<>&`*|\\%]|(?<![^\W_])_|_(?![^\W_])|(?<=fa):|//""")
 MOST_EDGES = 500
-"""Mermaid refuses to draw more, unless its own configuration says otherwise."""
+"""Mermaid refuses to draw more, unless configured otherwise."""
 
 
 def mermaid(trees: dict[str, Node]) -> str:
-    """The trees of a protocol as one flowchart, a box around each phase where there are several."""
+    """The trees of a protocol as one flowchart, a box around each phase if there are several."""
     return "\n".join(_lines(trees)) + "\n"
 
 
@@ -34,7 +34,7 @@ def edges(trees: dict[str, Node]) -> int:
 
 
 def escaped(text: str) -> str:
-    """A text inside the quotes of a label: every character with a meaning by its number."""
+    """A text inside the quotes of a label: every special character as its number."""
     return SPECIAL.sub(lambda match: "".join(f"#{ord(c)};" for c in match[0]), _printable(text))
 
 

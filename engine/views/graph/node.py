@@ -1,4 +1,4 @@
-"""A node of the drawn tree, in py_trees' words, whatever it is drawn with."""
+"""A node of the drawn tree, in py_trees' terms, whatever it is drawn with."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -24,7 +24,7 @@ class Node:
     edge: str = ""
 
     def all(self) -> "list[Node]":
-        """This node and every one below it, from above, left to right."""
+        """This node and every one below it, from the top, left to right."""
         found: list[Node] = []
         left: list[Node] = [self]
         while left:

@@ -1,4 +1,4 @@
-"""The nodes of a protocol's tree: one a step, with its guard, fallback and retry around it."""
+"""The nodes of a protocol's tree: one per step, with its guard, fallback and retry around it."""
 
 from collections.abc import Sequence
 from textwrap import wrap
@@ -14,7 +14,7 @@ LINE = 44
 
 
 def phases(view: Outlook) -> dict[str, Node]:
-    """Title -> tree, for what runs when a run goes on, the protocol itself, and its `finally`."""
+    """Title -> tree, for what runs on resume, the protocol itself, and its `finally`."""
     protocol, tree = view.protocol, Tree()
     found = {protocol.name: tree.sequence(view, protocol.steps, ("steps",), "", protocol.name)}
     if protocol.on_resume:
@@ -31,7 +31,7 @@ class Tree:
     def sequence(
         self, view: Outlook, steps: Sequence[Any], place: Place, prefix: str, name: str = ""
     ) -> Node:
-        """Steps one after the other."""
+        """Steps in sequence."""
         below = []
         for index, step in enumerate(steps):
             below.append(self.step(view, step, (*place, index), prefix + (step.id or str(index))))
@@ -39,7 +39,7 @@ class Tree:
         return Node("sequence", _lines("Sequence", name), below)
 
     def step(self, view: Outlook, step: Any, place: Place, path: str) -> Node:
-        """One step with everything it says around its kind."""
+        """One step with everything it states around its kind."""
         node = self._kind(view, step, place, path)
         node.step = path
         said = step.retry
@@ -73,7 +73,9 @@ class Tree:
         if isinstance(step, p.LoopBase):
             inside = view.forgetting(step.steps)
             body = self.sequence(inside, step.steps, (*place, "steps"), "")
-            return Node("loop", _lines("Loop", *_named(step), *_turns(view, step, place)), [body])
+            return Node(
+                "loop", _lines("Loop", *_named(step), *_iterations(view, step, place)), [body]
+            )
         if isinstance(step, p.If):
             return self._if(view, step, place, path)
         if isinstance(step, p.Use):
@@ -81,7 +83,7 @@ class Tree:
         if isinstance(step, p.Group):
             body = self.sequence(view, step.steps, (*place, "steps"), f"{path}/")
             return Node("sequence", _lines("Sequence", *_named(step)), body.below)
-        return _instant(step)
+        return _immediate(step)
 
     def _set(self, view: Outlook, step: Any, place: Place, path: str) -> Node:
         members = getattr(step, step.KIND)
@@ -128,7 +130,7 @@ def _retried(node: Node, said: int | p.Retry | None) -> Node:
 
 
 def _guard(step: p.StepBase) -> tuple[str, ...]:
-    """What the step guard does where it does anything: `when`, a total timeout, `on_error`."""
+    """What the step guard does, if anything: `when`, a total timeout, `on_error`."""
     lines = []
     if step.when is not None:
         lines.append(f"only when {bare(step.when)}")
@@ -136,14 +138,14 @@ def _guard(step: p.StepBase) -> tuple[str, ...]:
         lines.append(f"within {bare(step.timeout)}")
     if step.on_error in ("continue", "pause"):
         lines.append(
-            {"continue": "goes on after a failure", "pause": "pauses after a failure"}[
+            {"continue": "continues after a failure", "pause": "pauses after a failure"}[
                 step.on_error
             ]
         )
     return _lines("Step guard", *lines) if lines else ()
 
 
-def _turns(view: Outlook, step: p.LoopBase, place: Place) -> tuple[str, ...]:
+def _iterations(view: Outlook, step: p.LoopBase, place: Place) -> tuple[str, ...]:
     if isinstance(step, p.Foreach):
         name, raw = next(iter(step.foreach.items()))
         items = view.items(step, place)
@@ -163,7 +165,7 @@ def _action(step: p.Do) -> Node:
     return Node("action", lines)
 
 
-def _instant(step: Any) -> Node:
+def _immediate(step: Any) -> Node:
     said: Any = getattr(step, step.KIND, "")
     kind: Kind = "person" if isinstance(step, p.Confirm | p.Ask) else "instant"
     text = _arguments(said) if isinstance(said, dict) else bare(said)
@@ -172,7 +174,7 @@ def _instant(step: Any) -> Node:
 
 
 def _named(step: p.StepBase) -> tuple[str, ...]:
-    """The id, and the name where it has one."""
+    """The id, and the name if it has one."""
     return tuple(text for text in (step.id, step.name) if text)
 
 

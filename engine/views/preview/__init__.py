@@ -1,1 +1,4 @@
-"""The points of a protocol over the work area, before anything moves."""
+"""The points of a protocol over the work area, before anything moves.
+
+Never asks a device where it is.
+"""

@@ -21,7 +21,7 @@ FORMATS = (".png", ".svg", ".pdf")
 DOTS_PER_INCH = 200
 WIDTH_IN, TALLEST_IN, FLATTEST_IN = 7.0, 5.4, 2.0
 MAIN_PART = 0.66
-"""Of the width; beside it stand the colour scale or legend, and where on the bench it is."""
+"""As a part of the width; beside it are the colour scale or legend, and the overview."""
 ROOM_IN = 3.0
 MARGIN = 0.06
 TABLE = "#e9e9e9"
@@ -54,7 +54,7 @@ def _metadata(file: File, name: str) -> dict[str, Any]:
 
 
 def preview_figure(walk: Walk, name: str) -> Figure:
-    """The figure, one row of panels a device that moves."""
+    """The figure, one row of panels per device that moves."""
     from matplotlib.figure import Figure
 
     paths = [path for path in walk.paths.values() if path.points]
@@ -108,7 +108,7 @@ def _panels(
             handles, labels, loc="lower left", bbox_to_anchor=(right - 0.015, bottom), fontsize=7.5
         )
     if is_small(view, path.plane.area):
-        right += 0.035  # room for its numbers
+        right += 0.035  # space for its numbers
         side = min(0.26, 0.97 - right)
         tall = min(height * 0.36, side * figure.get_figwidth() / figure.get_figheight())
         where = figure.add_axes((right, bottom + height - tall, side, tall), anchor="NW")
@@ -116,7 +116,7 @@ def _panels(
 
 
 def _bench(axes: Axes, path: Path) -> None:
-    """White where the device may go, grey elsewhere; the contract's edge where it is another."""
+    """White where the device may go, grey elsewhere; the contract's edge if it differs."""
     from matplotlib.patches import Rectangle
 
     area = path.plane.area
@@ -141,7 +141,7 @@ def _view(path: Path) -> Area:
     margin = MARGIN * longest if longest > 0 else 10.0
     spread = []
     for low, high in edges:
-        # A single row of points still gets a panel that one can see.
+        # A single row of points still gets a visible panel.
         missing = max(0.0, longest * 0.4 - (high - low)) / 2
         spread.append((low - margin - missing, high + margin + missing))
     seen = Area(spread[0], spread[1])
@@ -157,7 +157,7 @@ def _view(path: Path) -> Area:
 
 
 def _height(view: Area) -> float:
-    """Inches of a panel, so that both axes have one scale."""
+    """Inches of a panel, so that both axes have the same scale."""
     ratio = (view.y[1] - view.y[0]) / (view.x[1] - view.x[0])
     return min(TALLEST_IN, max(FLATTEST_IN, (MAIN_PART - 0.1) * WIDTH_IN * ratio))
 
@@ -171,7 +171,7 @@ def _title(path: Path, named: bool) -> str:
 
 
 def _second(path: Path) -> str:
-    """What lies outside, or how the points are laid out where one loop makes them all."""
+    """How many points are outside, or how the points are laid out if one loop makes them all."""
     outside = len(path.outside)
     if outside:
         return f"{outside:,} outside {path.plane.area} (red)"
@@ -183,12 +183,12 @@ def _second(path: Path) -> str:
 
 
 def _has_room(view: Area, path: Path) -> bool:
-    """True where a colour scale fits beside the panel, under the overview."""
+    """True if a colour scale fits beside the panel, under the overview."""
     return _height(view) >= ROOM_IN or not is_small(view, path.plane.area)
 
 
 def _notes(walk: Walk) -> list[str]:
-    """What a reader has to know of what is drawn, and of what is not."""
+    """What a reader must know about what is drawn and what is not."""
     drawn = [path for path in walk.paths.values() if path.points and path.plane.area.bounded]
     areas = {str(one.plane.area): [] for one in drawn}
     for one in drawn:
@@ -201,10 +201,10 @@ def _notes(walk: Walk) -> list[str]:
     for path in walk.paths.values():
         if path.unknown:
             places = count_of(path.unknown, "place")
-            notes.append(f"{path.plane.device}: {places} known only in the run are not drawn.")
+            notes.append(f"{path.plane.device}: {places} known only during the run are not drawn.")
     return [line for note in notes for line in textwrap.wrap(_plain(note), 110)]
 
 
 def _plain(text: str) -> str:
-    """A dollar sign as it stands, not as the beginning of a formula."""
+    """A literal dollar sign, not the start of a formula."""
     return text.replace("$", r"\$")

@@ -1,4 +1,4 @@
-"""Where on the bench a small scan lies: the whole work area, with the part that is drawn large."""
+"""Where on the bench a small scan is: the whole work area, with the enlarged part."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from matplotlib.patches import Rectangle
 
 SMALL = 0.35
-"""Of the work area's width and height: a scan below both is drawn large, with an overview."""
+"""Of the work area's width and height: a scan smaller than both is enlarged, with an overview."""
 SPECK = 0.03
 MARK = "#d62728"
 
 
 def is_small(view: Area, area: Area) -> bool:
-    """True where a view is a small part of the work area both ways."""
+    """True if a view is a small part of the work area both ways."""
     if not area.bounded:
         return False
     parts = ((view.x, area.x), (view.y, area.y))
@@ -26,7 +26,7 @@ def is_small(view: Area, area: Area) -> bool:
 
 
 def draw_overview(axes: Axes, path: Path, view: Area) -> None:
-    """Draw the work area with a frame, or a ring where a frame could not be seen."""
+    """Draw the work area with a frame, or a ring if a frame would be too small to see."""
     area = path.plane.area
     axes.set_facecolor("white")
     axes.set(xlim=_with(area.x, view.x), ylim=_with(area.y, view.y))

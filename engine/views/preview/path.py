@@ -1,4 +1,4 @@
-"""One device's path: coloured by its order, or by its loops; start, end, and what lies outside."""
+"""One device's path: coloured by its order, or by its loops; start, end, and what is outside."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ COLOURS = "viridis"  # perceptually uniform, and readable in grey and by the col
 BY_TRACK = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#8c6bb1", "#7f7f7f")
 OUTSIDE = "#d62728"
 BETWEEN = "#a8a8a8"
-"""Of the way from one loop to the next."""
+"""For the path from one loop to the next."""
 FEW = 60
-"""Points up to which every step of the path gets an arrow of its own."""
+"""Up to this many points, every step of the path gets its own arrow."""
 ARROWS = 24
 SHORTEST_ARROW = 0.015
-"""Of the whole extent: heads on shorter parts would lie on each other."""
+"""As a part of the whole extent: heads on shorter parts would overlap."""
 
 
 def draw_path(axes: Axes, path: Path) -> ScalarMappable | None:
-    """Draw it; the colour scale where the colour is the order, None where it is the loop."""
+    """Draw it; returns the colour scale if the colour is the order, None if it is the loop."""
     import numpy as np
 
     xy = np.array([(point.x_mm, point.y_mm) for point in path.points])
@@ -40,7 +40,7 @@ def draw_path(axes: Axes, path: Path) -> ScalarMappable | None:
 
 
 def _size(count: int) -> float:
-    """Of a dot, in points squared: many points are small ones."""
+    """The area of a dot, in points squared: smaller for many points."""
     return max(1.0, min(16.0, 4000.0 / count))
 
 
@@ -82,7 +82,7 @@ def _dots(axes: Axes, path: Path, xy: Any, by_order: bool) -> None:
 
 
 def _arrows(axes: Axes, path: Path, xy: Any) -> None:
-    """Heads in the middle of some parts of the path, to show the way it goes."""
+    """Heads in the middle of some parts of the path, to show its direction."""
     joined = [i for i, point in enumerate(path.points) if point.joined]
     shortest = SHORTEST_ARROW * (xy.max(axis=0) - xy.min(axis=0)).max()
     steps = [i for i in joined if abs(xy[i] - xy[i - 1]).max() > shortest]

@@ -8,7 +8,7 @@ from typing import Any
 from ....schemas.contract import Action, Contract
 from ....schemas.lab import Limit
 from ....schemas.quantity import UnitError, magnitude_in, same_dimension
-from ...bind import BoundRole
+from ...lab.bind import BoundRole
 
 AXES = ("x", "y")
 CLOSE_MM = 1e-6
@@ -16,7 +16,7 @@ CLOSE_MM = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Area:
-    """A rectangle in mm; infinite where nothing bounds it."""
+    """A rectangle in mm; infinite where it is not limited."""
 
     x: tuple[float, float] = (-inf, inf)
     y: tuple[float, float] = (-inf, inf)
@@ -30,11 +30,11 @@ class Area:
 
     @property
     def bounded(self) -> bool:
-        """True where all four edges are known."""
+        """True if all four edges are known."""
         return all(abs(edge) != inf for edge in (*self.x, *self.y))
 
     def within(self, other: "Area") -> "Area":
-        """What lies in both."""
+        """The part in both."""
         (ax, ay), (bx, by) = (self.x, self.y), (other.x, other.y)
         return Area((max(ax[0], bx[0]), min(ax[1], bx[1])), (max(ay[0], by[0]), min(ay[1], by[1])))
 
@@ -67,8 +67,8 @@ def moves_in_plane(contract: Contract, action: str) -> bool:
     found = contract.actions.get(action)
     if found is None or not _two_lengths(found.param_schemas()):
         return False
-    # An x and a y may also say where something lies; a device that moves is dangerous for that,
-    # or tells in its status where it is.
+    # An x and a y may also be the position of something else; a device that moves declares that
+    # danger, or reports its position in its status.
     return found.danger == "motion" or _two_lengths(contract.status.get("properties", {}))
 
 
@@ -78,7 +78,7 @@ def _two_lengths(schemas: Mapping[str, Any]) -> bool:
 
 
 def plane_of(bound: BoundRole) -> Plane | None:
-    """The plane that a device moves in, or None where it does not."""
+    """The plane that a device moves in, or None if it does not."""
     moving = [
         action for name, action in bound.contract.actions.items()
         if moves_in_plane(bound.contract, name)
@@ -115,7 +115,7 @@ def _mm(edge: Any, unit: str, otherwise: float) -> float:
 
 
 def in_mm(value: Any, unit: str) -> float:
-    """A length in mm; a bare number is in `unit`. Raises UnitError for what is no length."""
+    """A length in mm; a bare number is in `unit`. Raises UnitError for anything else."""
     number = magnitude_in(value, unit)
     if isinstance(number, bool) or not isinstance(number, int | float):
         raise UnitError(f"{number!r} is not a length")

@@ -7,7 +7,7 @@ from typing import Any
 
 from ....schemas import protocol as p
 from ....schemas.quantity import UnitError
-from ...bind import BoundRole
+from ...lab.bind import BoundRole
 from ...language.grid import Grid
 from ...language.shape import Place
 from ..english import items_text
@@ -16,14 +16,14 @@ from .plane import AXES, Plane, in_mm, moves_in_plane, plane_of
 
 MOST_POINTS = 20_000
 MOST_VISITS = 200_000
-"""Steps that are gone through, whether they move or not."""
+"""At most this many steps are followed, whether they move or not."""
 MOST_TURNS = 1000
-"""Of a `while` without a bound of its own."""
+"""For a `while` without its own limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A place that a device moves to; `joined` where it comes there from the point before."""
+    """A place that a device moves to; `joined` if it comes there from the previous point."""
 
     x_mm: float
     y_mm: float
@@ -33,7 +33,7 @@ class Point:
 
 @dataclass(slots=True)
 class Path:
-    """Where one device goes: its points in order, and what could not be known."""
+    """Where one device goes: its points in order, and what is not known."""
 
     plane: Plane
     points: list[Point] = field(default_factory=list)
@@ -42,7 +42,7 @@ class Path:
 
     @property
     def outside(self) -> list[int]:
-        """The numbers, from 0, of the points that lie outside the area."""
+        """The numbers, from 0, of the points outside the area."""
         area = self.plane.area
         return [i for i, one in enumerate(self.points) if not area.holds(one.x_mm, one.y_mm)]
 
@@ -59,7 +59,7 @@ class Full(Exception):
 
 @dataclass(slots=True)
 class Walk:
-    """The paths of all devices, by name; `notes` say what was taken for granted."""
+    """The paths of all devices, by name; `notes` state what was assumed."""
 
     most: int = MOST_POINTS
     paths: dict[str, Path] = field(default_factory=dict)
@@ -85,7 +85,7 @@ class Walk:
     def _sequence(
         self, view: Outlook, steps: Sequence[Any], place: Place, name: str, track: Place
     ) -> Outlook:
-        """Steps one after the other; the names that are known behind them."""
+        """Steps in sequence; returns the names that are known after them."""
         self._visits += len(steps)
         if self._visits > MOST_VISITS:
             raise Full
@@ -103,7 +103,7 @@ class Walk:
             return False
         truth = view.truth(step.when, (*place, "when"))
         if truth is None:
-            self._note("Steps whose `when` is known only in the run are drawn.")
+            self._note("Steps whose `when` is known only during the run are drawn.")
         return truth is False
 
     def _step(self, view: Outlook, step: Any, place: Place, name: str, track: Place) -> None:
@@ -112,7 +112,7 @@ class Walk:
         elif isinstance(step, p.Foreach):
             self._foreach(view, step, place)
         elif isinstance(step, p.Repeat | p.While):
-            self._turns(view, step, place)
+            self._iterations(view, step, place)
         elif isinstance(step, p.If):
             self._if(view, step, place, name, track)
         elif isinstance(step, p.Use):
@@ -121,7 +121,7 @@ class Walk:
             for key, steps in p.inner_lists(step):
                 self._sequence(view, steps, (*place, key), name, track)
 
-    # --- one method a kind
+    # --- one method per kind
 
     def _foreach(self, view: Outlook, step: p.Foreach, place: Place) -> None:
         ((variable, _),) = step.foreach.items()
@@ -135,10 +135,12 @@ class Walk:
             turn = inside.bound(**{variable: item})
             self._sequence(turn, step.steps, (*place, "steps"), name, (*view.within, *place))
         if items is None and self._seen() > before:
-            self._note(f"{step.id or variable}: one turn is drawn; its items are known in the run.")
+            self._note(
+                f"{step.id or variable}: one turn is drawn; its items are known only during the run."
+            )
 
-    def _turns(self, view: Outlook, step: p.Repeat | p.While, place: Place) -> None:
-        """Turn by turn as long as it is known that there is one more; at least the first."""
+    def _iterations(self, view: Outlook, step: p.Repeat | p.While, place: Place) -> None:
+        """Turn by turn as long as it is known that there is another; at least the first."""
         before, turn, name = self._seen(), 0, step.id or step.KIND
         more = self._more(view, step, place, turn)
         while more or (more is None and turn == 0):
@@ -151,13 +153,13 @@ class Walk:
         if more is None and self._seen() > before:
             turns = "turn is" if turn == 1 else f"{turn:,} turns are"
             self._note(
-                f"{name}: the first {turns} drawn; whether there are more is known in the run."
+                f"{name}: the first {turns} drawn; whether there are more is known only during the run."
             )
 
     def _more(
         self, view: Outlook, step: p.Repeat | p.While, place: Place, turn: int
     ) -> bool | None:
-        """Whether there is another turn; None where only the run can say."""
+        """Whether there is another turn; None if only the run can tell."""
         if isinstance(step, p.Repeat):
             turns = view.number(step.repeat, (*place, "repeat"))
             return None if turns is None else turn < turns
@@ -171,7 +173,7 @@ class Walk:
     def _if(self, view: Outlook, step: p.If, place: Place, name: str, track: Place) -> None:
         truth = view.truth(step.if_, (*place, "if"))
         if truth is None and step.else_:
-            self._note("Of an `if` that is decided in the run, both branches are drawn.")
+            self._note("Both branches of an `if` that is decided during the run are drawn.")
         if truth is not False:
             self._sequence(view, step.then, (*place, "then"), name, track)
         if truth is not True:
@@ -195,7 +197,7 @@ class Walk:
         assert path is not None
         at = self._at.setdefault(bound.device, dict.fromkeys(AXES))
         if not moves_in_plane(bound.contract, action):
-            at.update(dict.fromkeys(AXES))  # homed, say: nobody knows where it stands now
+            at.update(dict.fromkeys(AXES))  # homed, say: its position is now unknown
             self._joined[bound.device] = False
             return
         given = [axis for axis in AXES if axis in step.with_]
@@ -216,7 +218,7 @@ class Walk:
         try:
             return None if value is UNKNOWN or value is None else in_mm(value, unit)
         except (UnitError, TypeError):
-            return None  # of another dimension, which the checks have said
+            return None  # of another dimension, which the checks have reported
 
     def _note_point(self, path: Path, x: float, y: float, name: str, track: Place) -> None:
         if sum(len(one.points) for one in self.paths.values()) >= self.most:
@@ -240,7 +242,7 @@ class Walk:
         return self.paths[bound.device]
 
     def _moves(self, view: Outlook, step: p.StepBase, place: Place) -> bool:
-        """True where a step, or one inside it, moves a device of a plane."""
+        """True if a step, or one inside it, moves a device in a plane."""
         key = (*view.within, *place)
         if key not in self._moving:
             self._moving[key] = self._has_moves(view, step, place)

@@ -1,1 +1,4 @@
-"""A protocol in plain English, for the lab book."""
+"""A protocol in plain English, for the lab book.
+
+Never evaluates what only a run can know.
+"""

@@ -4,7 +4,7 @@ import re
 
 from ....schemas import protocol as p
 from ....schemas.contract import Action
-from ...bind import BoundRole
+from ...lab.bind import BoundRole
 from ...language.shape import Place
 from ..english import joined, lower_first, third_person
 from ..forecast import Outlook
@@ -19,13 +19,13 @@ CLAUSE = re.compile(r"(, and |, then |, | and | then )")
 
 
 def subject(bound: BoundRole) -> str:
-    """`the gantry` where the role is called as its kind of device is, else its name."""
+    """`the gantry` if the role has the name of its kind of device, else the role's name."""
     kind = bound.contract.type.partition("@")[0]
     return f"the {bound.role}" if bound.role == kind else bound.role
 
 
 def action_sentence(view: Outlook, step: p.Do, place: Place) -> str:
-    """`the gantry moves to z = 10 mm`, without what happens where it fails."""
+    """`the gantry moves to z = 10 mm`, without what happens if it fails."""
     role, _, name = step.do.partition(".")
     bound = view.roles.get(role)
     action = bound.contract.actions.get(name) if bound is not None else None
@@ -45,7 +45,7 @@ def predicate(name: str, action: Action, given: dict[str, str]) -> str:
 
 
 def does(name: str, action: Action) -> str:
-    """The contract's summary as what the device does, or its name where the summary says no verb."""
+    """The contract's summary as what the device does, or its name if the summary has no verb."""
     summary = re.split(r"[;:(]|\. ", action.summary)[0].strip().rstrip(".")
     first = summary.partition(" ")[0].lower()
     if first in VERBS:

@@ -1,4 +1,4 @@
-"""What happens where a step fails, in sentences that stand behind it."""
+"""What happens if a step fails, in sentences that follow it."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,7 +7,7 @@ from ....schemas import protocol as p
 from ..english import bare, count_of, joined
 
 UNKNOWN_FATE = {
-    "probe": "the device is asked, and a person if it cannot say",
+    "probe": "the device is asked, and a person if it does not know",
     "ask": "a person is asked",
     "skip": "it counts as failed and is not repeated",
     "repeat": "it is repeated",
@@ -15,7 +15,7 @@ UNKNOWN_FATE = {
 
 
 def limit_text(step: p.StepBase) -> str:
-    """` (30 s at most)`: the time that a step has; that of `defaults` is said once for all."""
+    """` (30 s at most)`: the time that a step has; that of `defaults` is stated once for all."""
     return f" ({duration(step.timeout)} at most)" if step.timeout is not None else ""
 
 
@@ -48,11 +48,11 @@ def _apart(said: p.Retry) -> str:
 
 
 def last_sentences(step: p.StepBase) -> Iterator[str]:
-    """What holds when retries and alternatives are used up, as far as the step says it."""
+    """What applies when retries and alternatives are used up, if the step states it."""
     if step.on_unknown is not None:
-        yield f"If nobody can tell whether it happened, {UNKNOWN_FATE[step.on_unknown]}."
+        yield f"If it is not known whether it happened, {UNKNOWN_FATE[step.on_unknown]}."
     if step.on_error == "continue":
-        yield "If it fails for good, the run goes on all the same."
+        yield "If it fails for good, the run continues anyway."
     elif step.on_error == "pause":
         yield "If it fails for good, the run pauses until a person continues it."
     if isinstance(step, p.Parallel) and step.on_failure == "cancel":

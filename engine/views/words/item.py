@@ -9,7 +9,7 @@ WIDTH = 88
 
 @dataclass(slots=True)
 class Item:
-    """A sentence, the steps inside it, and what is said after them; a heading has no number."""
+    """A sentence, the steps inside it, and the text after them; a heading has no number."""
 
     text: str
     below: "list[Item]" = field(default_factory=list)
@@ -32,7 +32,7 @@ def text_lines(items: Sequence[Item], number: str = "", indent: str = "  ") -> I
 
 
 def markdown_lines(items: Sequence[Item], depth: int = 0) -> Iterator[str]:
-    """Nested ordered lists; what has no number is a paragraph between two of them."""
+    """Nested ordered lists; an item without a number is a paragraph between two of them."""
     space, inner = "   " * depth, "   " * (depth + 1)
     for item, index in _numbered(items):
         if index is None:
@@ -45,7 +45,7 @@ def markdown_lines(items: Sequence[Item], depth: int = 0) -> Iterator[str]:
 
 
 def _numbered(items: Sequence[Item]) -> Iterator[tuple[Item, int | None]]:
-    """Each with its number; a heading has none, and the numbers go on below it."""
+    """Each with its number; a heading has none, and the numbers continue below it."""
     index = 0
     for item in items:
         if item.numbered:

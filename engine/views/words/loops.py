@@ -1,4 +1,4 @@
-"""Loops in words: over what, how often, what a failure does, what is kept of each turn."""
+"""Loops in words: over what, how often, what a failure causes, what is kept for each turn."""
 
 import re
 from collections.abc import Sequence
@@ -69,7 +69,7 @@ def _axis(values: Sequence[Any]) -> str:
 
 
 def loop_ending(view: Outlook, step: p.LoopBase, place: Place) -> str:
-    """What failures of turns do, and the row that is kept of each."""
+    """What failures of turns do, and the row that is kept for each."""
     name = next(iter(step.foreach)) if isinstance(step, p.Foreach) else "turn"
     name = name if len(name) > 1 else "turn"
     parts = []
@@ -79,7 +79,7 @@ def loop_ending(view: Outlook, step: p.LoopBase, place: Place) -> str:
             f"A {name} that fails for good is left out; with more than {most} of them the step fails."
         )
     if isinstance(step, p.While) and step.max is not None:
-        parts.append("If that is still so afterwards, the step fails (MaxReached).")
+        parts.append("If that still holds afterwards, the step fails (MaxReached).")
     if step.collect:
-        parts.append(f"Of each {name} a row is kept: {shortened(', '.join(step.collect), 200)}.")
+        parts.append(f"For each {name} a row is kept: {shortened(', '.join(step.collect), 200)}.")
     return " ".join(parts)

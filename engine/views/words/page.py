@@ -1,10 +1,10 @@
-"""The whole page: devices, parameters, procedure, the end, a resumed run, and what comes out."""
+"""The whole page: devices, parameters, procedure, the end, a resumed run, and the outputs."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from ...check import Checked
-from ..count import number_of, tally
+from ..count import count_runs, number_of
 from ..english import joined, upper_first
 from ..forecast import Outlook, outlook
 from .act import does, subject
@@ -38,10 +38,10 @@ def page(checked: Checked) -> list[Section]:
     found.append(Section("At the end, whatever happened", last, text=_safe(view)))
     if protocol.on_resume:
         again = sentences(view, protocol.on_resume, ("on_resume",))
-        text = "First these steps, then on from the first step that had not finished."
-        found.append(Section("When a run goes on after a stop", again, text=text))
+        text = "First these steps, then the procedure continues from the first unfinished step."
+        found.append(Section("When a run is resumed after a stop", again, text=text))
     outputs = [(n, spoken(view, raw, ("outputs", n))) for n, raw in protocol.outputs.items()]
-    found.append(Section("What comes out", terms=outputs))
+    found.append(Section("Outputs", terms=outputs))
     return [section for section in found if section.items or section.terms or section.text]
 
 
@@ -78,9 +78,9 @@ def _params(view: Outlook) -> Iterator[tuple[str, str]]:
 
 
 def _all(view: Outlook) -> str:
-    """What holds for all steps, and how many actions there are."""
+    """What applies to all steps, and how many actions there are."""
     protocol = view.protocol
-    number = number_of(tally(view, protocol.steps, ("steps",)))
+    number = number_of(count_runs(view, protocol.steps, ("steps",)))
     parts = [f"{upper_first(number)} action{'' if number == '1' else 's'} if nothing fails."]
     if protocol.defaults.timeout is not None:
         limit = duration(protocol.defaults.timeout)
@@ -88,7 +88,7 @@ def _all(view: Outlook) -> str:
     parts.append(
         retry_sentence(protocol.defaults.retry, "an action").replace("If that fails", "If it fails")
     )
-    parts.append("A step that fails for good ends the run, unless said otherwise.")
+    parts.append("A step that fails for good ends the run, unless stated otherwise.")
     return " ".join(part for part in parts if part)
 
 
@@ -100,7 +100,7 @@ def _safe(view: Outlook) -> str:
         safe += [f"{subject(bound)} {joined(done)}"] if done else []
     if not safe:
         return ""
-    return f"Last, each device that was used is put in its safe state: {'; '.join(safe)}."
+    return f"Last, each device that was used is brought to its safe state: {'; '.join(safe)}."
 
 
 def as_text(sections: Sequence[Section]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Values and expressions in words: what is known as its value, the rest as `the point's x`."""
+"""Values and expressions in words: known ones as values, the rest as `the point's x`."""
 
 import ast
 from typing import Any
@@ -25,7 +25,7 @@ OF_LOOPS = {
 
 
 def spoken(view: Outlook, raw: Any, place: Place) -> str:
-    """What stands at a place of a protocol, in words."""
+    """The value at a place of a protocol, in words."""
     value = view.value(raw, place)
     if value is not UNKNOWN:
         return said(value)
@@ -41,7 +41,7 @@ def spoken(view: Outlook, raw: Any, place: Place) -> str:
 
 
 def condition(view: Outlook, raw: Any, place: Place) -> str:
-    """What a step's `when`, `if`, `while` or `require` asks, whether its value is known or not."""
+    """What a step's `when`, `if`, `while` or `require` asks, whether or not its value is known."""
     try:
         written = value_of(raw)
     except ExpressionError:
@@ -51,7 +51,7 @@ def condition(view: Outlook, raw: Any, place: Place) -> str:
 
 
 def said(value: Any) -> str:
-    """A value as a sentence has it."""
+    """A value as part of a sentence."""
     if isinstance(value, str):
         return value
     if isinstance(value, dict):
@@ -71,19 +71,19 @@ def _part(view: Outlook, part: str | Expression) -> str:
 
 
 class Speech:
-    """Says the syntax tree of an expression; `named`: parameters by name as well as value."""
+    """Puts the syntax tree of an expression into words; `named`: parameters by name as well as value."""
 
     def __init__(self, view: Outlook, *, named: bool = False) -> None:
         self.view = view
         self.named = named
 
     def of(self, expression: Expression) -> str:
-        """An expression, or its own text where words would be longer than it."""
+        """An expression, or its own text if words would be longer."""
         words = self._node(expression.tree.body)
         return words if words else f"`{shortened(expression.text)}`"
 
     def _node(self, node: ast.AST) -> str:
-        """The words of a part, empty where there are none for it."""
+        """The words of a part, empty if there are none for it."""
         if isinstance(node, ast.Constant):
             return f"{node.value!r}" if isinstance(node.value, str) else as_text(node.value)
         if isinstance(node, ast.Name):

@@ -15,7 +15,7 @@ from .speak import condition, spoken
 
 
 def sentences(view: Outlook, steps: Sequence[Any], place: Place) -> list[Item]:
-    """One item a step, in order."""
+    """One item per step, in order."""
     items = []
     for index, step in enumerate(steps):
         here = (*place, index)
@@ -97,12 +97,12 @@ def _flat(item: Item) -> str:
     return f"{text.rstrip(':')} ({'; '.join(_flat(inner) for inner in item.below)})"
 
 
-# --- one function a kind
+# --- one function per kind
 
 
 def _kind(view: Outlook, step: Any, place: Place) -> Item:
     if isinstance(step, p.Do):
-        aside = "; the next steps begin meanwhile" if step.mode else ""
+        aside = "; the next steps start meanwhile" if step.mode else ""
         return _item(action_sentence(view, step, place), limit_text(step) + aside)
     if isinstance(step, p.Parallel | p.AnyOf):
         return _set(view, step, place)
@@ -129,7 +129,7 @@ def _item(text: str, more: str = "") -> Item:
 
 
 def _set(view: Outlook, step: p.Parallel | p.AnyOf, place: Place) -> Item:
-    """In one sentence where the members are single actions that say nothing of failures."""
+    """In one sentence if the members are single actions that state nothing about failures."""
     members = getattr(step, step.KIND)
     places = [(*place, step.KIND, index) for index in range(len(members))]
     wins = isinstance(step, p.AnyOf)
@@ -156,7 +156,7 @@ def _is_bare(step: Any) -> bool:
 
 def _if(view: Outlook, step: p.If, place: Place) -> Item:
     truth = view.truth(step.if_, (*place, "if"))
-    known = "" if truth is None else " (which is so)" if truth else " (which is not so)"
+    known = "" if truth is None else " (which is true)" if truth else " (which is false)"
     below = sentences(view, step.then, (*place, "then"))
     if step.else_:
         others = sentences(view, step.else_, (*place, "else"))
@@ -180,7 +180,7 @@ def _use(view: Outlook, step: p.Use, place: Place) -> Item:
 
 
 def _plain(view: Outlook, step: Any, place: Place) -> Item:
-    """Steps that no device has a part in."""
+    """Steps without a device."""
     if isinstance(step, p.Confirm):
         text = spoken(view, step.confirm, (*place, "confirm"))
         return _item(f"A person confirms: “{text}”", limit_text(step))
@@ -196,7 +196,7 @@ def _plain(view: Outlook, step: Any, place: Place) -> Item:
         return _item(f"Let {joined(given)}")
     if isinstance(step, p.Require):
         asked = condition(view, step.require, (*place, "require"))
-        return _item(f"The run goes on only if {asked}")
+        return _item(f"The run continues only if {asked}")
     if isinstance(step, p.Log):
         return _item(f"It is noted: “{spoken(view, step.log, (*place, 'log'))}”")
     if isinstance(step, p.Fail):

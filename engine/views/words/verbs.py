@@ -1,4 +1,4 @@
-"""Verbs that summaries of contracts begin with; others are said by the action's name."""
+"""Verbs that summaries of contracts start with; otherwise the action's name is used."""
 
 VERBS = frozenset({
     "add", "adjust", "align", "apply", "aspirate", "bring", "calibrate", "carry", "centre",

@@ -42,7 +42,7 @@ def test_a_web_server_that_is_something_else(aecp):
         thread = threading.Thread(target=web.serve_forever)
         thread.start()
         try:
-            with pytest.raises(OSError, match=r"what answers there is no Socket.IO server"):
+            with pytest.raises(OSError, match=r"what answers there is not a Socket.IO server"):
                 opened(aecp.driver(connect_s=2))
         finally:
             web.shutdown()
@@ -70,7 +70,7 @@ def test_a_socketio_server_that_is_something_else(aecp):
             await sio.emit("status", {"comms": {"connectionStatus": 2}}, to=sid)
 
         try:
-            with pytest.raises(OSError, match="is no analyser server: its status is"):
+            with pytest.raises(OSError, match="is not an analyser server: its status is"):
                 await aecp.driver().open()
         finally:
             await sio.shutdown()
@@ -84,7 +84,7 @@ def test_an_export_folder_that_is_missing(aecp):
     aecp.start()
 
     with pytest.raises(
-        OSError, match=r"config.exports is '.*was asked .*there is no .*/nowhere; is"
+        OSError, match=r"config.exports is '.*cannot be listed: there is no .*/nowhere; is"
     ):
         opened(aecp.driver(exports=str(aecp.folder / "nowhere")))
 
@@ -99,7 +99,7 @@ def test_an_export_path_that_the_server_does_not_have(aecp):
 @pytest.mark.parametrize(
     ("config", "words"),
     [
-        ({"ulr": "http://a"}, "config.ulr is not known; there are url, exports"),
+        ({"ulr": "http://a"}, "config.ulr is unknown; the known keys are url, exports"),
         ({"url": "localhost:1234"}, "config.url: String should match pattern"),
         ({"measure_s": 0}, "config.measure_s: Input should be greater than 0"),
     ],

@@ -8,7 +8,7 @@ import pytest
 from labrun.drivers.contract_tests import Case, KeepsContract
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 class TestAecp(KeepsContract):
     case = Case(
         driver="aecp",

@@ -45,6 +45,7 @@ def test_a_shot_is_fired_once_and_its_whole_spectrum_comes_home(aecp):
     assert last == {"shot_id": "shot-000001", "goal_id": "r/main/1"}
 
 
+@pytest.mark.slow
 def test_success_before_the_file_is_whole_is_waited_out(aecp):
     aecp.start(write_s=2.0)
 
@@ -74,7 +75,7 @@ def test_an_export_that_is_asked_for_again_is_not_made_again(aecp):
     assert first.data == second.data
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plan", "error", "happened", "words", "shots"),
     [
@@ -152,7 +153,7 @@ def test_a_deleted_entry_that_the_server_takes_for_a_shot_is_none(aecp):
     failure = aecp.play(story, cache=aecp.cache)
 
     assert (failure.name, failure.happened) == ("Lost", "unknown")
-    assert "it says success, but" in failure.message
+    assert "it reports success, but" in failure.message
     assert aecp.shots() == 1
 
 
@@ -212,15 +213,15 @@ def test_the_same_goal_is_never_sent_twice(aecp):
     assert aecp.shots() == 1
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plan", "error", "words"),
     [
         ("not_found", "ButtonNotFound", "The button export was not found."),
-        ("too_long", "Timeout", "nothing new lies there"),
+        ("too_long", "Timeout", "there is nothing new"),
         ("half", "Timeout", "it ends within line"),
         ("full", "DiskFull", "No space left on device"),
-        ("twins", "Timeout", "which of them is this shot's cannot be told"),
+        ("twins", "Timeout", "it is unclear which one belongs to this shot"),
     ],
 )
 def test_an_export_that_is_not_whole_is_never_handed_over(aecp, plan, error, words):
@@ -238,7 +239,7 @@ def test_an_export_that_is_not_whole_is_never_handed_over(aecp, plan, error, wor
     assert files == {}
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 def test_a_spectrum_cut_at_the_end_of_a_line_lacks_channels(aecp):
     aecp.start()
 
@@ -268,6 +269,7 @@ def test_an_export_whose_answer_was_lost_is_found_in_the_folder(aecp):
     assert len(aecp.play(story).splitlines()) == CHANNELS + 1
 
 
+@pytest.mark.slow
 def test_an_export_that_came_after_it_was_given_up_is_taken_and_not_asked_for_again(aecp):
     aecp.start(write_s=4.0)
 
@@ -286,6 +288,7 @@ def test_an_export_that_came_after_it_was_given_up_is_taken_and_not_asked_for_ag
     assert len(list((aecp.folder / "exports").iterdir())) == 1
 
 
+@pytest.mark.slow
 def test_the_spectrum_of_another_shot_is_not_taken_for_this_one(aecp):
     aecp.start(plans={"export": ["ok", "same"]})
 
@@ -355,6 +358,7 @@ def test_buttons_that_are_not_there_are_told(aecp, plan, words):
     assert words in failure.message
 
 
+@pytest.mark.slow
 def test_while_the_server_is_blocked_by_its_search_the_driver_waits(aecp):
     aecp.start(find_s=4.0)
 
@@ -380,6 +384,7 @@ def test_the_server_is_told_where_to_export(aecp):
     assert len(list(other.iterdir())) == 1
 
 
+@pytest.mark.slow
 def test_it_is_not_safe_while_the_server_is_silent(aecp):
     aecp.start()
 
@@ -389,7 +394,7 @@ def test_it_is_not_safe_while_the_server_is_silent(aecp):
         await asyncio.sleep(0.5)
         return await failing(driver.disarm, GoalContext("1"))
 
-    assert "use the analyser's own switch" in aecp.play(story).message
+    assert "use the switch on the analyser" in aecp.play(story).message
 
 
 def test_its_status_counts_shots(aecp):

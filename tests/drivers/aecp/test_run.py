@@ -49,6 +49,7 @@ def run(folder, bench, **config):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_one_point_from_homing_to_the_spectrum(aecp, tmp_path):
     aecp.start()
     done = run(tmp_path, aecp)
@@ -62,7 +63,7 @@ def test_one_point_from_homing_to_the_spectrum(aecp, tmp_path):
     assert aecp.shots() == 1
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 def test_a_shot_whose_answer_was_lost_goes_on_without_a_second_one(aecp, tmp_path):
     aecp.start(plans={"measure": ["mute"]})
     done = run(tmp_path, aecp, measure_s=3)
@@ -71,6 +72,7 @@ def test_a_shot_whose_answer_was_lost_goes_on_without_a_second_one(aecp, tmp_pat
     assert aecp.shots() == 1
 
 
+@pytest.mark.slow
 def test_a_server_that_is_not_there_is_told_before_anything_begins(aecp, tmp_path):
     aecp.start()
     aecp.end()

@@ -1,46 +1,15 @@
 """A GRBL controller to talk to, and drivers on its port."""
 
 import asyncio
-import importlib.util
-import sys
-from pathlib import Path
 
 import pytest
 
 from labrun.drivers.driver import GoalContext, Place
 from labrun.drivers.grbl.gantry import Grbl
 
+from .controllers import peer, peers
 
-def load(name):
-    """A file beside this one: tests are no package."""
-    spec = importlib.util.spec_from_file_location(
-        f"grbl_{name}", Path(__file__).with_name(f"{name}.py")
-    )
-    module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-Peer = load("peer").Peer
-
-
-@pytest.fixture
-def peers():
-    """Makes controllers; `peers(hal=True)`."""
-    made = []
-
-    def make(**options):
-        made.append(Peer(**options))
-        return made[-1]
-
-    yield make
-    for peer in made:
-        peer.close()
-
-
-@pytest.fixture
-def peer(peers):
-    return peers()
+__all__ = ["peer", "peers"]
 
 
 @pytest.fixture

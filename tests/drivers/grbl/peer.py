@@ -19,7 +19,7 @@ import tty
 from collections import deque
 from pathlib import Path
 
-from labrun.drivers.twins.axis import Move
+from labrun.drivers.simulated.twins.axis import Move
 
 SETTINGS = {
     0: 10, 10: 1, 13: 0, 20: 0, 21: 1, 22: 1, 23: 3, 27: 5.0,

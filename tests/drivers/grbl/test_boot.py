@@ -99,7 +99,7 @@ def test_a_file_that_is_no_port(tmp_path):
     path.write_text("no port")
     driver = Grbl(Place("gantry", {"port": str(path)}, {}, tmp_path, tmp_path))
 
-    assert "notes.txt is no serial port" in fault_of(driver)
+    assert "notes.txt is not a serial port" in fault_of(driver)
 
 
 def test_a_second_program_on_the_port_is_refused(peer, gantry, played):
@@ -113,22 +113,23 @@ def test_a_second_program_on_the_port_is_refused(peer, gantry, played):
     assert played(gantry(peer), story) == pytest.approx(3, abs=0.005)
 
 
+@pytest.mark.slow
 def test_the_wrong_baud_rate(peer, gantry):
     assert "unreadable bytes: 9600 baud is probably wrong" in fault_of(gantry(peer, baud=9600))
 
 
 def test_another_instrument_on_the_port(stranger):
-    assert "answers, but not as GRBL does: it said `ES`" in fault_of(stranger(b"ES\r\n"))
+    assert "responds, but not as GRBL does: it sent `ES`" in fault_of(stranger(b"ES\r\n"))
 
 
 def test_nothing_on_the_port(stranger):
-    assert "nothing on it answers: no GRBL banner within 0.3 s" in fault_of(stranger(b""))
+    assert "nothing on it responds: no GRBL banner within 0.3 s" in fault_of(stranger(b""))
 
 
 def test_a_firmware_of_before_1_1_is_named(stranger):
     said = fault_of(stranger(b"Grbl 0.9j ['$' for help]\r\n"))
 
-    assert "this is Grbl 0.9j, whose reports are of an older kind" in said
+    assert "this is Grbl 0.9j, whose reports have an older format" in said
 
 
 def test_a_port_behind_the_network_that_is_not_there(tmp_path):

@@ -9,6 +9,7 @@ from labrun.drivers.contract_tests import Case, KeepsContract
 from ..gantry_calls import BAD, GOOD, NEEDS
 
 
+@pytest.mark.slow
 class TestGrbl(KeepsContract):
     case = Case(
         driver="grbl",

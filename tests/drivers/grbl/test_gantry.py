@@ -6,8 +6,9 @@ import pytest
 
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
 from labrun.drivers.find import check_driver
+from labrun.drivers.grbl.faults import Silent
 from labrun.drivers.grbl.gantry import Grbl
-from labrun.drivers.twins.world import World
+from labrun.drivers.simulated.twins.world import World
 from labrun.schemas.contracts import shipped_contracts
 
 PEER = {"x": -805.0, "y": -725.0, "z": -90.0}
@@ -186,11 +187,42 @@ def test_an_ok_that_is_lost_is_made_up_for(peer, gantry, played, line):
     assert played(gantry(peer), story)["x"] == pytest.approx(7, abs=0.005)
 
 
+def test_an_ok_that_comes_late_is_not_taken_for_the_next_lines(peer, gantry, played):
+    async def story(driver):
+        peer.eats_ok_of = "G10"
+        with pytest.raises(Silent):
+            await driver.controller.ask("G10L20P0X0", 0.05)
+        homing = asyncio.create_task(driver.home(GoalContext("h")))
+        async with asyncio.timeout(20):
+            while peer.heard.count("$H") < 2:  # noqa: ASYNC110 - the controller is another thread
+                await asyncio.sleep(0.01)
+        peer.say("ok")
+        await homing
+        return await driver.status()
+
+    assert played(gantry(peer), story)["homed"]
+
+
+def test_an_ok_that_never_comes_costs_no_more_than_one_line_after_it(peer, gantry, played):
+    async def story(driver):
+        peer.eats_ok_of = "G10"
+        for _ in range(2):
+            with pytest.raises(Silent):
+                await driver.controller.ask("G10L20P0X0", 1.0)
+        await driver.controller.ask("G10L20P0X0")
+        peer.eats_ok_of = "G10"
+        with pytest.raises(Silent):
+            await driver.controller.ask("G10L20P0X0", 1.0)
+        return await driver.move_to(GoalContext("m"), x=200)
+
+    assert played(gantry(peer), story)["x"] == pytest.approx(200, abs=0.005)
+
+
 def test_a_move_that_ends_elsewhere_is_no_success(peer, gantry, played):
     async def story(driver):
         obey = peer._obey
         peer._obey = lambda text: obey(text.replace("X-795.0000", "X-795.5000"))
-        with pytest.raises(ActionFailed, match=r"WrongPlace.*at X -795.500 in place of X -795.000"):
+        with pytest.raises(ActionFailed, match=r"WrongPlace.*at X -795.500 instead of X -795.000"):
             await driver.move_to(GoalContext("m"), x=10)
 
     played(gantry(peer), story)
@@ -259,7 +291,7 @@ def test_what_somebody_else_has_on_hold_is_not_moved_and_can_be_halted(peer, gan
         driver.controller.write(b"!")
         await asyncio.sleep(0.1)
         await driver.status()
-        with pytest.raises(ActionFailed, match=r"Held: .*state Hold; resume it, or halt it first"):
+        with pytest.raises(ActionFailed, match=r"Held: .*state Hold; resume or halt it first"):
             await driver.move_to(GoalContext("m"), x=5)
         await driver.halt(GoalContext("h"))
         return await driver.move_to(GoalContext("m"), x=5)

@@ -119,7 +119,7 @@ def test_before_homing_a_jog_only_creeps(peer, gantry, played):
         with pytest.raises(ActionFailed, match=r"NotHomed: .*locked until it is homed or unlocked"):
             await driver.jog(GoalContext("a"), axis="x", distance=-1)
         await driver.unlock(GoalContext("b"))
-        with pytest.raises(ActionFailed, match="until it is homed a jog goes 10 mm at most"):
+        with pytest.raises(ActionFailed, match="until then a jog goes 10 mm at most"):
             await driver.jog(GoalContext("c"), axis="x", distance=-11)
         return await driver.jog(GoalContext("d"), axis="x", distance=-5, feed=2000)
 

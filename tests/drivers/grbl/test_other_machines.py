@@ -71,7 +71,7 @@ def test_halt_and_home_lead_out_of_a_state_that_only_a_reset_ends(
 ):
     async def story(driver):
         await driver.controller.ask(command)
-        with pytest.raises(ActionFailed, match=f"Held: .*it is in the state {state}; "):
+        with pytest.raises(ActionFailed, match=f"Held: .*it is in state {state}; "):
             await driver.move_to(GoalContext("a"), x=3)
         await driver.halt(GoalContext("b"))
         halted = await driver.status()

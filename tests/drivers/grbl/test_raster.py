@@ -89,6 +89,7 @@ def check(peer, shots: list[dict]) -> float:
     return worst
 
 
+@pytest.mark.slow
 def test_sixty_points_are_shot_at_a_standstill_within_five_micrometres(peers, tmp_path):
     peer = peers(speed=100)
 

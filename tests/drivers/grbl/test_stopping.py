@@ -62,6 +62,7 @@ def test_a_stop_and_a_cancel_at_once_are_one_stop(peers, gantry, played):
     assert not peer.queue and peer.move is None
 
 
+@pytest.mark.slow
 def test_a_reset_in_mid_motion_loses_the_trust(peers, gantry, played):
     peer = peers(speed=1, settings={120: 10.0, 121: 10.0, 122: 10.0})  # it brakes for 4 s
 

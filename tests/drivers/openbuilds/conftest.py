@@ -1,9 +1,6 @@
 """OpenBuilds CONTROL in front of a GRBL peer, and a driver that talks to it."""
 
 import asyncio
-import importlib.util
-import sys
-from pathlib import Path
 
 import pytest
 
@@ -11,43 +8,16 @@ from labrun.drivers.driver import GoalContext, Place
 from labrun.drivers.openbuilds import control as source
 from labrun.drivers.openbuilds.gantry import OpenBuilds
 
+from ..grbl.controllers import peer, peers
+from .control import Control
 
-def load(path):
-    """A file of the tests, which are no package."""
-    spec = importlib.util.spec_from_file_location(f"openbuilds_{path.stem}", path)
-    module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-HERE = Path(__file__).parent
-Peer = load(HERE.parent / "grbl" / "peer.py").Peer
-Control = load(HERE / "control.py").Control
+__all__ = ["peer", "peers"]
 
 
 @pytest.fixture(autouse=True)
 def soon(monkeypatch):
     """This CONTROL is never later than its 0.2 s and 0.1 s; the real one was by up to 0.9 s."""
     monkeypatch.setattr(source, "SETTLE_S", 0.5)
-
-
-@pytest.fixture
-def peers():
-    """Makes GRBL controllers; `peers(speed=4)`."""
-    made = []
-
-    def make(**options):
-        made.append(Peer(**options))
-        return made[-1]
-
-    yield make
-    for peer in made:
-        peer.close()
-
-
-@pytest.fixture
-def peer(peers):
-    return peers()
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from collections import deque
 
 import socketio
 
-from labrun.drivers.listen import bind, listening
+from labrun.drivers.server.listen import bind, listening
 
 
 class Control:

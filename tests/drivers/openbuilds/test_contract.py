@@ -11,7 +11,7 @@ from labrun.drivers.contract_tests import Case, KeepsContract
 from ..gantry_calls import BAD, GOOD, NEEDS
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 class TestOpenBuilds(KeepsContract):
     case = Case(
         driver="openbuilds",

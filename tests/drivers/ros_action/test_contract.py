@@ -33,6 +33,7 @@ def robot(tmp_path_factory):
     end_robot(folder, process)
 
 
+@pytest.mark.slow
 class TestRosAction(KeepsContract):
     case = Case(
         driver="ros_action",

@@ -3,7 +3,6 @@
 import asyncio
 import json
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +12,8 @@ import pytest
 
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
 
+from ...python_with_tk import python_with_tk
+
 HERE = Path(__file__).parent
 PROGRAM = HERE / "analyser_program.py"
 SCREEN = "1920x1200x24"
@@ -20,30 +21,11 @@ QUICK = {
     "measure_s": 5, "hang_s": 10, "busy_s": 10, "dialog_s": 5, "export_s": 8, "settle_s": 0.4,
 }  # fmt: skip
 MAIN = ("measure", "export", "sync", "delete", "sample_name")
-INSTALL = "install it: apt-get install xvfb python3-tk"
-
-
-def python_with_tk() -> str:
-    """Any Python of this machine that imports tkinter; the test's own may lack it."""
-    for name in (sys.executable, "/usr/bin/python3", "python3"):
-        path = shutil.which(name)
-        if (
-            path
-            and subprocess.run([path, "-c", "import tkinter"], capture_output=True).returncode == 0
-        ):
-            return path
-    pytest.fail(
-        f"no Python here imports tkinter, which the test's analyser program needs; {INSTALL}"
-    )
 
 
 @pytest.fixture(scope="session")
 def screen():
     """An X server for this session; pyautogui binds itself to it at its first import."""
-    if sys.platform != "linux":
-        pytest.skip("the screen of these tests is one of X11")
-    if shutil.which("Xvfb") is None:
-        pytest.fail(f"there is no Xvfb, without which nothing can be clicked; {INSTALL}")
     read, write = os.pipe()
     server = subprocess.Popen(
         ["Xvfb", "-displayfd", str(write), "-screen", "0", SCREEN, "-nolisten", "tcp"],
@@ -82,7 +64,7 @@ class Analyser:
 
     def start(self) -> "Analyser":
         self.process = subprocess.Popen(
-            [python_with_tk(), str(PROGRAM), json.dumps(self.options)],
+            [str(python_with_tk()), str(PROGRAM), json.dumps(self.options)],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env={**os.environ},
         )  # fmt: skip
         assert self.process.stdout is not None

@@ -57,7 +57,7 @@ def test_steps_of_ones_own(tmp_path):
         (GOOD.replace("b.png", "tiny.png"), "20 x 6 pixels are too few"),
         (GOOD.replace("at: [0, 4]", "at: here"), "buttons.export.at"),
         (GOOD.replace("file: a.png", "file: a.png, colour: red"), "buttons.measure.colour: Extra"),
-        (GOOD + "export:\n  - {click: finish}\n", "export: click: finish is no recorded button"),
+        (GOOD + "export:\n  - {click: finish}\n", "export: click: finish is not a recorded button"),
         (GOOD + "export:\n  - {click: export, press: enter}\n", "one step has one of click, type"),
         (GOOD + "export:\n  - {tick: export}\n", "only its empty state was recorded"),
         (GOOD + "export: [", "cannot be read: while parsing"),
@@ -88,7 +88,7 @@ def test_a_driver_without_buttons_does_not_start(tmp_path):
     [
         ({"delete": "all"}, "config.delete: Input should be 'never', 'button' or 'file'"),
         ({"measure_s": float("nan")}, "config.measure_s"),
-        ({"cashe": "x"}, "config.cashe is not known; there are buttons, cache, exports"),
+        ({"cashe": "x"}, "config.cashe is unknown; the known keys are buttons, cache, exports"),
     ],
 )
 def test_a_wrong_configuration(tmp_path, more, words):

@@ -8,7 +8,7 @@ import pytest
 from labrun.drivers.contract_tests import Case, KeepsContract
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 class TestSciapsGui(KeepsContract):
     case = Case(
         driver="sciaps_gui",

@@ -8,6 +8,9 @@ from labrun.drivers.driver import GoalContext
 from labrun.drivers.find import check_driver, find_driver
 from labrun.schemas.contracts import shipped_contracts
 
+pytestmark = pytest.mark.slow
+
+
 CHANNELS = 2000
 
 
@@ -48,7 +51,6 @@ def test_shots_are_fired_and_exported_whatever_the_program_looks_like(gui, look,
     ]  # fmt: skip
 
 
-@pytest.mark.soak
 def test_boxes_that_are_ticked_already_stay_ticked(gui):
     gui.start(ticked=["separate_spectrum", "new_folder"])
 
@@ -62,7 +64,6 @@ def test_boxes_that_are_ticked_already_stay_ticked(gui):
     assert files[0].parent.name.startswith("shot-000001_")
 
 
-@pytest.mark.soak
 def test_a_file_that_grows_slowly_is_taken_when_it_is_whole(gui):
     gui.start(write_s=1.0)
 
@@ -72,7 +73,6 @@ def test_a_file_that_grows_slowly_is_taken_when_it_is_whole(gui):
     assert len(gui.play(story).splitlines()) == CHANNELS + 1
 
 
-@pytest.mark.soak
 def test_a_file_that_stays_half_is_not_handed_over_and_nothing_is_deleted(gui):
     analyser = gui.start(write_s=100.0)
 
@@ -86,7 +86,7 @@ def test_a_file_that_stays_half_is_not_handed_over_and_nothing_is_deleted(gui):
     assert len(analyser.entries()) == 1
 
 
-@pytest.mark.parametrize("delete", ["file", "button"])
+@pytest.mark.parametrize("delete", ["button", pytest.param("file", marks=pytest.mark.soak)])
 def test_what_was_exported_is_deleted_by_name_and_nothing_else(gui, delete):
     analyser = gui.start()
 
@@ -94,7 +94,7 @@ def test_what_was_exported_is_deleted_by_name_and_nothing_else(gui, delete):
         kept = (await driver.measure(GoalContext("1")))["shot_id"]
         newer = (await driver.measure(GoalContext("2")))["shot_id"]
         data = await gui.spectrum(driver, newer)
-        return driver.book.shot(kept).entry, data, await gui.spectrum(driver, newer, "again")
+        return driver.shot_log.shot(kept).entry, data, await gui.spectrum(driver, newer, "again")
 
     entry, data, again = gui.play(story, delete=delete)
 
@@ -102,7 +102,6 @@ def test_what_was_exported_is_deleted_by_name_and_nothing_else(gui, delete):
     assert data == again
 
 
-@pytest.mark.soak
 def test_the_spectrum_of_another_shot_is_noticed_before_anything_is_deleted(gui):
     analyser = gui.start(keep=True)  # whatever is measured, the oldest shot stays selected
 
@@ -127,7 +126,7 @@ def test_a_goal_is_clicked_once_for_ever(gui):
     failure = gui.fails(story)
 
     assert failure.happened == "unknown"
-    assert "it is not made again" in failure.message
+    assert "it is not repeated" in failure.message
     assert analyser.shots() == 1
 
 
@@ -145,7 +144,6 @@ def test_a_goal_that_was_stopped_before_its_click_is_not_clicked(gui):
     assert analyser.shots() == 0
 
 
-@pytest.mark.soak
 def test_an_old_shot_that_was_not_exported_cannot_be_any_more(gui):
     gui.start()
 

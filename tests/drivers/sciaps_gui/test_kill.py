@@ -8,10 +8,12 @@ import signal
 
 import pytest
 
-from labrun.drivers.client import DeviceClient
-from labrun.drivers.launch import start_server
+from labrun.drivers.client.client import DeviceClient
+from labrun.drivers.client.launch import start_server
 from labrun.schemas.contracts import shipped_contracts
 from labrun.schemas.messages import Goal
+
+pytestmark = pytest.mark.slow
 
 
 class KilledServers:
@@ -33,9 +35,9 @@ class KilledServers:
         try:
             await client.take_lease("libs", "run-1")
             following = asyncio.create_task(client.follow(self.goal(client, goal_id, "measure")))
-            book = self.folder / "libs" / "shots.sqlite"
+            shot_log = self.folder / "libs" / "shots.sqlite"
             if self.draw.random() < 0.8:
-                await self.begun(book, goal_id)
+                await self.begun(shot_log, goal_id)
             await asyncio.sleep(self.draw.uniform(0.0, 0.5))
             os.kill(server.pid, signal.SIGKILL)
             await following
@@ -47,18 +49,19 @@ class KilledServers:
             await server.process.wait()
         return await self.told(goal_id)
 
-    async def begun(self, book, goal_id: str) -> None:
+    async def begun(self, shot_log, goal_id: str) -> None:
         """Until the shot stands in the book: the click follows within milliseconds."""
         import sqlite3
 
         async with asyncio.timeout(60):
             while True:
                 with contextlib.suppress(sqlite3.Error):
-                    disk = sqlite3.connect(f"file:{book}?mode=ro", uri=True)
-                    found = disk.execute(
-                        "SELECT 1 FROM shots WHERE goal = ?", (goal_id,)
-                    ).fetchone()
-                    disk.close()
+                    with contextlib.closing(
+                        sqlite3.connect(f"file:{shot_log}?mode=ro", uri=True)
+                    ) as disk:
+                        found = disk.execute(
+                            "SELECT 1 FROM shots WHERE goal = ?", (goal_id,)
+                        ).fetchone()
                     if found:
                         return
                 await asyncio.sleep(0.005)

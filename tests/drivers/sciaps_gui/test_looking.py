@@ -7,7 +7,7 @@ import pytest
 
 from labrun.drivers.sciaps_gui.buttons import read_buttons
 from labrun.drivers.sciaps_gui.looking import look_in
-from labrun.drivers.sciaps_gui.match import Hit, Sight
+from labrun.drivers.sciaps_gui.match import Hit, Sighting
 from labrun.drivers.sciaps_gui.program import Program
 from labrun.drivers.sciaps_gui.recording import looked
 from labrun.drivers.sciaps_gui.view import View
@@ -72,13 +72,13 @@ def test_what_stood_there_before_the_click_is_no_part_of_a_dialog_drawn_into_the
     eyes._before = before
     now = replace(before, picture=opened)
 
-    assert eyes._not_from_before("folder", Sight("folder", (stood, new)), now).sure == new
+    assert eyes._not_from_before("folder", Sighting("folder", (stood, new)), now).sure == new
     assert (
-        eyes._not_from_before("folder", Sight("folder", (stood,)), now)
+        eyes._not_from_before("folder", Sighting("folder", (stood,)), now)
         .words()
         .endswith("what stood there before")
     )
-    assert eyes._not_from_before("measure", Sight("measure", (stood,)), now).sure == stood
+    assert eyes._not_from_before("measure", Sighting("measure", (stood,)), now).sure == stood
 
 
 def test_nothing_is_asked_for_and_nothing_found(gui):
@@ -87,3 +87,19 @@ def test_nothing_is_asked_for_and_nothing_found(gui):
     blank = View(np.zeros((50, 50, 3), np.uint8), (0, 0), 1.0, None, (), "")
 
     assert look_in(blank, eyes.buttons, [], 1.0) == {}
+
+
+def test_a_sign_without_its_close_button_is_no_error(gui):
+    gui.start().order("error Interlock open")
+    eyes = program(gui)
+    names = eyes.buttons.named("error")
+    signs = look_in(eyes.view(), eyes.buttons, names, eyes.scale)
+    eyes.close()
+    alone = {
+        **signs,
+        "error_close": Sighting("error_close"),
+    }  # a peak is shaped like a warning sign
+
+    assert eyes._error(signs) == "error"
+    assert eyes._error(alone) is None
+    assert eyes._error({"error": signs["error"]}) == "error"  # where no close button was recorded

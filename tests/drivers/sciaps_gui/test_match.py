@@ -34,6 +34,7 @@ LOOKS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.5, 1.3, 2.0])
 def test_every_button_is_found_at_half_and_at_double_size(seen_at, scale):
     picture, places = seen_at("grey", scale)
@@ -59,6 +60,7 @@ def test_buttons_are_found_49_of_50_times_from_half_to_double_size(seen_at, look
     assert OF - len(missed) >= WANTED, missed
 
 
+@pytest.mark.slow
 def test_a_button_that_is_not_there_is_not_found(seen_at):
     picture, _ = seen_at("grey", 1.2, without=["measure"])
     sights = look_for(picture, templates(seen_at, "grey"))
@@ -116,6 +118,7 @@ def test_a_greyed_out_button_is_known_as_such():
     assert "greyed out" in sight.words()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look", LOOKS)
 def test_a_program_that_is_busy_is_seen_to_be(seen_at, look):
     recorded = templates(seen_at, look)
@@ -180,7 +183,7 @@ def test_a_rival_in_another_colour_takes_nothing_away():
     ("picture", "words"),
     [
         (np.zeros((8, 90, 3), np.uint8), "90 x 8 pixels are too few"),
-        (np.full((30, 90, 3), 200, np.uint8), "nothing in it but one colour"),
+        (np.full((30, 90, 3), 200, np.uint8), "it is a single colour"),
     ],
 )
 def test_a_template_that_would_fit_anywhere_is_refused(picture, words):

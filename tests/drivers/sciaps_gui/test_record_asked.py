@@ -49,6 +49,7 @@ def terminal(gui, tmp_path):
     os.close(opened.ours)
 
 
+@pytest.mark.slow
 def test_a_person_records_with_the_mouse(gui, terminal, tmp_path):
     places, hands = gui.start().places(), Hands()
 

@@ -1,4 +1,4 @@
-"""One fault is told once: what follows from it is left out."""
+"""Each fault is reported once, without its consequences."""
 
 import pytest
 

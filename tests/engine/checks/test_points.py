@@ -1,4 +1,4 @@
-"""All points of long loops at once: what is found is what trying every point finds."""
+"""Checking all points of a long loop at once finds the same as trying every point."""
 
 import pytest
 
@@ -18,7 +18,7 @@ LENGTHS = grid(
 
 
 def slow(value, loops, folding, unit, low, high):
-    """The first item outside, one after the other."""
+    """The first item outside, found by trying one after the other."""
     (name,) = loops
     for index, item in enumerate(folding.loops[name]):
         found = value.evaluate({**folding.names, "params": folding.params, name: item})

@@ -1,4 +1,4 @@
-"""`labrun calibrate-camera` as a person starts it, on photographs whose truth is known."""
+"""`labrun calibrate-camera` as a person runs it, on photographs with known truth."""
 
 import json
 import os
@@ -32,7 +32,7 @@ def save(path: Path, grey) -> None:
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
-    """A folder of photographs to calibrate by."""
+    """A folder of photographs for a calibration."""
     folder, random = tmp_path_factory.mktemp("lens"), np.random.default_rng(1)
     count = 0
     while count < 7:
@@ -46,6 +46,7 @@ def lab(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_a_lens_is_measured_told_and_written(lab):
     (lab / "cal" / "note.png").write_text("no picture")
     save(lab / "cal" / "wall.png", np.full((360, 640), 99, np.uint8))
@@ -56,15 +57,16 @@ def test_a_lens_is_measured_told_and_written(lab):
 
     assert done.returncode == 0, done.stderr
     assert "cal/0.png" in done.stdout and " pixel\n" in done.stdout
-    assert "left out: cal/note.png is no picture" in done.stdout
-    assert "cal/wall.png  left out: no whole chessboard of 9 x 6" in done.stdout
+    assert "left out: cal/note.png is not a picture" in done.stdout
+    assert "cal/wall.png  left out: no complete chessboard of 9 x 6" in done.stdout
     assert "over 7 pictures of 640 x 360" in done.stdout
-    assert "more pictures make it surer" in done.stdout
+    assert "more pictures give a surer result" in done.stdout
     assert done.stderr == "labrun: out/new.yaml written\n"
     assert kept["matrix"][0][0] == pytest.approx(LENS.focal, rel=0.02)
     assert kept["board"] == {"columns": 9, "rows": 6, "square": 25.0}
 
 
+@pytest.mark.slow
 def test_the_report_is_json_for_programs_and_the_camera_yaml_on_standard_output(lab):
     done = labrun(lab, "calibrate-camera", "cal", *BOARD, "--json")
     plain = labrun(lab, "calibrate-camera", "cal", *BOARD)
@@ -78,7 +80,7 @@ def test_the_report_is_json_for_programs_and_the_camera_yaml_on_standard_output(
     assert "reprojection error" in plain.stderr
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 def test_what_cannot_be_calibrated_is_a_sentence(lab):
     (lab / "empty").mkdir(exist_ok=True)
     save(lab / "mixed" / "a.png", np.zeros((20, 30), np.uint8))
@@ -86,13 +88,13 @@ def test_what_cannot_be_calibrated_is_a_sentence(lab):
     cases = [
         (["empty", *BOARD], "empty holds no pictures"),
         (["none.png", *BOARD], "none.png cannot be read: No such file"),
-        (["text.png", *BOARD], "text.png is no picture"),
-        (["cal/0.png", "cal/1.png", *BOARD], "only 2 of 2 pictures show the whole board"),
+        (["text.png", *BOARD], "text.png is not a picture"),
+        (["cal/0.png", "cal/1.png", *BOARD], "only 2 of 2 pictures show the complete board"),
         (["cal/0.png", "mixed", *BOARD], "640 x 360: cal/0.png; 30 x 20: mixed/a.png"),
         (["cal/0.png", "--board", "8x5x2", "--square", "1 mm"], "write columns x rows"),
         (
             ["cal/0.png", "--board", "10x7", "--square", "1 mm"],
-            "none of 1 pictures shows a whole board of 10 x 7",
+            "none of 1 pictures shows a complete board of 10 x 7",
         ),
         (["cal/0.png", "--board", "9x6", "--square", "1 s"], "--square 1 s:"),
         (["cal/0.png", "--board", "9x6", "--square", "0 mm"], "a length above 0"),

@@ -1,10 +1,12 @@
-"""`labrun check` as a person starts it."""
+"""`labrun check` as a person runs it."""
 
 import json
 import os
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 HERE = Path(__file__).parents[1]
 EXAMPLE = HERE / "examples" / "libs_grid_scan.yaml"
@@ -19,6 +21,7 @@ def labrun(*arguments: object) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_a_protocol_in_order_is_0_and_a_faulty_one_is_2():
     fine, faulty = labrun("check", EXAMPLE), labrun("check", FAULTY)
 

@@ -1,4 +1,4 @@
-"""`labrun fmt` as a person starts it."""
+"""`labrun fmt` as a person runs it."""
 
 import os
 import subprocess
@@ -45,7 +45,7 @@ def test_check_says_which_files_would_change_and_writes_nothing(uneven, tmp_path
     done, fine = fmt("--check", uneven, even), fmt("--check", even)
 
     assert (done.returncode, fine.returncode) == (1, 0)
-    assert done.stderr.decode().splitlines() == [f"labrun: {uneven} is not in even form"]
+    assert done.stderr.decode().splitlines() == [f"labrun: {uneven} would be reformatted"]
     assert uneven.read_bytes().decode() == UNEVEN
 
 

@@ -1,4 +1,4 @@
-"""`labrun graph` as a person starts it."""
+"""`labrun graph` as a person runs it."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""`labrun locate` as a person starts it, on a photograph whose truth is known."""
+"""`labrun locate` as a person runs it, on a photograph with known truth."""
 
 import json
 import os
@@ -49,6 +49,7 @@ def locate(lab, *words):
     return labrun(lab, "locate", "--image", "scene.png", "--camera", "cam.yaml", *words)
 
 
+@pytest.mark.slow
 def test_a_pixel_is_placed_by_its_depth_and_by_its_height(lab):
     u, v = LENS.pixels(PLACE.seen(np.array([40.0, -30.0, 0.0])))
     by_depth = locate(lab, "--depth", "depth.png", "--pixel", f"{u:.2f},{v:.2f}", "--json")
@@ -61,7 +62,7 @@ def test_a_pixel_is_placed_by_its_depth_and_by_its_height(lab):
     assert 0 < point["uncertainty"] < 6 and point["rms"] < 0.3
     assert [point["camera"][axis] for axis in "xyz"] == pytest.approx(PLACE.place, abs=1.5)
     assert (x, y, z) == pytest.approx((40, -30, 0), abs=0.4)
-    assert "19 times of 20" in by_height.stdout
+    assert "19 times out of 20" in by_height.stdout
 
 
 def test_the_board_may_lie_elsewhere_and_be_told_on_the_command_line(lab):
@@ -75,7 +76,7 @@ def test_the_board_may_lie_elsewhere_and_be_told_on_the_command_line(lab):
     assert json.loads(doubled.stdout)["x"] == pytest.approx(80, abs=0.8)
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 def test_what_cannot_be_located_is_a_sentence(lab):
     camera = yaml.safe_load((lab / "cam.yaml").read_text())
     (lab / "boardless.yaml").write_text(yaml.safe_dump({**camera, "board": None}))
@@ -87,28 +88,28 @@ def test_what_cannot_be_located_is_a_sentence(lab):
     np.save(lab / "nan.npy", np.full((360, 640), np.nan, np.float32))
     pixel, depth = ("--pixel", "300,200"), ("--depth", "depth.png")
     cases = [
-        ([*pixel], "this camera sees no depth: say the height"),
+        ([*pixel], "this camera sees no depth: give the height"),
         (["--pixel", "640,0", *depth], "pixel 640, 0 is not in a picture of 640 x 360"),
-        (["--pixel", "3", *depth], "write two numbers with a comma"),
-        (["--pixel", "nan,3", *depth], "write two numbers with a comma"),
+        (["--pixel", "3", *depth], "write two numbers separated by a comma"),
+        (["--pixel", "nan,3", *depth], "write two numbers separated by a comma"),
         (
             [*pixel, "--depth", "small.png"],
             "the depth map is 30 x 20, and the picture is 640 x 360",
         ),
-        ([*pixel, "--depth", "nan.npy"], "the depth map knows no depth anywhere"),
-        ([*pixel, "--depth", "scene.png"], "no depth map"),
-        ([*pixel, *depth, "--depth-unit", "1 mm"], "and the unit of the depth?"),
+        ([*pixel, "--depth", "nan.npy"], "the depth map contains no depth"),
+        ([*pixel, "--depth", "scene.png"], "not a depth map"),
+        ([*pixel, *depth, "--depth-unit", "1 mm"], "and the depth unit right?"),
         ([*pixel, *depth, "--image", "mirrored.png"], "mirrored"),
         ([*pixel, *depth, "--image", "rotated.png"], "turned by 90 degrees"),
-        ([*pixel, *depth, "--image", "cam.yaml"], "cam.yaml is no picture"),
-        ([*pixel, *depth, "--camera", "scene.png"], "scene.png is no text"),
+        ([*pixel, *depth, "--image", "cam.yaml"], "cam.yaml is not a picture"),
+        ([*pixel, *depth, "--camera", "scene.png"], "scene.png is not text"),
         ([*pixel, *depth, "--camera", "boardless.yaml"], "add --board 9x6 --square"),
         (
             [*pixel, *depth, "--camera", "large.yaml"],
             "pictures of 1280 x 720, and this one is 640 x 360",
         ),
         ([*pixel, *depth, "--board", "6x9"], "it is a board of 9 x 6"),
-        ([*pixel, *depth, "--x-runs", "north"], "it is one of right, up, left, down"),
+        ([*pixel, *depth, "--x-runs", "north"], "choose one of right, up, left, down"),
         ([*pixel, "--height", "3 kg"], "--height 3 kg"),
     ]
     for words, sentence in cases:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from labrun.engine.check import check_file, check_text
-from labrun.engine.new import TEMPLATES, CannotMake, protocol_name, template_text
+from labrun.engine.new.protocol import TEMPLATES, CannotMake, protocol_name, template_text
 
 
 def labrun(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
@@ -19,7 +19,13 @@ def labrun(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("template", TEMPLATES)
+@pytest.mark.parametrize(
+    "template",
+    [
+        name if name in ("minimal", "dispense") else pytest.param(name, marks=pytest.mark.soak)
+        for name in TEMPLATES
+    ],
+)
 def test_a_new_protocol_checks_clean_and_runs_on_the_simulated_lab(tmp_path, template):
     made = labrun(tmp_path, "new", "my-first", "--template", template)
     path = tmp_path / "my-first.yaml"
@@ -47,16 +53,16 @@ def test_nothing_is_overwritten(tmp_path):
     (tmp_path / "scan.yaml").write_text("mine")
     done = labrun(tmp_path, "new", "scan.yaml")
 
-    assert done.returncode == 2 and "scan.yaml is there already" in done.stderr
+    assert done.returncode == 2 and "scan.yaml already exists" in done.stderr
     assert (tmp_path / "scan.yaml").read_text() == "mine"
 
 
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("../scan", "is a path"), ("a/b", "is a path"), ("c:\\x", "is a path"), ("", "is no name"),
-        (".hidden", "is no name"), ("a:b", "is no name"), ("ünï", "is no name"), ("a\n", "is no name"),
-        ("x" * 81, "too long"), ("NUL", "Windows"), ("a.", "is no name"),
+        ("../scan", "is a path"), ("a/b", "is a path"), ("c:\\x", "is a path"), ("", "is not a valid"),
+        (".hidden", "is not a valid"), ("a:b", "is not a valid"), ("ünï", "is not a valid"),
+        ("a\n", "is not a valid"), ("x" * 81, "too long"), ("NUL", "Windows"), ("a.", "is not a valid"),
     ],
 )  # fmt: skip
 def test_a_name_that_will_not_do_is_refused_with_a_sentence(name, reason):
@@ -64,7 +70,15 @@ def test_a_name_that_will_not_do_is_refused_with_a_sentence(name, reason):
         protocol_name(name)
 
 
-@pytest.mark.parametrize("name", ["on", "12", "1e3", "0x1", "a b", "v1.2", "null"])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    [
+        "on",
+        "1e3",
+        *(pytest.param(n, marks=pytest.mark.soak) for n in ("12", "0x1", "a b", "v1.2", "null")),
+    ],
+)
 def test_names_that_yaml_would_read_as_something_else_stay_names(tmp_path, name):
     done = labrun(tmp_path, "new", name, "--template", "minimal")
     checked = check_file(tmp_path / f"{name}.yaml")
@@ -80,6 +94,7 @@ def test_a_template_that_is_not_there_is_guessed(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_lab_decides_what_can_be_begun_and_who_plays(tmp_path):
     lab = "devices:\n  left: {contract: gantry@1, driver: sim_gantry}\n"
     more = "  right: {contract: gantry@1, driver: sim_gantry}\n"

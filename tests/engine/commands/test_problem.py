@@ -24,15 +24,15 @@ def test_without_a_code_all_are_listed():
 
     assert done.returncode == 0
     assert "E101  text that is not YAML" in done.stdout
-    assert "W402  a timeout that is shorter" in done.stdout
+    assert "W402  a timeout shorter" in done.stdout
 
 
 def test_case_and_brackets_do_not_matter_and_several_codes_may_be_asked():
     done = labrun("problem", "e401", "[W402]")
 
     assert done.returncode == 0
-    assert "E401: an id that is there twice" in done.stdout
-    assert "W402: a timeout that is shorter" in done.stdout
+    assert "E401: an id that is used twice" in done.stdout
+    assert "W402: a timeout shorter" in done.stdout
 
 
 def test_an_unknown_code_is_told_with_those_near_it():
@@ -40,14 +40,14 @@ def test_an_unknown_code_is_told_with_those_near_it():
 
     assert done.returncode == 2
     assert done.stdout == ""
-    assert done.stderr.startswith("labrun: there is no problem E499; near it: E401 (")
+    assert done.stderr.startswith("labrun: there is no problem E499; similar: E401 (")
 
 
 def test_another_letter_or_none_finds_the_number():
-    assert "near it: E204 (" in labrun("problem", "W204").stderr
-    assert "near it: E204 (" in labrun("problem", "204").stderr
+    assert "similar: E204 (" in labrun("problem", "W204").stderr
+    assert "similar: E204 (" in labrun("problem", "204").stderr
 
 
 def test_a_word_finds_the_codes_that_speak_of_it():
-    assert "W402 (a timeout that is shorter" in labrun("problem", "timeout").stderr
+    assert "W402 (a timeout shorter" in labrun("problem", "timeout").stderr
     assert "`labrun problem` lists them all" in labrun("problem", "xyzzy").stderr

@@ -1,4 +1,4 @@
-"""`labrun record-buttons` and `find-buttons` on pictures of a screen: recorded, found again, or why not."""
+"""`labrun record-buttons` and `find-buttons` on pictures of a screen: recorded and found, or why not."""
 
 import subprocess
 import sys
@@ -78,7 +78,7 @@ def test_a_button_that_is_there_twice_is_not_recorded(tmp_path):
 
     assert done.returncode == 1
     assert (
-        "measure was not recorded: it would not be found again: measure is there 2 times"
+        "measure was not recorded, because it would not be found again: measure is there 2 times"
         in done.stderr
     )
     assert "b holds export" in done.stderr
@@ -90,7 +90,7 @@ def test_a_button_that_is_not_there_is_told_with_status_1(tmp_path):
     found = labrun(tmp_path, "find-buttons", "b", "--image", "empty.png")
 
     assert found.returncode == 1
-    assert "--  main   measure is not to be seen" in found.stdout
+    assert "--  main   measure is not visible" in found.stdout
 
 
 def test_what_was_recorded_before_stays(tmp_path):
@@ -105,10 +105,10 @@ def test_what_was_recorded_before_stays(tmp_path):
     [
         (["--box", "measure=1,2,3"], "--box measure=1,2,3: write 4 whole numbers"),
         (["--box", "mesure=30,40,120,40"], "--where mesure=dialog); did you mean measure?"),
-        (["--box", "measure=590,40,120,40"], "does not lie in the picture of 600 x 300"),
+        (["--box", "measure=590,40,120,40"], "is not inside the picture of 600 x 300"),
         (["--box", "measure=30,40,9,9"], "9 x 9 pixels are too few"),
-        (["--box", "measure=200,150,80,40"], "nothing in it but one colour"),
-        (["--box", MEASURE, "--where", "measure=here"], "it is one of main, dialog, error, busy"),
+        (["--box", "measure=200,150,80,40"], "it is a single colour"),
+        (["--box", MEASURE, "--where", "measure=here"], "choose one of main, dialog, error, busy"),
         (
             ["--box", "new_folder.on=30,40,120,40"],
             "record new_folder, the box that is not ticked, first",

@@ -1,4 +1,4 @@
-"""`labrun schema` as a person starts it."""
+"""`labrun schema` as a person runs it."""
 
 import json
 import os

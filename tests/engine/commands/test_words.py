@@ -1,4 +1,4 @@
-"""`labrun words` as a person starts it."""
+"""`labrun words` as a person runs it."""
 
 import json
 import os

@@ -8,7 +8,7 @@ import pytest
 
 
 def load(name):
-    """A file beside this one: tests are no package."""
+    """A file beside this one: the tests are not a package."""
     spec = importlib.util.spec_from_file_location(
         f"crashes_{name}", Path(__file__).with_name(f"{name}.py")
     )
@@ -23,7 +23,7 @@ for part in ("walk", "naming", "draws", "oracle_acts", "oracle_blocks"):
 
 @pytest.fixture(scope="session")
 def laboratory(tmp_path_factory):
-    lab = load("lives").Laboratory(tmp_path_factory.mktemp("crashes"))
+    lab = load("sessions").Laboratory(tmp_path_factory.mktemp("crashes"))
     yield lab
     lab.close()
 
@@ -35,7 +35,7 @@ def strategies():
 
 @pytest.fixture(scope="session")
 def oracle():
-    """What interprets a protocol: called with the answers, it has not seen a protocol yet."""
+    """The interpreter of a protocol: called with the answers, it has not seen a protocol yet."""
     return load("oracle").Oracle
 
 

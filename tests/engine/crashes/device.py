@@ -21,7 +21,7 @@ WITHOUT_EFFECT = ("Broken", "dark", "die-")
 
 
 class Bench(Driver):
-    """What happens is noted with one write, at the instant when it happens."""
+    """What happens is recorded with one write, at the instant it happens."""
 
     contract = "bench@1"
 

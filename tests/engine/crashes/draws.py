@@ -38,12 +38,12 @@ def often(usual, rare):
 
 
 def on(device, step):
-    """The same action, asked of this device."""
+    """The same action, requested of this device."""
     return {**step, "do": device + step["do"][1:]}
 
 
 def surely(step):
-    """The same action, whose failure goes up: behind what cannot fail nothing is an alternative."""
+    """The same action, whose failure goes up: an action that cannot fail needs no alternative."""
     return {key: value for key, value in step.items() if key != "on_error"}
 
 
@@ -150,7 +150,7 @@ def racing(*scripts):
 
 
 def racer(device, steps, last):
-    """A member of a race: one action, some in a row, or a used protocol with its `finally`."""
+    """A member of a race: one action, several in a row, or a used protocol with its `finally`."""
     steps = [on(device, step) for step in steps]
     if last is not None:
         last = [on(device, step) for step in last]
@@ -176,7 +176,7 @@ race = races(FINE, FINE, NEVER, ("Broken", 0, 1))
 
 
 def endless(steps, last, other):
-    """Steps that never end by themselves, and so are stopped when their time is over."""
+    """Steps that never end by themselves, so they are stopped when they time out."""
     steps = [*steps, {"wait": "30 s"}]
     step = {"steps": steps} if last is None else used(steps, last, False, False)
     step["timeout"] = "0.3 s"

@@ -1,4 +1,4 @@
-"""A process that has imported everything and forks engines and device servers, told by lines.
+"""A process that has imported everything and forks engines and device servers, controlled by lines of text.
 
 It has no threads and no event loop, so that a fork is whole; a life of an engine costs a tenth of
 a start from nothing. One JSON line in, one JSON line out.
@@ -18,10 +18,14 @@ import uvicorn  # noqa: F401
 
 import labrun.engine.commands.resume
 import labrun.engine.commands.run
-import labrun.engine.watch.plain  # noqa: F401
-from labrun.drivers import serve
-from labrun.engine import cli, connect, history, run_folder, runner  # noqa: F401
-from labrun.engine.journal import Journal
+import labrun.engine.progress.plain  # noqa: F401
+from labrun.drivers.server import serve
+from labrun.engine import cli
+from labrun.engine.journal.history import read_history
+from labrun.engine.journal.journal import Journal
+from labrun.engine.run.run import Run
+from labrun.engine.runner import runner
+from labrun.schemas.journal import RECORD
 from labrun.schemas.quantity import quantity
 
 LIFE_S = 60
@@ -54,8 +58,30 @@ def arm(nth, when):
     Journal.flush = deadly
 
 
+def compare_with_the_journal():
+    """After every record a living run knows what one that reads the journal back knows, or dies."""
+    record = Run.record
+
+    def compared(run, one):
+        record(run, one)
+        written = run.journal.path.read_bytes()
+        whole = written[: written.rfind(b"\n") + 1].splitlines()
+        lines = [*whole, *(line.encode() for line in run.journal._lines)]
+        again = read_history([RECORD.validate_json(line) for line in lines])
+        if again != run.history:
+            print(
+                f"{one!r}\n  living {run.history!r}\n  read   {again!r}",
+                file=sys.stderr,
+                flush=True,
+            )
+            os._exit(99)
+
+    Run.record = compared
+
+
 def engine(order):
-    """One life of an engine, as the command line would live it."""
+    """One engine session, as the command line would run it."""
+    compare_with_the_journal()
     if order["kill"]:
         arm(*order["kill"])
     runner.make_reports = lambda folder: ([], [])  # they are made after the last record
@@ -64,7 +90,7 @@ def engine(order):
 
 
 class Children:
-    """The device server, which is started again when it dies, and one engine at a time."""
+    """The device server, which is restarted when it dies, and one engine at a time."""
 
     def __init__(self):
         self.settings = None
@@ -105,7 +131,7 @@ class Children:
 
 
 def fork(work, out, log):
-    """A child that does this work and nothing else; its words go to `out`, its errors to a file."""
+    """A child that does this work and nothing else; its output goes to `out`, its errors to a file."""
     child = os.fork()
     if child:
         return child
@@ -123,14 +149,14 @@ def fork(work, out, log):
 
 
 def main():
-    quantity(1, "mm")  # the registry of units, built once for all lives
+    quantity(1, "mm")  # the registry of units, built once for all sessions
     children = Children()
     try:
         for line in sys.stdin:
             order = json.loads(line)
             print(json.dumps(getattr(children, order.pop("do"))(order)), flush=True)
     except BrokenPipeError:
-        sys.stdout = None  # whoever told us is gone: there is nobody to flush for
+        sys.stdout = None  # the controlling process is gone: there is nothing to flush to
     finally:
         if children.server:
             os.kill(children.server, signal.SIGKILL)

@@ -113,7 +113,7 @@ class Namer:
         if not twice:
             return first
         again = {**step, "id": f"u{number}b", "with": {"tag": self._told(f"u{number}b", told)}}
-        again.pop("fallback", None)  # its ids would come twice
+        again.pop("fallback", None)  # its ids would occur twice
         return {"steps": [first, again]}
 
     def _roles(self, step, other, renamed):

@@ -1,4 +1,4 @@
-"""P = [A1, ..., AT], interpreted without engine, wire, journal or crash: what a run comes to.
+"""P = [A1, ..., AT], interpreted without engine, wire, journal or crash: the outcome of a run.
 
 Written from DESIGN section 3 alone. It says how the run ends, what happens for good in its main
 phase (a Counter of names, and with each shot the state that every device was in), what may happen
@@ -14,7 +14,7 @@ from crashes_walk import devices
 
 
 class Oracle(Blocks):
-    """Interprets one protocol; `answers` is what a person says to the question of each step."""
+    """Interprets one protocol; `answers` are a person's answers to the question of each step."""
 
     def run(self, protocol):
         """The exit status of the run."""

@@ -1,11 +1,11 @@
-"""What one action comes to, attempt by attempt, and what the devices are like meanwhile."""
+"""The outcome of one action, attempt by attempt, and the devices' states meanwhile."""
 
 import re
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 
 ANY = "any"
-"""A state that nothing is said about: set beside the shot, or in an iteration that is over."""
+"""A state about which nothing is claimed: set beside the shot, or in a finished iteration."""
 
 HAPPENS = {"ok": True, "Half": True, "happened!": True, "die+": True}
 NAMES = {"happened!": "Foggy", "dark": "Foggy", "die+": "Lost", "die-": "Lost"}
@@ -13,7 +13,7 @@ UNKNOWN = tuple(NAMES)
 
 
 class Failed(Exception):
-    """One failure on its way up; `happened` for a `once` action that took effect all the same."""
+    """One failure on its way up; `happened` for a `once` action that took effect anyway."""
 
     def __init__(self, name, *, happened=False, skip=False, stop=False):
         super().__init__(name)
@@ -22,7 +22,7 @@ class Failed(Exception):
 
 @dataclass
 class Frame:
-    """Where a step stands: names and results, turns of the groups around it, loops entered.
+    """Where a step is: names and results, turns of the groups around it, loops entered.
 
     `names` are those of loops and parameters, `values` those that `set` gives, `roles` those of a
     used protocol; `loops` is False outside the loops of its own protocol, `inside` names also those
@@ -61,7 +61,7 @@ class Frame:
 
 
 class Acts:
-    """What happens for good, may happen, and is found; `answers` is what a person says."""
+    """What happens for good, may happen, and is found; `answers` are a person's answers."""
 
     def __init__(self, answers=None):
         self.answers = answers or {}

@@ -1,4 +1,4 @@
-"""What sets, races, groups, branches, loops and used protocols come to."""
+"""The outcomes of sets, races, groups, branches, loops and used protocols."""
 
 import itertools
 from collections import Counter
@@ -149,7 +149,7 @@ class Blocks(Acts):
         self.tidy |= set(self.happened - before)
         if frame.cut:
             self.maybe += self.happened - before
-            if frame.turns > 1:  # cut off before this turn, it never came to that
+            if frame.turns > 1:  # cut off before this turn, it never got there
                 self.happened = before
             for device in frame.devices(sets(steps)):
                 self.states.pop(device, None)

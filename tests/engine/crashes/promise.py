@@ -18,7 +18,7 @@ def in_main(story):
 
 
 def nothing_twice_and_nothing_lost(story, oracle, *, tries=0):
-    """What the devices did for good is what a run without crashes does, each as often.
+    """What the devices did for good is what a run without crashes does, equally often.
 
     A used protocol whose steps fail tidies up, each time that a person has the run go on.
     """
@@ -54,7 +54,7 @@ def same_end(story, oracle, status):
 
 
 def journal_is_whole(story):
-    """The chain holds, nothing was begun unannounced, no goal was announced twice."""
+    """The chain holds, nothing was started unannounced, no goal was announced twice."""
     records = story.records  # reading them checks their hashes
     announced = Counter(record.id for record in records if record.kind == "goal")
     early = [line["goal"] for line in story.happened if not line["announced"]]
@@ -67,7 +67,7 @@ def journal_is_whole(story):
 
 
 def finally_ran_last(story, protocol):
-    """The last phase is `finally`, and its actions are the last that any device began."""
+    """The last phase is `finally`, and its actions are the last that any device started."""
     phases = [record.phase for record in story.records if record.kind == "phase"]
     begun = [line["goal"].split("/")[1] for line in story.happened if line["action"] == "begin"]
 
@@ -76,7 +76,7 @@ def finally_ran_last(story, protocol):
 
 
 def tidied_once(story, protocol):
-    """`finally` and `on_resume` fire once each time they run, and all of it where they end."""
+    """`finally` and `on_resume` fire once each time they run, and completely if they end."""
     fired = Counter((phase_of(shot), shot["name"]) for shot in shots(story))
     fired = Counter({key: count for key, count in fired.items() if key[0] != "main"})
     phases = [record.phase for record in story.records if record.kind == "phase"]

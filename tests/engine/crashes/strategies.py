@@ -113,7 +113,7 @@ WHENS = ["before", "torn", "after", "later"]
 
 @st.composite
 def kills(draw, *touches):
-    """Up to three kills; the first cannot come before anything is on disk, since no run is then."""
+    """Up to three kills; the first cannot come before anything is on disk, since there is no run yet."""
     drawn = draw(
         st.lists(
             st.tuples(st.integers(1, 25), st.sampled_from(WHENS), st.sampled_from(touches)),
@@ -143,12 +143,12 @@ def devices_are_touched():
 
 
 def server_dies():
-    """The device server dies in the middle of its actions, the engine now and then."""
+    """The device server dies in the middle of its actions, the engine sometimes."""
     return crashes(rough, "", "restart", sturdy=True) | crashes(rough, "", sturdy=True)
 
 
 def run_fails():
-    """Nothing is tried again by itself: the run fails, and is resumed by hand until it succeeds."""
+    """Nothing is retried automatically: the run fails, and is resumed by hand until it succeeds."""
     flat = st.lists(stubborn | races(FINE), min_size=1, max_size=3)
     loop = st.builds(looped, flat, loops, st.none(), st.none())
     other = st.builds(

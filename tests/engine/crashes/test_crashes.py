@@ -1,4 +1,4 @@
-"""Random protocols, killed again and again: what they come to is what the oracle says.
+"""Random protocols, killed again and again: their outcome is what the oracle predicts.
 
 With LABRUN_RANDOM=1 every run of these tests draws others.
 """
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 RANDOM = bool(os.environ.get("LABRUN_RANDOM"))
 TRIES = 30
-"""How often a person resumes a run that has failed, at most."""
+"""At most this many times a person resumes a run that has failed."""
 
 
 def examples(count):
@@ -23,7 +23,7 @@ def examples(count):
 
 @pytest.fixture(scope="session")
 def survives(laboratory, strategies, oracle, promise):
-    """Live a story of crashes, and see that every part of the promise was kept."""
+    """Play a story of crashes, and check that every part of the promise was kept."""
 
     def check(protocol, answers, kills, *, tries=0):
         told = oracle(answers)
@@ -35,20 +35,20 @@ def survives(laboratory, strategies, oracle, promise):
     return check
 
 
-@examples(20)
+@examples(6)
 @given(data=st.data())
 def test_a_run_comes_to_the_same_whenever_its_engines_are_killed(survives, strategies, data):
     survives(*data.draw(strategies.engine_dies()))
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 @examples(8)
 @given(data=st.data())
 def test_a_run_comes_to_the_same_when_its_devices_are_touched_meanwhile(survives, strategies, data):
     survives(*data.draw(strategies.devices_are_touched()))
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 @examples(8)
 @given(data=st.data())
 def test_a_run_comes_to_the_same_when_the_device_server_dies_in_mid_action(
@@ -57,6 +57,7 @@ def test_a_run_comes_to_the_same_when_the_device_server_dies_in_mid_action(
     survives(*data.draw(strategies.server_dies()))
 
 
+@pytest.mark.slow
 @examples(6)
 @given(data=st.data())
 def test_a_run_that_failed_and_is_resumed_comes_to_the_same_in_the_end(survives, strategies, data):

@@ -1,4 +1,4 @@
-"""The smallest protocol and kill for each gap that was ever found in the promise, all closed now.
+"""The smallest protocol and kill for each gap ever found in the promise, all now closed.
 
 What the random tests find is written down here first, as small as it gets.
 """

@@ -21,7 +21,7 @@ def acts(steps):
 
 
 def devices(steps):
-    """The devices that they ask, by the names of whoever wrote them."""
+    """The devices that they use, by the names of the protocol that they are in."""
     return frozenset(step["do"].partition(".")[0] for step in acts(steps))
 
 

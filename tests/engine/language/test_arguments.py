@@ -39,7 +39,7 @@ def test_quantities_become_numbers_in_the_contracts_unit(given, resolved):
         ({"x": True}, ["E206"], "true or false"),
         ({"x": None}, ["E206"], "null"),
         ({"x": float("nan")}, ["E206"], "finite"),
-        ({"x": "5"}, ["E206"], "'5' is a text"),
+        ({"x": "5"}, ["E206"], "'5' is text"),
         ({"xx": 1, "x": "4 s"}, ["E203", "E204"], "did you mean x?"),
         ({}, ["E205"], "at least 1 of x, y, z and feed"),
     ],

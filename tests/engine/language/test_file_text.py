@@ -1,4 +1,4 @@
-"""A file that is no text is told in one sentence that says what it is."""
+"""A file that is not text is reported in one sentence that says what it is."""
 
 import os
 import sys
@@ -44,7 +44,7 @@ def test_a_large_file_is_told_without_reading_it(tmp_path):
         file.truncate(50_000_000 if LARGEST < 50_000_000 else LARGEST + 1)
 
     assert why(large).code == "E108"
-    assert "50 MB; 10 MB is the most" in why(large).message
+    assert "50 MB; the limit is 10 MB" in why(large).message
 
 
 @pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="rights do not bind here")

@@ -1,4 +1,4 @@
-"""Points inside an outline: with units, with a margin, at the edge, and what is refused."""
+"""Points inside an outline: with units, with a margin, at the edge, and what is rejected."""
 
 import pytest
 from hypothesis import given, settings
@@ -72,13 +72,13 @@ def test_nothing_in_nothing_out():
     ("text", "words"),
     [
         ("inside(points, points[:2])", "three corners or more, this one has 2"),
-        ("inside(3, points)", "the points are a list or a grid"),
-        ("inside(points, 'square')", "the outline are a list or a grid"),
-        ("inside([1, 2], points)", "the points have an x and a y"),
-        ("inside(points, points, 1 mm)", "margin is 1 mm; all have units, or none has"),
-        ("inside(points, points, -1)", "the margin is not negative"),
+        ("inside(3, points)", "the points must be a list or a grid"),
+        ("inside(points, 'square')", "the outline must be a list or a grid"),
+        ("inside([1, 2], points)", "the points must have an x and a y"),
+        ("inside(points, points, 1 mm)", "margin is 1 mm; either all have units or none"),
+        ("inside(points, points, -1)", "the margin must not be negative"),
         ("inside(points, outline, 1 s)", "margin"),
-        ("inside(outline, points)", "x is 1 mm; all have units"),
+        ("inside(outline, points)", "x is 1 mm; either all have units"),
     ],
 )
 def test_what_cannot_be_is_said(text, words):
@@ -114,11 +114,11 @@ def test_the_checker_knows_what_comes_out():
     ("text", "code", "words"),
     [
         ("inside(p)", "E307", "outline is missing"),
-        ("inside(p, t)", "E308", "outline is a text, not a list"),
+        ("inside(p, t)", "E308", "outline is text, not a list"),
         ("inside(n, p)", "E308", "points is a plain number, not a list"),
         ("inside(p, p, 1 s)", "E308", "margin is a time (s), and x of the points is a length (mm)"),
         ("inside(p, p, 1)", "E308", "margin is a whole number"),
-        ("inside(p, p, t)", "E308", "margin is a text"),
+        ("inside(p, p, t)", "E308", "margin is text"),
     ],
 )
 def test_the_checker_finds_what_cannot_work(text, code, words):

@@ -1,4 +1,4 @@
-"""JSON is read as JSON means it, with the same places as YAML."""
+"""JSON is read by the rules of JSON, with the same places as YAML."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Files are read as data with places, and nothing that a file holds takes the reader down."""
+"""Files are read as data with places, and no file content crashes the reader."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a mistyped name, or a word of another language, is answered with."""
+"""Suggestions for mistyped names and words from other languages."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""`csv(...)`: rows with typed columns, units from header or call, every cell looked at before the run."""
+"""`csv(...)`: rows with typed columns, units from header or call, every cell checked before the run."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""libyaml and ruamel.yaml read the same; what libyaml might read otherwise, it leaves."""
+"""libyaml and ruamel.yaml read the same; libyaml leaves what it might read differently."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ FILES = [*SHIPPED, *ROOT.glob("tests/engine/faulty/**/*.yaml")]
 
 
 def everything(node: Node | None, seen: dict[int, int], key: object = None) -> object:
-    """A node with all that is in it; one that is empty stands where its key does."""
+    """A node with all its content; an empty one is at the place of its key."""
     if node is None or id(node) in seen:
         return node and seen[id(node)]
     seen[id(node)] = len(seen)
@@ -38,14 +38,14 @@ def told(faults: list[YamlFault]) -> list[object]:
 
 
 def seen_of(reading: Reading, text: str) -> object:
-    """Everything about a reading that anybody can see."""
+    """Everything observable about a reading."""
     root, faults, whole = reading
     found = traps(root, text) if root is not None and whole else []
     return everything(root, {}), told(faults), whole, told(found)
 
 
 def compare(text: str) -> bool:
-    """True where libyaml read the text; it must then be as ruamel.yaml has it."""
+    """True if libyaml read the text; the result must then match ruamel.yaml's."""
     try:
         quick = read_by_libyaml(text)
     except Unlike:
@@ -160,6 +160,7 @@ line = st.builds(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @settings(max_examples=1000, deadline=None)
 @given(
     st.sampled_from(["", "", "", "---\n", "--- ", "%YAML 1.2\n---\n", "# c\n\n"]),

@@ -1,4 +1,4 @@
-"""What YAML reads otherwise than it looks has a hint of its own; legitimate text has none."""
+"""Values that YAML reads differently from how they look get a hint; legitimate text gets none."""
 
 import pytest
 
@@ -49,7 +49,7 @@ def test_text_where_text_is_wanted_is_left_alone(text):
         ("{log: null}", ""),
         ("{log: Hello, world}", "a comma separates entries"),
         ("{do:gantry.home}", "a space is missing after the colon: `do: gantry.home`"),
-        ("{ask: a, choices: [b: c]}", "`: ` makes a key"),
+        ("{ask: a, choices: [b: c]}", "`: ` makes what is before it a key"),
         ("{do\u200b: gantry.home}", "U+200B"),
         ("{do: gantry.move_to, with: {x: '${{ 2 mm − 1 mm }}'}}", "write - instead"),
     ],

@@ -1,4 +1,4 @@
-"""Even form moves lines and nothing else; what a file means stays the same."""
+"""Formatting moves lines and nothing else; the meaning of a file stays the same."""
 
 import re
 

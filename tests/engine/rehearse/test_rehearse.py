@@ -1,4 +1,4 @@
-"""A rehearsal says what a run would: how long, how far, how often, and what would go wrong."""
+"""A rehearsal predicts a run: how long, how far, how often, and what would go wrong."""
 
 from pathlib import Path
 
@@ -32,13 +32,13 @@ steps:
 
 
 def test_a_scan_takes_as_long_as_the_twins_say(tmp_path):
-    tally = rehearsed(tmp_path, SCAN)
+    totals = rehearsed(tmp_path, SCAN)
 
-    assert tally.fate == "succeeded"
-    assert tally.once["libs.measure"] == 6
-    assert tally.seconds["libs.measure"] == pytest.approx(6 * 8, abs=0.1)
-    assert tally.lasts_s == pytest.approx(sum(tally.seconds.values()), abs=0.5)
-    assert [(p.name, p.iterations) for p in tally.parts] == [("scan", 6)]
+    assert totals.fate == "succeeded"
+    assert totals.once["libs.measure"] == 6
+    assert totals.seconds["libs.measure"] == pytest.approx(6 * 8, abs=0.1)
+    assert totals.lasts_s == pytest.approx(sum(totals.seconds.values()), abs=0.5)
+    assert [(p.name, p.iterations) for p in totals.parts] == [("scan", 6)]
 
 
 def test_the_path_is_the_way_that_the_gantry_really_went(tmp_path):
@@ -52,20 +52,20 @@ def test_the_path_is_the_way_that_the_gantry_really_went(tmp_path):
 
 def test_faults_to_order_show_what_would_happen(tmp_path):
     calm = rehearsed(tmp_path, SCAN)
-    tally = rehearsed(tmp_path, SCAN, faults={"libs": {"measure": {"ButtonNotFound": 0.5}}})
-    told = "\n".join(lines(tally, 0.1))
+    totals = rehearsed(tmp_path, SCAN, faults={"libs": {"measure": {"ButtonNotFound": 0.5}}})
+    told = "\n".join(lines(totals, 0.1))
 
-    (trouble,) = tally.troubles
+    (trouble,) = totals.troubles
     assert (trouble.action, trouble.error) == ("libs.measure", "ButtonNotFound")
-    assert trouble.count == tally.sent_again + tally.holes
-    assert tally.lasts_s != calm.lasts_s
+    assert trouble.count == totals.sent_again + totals.holes
+    assert totals.lasts_s != calm.lasts_s
     assert f"libs.measure: ButtonNotFound, {trouble.count} time" in told
 
 
 def test_the_same_seed_has_the_same_luck(tmp_path):
     faults = {"libs": {"measure": 0.3}}
     one, same, other = (
-        rehearsed(tmp_path, SCAN, faults=faults, seed=seed).told() for seed in (1, 1, 2)
+        rehearsed(tmp_path, SCAN, faults=faults, seed=seed).as_dict() for seed in (1, 1, 2)
     )
 
     assert one == same
@@ -73,27 +73,27 @@ def test_the_same_seed_has_the_same_luck(tmp_path):
 
 
 def test_waits_and_timeouts_pass_on_virtual_time(tmp_path):
-    tally = rehearsed(
+    totals = rehearsed(
         tmp_path,
         "steps:\n  - {wait: 3 h}\n  - {do: libs.measure, timeout: 2 s, on_error: continue}\n",
     )
 
-    assert tally.lasts_s == pytest.approx(3 * 3600 + 8, abs=15)
-    assert tally.slow["libs.measure"][1] == 2
+    assert totals.lasts_s == pytest.approx(3 * 3600 + 8, abs=15)
+    assert totals.slow["libs.measure"][1] == 2
 
 
 def test_a_person_is_not_waited_for_but_is_named(tmp_path):
-    tally = rehearsed(tmp_path, "steps:\n  - {ask: 'Which one?', choices: [left, right]}\n")
+    totals = rehearsed(tmp_path, "steps:\n  - {ask: 'Which one?', choices: [left, right]}\n")
 
-    assert tally.questions == ["Which one?"]
-    assert tally.fate == "succeeded"
+    assert totals.questions == ["Which one?"]
+    assert totals.fate == "succeeded"
 
 
 def test_what_fails_for_good_is_told_with_its_reason(tmp_path):
-    tally = rehearsed(tmp_path, "steps:\n  - {do: gantry.home}\n  - {fail: 'no argon'}\n")
+    totals = rehearsed(tmp_path, "steps:\n  - {do: gantry.home}\n  - {fail: 'no argon'}\n")
 
-    assert tally.fate == "failed"
-    assert "no argon" in tally.reason
+    assert totals.fate == "failed"
+    assert "no argon" in totals.reason
 
 
 def test_a_device_without_a_twin_is_played_by_a_stand_in(tmp_path):
@@ -116,12 +116,12 @@ def test_a_device_without_a_twin_is_played_by_a_stand_in(tmp_path):
         "steps:\n  - {id: h, do: oven.heat, with: {to: 800}}\n"
         "  - require: ${{ steps.h.state == 'hot' }}\n"
     )
-    tally = rehearsed(tmp_path, steps, lab=lab, head=head)
+    totals = rehearsed(tmp_path, steps, lab=lab, head=head)
     broken = rehearsed(tmp_path, steps, lab=lab, head=head, faults={"oven": {"heat": {"Door": 1}}})
 
-    assert tally.fate == "succeeded", tally.reason
-    assert tally.lasts_s == pytest.approx(1201)  # the safe state takes a second
-    assert "no twin keeps furnace@1" in tally.players["oven"]
+    assert totals.fate == "succeeded", totals.reason
+    assert totals.lasts_s == pytest.approx(1201)  # the safe state takes a second
+    assert "no twin keeps furnace@1" in totals.players["oven"]
     assert [t.error for t in broken.troubles] == ["Door"]
     assert broken.fate == "failed"
 
@@ -133,11 +133,11 @@ def test_a_lab_of_real_devices_is_rehearsed_with_their_twins(tmp_path):
         "  gantry: {contract: gantry@1, driver: some_gantry, config: {port: /dev/ttyUSB0}}\n"
         "  libs: {contract: libs_analyzer@1, url: 'http://10.0.0.7:4101'}\n"
     )
-    tally = rehearsed(tmp_path, "steps:\n  - {do: gantry.home}\n  - {do: libs.measure}\n", lab=lab)
+    totals = rehearsed(tmp_path, "steps:\n  - {do: gantry.home}\n  - {do: libs.measure}\n", lab=lab)
 
-    assert tally.players == {"gantry": "the twin sim_gantry", "libs": "the twin sim_libs"}
-    assert tally.fate == "failed"  # home leaves the gantry at 100 mm: no light from there
-    assert "out of focus" in tally.reason
+    assert totals.players == {"gantry": "the twin sim_gantry", "libs": "the twin sim_libs"}
+    assert totals.fate == "failed"  # home leaves the gantry at 100 mm: no light from there
+    assert "out of focus" in totals.reason
 
 
 def test_faults_that_cannot_be_are_said(tmp_path):
@@ -147,11 +147,11 @@ def test_faults_that_cannot_be_are_said(tmp_path):
 
 def test_the_shipped_map_takes_four_hours(tmp_path):
     checked = check_file(SHIPPED / "pegmatite_map.yaml", params={"pitch": "2 mm"})
-    tally = Rehearsal(checked).play()
+    totals = Rehearsal(checked).play()
 
-    scan = next(part for part in tally.parts if part.name == "scan")
+    scan = next(part for part in totals.parts if part.name == "scan")
     assert scan.iterations == 18
-    assert 12 < scan.takes_s / scan.iterations < 18  # the paper says 15 s a point
+    assert 12 < scan.takes_s / scan.iterations < 18  # the paper states 15 s per point
 
 
 @pytest.mark.parametrize(

@@ -14,14 +14,14 @@ import pytest
 import typer
 from ruamel.yaml import YAML
 
-from labrun.engine import runner
 from labrun.engine.check import check_file
 from labrun.engine.commands import resume as resume_command
 from labrun.engine.commands import run as run_command
-from labrun.engine.journal import read_records
+from labrun.engine.journal.journal import read_records
+from labrun.engine.runner import runner
 
 HERE = Path(__file__).parent
-LAB = HERE.parent / "lab"
+LAB = HERE.parent / "scripted_lab"
 PAUSE_S = 0.6
 DEVICES = ("a", "b", "c")
 HEADER = "labrun: 1\nname: {}\ndevices: {{a: scripted@1, b: scripted@1, c: scripted@1}}\n"
@@ -84,7 +84,8 @@ class Laboratory:
     count: int = 0
 
     def calls(self, run):
-        lines = [json.loads(line) for line in self.log.read_text().splitlines()]
+        written = self.log.read_text() if self.log.exists() else ""
+        lines = [json.loads(line) for line in written.splitlines()]
         return [line for line in lines if line.get("run") == run]
 
     def live_until(self, moment, argv, words):
@@ -106,7 +107,7 @@ def laboratory(tmp_path_factory):
     (folder / "config.json").write_text(json.dumps(config))
     pipes = {"stdout": subprocess.PIPE, "text": True, "start_new_session": True}
     server = subprocess.Popen(
-        [sys.executable, "-m", "labrun.drivers.serve", str(folder / "config.json")], **pipes
+        [sys.executable, "-m", "labrun.drivers.server.serve", str(folder / "config.json")], **pipes
     )
     forks = subprocess.Popen(
         [sys.executable, "-W", "error", str(HERE / "mortal.py")], stdin=subprocess.PIPE, **pipes
@@ -233,3 +234,18 @@ def bench(laboratory, tmp_path, monkeypatch):
 @pytest.fixture
 def run(bench):
     return bench.run
+
+
+@pytest.fixture
+def compare(run):
+    """Run a protocol, and compare what it leaves behind with what is expected (see table.py)."""
+
+    def compared(body, left, how):
+        ran = run(body, **how)
+        exact = {name: value for name, value in left.items() if name != "reason"}
+        found = {name: getattr(ran if hasattr(ran, name) else ran.finished, name) for name in exact}
+
+        assert found == exact
+        assert left.get("reason", "") in ran.finished.reason
+
+    return compared

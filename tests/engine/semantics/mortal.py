@@ -15,9 +15,10 @@ import aiohttp  # noqa: F401
 import socketio  # noqa: F401
 
 import labrun.engine.commands.run as run_command
-import labrun.engine.watch.plain  # noqa: F401
-from labrun.engine import cli, connect, history, run_folder, runner  # noqa: F401
-from labrun.engine.journal import Journal
+import labrun.engine.progress.plain  # noqa: F401
+from labrun.engine import cli
+from labrun.engine.journal.journal import Journal
+from labrun.engine.runner import runner
 from labrun.schemas.quantity import quantity
 
 LIFE_S = 30
@@ -59,7 +60,7 @@ def doom(pattern):
     run_command.watcher = lambda json: watch
 
 
-def life(order):
+def session(order):
     """One life of an engine, as the command line would live it."""
     doom(order["until"])
     signal.alarm(LIFE_S)
@@ -78,7 +79,7 @@ def fork(order):
             os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
             os.dup2(words, 1)
             os.dup2(words, 2)
-            code = life(order) or 0
+            code = session(order) or 0
         except SystemExit as end:
             code = end.code or 0
         finally:

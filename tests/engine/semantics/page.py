@@ -1,7 +1,8 @@
 """The table of semantics, made from the tests beside this file: one row a test.
 
 A file's docstring is its section: a title, a few sentences, an example. A test's docstring is its row:
-`what is the case -> what happens`. `python tests/engine/semantics/page.py` writes the page anew.
+`what is the case -> what happens`; the rows of a `table` have it as their second word.
+`python tests/engine/semantics/page.py` rewrites the page.
 """
 
 import ast
@@ -23,13 +24,13 @@ which order actions are sent, what later steps see, and what happens after an ab
 is a test, named beside it, that runs a protocol on the real engine, with real device servers and
 scripted devices.
 
-Some words that hold everywhere:
+Some terms used throughout:
 
 - A step **fails for good** when its `retry` and its `fallback` have not helped. Then `on_error` decides,
-  then the `keep_going` of the loop around it, and in the end the run fails. `finally` runs in any case.
+  then the `keep_going` of the loop around it, and finally the run fails. `finally` runs in any case.
 - **Null** is the result of a step that did not run, failed, or was cancelled.
-- **Abort** is `labrun abort`, Ctrl-C, or a signal from the system. **Killed** is an engine that vanished:
-  a power cut, a crash. `labrun resume` goes on after both.
+- **Abort** is `labrun abort`, Ctrl-C, or a signal from the system. **Killed** means that the engine
+  vanished: a power cut, a crash. `labrun resume` continues after both.
 - A **`once`** action is one that must not happen twice; its contract says so. All others may be sent again.
 
 <!-- Made by `python tests/engine/semantics/page.py` from the tests in that folder. -->
@@ -38,7 +39,7 @@ Some words that hold everywhere:
 
 @dataclass(frozen=True)
 class Row:
-    """One fact: what is the case, what happens, and the test that sees to it."""
+    """One fact: the case, what happens, and the test that checks it."""
 
     case: str
     fact: str
@@ -63,18 +64,28 @@ def read(path):
     words, example = [], []
     for part in rest.split("\n\n"):
         (example if part.startswith("    ") else words).append(part)
-    tests = [node for node in tree.body if getattr(node, "name", "").startswith("test_")]
     return Family(
         path.name, title, "\n\n".join(words), textwrap.dedent("\n\n".join(example)),
-        [row(test.name, ast.get_docstring(test) or "") for test in tests],
+        [row(*told) for node in tree.body for told in tests(node)],
     )  # fmt: skip
+
+
+def tests(node):
+    """The names and docstrings of the tests that a test function is, or a table."""
+    match node:
+        case ast.FunctionDef(name=name) if name.startswith("test_"):
+            yield name, ast.get_docstring(node) or ""
+        case ast.Assign(value=ast.Call(func=ast.Name("table"), args=rows)):
+            for one in rows:
+                name, docstring, *_ = one.elts
+                yield ast.literal_eval(name), ast.literal_eval(docstring)
 
 
 def row(test, docstring):
     """The row that a test is."""
     case, arrow, fact = re.sub(r"\s+", " ", docstring).partition(" -> ")
     if not (case and arrow and fact):
-        raise ValueError(f"{test}: its docstring is no row, `what is the case -> what happens`")
+        raise ValueError(f"{test}: its docstring is not a row, `what is the case -> what happens`")
     return Row(case, fact, test)
 
 
@@ -84,7 +95,7 @@ def families():
 
 
 def page():
-    """The page as it ought to be."""
+    """The page as it should be."""
     sections = families()
     links = "\n".join(f"- [{one.title}](#{anchor(one.title)})" for one in sections)
     return "\n".join([INTRODUCTION, links, "", *(section(one) for one in sections)])

@@ -7,7 +7,9 @@ The members of the set start together. The first that succeeds is the winner; th
         - {do: camera.capture, with: {image: bench.png}}
 """
 
-from labrun.engine import dispatcher
+from labrun.engine.dispatch import dispatcher
+
+from .table import table
 
 RACE = """
 steps:
@@ -20,38 +22,30 @@ outputs: {left: "${{ steps.left }}", right: "${{ steps.right.name }}", race: "${
 """
 
 
-def test_the_first_member_that_succeeds_wins(run):
-    """A member succeeds while another runs -> It wins, wherever it stands in the list; the other is
-    cancelled."""
-    ran = run(RACE % ("hang", "ok"))
-
-    assert ran.status == 0
-    assert ran.words == ["left", "right", "right.", "after right", "after right."]
-
-
-def test_the_result_is_the_winner_s(run):
-    """As before -> The result of the set is the winner's; that of a loser is null."""
-    ran = run(RACE % ("hang", "ok"))
-
-    assert ran.outputs == {"left": None, "right": "right", "race": "right"}
-
-
-def test_of_two_in_the_same_moment_the_first_written_wins(run):
-    """Two members succeed in the same moment -> The one that is written first wins."""
-    ran = run("""
+# fmt: off
+test_the_winner = table(
+    ("the_first_member_that_succeeds_wins",
+     "A member succeeds while another runs -> It wins, wherever it is in the list; the other is "
+     "cancelled.", RACE % ("hang", "ok"),
+     {"status": 0, "words": ["left", "right", "right.", "after right", "after right."]}),
+    ("the_result_is_the_winner_s",
+     "As before -> The result of the set is the winner's; that of a loser is null.", RACE % ("hang", "ok"),
+     {"outputs": {"left": None, "right": "right", "race": "right"}}),
+    ("of_two_in_the_same_moment_the_first_written_wins",
+     "Two members succeed at the same moment -> The one written first wins.", """
 steps:
   - id: race
     any:
       - {id: left, steps: [{set: {x: 1}}]}
       - {id: right, steps: [{set: {x: 2}}]}
 outputs: {x: "${{ x }}"}
-""")
-
-    assert ran.outputs == {"x": 1}
+""", {"outputs": {"x": 1}}),
+)
+# fmt: on
 
 
 def test_a_member_that_fails_leaves_the_race_to_the_others(run):
-    """A member fails -> The others go on; the set succeeds if one of them does."""
+    """A member fails -> The others continue; the set succeeds if one of them does."""
     ran = run(RACE % ("Broken", "ok"))
 
     assert ran.status == 0
@@ -59,7 +53,7 @@ def test_a_member_that_fails_leaves_the_race_to_the_others(run):
 
 
 def test_when_all_fail_the_set_fails(run):
-    """Every member fails -> The set fails, with the reason of the one that failed last."""
+    """Every member fails -> The set fails, with the reason of the last one that failed."""
     ran = run(RACE % ("Broken", "Half"))
 
     assert ran.status == 1
@@ -118,8 +112,8 @@ outputs: {race: "${{ steps.race.name }}"}
 
 
 def test_a_loser_that_cannot_be_cancelled_is_awaited(run):
-    """A loser cannot be cancelled -> It ends by itself, and nothing new is sent until it has;
-    its success counts for nothing."""
+    """A loser cannot be cancelled -> It ends by itself, and nothing new is sent until it has; its
+    success is ignored."""
     ran = run("""
 steps:
   - id: race
@@ -135,8 +129,8 @@ outputs: {left: "${{ steps.left }}"}
 
 
 def test_a_loser_that_does_not_end_holds_its_device(run, monkeypatch):
-    """A loser does not end within 10 s of its cancel -> The run goes on without it;
-    what is asked of its device until it ends fails with `Busy`."""
+    """A loser does not end within 10 s of its cancel -> The run continues without it; requests to
+    its device fail with `Busy` until it ends."""
     monkeypatch.setattr(dispatcher, "CANCEL_GRACE_S", 0.2)
     ran = run("""
 steps:
@@ -154,23 +148,19 @@ steps:
     assert "Busy" in ran.said[0]
 
 
-def test_a_group_that_loses_is_cancelled_as_a_whole(run):
-    """A loser is a group of steps -> Its running action is cancelled, and its later steps are never
-    sent."""
-    ran = run("""
+# fmt: off
+test_members = table(
+    ("a_group_that_loses_is_cancelled_as_a_whole",
+     "A loser is a group of steps -> Its running action is cancelled, and its later steps are never "
+     "sent.", """
 steps:
   - any:
       - steps: [{do: a.act, with: {name: one, script: hang}}, {do: a.act, with: {name: two}}]
       - {do: b.act, with: {name: right, seconds: 0.1}}
   - {do: a.act, with: {name: after}}
-""")
-
-    assert ran.sent == ["one", "right", "after"]
-
-
-def test_a_member_whose_when_is_false_does_not_take_part(run):
-    """A member's `when` is false -> It does not take part: a skipped step has not succeeded."""
-    ran = run("""
+""", {"sent": ["one", "right", "after"]}),
+    ("a_member_whose_when_is_false_does_not_take_part",
+     "A member's `when` is false -> It does not take part: a skipped step has not succeeded.", """
 steps:
   - set: {cold: false}
   - id: race
@@ -178,29 +168,16 @@ steps:
       - {do: a.act, when: "${{ cold }}", with: {name: left}}
       - {do: b.act, with: {name: right, seconds: 0.05}}
 outputs: {race: "${{ steps.race.name }}"}
-""")
-
-    assert ran.sent == ["right"]
-    assert ran.outputs == {"race": "right"}
-
-
-def test_when_nobody_is_left_the_set_fails(run):
-    """One member is skipped and all others fail -> The set fails."""
-    ran = run("""
+""", {"sent": ["right"], "outputs": {"race": "right"}}),
+    ("when_nobody_is_left_the_set_fails", "One member is skipped and all others fail -> The set fails.", """
 steps:
   - set: {cold: false}
   - any:
       - {do: a.act, with: {name: left, script: Broken}}
       - {do: b.act, when: "${{ cold }}", with: {name: right}}
-""")
-
-    assert (ran.status, ran.sent) == (1, ["left"])
-    assert "Broken" in ran.finished.reason
-
-
-def test_when_all_are_skipped(run):
-    """Every member is skipped -> Nothing is sent, and the set succeeds; its result is null."""
-    ran = run("""
+""", {"status": 1, "sent": ["left"], "reason": "Broken"}),
+    ("when_all_are_skipped",
+     "Every member is skipped -> Nothing is sent, and the set succeeds; its result is null.", """
 steps:
   - set: {cold: false}
   - id: race
@@ -209,15 +186,14 @@ steps:
       - {do: a.act, when: "${{ cold }}", with: {name: left}}
       - {do: b.act, when: "${{ cold }}", with: {name: right}}
 outputs: {race: "${{ steps.race }}"}
-""")
-
-    assert (ran.status, ran.sent) == (0, [])
-    assert ran.outputs == {"race": None}
+""", {"status": 0, "sent": [], "outputs": {"race": None}}),
+)
+# fmt: on
 
 
 def test_nobody_is_asked_about_a_loser(bench):
-    """A `once` loser ends and nobody knows whether it happened -> Nobody is asked, also not after a
-    kill: the race is decided."""
+    """A `once` loser ends, and it is unknown whether it happened -> Nobody is asked, not even after
+    a kill: the race is decided."""
     bench.kill(
         """
 steps:
@@ -265,8 +241,8 @@ def test_abort_in_a_race_cancels_every_member(run):
 
 
 def test_a_race_goes_on_after_a_kill(bench):
-    """The engine is killed before the race is decided -> Resume goes on with every member that has
-    not failed."""
+    """The engine is killed before the race is decided -> Resume continues with every member that
+    has not failed."""
     bench.kill(
         """
 steps:
@@ -310,8 +286,7 @@ outputs: {race: "${{ steps.race.name }}"}
 
 
 def test_a_race_in_a_retried_group_is_run_anew(run):
-    """The set stands in a group that is tried again -> The race is run anew, and another may
-    win."""
+    """The set is in a group that is retried -> The race is run again, and another may win."""
     ran = run("""
 steps:
   - retry: 2

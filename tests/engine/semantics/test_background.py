@@ -1,6 +1,6 @@
 """`mode: background`
 
-A `do` in the background is begun, and the next step begins at once. An iteration is finished when
+A `do` in the background is started, and the next step begins at once. An iteration is finished when
 its steps and its background actions have ended.
 
     - foreach: {i: "${{ range(10) }}"}
@@ -24,7 +24,7 @@ steps:
 
 
 def test_the_next_iteration_begins_meanwhile(run):
-    """A background action in a loop -> The next iteration begins meanwhile; the one after it
+    """A background action in a loop -> The next iteration starts meanwhile; the one after it
     waits."""
     ran = run(LOOP.format(keep="", script="ok"))
 
@@ -58,8 +58,8 @@ steps:
 
 
 def test_its_arguments_are_computed_when_it_is_begun(run):
-    """A later step changes a name that it uses -> It is sent with the value from where it
-    stands."""
+    """A later step changes a name that it uses -> It is sent with the value at its own place in the
+    protocol."""
     ran = run("""
 steps:
   - set: {n: 1}
@@ -71,8 +71,8 @@ steps:
 
 
 def test_a_failure_makes_the_iteration_fail(run):
-    """It fails -> Its iteration fails when all has ended; without `keep_going` the loop ends;
-    an iteration that was begun meanwhile is ended in order, and stays unfinished."""
+    """It fails -> Its iteration fails when all has ended; without `keep_going` the loop ends; an
+    iteration started meanwhile is ended in order, and stays unfinished."""
     ran = run(LOOP.format(keep="", script="Broken"))
 
     assert ran.status == 1
@@ -95,7 +95,7 @@ def test_within_keep_going_a_failure_is_a_hole(run):
 
 
 def test_retry_and_fallback_go_on_in_the_background(run):
-    """It has a `retry` or a `fallback` -> They go on in the background, too."""
+    """It has a `retry` or a `fallback` -> They continue in the background, too."""
     ran = run("""
 steps:
   - foreach: {i: [1]}
@@ -123,7 +123,7 @@ steps:
 
 
 def test_outside_loops_the_steps_around_it_wait_for_it(run):
-    """Outside loops -> The list of steps in which it stands ends when it has ended, too."""
+    """Outside loops -> The list of steps that contains it ends when it has ended, too."""
     ran = run("""
 steps:
   - steps:
@@ -146,7 +146,7 @@ outputs: {name: "${{ steps.aside.name }}"}
 
 
 def test_when_false_it_is_not_begun(run):
-    """Its `when` is false -> It is not begun; its result is null."""
+    """Its `when` is false -> It is not started; its result is null."""
     ran = run("""
 steps:
   - foreach: {i: [1, 2]}
@@ -159,7 +159,7 @@ steps:
 
 
 def test_finally_waits_for_it(run):
-    """A step fails while it runs -> `finally` begins when it has ended."""
+    """A step fails while it runs -> `finally` starts when it has ended."""
     ran = run("""
 steps:
   - {do: b.act, with: {name: aside, seconds: 0.3}, mode: background}
@@ -187,8 +187,8 @@ steps:
 
 
 def test_it_goes_on_after_a_kill(bench):
-    """The engine is killed when the steps of an iteration had ended and its background action had
-    not -> Resume takes the background action up; the steps are not done again if they are
+    """The engine is killed when the steps of an iteration had ended but its background action had
+    not -> Resume takes over the background action; the steps are not done again if they are
     `once`."""
     bench.kill(
         """

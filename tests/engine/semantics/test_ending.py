@@ -1,8 +1,8 @@
 """`finally`, the safe state and `on_resume`
 
 `finally` runs at the end of every run, however it ended. After it every device that was used goes
-into the safe state of its contract. `on_resume` runs when a run is taken up again, before its steps
-go on.
+into the safe state of its contract. `on_resume` runs when a run is resumed, before its steps
+continue.
 
     finally:
       - {do: gantry.move_to, with: {z: 50 mm}}
@@ -10,32 +10,24 @@ go on.
       - do: gantry.home
 """
 
+from .table import table
+
 TIDY = "finally: [{do: b.act, with: {name: tidy}}]\n"
 
 
-def test_finally_after_a_success(run):
-    """The run succeeds -> `finally` runs after the last step."""
-    ran = run("steps: [{do: a.act, with: {name: x}}]\n" + TIDY)
-
-    assert (ran.status, ran.sent) == (0, ["x", "tidy"])
-
-
-def test_finally_after_a_failure(run):
-    """A step fails -> `finally` runs; the run has failed."""
-    ran = run("steps: [{do: a.act, with: {name: x, script: Broken}}]\n" + TIDY)
-
-    assert (ran.status, ran.finished.fate, ran.sent) == (1, "failed", ["x", "tidy"])
-
-
-def test_finally_after_an_abort(run):
-    """Abort -> What runs is cancelled and has ended; then `finally` runs, and is not cut short by
-    that abort."""
-    ran = run(
-        "steps: [{id: x, do: a.act, with: {name: x, script: hang}}]\n" + TIDY,
-        abort="feedback .* main/x",
-    )
-
-    assert (ran.finished.fate, ran.words) == ("aborted", ["x", "tidy", "tidy."])
+# fmt: off
+test_finally = table(
+    ("finally_after_a_success", "The run succeeds -> `finally` runs after the last step.",
+     "steps: [{do: a.act, with: {name: x}}]\n" + TIDY, {"status": 0, "sent": ["x", "tidy"]}),
+    ("finally_after_a_failure", "A step fails -> `finally` runs; the run has failed.",
+     "steps: [{do: a.act, with: {name: x, script: Broken}}]\n" + TIDY,
+     {"status": 1, "fate": "failed", "sent": ["x", "tidy"]}),
+    ("finally_after_an_abort",
+     "Abort -> What runs is cancelled and has ended; then `finally` runs, and is not cut short by that "
+     "abort.", "steps: [{id: x, do: a.act, with: {name: x, script: hang}}]\n" + TIDY,
+     {"fate": "aborted", "words": ["x", "tidy", "tidy."]}, {"abort": "feedback .* main/x"}),
+)
+# fmt: on
 
 
 def test_finally_that_fails(run):
@@ -93,8 +85,8 @@ def test_a_second_abort(run):
 
 
 def test_after_a_kill_the_tidying_comes_first(bench):
-    """A run whose engine was killed is resumed -> First `finally` and the safe state, which nobody
-    had come to; then `on_resume`; then the steps go on; `finally` once more at the end."""
+    """A run whose engine was killed is resumed -> First `finally` and the safe state, which had not
+    been reached; then `on_resume`; then the steps continue; `finally` once more at the end."""
     bench.kill(
         """
 steps:
@@ -113,7 +105,7 @@ on_resume: [{do: c.act, with: {name: home}}]
 
 
 def test_after_an_ending_only_on_resume(bench):
-    """A run that had failed or was aborted is resumed -> `on_resume`, then the steps go on;
+    """A run that had failed or was aborted is resumed -> `on_resume`, then the steps continue;
     `finally` had run already, and runs again at the end."""
     bench.run(
         "steps: [{do: a.shoot, with: {name: shot}}, {do: a.shoot, with: {name: x, script: 'Broken,ok'}}]\n"
@@ -141,7 +133,7 @@ def test_on_resume_that_fails(bench):
 
 
 def test_a_first_run_has_no_on_resume(run):
-    """A run that nothing has interrupted -> `on_resume` does not run."""
+    """A run that was not interrupted -> `on_resume` does not run."""
     ran = run(
         "steps: [{do: a.act, with: {name: x}}]\non_resume: [{do: c.act, with: {name: never}}]\n"
     )
@@ -150,7 +142,7 @@ def test_a_first_run_has_no_on_resume(run):
 
 
 def test_a_pause_lets_what_runs_end(run):
-    """The run is paused -> What runs is finished; nothing is sent until it is told to continue."""
+    """The run is paused -> Running actions finish; nothing is sent until the run is continued."""
     ran = run(
         """
 steps:

@@ -1,4 +1,4 @@
-"""`fallback`: another way
+"""`fallback`: alternatives after a failure
 
 When a step has failed for good, the alternatives are tried in the order written, until one succeeds.
 
@@ -8,6 +8,8 @@ When a step has failed for good, the alternatives are tried in the order written
         - [{do: libs.reconnect}, {do: libs.measure}]
         - {ask: No shot, choices: [repeat, skip, stop]}
 """
+
+from .table import table
 
 ASK = """
 steps:
@@ -23,9 +25,10 @@ steps:
 """
 
 
-def test_alternatives_are_tried_in_order(run):
-    """The step fails -> Its alternatives are tried in order; the first that succeeds ends it."""
-    ran = run("""
+# fmt: off
+test_alternatives = table(
+    ("alternatives_are_tried_in_order",
+     "The step fails -> Its alternatives are tried in order; the first that succeeds ends it.", """
 steps:
   - do: a.act
     with: {name: x, script: Broken}
@@ -33,51 +36,28 @@ steps:
       - {do: b.act, with: {name: one, script: Broken}}
       - {do: b.act, with: {name: two}}
       - {do: b.act, with: {name: never}}
-""")
-
-    assert (ran.status, ran.sent) == (0, ["x", "one", "two"])
-
-
-def test_a_step_that_succeeds_needs_none(run):
-    """The step succeeds -> No alternative is tried."""
-    ran = run(
-        "steps: [{do: a.act, with: {name: x}, fallback: [{do: b.act, with: {name: never}}]}]\n"
-    )
-
-    assert ran.sent == ["x"]
-
-
-def test_the_result_is_that_of_the_alternative(run):
-    """An alternative succeeds -> The step's result is that alternative's; of a list of steps, that
-    of the last."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "one", "two"]}),
+    ("a_step_that_succeeds_needs_none", "The step succeeds -> No alternative is tried.",
+     "steps: [{do: a.act, with: {name: x}, fallback: [{do: b.act, with: {name: never}}]}]\n",
+     {"sent": ["x"]}),
+    ("the_result_is_that_of_the_alternative",
+     "An alternative succeeds -> The step's result is that alternative's; of a list of steps, that of "
+     "the last.", """
 steps:
   - id: it
     do: a.act
     with: {name: x, script: Broken}
     fallback: [[{do: b.act, with: {name: one}}, {do: b.act, with: {name: two, x: 2}}]]
 outputs: {by: "${{ steps.it.name }}"}
-""")
-
-    assert ran.sent == ["x", "one", "two"]
-    assert ran.outputs == {"by": "two"}
-
-
-def test_when_all_fail_the_step_fails(run):
-    """Every alternative fails -> The step fails, with the reason of the last."""
-    ran = run("""
+""", {"sent": ["x", "one", "two"], "outputs": {"by": "two"}}),
+    ("when_all_fail_the_step_fails",
+     "Every alternative fails -> The step fails, with the reason of the last.", """
 steps:
   - {do: a.act, with: {name: x, script: Broken}, fallback: [{do: b.act, with: {name: y, script: Half}}]}
-""")
-
-    assert ran.status == 1
-    assert "b.act: Half" in ran.finished.reason
-
-
-def test_error_tells_why(run):
-    """Inside a fallback -> `error` has the name, message, step, device and action of the failure
-    before it."""
-    ran = run("""
+""", {"status": 1, "reason": "b.act: Half"}),
+    ("error_tells_why",
+     "Inside a fallback -> `error` has the name, message, step, device and action of the failure before "
+     "it.", """
 steps:
   - id: it
     do: a.act
@@ -85,62 +65,43 @@ steps:
     fallback:
       - {do: b.act, with: {name: "${{ error.name }} on ${{ error.device }}", script: Half}}
       - {do: c.act, with: {name: "${{ error.name }} of ${{ error.action }}"}}
-""")
-
-    assert ran.sent == ["x", "Broken on a", "Half of b.act"]
-
-
-def test_retry_comes_first(run):
-    """The step has a `retry`, too -> All attempts are made first; alternatives are not retried with
-    it."""
-    ran = run("""
+""", {"sent": ["x", "Broken on a", "Half of b.act"]}),
+    ("retry_comes_first",
+     "The step has a `retry`, too -> All attempts are made first; alternatives are not retried with it.",
+     """
 steps:
   - do: a.act
     with: {name: x, script: Broken}
     retry: 2
     fallback: [{do: b.act, with: {name: y, script: Broken}}, {do: b.act, with: {name: z}}]
-""")
-
-    assert ran.sent == ["x", "x", "y", "z"]
-
-
-def test_an_alternative_has_a_ladder_of_its_own(run):
-    """An alternative has a `retry` or a `fallback` -> It goes up its own ladder before the next is
-    tried."""
-    ran = run("""
+""", {"sent": ["x", "x", "y", "z"]}),
+    ("an_alternative_has_a_ladder_of_its_own",
+     "An alternative has a `retry` or a `fallback` -> Its own retries and fallbacks are used before the "
+     "next is tried.", """
 steps:
   - do: a.act
     with: {name: x, script: Broken}
     fallback: [{do: b.act, with: {name: y, script: "Broken,ok"}, retry: 2}]
-""")
-
-    assert (ran.status, ran.sent) == (0, ["x", "y", "y"])
-
-
-def test_names_set_in_a_fallback_stay(run):
-    """An alternative gives a new value to a name -> The name keeps it after the step."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "y", "y"]}),
+    ("names_set_in_a_fallback_stay",
+     "An alternative gives a new value to a name -> The name keeps it after the step.", """
 steps:
   - set: {way: first}
   - do: a.act
     with: {name: x, script: Broken}
     fallback: [[{set: {way: second}}, {do: b.act, with: {name: y}}]]
   - {do: c.act, with: {name: "${{ way }}"}}
-""")
-
-    assert ran.sent == ["x", "y", "second"]
-
-
-def test_a_person_may_repeat(run):
-    """A person answers `repeat` -> The step is begun anew, with all its attempts."""
-    ran = run(ASK, answers={"how": "repeat"})
-
-    assert ran.sent == ["x1", "x1", "y1", "x2", "y2"]
+""", {"sent": ["x", "y", "second"]}),
+    ("a_person_may_repeat",
+     "A person answers `repeat` -> The step is started again, with all its attempts.", ASK,
+     {"sent": ["x1", "x1", "y1", "x2", "y2"]}, {"answers": {"how": "repeat"}}),
+)
+# fmt: on
 
 
 def test_a_person_may_skip(run):
     """A person answers `skip` in a loop -> The iteration ends there as a hole, whatever
-    `keep_going` says; the next one begins."""
+    `keep_going` says; the next one starts."""
     ran = run(ASK, answers={"how": "skip"})
 
     assert ran.status == 0
@@ -150,8 +111,8 @@ def test_a_person_may_skip(run):
 
 
 def test_outside_loops_skip_leaves_the_step_out(run):
-    """A person answers `skip` outside loops -> The step is left out, its result is null, and the
-    next one begins."""
+    """A person answers `skip` outside loops -> The step is skipped, its result is null, and the
+    next one starts."""
     ran = run(
         """
 steps:
@@ -169,7 +130,7 @@ steps:
 
 def test_a_person_may_stop(run):
     """A person answers `stop` -> The run ends as aborted; no `keep_going`, `on_error` or `fallback`
-    above goes on."""
+    above it keeps the run going."""
     ran = run(
         ASK.replace(
             "    collect", "    keep_going: {max_failed: 9}\n    on_error: continue\n    collect"
@@ -199,7 +160,7 @@ steps:
 
 
 def test_a_fallback_goes_on_after_a_kill(bench):
-    """The engine is killed in the second alternative -> Resume goes on there; what had failed is
+    """The engine is killed in the second alternative -> Resume continues there; what had failed is
     not tried again."""
     bench.kill(
         """

@@ -1,7 +1,7 @@
 """`foreach`: the same steps for each item
 
-The items are taken in order, one after the other. `key` names an iteration for ever; without it the
-index does. What an iteration computes is gone with it: `collect` keeps a row, `set` keeps a value.
+The items are taken in order, one after the other. `key` names an iteration permanently; without it
+the index does. What an iteration computes is lost when it ends: `collect` keeps a row, `set` keeps a value.
 
     - foreach: {point: "${{ grid(x=span(0, 4, 2), y=span(0, 4, 2)) }}"}
       key: ${{ point.ix }},${{ point.iy }}
@@ -10,136 +10,88 @@ index does. What an iteration computes is gone with it: `collect` keeps a row, `
 
 import pytest
 
+from .table import table
 
-def test_the_steps_run_for_each_item_in_order(run):
-    """A list of items -> The steps run for each of them, one after the other, in the order of the
-    list."""
-    ran = run("""
+# fmt: off
+test_iterations = table(
+    ("the_steps_run_for_each_item_in_order",
+     "A list of items -> The steps run for each of them, one after the other, in the order of the list.",
+     """
 steps:
   - foreach: {i: [3, 1, 2]}
     steps:
       - {do: a.act, with: {name: "a${{ i }}"}}
       - {do: b.act, with: {name: "b${{ i }}"}}
-""")
-
-    assert ran.sent == ["a3", "b3", "a1", "b1", "a2", "b2"]
-
-
-def test_the_result_is_the_counts(run):
-    """After it -> Its result tells how many iterations there were, succeeded, failed and were
-    skipped."""
-    ran = run("""
+""", {"sent": ["a3", "b3", "a1", "b1", "a2", "b2"]}),
+    ("the_result_is_the_counts",
+     "After it -> Its result says how many iterations there were, succeeded, failed and were skipped.", """
 steps:
   - id: all
     foreach: {i: [1, 2, 3]}
     keep_going: {max_failed: 1}
     steps: [{do: a.act, with: {name: x, script: "ok,Broken,ok"}}]
 outputs: {counts: "${{ steps.all }}"}
-""")
-
-    assert ran.outputs == {"counts": {"total": 3, "succeeded": 2, "failed": 1, "skipped": 0}}
-
-
-def test_no_items_is_a_success(run):
-    """A list that turns out empty -> No step runs; the loop succeeds with all counts 0."""
-    ran = run("""
+""", {"outputs": {"counts": {"total": 3, "succeeded": 2, "failed": 1, "skipped": 0}}}),
+    ("no_items_is_a_success",
+     "A list that turns out empty -> No step runs; the loop succeeds with all counts 0.", """
 steps:
   - {id: one, do: a.act, with: {name: one}}
   - {id: all, foreach: {i: "${{ range(steps.one.n - 1) }}"}, steps: [{do: a.act, with: {name: never}}]}
 outputs: {total: "${{ steps.all.total }}"}
-""")
-
-    assert ran.sent == ["one"]
-    assert ran.outputs == {"total": 0}
-
-
-def test_a_failure_ends_the_loop(run):
-    """An iteration fails -> The loop fails there; later items are not begun."""
-    ran = run("""
+""", {"sent": ["one"], "outputs": {"total": 0}}),
+    ("a_failure_ends_the_loop",
+     "An iteration fails -> The loop fails there; later items are not started.", """
 steps:
   - foreach: {i: [1, 2, 3]}
     steps:
       - {do: a.act, with: {name: "a${{ i }}", script: "${{ 'Broken' if i == 2 else 'ok' }}"}}
-""")
-
-    assert ran.status == 1
-    assert ran.sent == ["a1", "a2"]
-
-
-def test_the_items_are_computed_once(run):
-    """The items are an expression -> It is computed when the loop is entered, and not again."""
-    ran = run("""
+""", {"status": 1, "sent": ["a1", "a2"]}),
+    ("the_items_are_computed_once",
+     "The items are an expression -> It is computed when the loop is entered, and not again.", """
 steps:
   - set: {n: 2}
   - foreach: {i: "${{ range(n) }}"}
     steps:
       - set: {n: 5}
       - {do: a.act, with: {name: "a${{ i }}"}}
-""")
-
-    assert ran.sent == ["a0", "a1"]
-
-
-def test_loops_nest(run):
-    """A loop in a loop -> The inner one runs anew in each iteration of the outer one; its result is
-    known there."""
-    ran = run("""
+""", {"sent": ["a0", "a1"]}),
+    ("loops_nest",
+     "A loop in a loop -> The inner one runs again in each iteration of the outer one; its result is "
+     "known there.", """
 steps:
   - foreach: {i: [1, 2]}
     steps:
       - {id: inner, foreach: {j: [1, 2]}, steps: [{do: a.act, with: {name: "${{ i }}${{ j }}"}}]}
       - {do: b.act, with: {name: "did ${{ steps.inner.succeeded }}"}}
-""")
-
-    assert ran.sent == ["11", "12", "did 2", "21", "22", "did 2"]
-
-
-def test_a_result_of_an_earlier_iteration_is_not_seen(run):
-    """A step did not run in this iteration, though it did in an earlier one -> Its result is
-    null."""
-    ran = run("""
+""", {"sent": ["11", "12", "did 2", "21", "22", "did 2"]}),
+    ("a_result_of_an_earlier_iteration_is_not_seen",
+     "A step did not run in this iteration, though it did in an earlier one -> Its result is null.", """
 steps:
   - foreach: {i: [1, 2]}
     steps:
       - {id: look, when: "${{ i == 1 }}", do: a.act, with: {name: look}}
       - {do: b.act, with: {name: "${{ 'seen' if steps.look else 'null' }}"}}
-""")
-
-    assert ran.sent == ["look", "seen", "null"]
-
-
-def test_keys_that_come_twice_fail_before_anything_is_sent(run):
-    """Two items have the same key -> The loop fails before its first action is sent."""
-    ran = run("""
+""", {"sent": ["look", "seen", "null"]}),
+    ("keys_that_come_twice_fail_before_anything_is_sent",
+     "Two items have the same key -> The loop fails before its first action is sent.", """
 steps:
   - {id: one, do: a.act, with: {name: one}}
   - foreach: {i: [1, 2, "${{ steps.one.n }}"]}
     key: k${{ i }}
     steps: [{do: a.act, with: {name: never}}]
-""")
-
-    assert ran.status == 1
-    assert "comes twice" in ran.finished.reason
-    assert ran.sent == ["one"]
-
-
-def test_abort_ends_the_iteration_and_the_loop(run):
-    """Abort in an iteration -> Its action is cancelled; later items are not begun."""
-    ran = run(
-        """
+""", {"status": 1, "reason": "occurs twice", "sent": ["one"]}),
+    ("abort_ends_the_iteration_and_the_loop",
+     "Abort in an iteration -> Its action is cancelled; later items are not started.", """
 steps:
   - foreach: {i: [1, 2, 3]}
     steps: [{id: it, do: a.act, with: {name: "a${{ i }}", script: "${{ 'hang' if i == 2 else 'ok' }}"}}]
-""",
-        abort="feedback .* main/0/1/it",
-    )
-
-    assert ran.finished.fate == "aborted"
-    assert ran.sent == ["a1", "a2"]
+""", {"fate": "aborted", "sent": ["a1", "a2"]}, {"abort": "feedback .* main/0/1/it"}),
+)
+# fmt: on
 
 
 def test_after_a_kill_finished_iterations_are_left_out(bench):
-    """The engine is killed in the third iteration -> Resume leaves out the first two and goes on in
+    """The engine is killed in the third iteration -> Resume skips the first two and continues in
     the third, at its first unfinished action."""
     bench.kill(
         """
@@ -208,7 +160,7 @@ steps:
 
 
 def test_after_a_kill_an_inner_loop_goes_on_where_it_was(bench):
-    """The engine is killed in an inner loop -> Its finished iterations are left out, too."""
+    """The engine is killed in an inner loop -> Its finished iterations are skipped, too."""
     bench.kill(
         """
 steps:
@@ -232,8 +184,7 @@ steps:
 
 @pytest.mark.parametrize("order", ["rows", "snake", "columns"])
 def test_a_grid_is_gone_through_in_its_order(run, order):
-    """The items are a grid -> Its points come in the order that it is given: rows, snake or
-    columns."""
+    """The items are a grid -> Its points come in the order given: rows, snake or columns."""
     ran = run(f"""
 steps:
   - foreach: {{p: "${{{{ grid(x=span(0, 1, 1), y=span(0, 1, 1), order='{order}') }}}}"}}

@@ -1,11 +1,13 @@
-"""`if`: one of two ways
+"""`if`: one of two branches
 
-The condition is computed once, when the step is reached. One way is taken; the other never runs.
+The condition is computed once, when the step is reached. One branch is taken; the other never runs.
 
     - if: ${{ params.dose > 1 g }}
       then: [{do: balance.weigh}]
       else: [{do: balance.zero}]
 """
+
+from .table import table
 
 CHOICE = """
 steps:
@@ -19,88 +21,50 @@ outputs: {high: "${{ steps.high.name }}", low: "${{ steps.low.name }}", choice: 
 """
 
 
-def test_true_runs_then(run):
-    """The condition is true -> `then` runs, `else` does not."""
-    ran = run(CHOICE % 2)
-
-    assert ran.sent == ["high", "after high"]
-
-
-def test_false_runs_else(run):
-    """The condition is false -> `else` runs, `then` does not."""
-    ran = run(CHOICE % 1)
-
-    assert ran.sent == ["low", "after low"]
-
-
-def test_the_result_is_that_of_the_way_taken(run):
-    """After it -> Its result is that of the last step of the way taken; a step of the other way has
-    the result null."""
-    ran = run(CHOICE % 2)
-
-    assert ran.outputs == {"high": "high", "low": None, "choice": "high"}
-
-
-def test_without_else_nothing_happens(run):
-    """The condition is false and there is no `else` -> Nothing is sent, the step succeeds, its
-    result is null."""
-    ran = run("""
+# fmt: off
+test_choices = table(
+    ("true_runs_then", "The condition is true -> `then` runs, `else` does not.", CHOICE % 2,
+     {"sent": ["high", "after high"]}),
+    ("false_runs_else", "The condition is false -> `else` runs, `then` does not.", CHOICE % 1,
+     {"sent": ["low", "after low"]}),
+    ("the_result_is_that_of_the_way_taken",
+     "After it -> Its result is that of the last step of the branch taken; a step of the other branch "
+     "has the result null.", CHOICE % 2, {"outputs": {"high": "high", "low": None, "choice": "high"}}),
+    ("without_else_nothing_happens",
+     "The condition is false and there is no `else` -> Nothing is sent, the step succeeds, its result is "
+     "null.", """
 steps:
   - {id: choice, if: "${{ 1 > 2 }}", then: [{do: a.act, with: {name: never}}]}
   - {do: b.act, with: {name: after}}
 outputs: {choice: "${{ steps.choice }}"}
-""")
-
-    assert ran.sent == ["after"]
-    assert ran.outputs == {"choice": None}
-
-
-def test_a_failure_in_the_way_taken_is_a_failure_of_the_step(run):
-    """A step of the way taken fails -> The `if` fails; the other way is no fallback and is not
-    tried."""
-    ran = run("""
+""", {"sent": ["after"], "outputs": {"choice": None}}),
+    ("a_failure_in_the_way_taken_is_a_failure_of_the_step",
+     "A step of the branch taken fails -> The `if` fails; the other branch is not a fallback and is not "
+     "tried.", """
 steps:
   - if: ${{ 2 > 1 }}
     then: [{do: a.act, with: {name: high, script: Broken}}]
     else: [{do: b.act, with: {name: low}}]
     fallback: [{do: c.act, with: {name: other}}]
-""")
-
-    assert ran.status == 0
-    assert ran.sent == ["high", "other"]
-
-
-def test_a_condition_that_cannot_be_computed_is_a_failure(run):
-    """The condition cannot be computed (a division by zero) -> The step fails; neither way runs."""
-    ran = run("""
+""", {"status": 0, "sent": ["high", "other"]}),
+    ("a_condition_that_cannot_be_computed_is_a_failure",
+     "The condition cannot be computed (a division by zero) -> The step fails; neither branch runs.", """
 steps:
   - {id: one, do: a.act, with: {name: one}}
   - if: ${{ 1 / (steps.one.n - 1) > 2 }}
     then: [{do: b.act, with: {name: never}}]
     else: [{do: c.act, with: {name: never}}]
-""")
-
-    assert ran.status == 1
-    assert ran.sent == ["one"]
-    assert "zero" in ran.finished.reason
-
-
-def test_null_counts_as_false(run):
-    """The condition is null, since it compares a result that is null -> It counts as false."""
-    ran = run("""
+""", {"status": 1, "sent": ["one"], "reason": "zero"}),
+    ("null_counts_as_false",
+     "The condition is null because it compares a result that is null -> It counts as false.", """
 steps:
   - {id: gone, do: a.act, with: {name: gone, script: Broken}, on_error: continue}
   - if: ${{ steps.gone.x > 1 mm }}
     then: [{do: b.act, with: {name: high}}]
     else: [{do: c.act, with: {name: low}}]
-""")
-
-    assert ran.sent == ["gone", "low"]
-
-
-def test_the_condition_is_computed_once(run):
-    """The way taken changes what the condition is computed from -> The choice stands."""
-    ran = run("""
+""", {"sent": ["gone", "low"]}),
+    ("the_condition_is_computed_once",
+     "The branch taken changes what the condition is computed from -> The choice does not change.", """
 steps:
   - set: {x: 2}
   - if: ${{ x > 1 }}
@@ -109,28 +73,17 @@ steps:
       - {do: a.act, with: {name: "still ${{ x }}"}}
     else: [{do: b.act, with: {name: never}}]
   - {do: c.act, with: {name: "after ${{ x }}"}}
-""")
-
-    assert ran.sent == ["still 0", "after 0"]
-
-
-def test_in_a_loop_each_iteration_chooses(run):
-    """Inside a loop -> Each iteration chooses anew."""
-    ran = run("""
+""", {"sent": ["still 0", "after 0"]}),
+    ("in_a_loop_each_iteration_chooses", "Inside a loop -> Each iteration chooses again.", """
 steps:
   - foreach: {i: [1, 2, 3]}
     steps:
       - if: ${{ i == 2 }}
         then: [{do: a.act, with: {name: "two"}}]
         else: [{do: b.act, with: {name: "not ${{ i }}"}}]
-""")
-
-    assert ran.sent == ["not 1", "two", "not 3"]
-
-
-def test_a_retried_choice_is_made_anew(run):
-    """The `if` has a `retry` -> The condition is computed anew in each attempt."""
-    ran = run("""
+""", {"sent": ["not 1", "two", "not 3"]}),
+    ("a_retried_choice_is_made_anew",
+     "The `if` has a `retry` -> The condition is computed again in each attempt.", """
 steps:
   - set: {x: 2}
   - retry: 2
@@ -139,15 +92,14 @@ steps:
       - set: {x: 0}
       - {do: a.act, with: {name: high, script: Broken}}
     else: [{do: b.act, with: {name: low}}]
-""")
-
-    assert ran.status == 0
-    assert ran.sent == ["high", "low"]
+""", {"status": 0, "sent": ["high", "low"]}),
+)
+# fmt: on
 
 
 def test_the_choice_stands_after_a_kill(bench):
-    """The engine is killed in `then`, and the condition would now come out otherwise -> Resume goes
-    on in `then`."""
+    """The engine is killed in `then`, and the condition would now be different -> Resume continues
+    in `then`."""
     bench.kill(
         """
 steps:
@@ -170,7 +122,7 @@ steps:
 
 
 def test_abort_in_the_way_taken(run):
-    """Abort in the way taken -> Its action is cancelled; the other way never runs."""
+    """Abort in the branch taken -> Its action is cancelled; the other branch never runs."""
     ran = run(
         """
 steps:
@@ -186,7 +138,7 @@ steps:
 
 
 def test_a_timeout_counts_for_the_way_taken(run):
-    """The `if` has a `timeout` -> It counts from the choice to the end of the way taken."""
+    """The `if` has a `timeout` -> It counts from the choice to the end of the branch taken."""
     ran = run("""
 steps:
   - timeout: 0.4 s

@@ -1,7 +1,7 @@
 """`once`: what must not happen twice
 
-A contract says of each action whether it may be done twice. A `once` action, such as a laser shot,
-is sent again only where it is certain that it did not happen. Each error of a contract says whether
+A contract says for each action whether it may be done twice. A `once` action, such as a laser shot,
+is sent again only if it is certain that it did not happen. Each error of a contract says whether
 it did: `happened: no | yes | unknown`.
 
     - do: libs.measure
@@ -11,64 +11,43 @@ it did: `happened: no | yes | unknown`.
 
 import pytest
 
+from .table import table
 
-def test_it_did_not_happen(run):
-    """The error says that it did not happen -> `retry` sends it again."""
-    ran = run('steps: [{do: a.shoot, with: {name: x, script: "Broken,ok"}, retry: 3}]\n')
-
-    assert (ran.status, ran.sent) == (0, ["x", "x"])
-
-
-def test_it_did_happen(run):
-    """The error says that it did happen -> `retry` does not send it again; the step fails."""
-    ran = run('steps: [{do: a.shoot, with: {name: x, script: "Half,ok"}, retry: 3}]\n')
-
-    assert (ran.status, ran.sent) == (1, ["x"])
-
-
-def test_it_did_happen_and_is_wanted_again(run):
-    """The error says that it did happen, and `retry.on` names it -> It is sent again: that is what
-    was asked for."""
-    ran = run("""
+# fmt: off
+test_what_is_sent_again = table(
+    ("it_did_not_happen", "The error says that it did not happen -> `retry` sends it again.",
+     'steps: [{do: a.shoot, with: {name: x, script: "Broken,ok"}, retry: 3}]\n',
+     {"status": 0, "sent": ["x", "x"]}),
+    ("it_did_happen",
+     "The error says that it did happen -> `retry` does not send it again; the step fails.",
+     'steps: [{do: a.shoot, with: {name: x, script: "Half,ok"}, retry: 3}]\n',
+     {"status": 1, "sent": ["x"]}),
+    ("it_did_happen_and_is_wanted_again",
+     "The error says that it did happen, and `retry.on` names it -> It is sent again: that is what was "
+     "requested.", """
 steps: [{do: a.shoot, with: {name: x, script: "Half,ok"}, retry: {attempts: 3, on: [Half]}}]
-""")
-
-    assert (ran.status, ran.sent) == (0, ["x", "x"])
-
-
-def test_a_fallback_may_follow_on_it_did_happen(run):
-    """The error says that it did happen, and there is a `fallback` -> The fallback is tried."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "x"]}),
+    ("a_fallback_may_follow_on_it_did_happen",
+     "The error says that it did happen, and there is a `fallback` -> The fallback is tried.", """
 steps: [{do: a.shoot, with: {name: x, script: Half}, fallback: [{do: b.act, with: {name: y}}]}]
-""")
-
-    assert (ran.status, ran.sent) == (0, ["x", "y"])
-
-
-def test_unknown_and_the_probe_saw_it(run):
-    """It is unknown whether it happened, and the contract's probe saw it -> It has succeeded, and
-    is not sent again."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "y"]}),
+    ("unknown_and_the_probe_saw_it",
+     "It is unknown whether it happened, and the contract's probe saw it -> It has succeeded, and is not "
+     "sent again.", """
 steps:
   - {id: shot, do: a.shoot, with: {name: x, script: "happened!"}, retry: 3}
   - {do: a.act, with: {name: after}}
 outputs: {n: "${{ steps.shot.n }}"}
-""")
-
-    assert (ran.status, ran.sent) == (0, ["x", "after"])
-    assert ran.outputs == {"n": 1}
-
-
-def test_unknown_and_the_probe_did_not_see_it(run):
-    """It is unknown, and the probe says that it did not happen -> The ladder goes on: `retry` sends
-    it again."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "after"], "outputs": {"n": 1}}),
+    ("unknown_and_the_probe_did_not_see_it",
+     "It is unknown, and the probe says that it did not happen -> The attempts continue: `retry` sends "
+     "it again.", """
 steps:
   - {do: a.shoot, with: {name: before}}
   - {do: a.shoot, with: {name: x, script: "Foggy,ok"}, retry: 2}
-""")
-
-    assert (ran.status, ran.sent) == (0, ["before", "x", "x"])
+""", {"status": 0, "sent": ["before", "x", "x"]}),
+)
+# fmt: on
 
 
 UNKNOWN = """
@@ -86,8 +65,8 @@ steps:
 
 
 def test_unknown_and_repeat(run):
-    """It is unknown, `on_unknown: repeat` -> It is sent again: that it may happen twice was said to
-    be harmless."""
+    """It is unknown, `on_unknown: repeat` -> It is sent again: the protocol declares it harmless if
+    it happens twice."""
     ran = run(UNKNOWN.replace("{policy}", "repeat"))
 
     assert (ran.status, ran.sent) == (0, ["x1", "x1", "y1", "x2", "y2"])
@@ -111,7 +90,7 @@ def test_unknown_and_skip(run):
     ],
 )
 def test_unknown_and_ask(run, answer, sent, fate):
-    """It is unknown, `on_unknown: ask` -> A person looks and says `repeat`, `skip` (a hole) or
+    """It is unknown, `on_unknown: ask` -> A person looks and answers `repeat`, `skip` (a hole) or
     `stop`."""
     ran = run(UNKNOWN.replace("{policy}", "ask"), answers={"shot": answer})
 
@@ -140,8 +119,8 @@ def test_idempotent_actions_are_simply_sent_again(run):
 
 
 def test_a_shot_before_a_kill_is_not_fired_again(bench):
-    """The engine is killed after the shot and before it had heard of it -> Resume asks the device,
-    and does not send it again."""
+    """The engine is killed after the shot and before it heard of it -> Resume asks the device, and
+    does not send it again."""
     bench.kill(
         """
 steps:

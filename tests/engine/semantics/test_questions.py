@@ -7,62 +7,36 @@ CHOICE`). Nothing after the question is sent before the answer.
     - {id: colour, ask: Which colour has it?, choices: [clear, yellow], timeout: 10 min}
 """
 
+from .table import table
 
-def test_a_yes(run):
-    """`confirm` is answered `yes` -> The run goes on."""
-    ran = run(
-        "steps: [{id: sure, confirm: 'Sure?'}, {do: a.act, with: {name: x}}]\n",
-        answers={"sure": "yes"},
-    )
-
-    assert (ran.status, ran.sent) == (0, ["x"])
-
-
-def test_a_no(run):
-    """`confirm` is answered `no` -> The run ends as aborted, whatever `on_error` says; `finally`
-    runs."""
-    ran = run(
-        """
+# fmt: off
+test_answers = table(
+    ("a_yes", "`confirm` is answered `yes` -> The run continues.",
+     "steps: [{id: sure, confirm: 'Sure?'}, {do: a.act, with: {name: x}}]\n",
+     {"status": 0, "sent": ["x"]}, {"answers": {"sure": "yes"}}),
+    ("a_no",
+     "`confirm` is answered `no` -> The run ends as aborted, whatever `on_error` says; `finally` runs.", """
 steps:
   - {id: sure, confirm: "Sure?", on_error: continue}
   - {do: a.act, with: {name: never}}
 finally: [{do: b.act, with: {name: tidy}}]
-""",
-        answers={"sure": "no"},
-    )
-
-    assert (ran.status, ran.finished.fate) == (1, "aborted")
-    assert ran.sent == ["tidy"]
-
-
-def test_yes_beforehand(run):
-    """`labrun run --yes` -> Every `confirm` is answered `yes`; every `ask` still waits."""
-    ran = run(
-        "steps: [{confirm: 'Sure?'}, {id: how, ask: 'How?', choices: [yes, no], timeout: 0.2 s}]\n",
-        yes=True,
-    )
-
-    assert ran.status == 1
-    assert "Timeout" in ran.finished.reason
-
-
-def test_an_answer_is_a_result(run):
-    """`ask` is answered -> Its result is `{choice}`, for all steps after it."""
-    ran = run(
-        """
+""", {"status": 1, "fate": "aborted", "sent": ["tidy"]}, {"answers": {"sure": "no"}}),
+    ("yes_beforehand",
+     "`labrun run --yes` -> Every `confirm` is answered `yes`; every `ask` still waits.",
+     "steps: [{confirm: 'Sure?'}, {id: how, ask: 'How?', choices: [yes, no], timeout: 0.2 s}]\n",
+     {"status": 1, "reason": "Timeout"}, {"yes": True}),
+    ("an_answer_is_a_result", "`ask` is answered -> Its result is `{choice}`, for all steps after it.", """
 steps:
   - {id: how, ask: "How?", choices: [well, badly]}
   - {when: "${{ steps.how.choice == 'badly' }}", do: a.act, with: {name: help}}
   - {do: b.act, with: {name: "${{ steps.how.choice }}"}}
-""",
-        answers={"how": "well"},
-    )
-
-    assert ran.sent == ["well"]
+""", {"sent": ["well"]}, {"answers": {"how": "well"}}),
+)
+# fmt: on
 
 
 def test_the_text_is_computed(run):
-    """The text holds an expression -> The person reads its value."""
+    """The text contains an expression -> The person sees its value."""
     ran = run(
         """
 steps:
@@ -76,14 +50,14 @@ steps:
 
 
 def test_who_answered_is_in_the_journal(run):
-    """An answer -> The journal says what was asked, what was answered, and by whom."""
+    """An answer -> The journal records what was asked, what was answered, and by whom."""
     ran = run("steps: [{id: sure, confirm: 'Sure?'}]\n", answers={"sure": "yes"})
 
     assert [(r.choice, r.by) for r in ran.records if r.kind == "answered"] == [("yes", "--answer")]
 
 
 def test_what_runs_beside_it_goes_on(run):
-    """A question in one member of a set -> The other members go on while it waits."""
+    """A question in one member of a set -> The other members continue while it waits."""
     ran = run("""
 steps:
   - on_error: continue

@@ -1,13 +1,15 @@
 """`repeat` and `while`: the same steps again
 
 `repeat: N` runs its steps N times, `while:` as long as its condition is true, `max` times at most. The
-iterations are called 0, 1, 2 and so on. The condition is computed before each turn.
+iterations are called 0, 1, 2 and so on. The condition is computed before each iteration.
 
     - set: {mass: 0 g}
     - while: ${{ mass < 1 g }}
       max: 20
       steps: [{id: look, do: balance.weigh}, {set: {mass: "${{ steps.look.mass }}"}}]
 """
+
+from .table import table
 
 COUNT = """
 steps:
@@ -23,107 +25,63 @@ outputs: {{total: "${{{{ steps.turns.total }}}}"}}
 """
 
 
-def test_repeat_runs_its_steps_so_many_times(run):
-    """`repeat: 3` -> Its steps run three times, one after the other; the result is the counts, as
-    of `foreach`."""
-    ran = run("""
+# fmt: off
+test_turns = table(
+    ("repeat_runs_its_steps_so_many_times",
+     "`repeat: 3` -> Its steps run three times, one after the other; the result is the counts, as for "
+     "`foreach`.", """
 steps:
   - {id: turns, repeat: 3, steps: [{do: a.act, with: {name: x}}, {do: b.act, with: {name: y}}]}
 outputs: {counts: "${{ steps.turns }}"}
-""")
-
-    assert ran.sent == ["x", "y"] * 3
-    assert ran.outputs == {"counts": {"total": 3, "succeeded": 3, "failed": 0, "skipped": 0}}
-
-
-def test_repeat_zero_times_is_a_success(run):
-    """`repeat` of a number that turns out 0 -> No step runs, and the loop succeeds."""
-    ran = run("""
+""",
+     {"sent": ["x", "y"] * 3,
+      "outputs": {"counts": {"total": 3, "succeeded": 3, "failed": 0, "skipped": 0}}}),
+    ("repeat_zero_times_is_a_success",
+     "`repeat` of a number that turns out to be 0 -> No step runs, and the loop succeeds.", """
 steps:
   - {id: one, do: a.act, with: {name: one}}
   - {repeat: "${{ steps.one.n - 1 }}", steps: [{do: a.act, with: {name: never}}]}
-""")
-
-    assert (ran.status, ran.sent) == (0, ["one"])
-
-
-def test_repeat_of_no_number_fails(run):
-    """`repeat` of something that turns out to be no whole number from 0 -> The step fails, and says
-    what it got."""
-    ran = run("""
+""", {"status": 0, "sent": ["one"]}),
+    ("repeat_of_no_number_fails",
+     "`repeat` of something that turns out not to be a whole number from 0 -> The step fails, and "
+     "reports what it got.", """
 steps:
   - {id: one, do: a.act, with: {name: one}}
   - {repeat: "${{ steps.one.n - 3 }}", steps: [{do: a.act, with: {name: never}}]}
-""")
-
-    assert (ran.status, ran.sent) == (1, ["one"])
-    assert "got -2" in ran.finished.reason
-
-
-def test_while_goes_on_as_long_as_its_condition_is_true(run):
-    """`while` -> The condition is computed before each turn, with the values that `set` gave in the
-    turns before."""
-    ran = run(COUNT.format(until=3, most=10))
-
-    assert ran.sent == ["a0", "a1", "a2", "after 3"]
-    assert ran.outputs == {"total": 3}
-
-
-def test_a_condition_that_is_false_at_once(run):
-    """The condition is false from the beginning -> No step runs, and the loop succeeds."""
-    ran = run(COUNT.format(until=0, most=10))
-
-    assert (ran.status, ran.sent) == (0, ["after 0"])
-
-
-def test_a_condition_that_turns_false_with_the_last_turn(run):
-    """The condition turns false after exactly `max` turns -> The loop succeeds."""
-    ran = run(COUNT.format(until=3, most=3))
-
-    assert (ran.status, ran.outputs) == (0, {"total": 3})
-
-
-def test_a_condition_that_stays_true_fails(run):
-    """The condition is still true after `max` turns -> The loop fails with the error `MaxReached`;
-    what was done stays done."""
-    ran = run(COUNT.format(until=99, most=2))
-
-    assert ran.status == 1
-    assert ran.sent == ["a0", "a1"]
-    assert "MaxReached: the condition of `while` still holds after 2 turns" in ran.finished.reason
-
-
-def test_a_fallback_takes_max_reached(run):
-    """As before, with a `fallback` -> It runs, and `error.name` is `MaxReached`."""
-    ran = run("""
+""", {"status": 1, "sent": ["one"], "reason": "not -2"}),
+    ("while_goes_on_as_long_as_its_condition_is_true",
+     "`while` -> The condition is computed before each iteration, with the values that `set` gave in the "
+     "iterations before.", COUNT.format(until=3, most=10),
+     {"sent": ["a0", "a1", "a2", "after 3"], "outputs": {"total": 3}}),
+    ("a_condition_that_is_false_at_once",
+     "The condition is false from the beginning -> No step runs, and the loop succeeds.",
+     COUNT.format(until=0, most=10), {"status": 0, "sent": ["after 0"]}),
+    ("a_condition_that_turns_false_with_the_last_turn",
+     "The condition turns false after exactly `max` iterations -> The loop succeeds.",
+     COUNT.format(until=3, most=3), {"status": 0, "outputs": {"total": 3}}),
+    ("a_condition_that_stays_true_fails",
+     "The condition is still true after `max` iterations -> The loop fails with the error `MaxReached`; "
+     "what was done stays done.", COUNT.format(until=99, most=2),
+     {"status": 1, "sent": ["a0", "a1"],
+      "reason": "MaxReached: the condition of `while` still holds after 2 turns"}),
+    ("a_fallback_takes_max_reached",
+     "As before, with a `fallback` -> It runs, and `error.name` is `MaxReached`.", """
 steps:
   - while: ${{ 1 < 2 }}
     max: 2
     steps: [{do: a.act, with: {name: x}}]
     fallback: [{do: b.act, with: {name: "${{ error.name }}"}}]
-""")
-
-    assert ran.status == 0
-    assert ran.sent == ["x", "x", "MaxReached"]
-
-
-def test_on_error_continue_takes_max_reached(run):
-    """As before, with `on_error: continue` -> The run goes on; the result of the loop is null."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "x", "MaxReached"]}),
+    ("on_error_continue_takes_max_reached",
+     "As before, with `on_error: continue` -> The run continues; the result of the loop is null.", """
 steps:
   - {id: turns, while: "${{ 1 < 2 }}", max: 2, on_error: continue, steps: [{do: a.act, with: {name: x}}]}
   - {do: b.act, with: {name: after}}
 outputs: {total: "${{ steps.turns.total }}"}
-""")
-
-    assert ran.sent == ["x", "x", "after"]
-    assert ran.outputs == {"total": None}
-
-
-def test_retry_of_a_while_begins_anew(run):
-    """`while` with a `retry` -> After a failure it begins with turn 0 again; names keep the values
-    they have."""
-    ran = run("""
+""", {"sent": ["x", "x", "after"], "outputs": {"total": None}}),
+    ("retry_of_a_while_begins_anew",
+     "`while` with a `retry` -> After a failure it starts again with iteration 0; names keep the values "
+     "they have.", """
 steps:
   - set: {n: 0}
   - while: ${{ n < 3 }}
@@ -132,15 +90,9 @@ steps:
     steps:
       - set: {n: "${{ n + 1 }}"}
       - {do: a.act, with: {name: "a${{ n }}", script: "${{ 'Broken' if n == 2 else 'ok' }}"}}
-""")
-
-    assert ran.status == 0
-    assert ran.sent == ["a1", "a2", "a3"]
-
-
-def test_a_condition_that_cannot_be_computed_fails(run):
-    """The condition cannot be computed -> The loop fails, after the turns that it has done."""
-    ran = run("""
+""", {"status": 0, "sent": ["a1", "a2", "a3"]}),
+    ("a_condition_that_cannot_be_computed_fails",
+     "The condition cannot be computed -> The loop fails after the iterations already done.", """
 steps:
   - set: {n: 1}
   - while: ${{ 1 / n > 0 }}
@@ -148,16 +100,14 @@ steps:
     steps:
       - {do: a.act, with: {name: x}}
       - set: {n: "${{ n - 1 }}"}
-""")
-
-    assert ran.status == 1
-    assert ran.sent == ["x"]
-    assert "zero" in ran.finished.reason
+""", {"status": 1, "sent": ["x"], "reason": "zero"}),
+)
+# fmt: on
 
 
 def test_keep_going_in_a_while(run):
-    """A turn fails, `keep_going` -> It is a hole; the condition is computed, and the next turn
-    begins."""
+    """An iteration fails, `keep_going` -> It is a hole; the condition is computed, and the next
+    iteration begins."""
     ran = run("""
 steps:
   - set: {n: 0}
@@ -194,7 +144,7 @@ steps:
 
 
 def test_loops_of_all_kinds_nest(run):
-    """`while` in `repeat` -> It begins anew in each turn, with `max` of its own."""
+    """`while` in `repeat` -> It starts again in each iteration, with its own `max`."""
     ran = run("""
 steps:
   - repeat: 2
@@ -211,8 +161,8 @@ steps:
 
 
 def test_background_in_a_while(run):
-    """A background action in the steps -> The condition of the next turn is computed while it runs;
-    the turn after that waits for it."""
+    """A background action in the steps -> The condition of the next iteration is computed while it
+    runs; the iteration after that waits for it."""
     ran = run("""
 steps:
   - set: {n: 0}
@@ -230,7 +180,7 @@ steps:
 
 
 def test_abort_in_a_while(run):
-    """Abort in a turn -> Its action is cancelled; the condition is not computed again."""
+    """Abort in an iteration -> Its action is cancelled; the condition is not computed again."""
     ran = run(
         """
 steps:
@@ -246,8 +196,8 @@ steps:
 
 
 def test_a_while_goes_on_after_a_kill(bench):
-    """The engine is killed in the third turn -> Resume leaves out the first two, with the values
-    that they had set, and goes on in the third."""
+    """The engine is killed in the third iteration -> Resume skips the first two, with the values
+    that they had set, and continues in the third."""
     bench.kill(
         """
 steps:
@@ -274,7 +224,8 @@ outputs: {total: "${{ steps.turns.total }}"}
 
 
 def test_a_while_killed_between_two_turns(bench):
-    """The engine is killed between two turns -> Finished turns count for `max` after it, too."""
+    """The engine is killed between two iterations -> Finished iterations count for `max` after the
+    resume, too."""
     bench.kill(
         """
 steps:
@@ -296,7 +247,7 @@ steps:
 
 
 def test_repeat_goes_on_after_a_kill(bench):
-    """`repeat`, killed in the second turn -> Resume leaves out the first and goes on in the
+    """`repeat`, killed in the second iteration -> Resume skips the first and continues in the
     second."""
     bench.kill(
         "steps: [{repeat: 3, steps: [{do: a.shoot, with: {name: x}}, {do: b.shoot, with: {name: y}}]}]\n",
@@ -310,8 +261,8 @@ def test_repeat_goes_on_after_a_kill(bench):
 
 
 def test_a_while_that_failed_goes_on_when_the_run_is_resumed(bench):
-    """A run that ended in the second turn is resumed -> It goes on in that turn, with the values of
-    the first."""
+    """A run that ended in the second iteration is resumed -> It continues in that iteration, with
+    the values of the first."""
     bench.run("""
 steps:
   - set: {n: 0}

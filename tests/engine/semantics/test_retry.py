@@ -6,6 +6,8 @@
       retry: {attempts: 3, wait: 10 s, factor: 2, on: [HomingFailed]}
 """
 
+from .table import table
+
 
 def test_the_number_is_that_of_all_attempts(run):
     """`retry: 3`, and the third attempt succeeds -> The action is sent three times; the step has
@@ -47,7 +49,7 @@ steps: [{do: a.act, with: {name: x, script: "Broken,Half,ok"}, retry: {attempts:
 
 
 def test_arguments_are_computed_anew(run):
-    """An argument is an expression -> It is computed anew in each attempt."""
+    """An argument is an expression -> It is computed again in each attempt."""
     ran = run("""
 steps:
   - set: {n: 0}
@@ -61,7 +63,7 @@ steps:
 
 
 def test_a_group_begins_anew(run):
-    """A group with a `retry` -> It begins with its first step again; names that it has `set` keep
+    """A group with a `retry` -> It starts again with its first step; names that it has `set` keep
     their values."""
     ran = run("""
 steps:
@@ -75,43 +77,35 @@ steps:
     assert len({c["goal"] for c in ran.calls}) == 4
 
 
-def test_the_result_is_that_of_the_attempt_that_succeeded(run):
-    """A later attempt succeeds -> The result is that attempt's."""
-    ran = run("""
+# fmt: off
+test_attempts = table(
+    ("the_result_is_that_of_the_attempt_that_succeeded",
+     "A later attempt succeeds -> The result is that attempt's.", """
 steps: [{id: it, do: a.act, with: {name: x, script: "Broken,ok"}, retry: 2}]
 outputs: {n: "${{ steps.it.n }}"}
-""")
-
-    assert ran.outputs == {"n": 2}
-
-
-def test_retries_nest(run):
-    """A retried action in a retried group -> The action has all its attempts in each attempt of the
-    group."""
-    ran = run("""
+""", {"outputs": {"n": 2}}),
+    ("retries_nest",
+     "A retried action in a retried group -> The action has all its attempts in each attempt of the "
+     "group.", """
 steps:
   - retry: 2
     steps: [{do: a.act, with: {name: x, script: Broken}, retry: 2}]
-""")
-
-    assert ran.sent == ["x"] * 4
-
-
-def test_defaults_are_for_actions(run):
-    """`defaults.retry` -> It holds for every `do` that says no other, and for nothing else."""
-    ran = run("""
+""", {"sent": ["x"] * 4}),
+    ("defaults_are_for_actions",
+     "`defaults.retry` -> It applies to every `do` without its own, and to nothing else.", """
 defaults: {retry: 2}
 steps:
   - steps: [{do: a.act, with: {name: x, script: "Broken,Broken,ok"}}]
     on_error: continue
   - {do: a.act, with: {name: y, script: Broken}, retry: 1}
-""")
-
-    assert ran.sent == ["x", "x", "y"]
+""", {"sent": ["x", "x", "y"]}),
+)
+# fmt: on
 
 
 def test_between_attempts_it_waits(run):
-    """`wait: 0.2 s` -> The next attempt comes no sooner; other members of a set go on meanwhile."""
+    """`wait: 0.2 s` -> The next attempt is not made earlier; other members of a set continue
+    meanwhile."""
     ran = run("""
 steps:
   - parallel:
@@ -124,7 +118,7 @@ steps:
 
 
 def test_abort_between_attempts(run):
-    """Abort while it waits for the next attempt -> There is none."""
+    """Abort while it waits for the next attempt -> No further attempt is made."""
     ran = run(
         "steps: [{do: a.act, with: {name: x, script: 'Broken,ok'}, retry: {attempts: 2, wait: 20 s}}]\n",
         abort="log .* main/0",
@@ -135,7 +129,8 @@ def test_abort_between_attempts(run):
 
 
 def test_a_kill_does_not_give_attempts_back(bench):
-    """The engine is killed after the second of three attempts -> Resume goes on with the third."""
+    """The engine is killed after the second of three attempts -> Resume continues with the
+    third."""
     bench.kill(
         "steps: [{id: it, do: a.act, with: {name: x, script: Broken}, retry: 3}]\n",
         "ended main/it/2",
@@ -147,7 +142,7 @@ def test_a_kill_does_not_give_attempts_back(bench):
 
 
 def test_a_group_goes_on_in_its_second_attempt_after_a_kill(bench):
-    """The engine is killed in the second attempt of a group -> Resume goes on in the second
+    """The engine is killed in the second attempt of a group -> Resume continues in the second
     attempt."""
     bench.kill(
         """

@@ -1,13 +1,15 @@
 """`when`, `on_error` and `keep_going`
 
 `when: EXPR` decides whether a step runs at all. `on_error` decides what happens when its retries
-and fallbacks have not helped. `keep_going` lets a loop go on after iterations that failed, so many
-at most.
+and fallbacks have not helped. `keep_going` lets a loop continue after a limited number of
+failed iterations.
 
     - foreach: {i: "${{ range(100) }}"}
       keep_going: {max_failed: 5}
       steps: [{do: libs.locate, when: "${{ i % 10 == 0 }}", on_error: continue}]
 """
+
+from .table import table
 
 LOOP = """
 steps:
@@ -23,31 +25,21 @@ steps:
 """
 
 
-def test_when_is_true(run):
-    """`when` is true -> The step runs."""
-    ran = run("steps: [{set: {n: 1}}, {when: '${{ n == 1 }}', do: a.act, with: {name: x}}]\n")
-
-    assert ran.sent == ["x"]
-
-
-def test_when_is_false(run):
-    """`when` is false, or null -> The step is skipped: nothing is sent, it counts as succeeded, its
-    result is null."""
-    ran = run("""
+# fmt: off
+test_rules = table(
+    ("when_is_true", "`when` is true -> The step runs.",
+     "steps: [{set: {n: 1}}, {when: '${{ n == 1 }}', do: a.act, with: {name: x}}]\n", {"sent": ["x"]}),
+    ("when_is_false",
+     "`when` is false, or null -> The step is skipped: nothing is sent, it counts as succeeded, its "
+     "result is null.", """
 steps:
   - {id: it, when: "${{ 1 > 2 }}", do: a.act, with: {name: never}}
   - {when: "${{ steps.it.n > 0 }}", do: a.act, with: {name: never}}
   - {do: a.act, with: {name: after}}
 outputs: {n: "${{ steps.it.n }}"}
-""")
-
-    assert (ran.status, ran.sent) == (0, ["after"])
-    assert ran.outputs == {"n": None}
-
-
-def test_when_is_computed_once(run):
-    """`when` on a step with a `retry` -> It is computed once, before the first attempt."""
-    ran = run("""
+""", {"status": 0, "sent": ["after"], "outputs": {"n": None}}),
+    ("when_is_computed_once",
+     "`when` on a step with a `retry` -> It is computed once, before the first attempt.", """
 steps:
   - set: {n: 1}
   - when: ${{ n == 1 }}
@@ -55,14 +47,8 @@ steps:
     steps:
       - set: {n: 2}
       - {do: a.act, with: {name: x, script: "Broken,ok"}}
-""")
-
-    assert (ran.status, ran.sent) == (0, ["x", "x"])
-
-
-def test_when_of_a_loop(run):
-    """`when` on a loop or a group -> It is computed once, for the whole of it."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "x"]}),
+    ("when_of_a_loop", "`when` on a loop or a group -> It is computed once, for the whole of it.", """
 steps:
   - set: {n: 1}
   - when: ${{ n == 1 }}
@@ -70,40 +56,24 @@ steps:
     steps:
       - set: {n: 2}
       - {do: a.act, with: {name: x}}
-""")
-
-    assert ran.sent == ["x", "x"]
-
-
-def test_on_error_stop(run):
-    """A step fails and says nothing else -> Its failure goes up: to the group, the set or the loop
-    around it, and in the end to the run."""
-    ran = run("""
+""", {"sent": ["x", "x"]}),
+    ("on_error_stop",
+     "A step fails and has no other setting -> Its failure goes up: to the group, the set or the loop "
+     "around it, and in the end to the run.", """
 steps:
   - steps: [{do: a.act, with: {name: x, script: Broken}, on_error: stop}]
     fallback: [{do: b.act, with: {name: y}}]
-""")
-
-    assert (ran.status, ran.sent) == (0, ["x", "y"])
-
-
-def test_on_error_continue(run):
-    """A step fails, `on_error: continue` -> The next step begins; the result of the failed one is
-    null."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "y"]}),
+    ("on_error_continue",
+     "A step fails, `on_error: continue` -> The next step starts; the result of the failed one is null.",
+     """
 steps:
   - {id: it, do: a.act, with: {name: x, script: Broken}, on_error: continue}
   - {do: a.act, with: {name: after}}
 outputs: {n: "${{ steps.it.n }}"}
-""")
-
-    assert (ran.status, ran.sent) == (0, ["x", "after"])
-    assert ran.outputs == {"n": None}
-
-
-def test_on_error_comes_after_retry_and_fallback(run):
-    """As before, with a `retry` and a `fallback` -> They come first."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "after"], "outputs": {"n": None}}),
+    ("on_error_comes_after_retry_and_fallback",
+     "As before, with a `retry` and a `fallback` -> They come first.", """
 steps:
   - do: a.act
     with: {name: x, script: Broken}
@@ -111,44 +81,24 @@ steps:
     fallback: [{do: b.act, with: {name: y, script: Broken}}]
     on_error: continue
   - {do: c.act, with: {name: after}}
-""")
-
-    assert (ran.status, ran.sent) == (0, ["x", "x", "y", "after"])
-
-
-def test_on_error_pause(run):
-    """A step fails, `on_error: pause` -> The run is paused; `labrun continue` tries the step again,
-    with all its attempts. What had succeeded before is not done again."""
-    ran = run(
-        """
+""", {"status": 0, "sent": ["x", "x", "y", "after"]}),
+    ("on_error_pause",
+     "A step fails, `on_error: pause` -> The run is paused; `labrun continue` tries the step again, with "
+     "all its attempts. What had succeeded before is not done again.", """
 steps:
   - {do: a.shoot, with: {name: shot}}
   - {id: it, do: a.act, with: {name: x, script: "Broken,ok"}, on_error: pause}
   - {do: b.act, with: {name: after}}
-""",
-        go_on="control pause",
-    )
-
-    assert (ran.status, ran.sent) == (0, ["shot", "x", "x", "after"])
-
-
-def test_keep_going_leaves_holes(run):
-    """Iterations fail, no more than `max_failed` -> Each is a hole: its later steps are not sent,
-    the next iteration begins, and the loop succeeds. The run says how many holes it has."""
-    ran = run(LOOP.format(most=3))
-
-    assert ran.status == 0
-    assert ran.sent == ["x0", "x1", "x2", "x3", "y3"]
-    assert ran.finished.holes == 3
-
-
-def test_one_failure_too_many_ends_the_loop(run):
-    """One more fails -> The loop fails there; that iteration is no hole, and stays unfinished."""
-    ran = run(LOOP.format(most=1))
-
-    assert ran.status == 1
-    assert ran.sent == ["x0", "x1"]
-    assert ran.finished.holes == 1
+""", {"status": 0, "sent": ["shot", "x", "x", "after"]}, {"go_on": "control pause"}),
+    ("keep_going_leaves_holes",
+     "Iterations fail, no more than `max_failed` -> Each is a hole: its later steps are not sent, the "
+     "next iteration begins, and the loop succeeds. The run reports how many holes it has.",
+     LOOP.format(most=3), {"status": 0, "sent": ["x0", "x1", "x2", "x3", "y3"], "holes": 3}),
+    ("one_failure_too_many_ends_the_loop",
+     "One more fails -> The loop fails there; that iteration is not a hole, and stays unfinished.",
+     LOOP.format(most=1), {"status": 1, "sent": ["x0", "x1"], "holes": 1}),
+)
+# fmt: on
 
 
 def test_a_hole_has_a_row(run):
@@ -192,8 +142,8 @@ def test_holes_stay_holes_after_a_kill(bench):
 
 
 def test_a_loop_that_ended_goes_on_when_the_run_is_resumed(bench):
-    """A run that ended by one failure too many is resumed -> The loop goes on with that iteration;
-    holes stay holes."""
+    """A run that ended with one failure too many is resumed -> The loop continues with that
+    iteration; holes stay holes."""
     bench.run("""
 steps:
   - foreach: {i: [1, 2, 3]}

@@ -65,7 +65,7 @@ steps:
 
 def test_values_are_in_the_units_of_the_device(run):
     """A value in another unit than the device's -> It is converted on the way there, and results
-    bear their unit."""
+    have their unit."""
     ran = run("""
 steps:
   - {id: it, do: a.act, with: {name: x, x: 500 um}}
@@ -105,8 +105,8 @@ steps:
 
 
 def test_abort_waits_for_what_cannot_be_cancelled(run):
-    """Abort while an action runs that cannot be cancelled -> It ends by itself first; then comes
-    `finally`."""
+    """Abort while an action runs that cannot be cancelled -> It ends by itself first; then
+    `finally` runs."""
     ran = run(
         """
 steps:
@@ -122,7 +122,7 @@ finally: [{do: b.act, with: {name: tidy}}]
 
 
 def test_an_aborted_run_goes_on_where_it_was(bench):
-    """An aborted run is resumed -> It goes on at the action that was cancelled."""
+    """An aborted run is resumed -> It resumes at the action that was cancelled."""
     ran = bench.run(
         """
 steps:
@@ -180,7 +180,7 @@ steps:
 
 
 def test_an_action_that_was_announced_and_never_begun_is_sent(bench):
-    """The engine is killed after it noted an action and before it sent it -> Resume sends it,
+    """The engine is killed after it recorded an action and before it sent it -> Resume sends it,
     once."""
     bench.kill("steps: [{id: shot, do: a.shoot, with: {name: shot}}]\n", "goal main/shot/1")
 
@@ -191,7 +191,7 @@ def test_an_action_that_was_announced_and_never_begun_is_sent(bench):
 
 
 def test_outputs_are_computed_at_the_end(run):
-    """`outputs` of a run that succeeds -> They are computed after the last step and stand in the
+    """`outputs` of a run that succeeds -> They are computed after the last step and recorded in the
     journal."""
     ran = run("""
 steps:

@@ -86,8 +86,8 @@ outputs: {good: "${{ steps.good.name }}", slow: "${{ steps.slow.name }}"}
 
 
 def test_each_member_has_a_ladder_of_its_own(run):
-    """A member with a `retry` and a `fallback` -> It goes up its own ladder while the others
-    run."""
+    """A member with a `retry` and a `fallback` -> Its own retries and fallbacks run while the
+    others run."""
     ran = run("""
 steps:
   - parallel:
@@ -116,7 +116,7 @@ steps:
 
 def test_a_set_s_fallback_stands_in_for_the_members_that_failed(run):
     """A set with a `fallback`, and a member fails -> When all have ended the fallback runs, once.
-    Its result stands in the list in the place of each member that failed."""
+    In the list, its result replaces that of each member that failed."""
     ran = run("""
 steps:
   - id: all
@@ -156,7 +156,7 @@ def test_a_person_s_repeat_repeats_only_what_failed(run):
 
 
 def test_after_a_person_s_repeat_and_a_kill(bench):
-    """As before, and the engine is killed later -> What had succeeded at the first time is not sent
+    """As before, and the engine is killed later -> What succeeded the first time is not sent
     again."""
     bench.kill(ASKED, "feedback main/after", answers={"how": "repeat"})
 
@@ -181,8 +181,8 @@ steps:
 
 
 def test_a_stop_by_a_person_outweighs_another_failure(run):
-    """One member fails and in another a person answers `stop` -> The run stops; `keep_going` does
-    not go on."""
+    """One member fails and in another a person answers `stop` -> The run stops, in spite of
+    `keep_going`."""
     ran = run(
         """
 steps:

@@ -8,6 +8,8 @@ in total, with its retries and fallbacks. A pause does not count.
       steps: [{do: gantry.home}, {do: libs.locate}]
 """
 
+from .table import table
+
 
 def test_a_timeout_cancels_the_action(run):
     """An action takes longer -> It is cancelled and awaited; then the step fails with the error
@@ -25,87 +27,49 @@ steps:
     assert [r.state for r in ran.records if r.kind == "ended"] == ["CANCELED", "SUCCEEDED"]
 
 
-def test_each_attempt_has_the_whole_time(run):
-    """An action with a `retry` takes longer -> It is sent again, and each attempt has the whole
-    time."""
-    ran = run("""
+# fmt: off
+test_timeouts = table(
+    ("each_attempt_has_the_whole_time",
+     "An action with a `retry` takes longer -> It is sent again, and each attempt has the whole time.", """
 steps: [{do: a.act, with: {name: x, script: "hang,ok"}, timeout: 0.2 s, retry: 2}]
-""")
-
-    assert (ran.status, ran.sent) == (0, ["x", "x"])
-
-
-def test_a_late_success_counts(run):
-    """An action that cannot be cancelled ends after its time with success -> It has succeeded."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "x"]}),
+    ("a_late_success_counts",
+     "An action that cannot be cancelled ends after its time with success -> It has succeeded.", """
 steps:
   - {id: it, do: a.shoot, with: {name: x, seconds: 0.4}, timeout: 0.1 s}
   - {do: b.act, with: {name: "after ${{ steps.it.name }}"}}
-""")
-
-    assert ran.status == 0
-    assert ran.words == ["x", "x.", "after x", "after x."]
-
-
-def test_waiting_for_the_device_does_not_count(run):
-    """The device is busy with another action first -> Waiting for it does not count."""
-    ran = run("""
+""", {"status": 0, "words": ["x", "x.", "after x", "after x."]}),
+    ("waiting_for_the_device_does_not_count",
+     "The device is busy with another action first -> Waiting for it does not count.", """
 steps:
   - {do: a.act, with: {name: aside, seconds: 0.4}, mode: background}
   - {do: a.act, with: {name: x}, timeout: 0.3 s}
-""")
-
-    assert ran.status == 0
-    assert ran.words == ["aside", "aside.", "x", "x."]
-
-
-def test_a_pause_does_not_count(run):
-    """The run is paused meanwhile -> A pause does not count."""
-    ran = run(
-        "steps: [{timeout: 0.5 s, steps: [{do: a.act, with: {name: x, seconds: 0.1}}, {wait: 0.1 s}]}]\n",
-        pause="feedback .* main/0/0",
-    )
-
-    assert ran.status == 0
-
-
-def test_defaults_are_for_actions_only(run):
-    """`defaults.timeout` -> It holds for every `do` that says no other; groups, questions and waits
-    have none."""
-    ran = run("""
+""", {"status": 0, "words": ["aside", "aside.", "x", "x."]}),
+    ("a_pause_does_not_count", "The run is paused meanwhile -> A pause does not count.",
+     "steps: [{timeout: 0.5 s, steps: [{do: a.act, with: {name: x, seconds: 0.1}}, {wait: 0.1 s}]}]\n",
+     {"status": 0}, {"pause": "feedback .* main/0/0"}),
+    ("defaults_are_for_actions_only",
+     "`defaults.timeout` -> It applies to every `do` without its own; groups, questions and waits have "
+     "none.", """
 defaults: {timeout: 0.2 s}
 steps:
   - {wait: 0.3 s}
   - {do: a.act, with: {name: x, seconds: 0.3}, timeout: 5 s}
   - {do: a.act, with: {name: y, script: hang}}
-""")
-
-    assert ran.status == 1
-    assert ran.done == ["x"]
-    assert "a.act took longer than 0.2 s" in ran.finished.reason
-
-
-def test_on_a_group_the_time_counts_in_total(run):
-    """The steps of a group take longer together -> What runs is cancelled; the group fails with
-    `Timeout`."""
-    ran = run("""
+""", {"status": 1, "done": ["x"], "reason": "a.act took longer than 0.2 s"}),
+    ("on_a_group_the_time_counts_in_total",
+     "The steps of a group take longer together -> What runs is cancelled; the group fails with "
+     "`Timeout`.", """
 steps:
   - timeout: 0.4 s
     steps:
       - {do: a.act, with: {name: x, seconds: 0.2}}
       - {do: a.act, with: {name: y, script: hang}}
       - {do: a.act, with: {name: never}}
-""")
-
-    assert ran.status == 1
-    assert ran.words == ["x", "x.", "y"]
-    assert "Timeout" in ran.finished.reason
-
-
-def test_on_a_group_retries_and_fallbacks_count_too(run):
-    """A group with a `retry` or a `fallback` takes longer -> Those count, too: they are not tried
-    any more; `on_error` and `keep_going` take the failure."""
-    ran = run("""
+""", {"status": 1, "words": ["x", "x.", "y"], "reason": "Timeout"}),
+    ("on_a_group_retries_and_fallbacks_count_too",
+     "A group with a `retry` or a `fallback` takes longer -> Those count, too: they are not tried any "
+     "more; `on_error` and `keep_going` take the failure.", """
 steps:
   - timeout: 0.3 s
     on_error: continue
@@ -113,21 +77,14 @@ steps:
     steps: [{do: a.act, with: {name: x, script: hang}}]
     fallback: [{do: b.act, with: {name: never}}]
   - {do: c.act, with: {name: after}}
-""")
-
-    assert ran.status == 0
-    assert ran.sent == ["x", "after"]
-
-
-def test_a_question_with_a_timeout(run):
-    """Nobody answers a question in time -> It fails with `Timeout`."""
-    ran = run("""
+""", {"status": 0, "sent": ["x", "after"]}),
+    ("a_question_with_a_timeout", "Nobody answers a question in time -> It fails with `Timeout`.", """
 steps:
   - {id: how, ask: "How?", choices: [well, badly], timeout: 0.2 s, on_error: continue}
   - {do: a.act, with: {name: "${{ 'null' if steps.how == null else 'told' }}"}}
-""")
-
-    assert ran.sent == ["null"]
+""", {"sent": ["null"]}),
+)
+# fmt: on
 
 
 def test_a_loop_with_a_timeout(run):
@@ -151,8 +108,8 @@ outputs: {all: "${{ steps.all }}"}
 
 
 def test_a_step_whose_time_was_over_is_not_begun_again_after_a_kill(bench):
-    """A step's time was over, the run went on (`on_error: continue`), and the engine is killed
-    later -> Resume does not begin it again; what its finished steps had set is known."""
+    """A step timed out, the run continued (`on_error: continue`), and the engine is killed later ->
+    Resume does not start it again; what its finished steps had set is known."""
     bench.kill(
         """
 steps:
@@ -177,7 +134,7 @@ outputs: {one: "${{ steps.one.name }}"}
 
 
 def test_a_run_that_failed_by_a_timeout_tries_again_when_it_is_resumed(bench):
-    """A run that ended since a step's time was over is resumed -> The step is begun again, with its
+    """A run that ended because a step timed out is resumed -> The step is started again, with its
     whole time."""
     bench.run("""
 steps:

@@ -1,12 +1,14 @@
 """`use`: another protocol as one step
 
-The other file's steps run here, on our devices, with parameters of their own. It sees none of our names,
-and we see none of its steps: it is given values by `with` and gives back its `outputs`.
+The other file's steps run here, on our devices, with their own parameters. It sees none of our names,
+and we see none of its steps: it receives values through `with` and returns its `outputs`.
 
     - id: scan
       use: ./scan_core.yaml
       with: {width: 2 mm}
 """
+
+from .table import table
 
 OTHER = """
 params:
@@ -122,7 +124,7 @@ def test_roles_of_other_names(run):
 
 
 def test_its_defaults_are_its_own(run):
-    """Both protocols have `defaults` -> Each goes by its own."""
+    """Both protocols have `defaults` -> Each uses its own."""
     ran = run(
         """
 defaults: {retry: 3}
@@ -138,46 +140,27 @@ steps:
     assert ran.sent == ["ours", "ours", "ours", "its", "its"]
 
 
-def test_its_finally_runs_when_it_has_succeeded(run):
-    """It succeeds -> Its `finally` runs once, before our next step."""
-    ran = run(
-        "steps: [{id: other, use: ./other.yaml}, {do: c.act, with: {name: after}}]\n"
-        'outputs: {n: "${{ steps.other.n }}"}\n',
-        beside={"other.yaml": TIDY},
-    )
-
-    assert ran.sent == ["it", "tidy", "after"]
-    assert ran.outputs == {"n": 1}
-
-
-def test_its_finally_runs_when_it_has_failed(run):
-    """A step of it fails -> Its `finally` runs once; then the `use` fails, and its fallback
-    begins."""
-    ran = run(
-        """
+# fmt: off
+test_its_finally = table(
+    ("its_finally_runs_when_it_has_succeeded",
+     "It succeeds -> Its `finally` runs once, before our next step.", """
+steps: [{id: other, use: ./other.yaml}, {do: c.act, with: {name: after}}]
+outputs: {n: "${{ steps.other.n }}"}
+""", {"sent": ["it", "tidy", "after"], "outputs": {"n": 1}}, {"beside": {"other.yaml": TIDY}}),
+    ("its_finally_runs_when_it_has_failed",
+     "A step of it fails -> Its `finally` runs once; then the `use` fails, and its fallback starts.", """
 steps:
   - use: ./other.yaml
     with: {script: Broken}
     fallback: [{do: c.act, with: {name: other}}]
-""",
-        beside={"other.yaml": TIDY},
-    )
-
-    assert ran.status == 0
-    assert ran.sent == ["it", "tidy", "other"]
-
-
-def test_a_failing_finally_fails_the_use(run):
-    """Its steps succeed and its `finally` fails -> The `use` fails, with the reason of its
-    `finally`."""
-    ran = run(
-        "steps: [{use: ./other.yaml}, {do: c.act, with: {name: never}}]\n",
-        beside={"other.yaml": TIDY.replace("{name: tidy}", "{name: tidy, script: Half}")},
-    )
-
-    assert ran.status == 1
-    assert ran.sent == ["it", "tidy"]
-    assert "Half" in ran.finished.reason
+""", {"status": 0, "sent": ["it", "tidy", "other"]}, {"beside": {"other.yaml": TIDY}}),
+    ("a_failing_finally_fails_the_use",
+     "Its steps succeed and its `finally` fails -> The `use` fails, with the reason of its `finally`.",
+     "steps: [{use: ./other.yaml}, {do: c.act, with: {name: never}}]\n",
+     {"status": 1, "sent": ["it", "tidy"], "reason": "Half"},
+     {"beside": {"other.yaml": TIDY.replace("{name: tidy}", "{name: tidy, script: Half}")}}),
+)
+# fmt: on
 
 
 def test_the_first_failure_is_the_reason(run):
@@ -215,39 +198,24 @@ NESTED = {
 }
 
 
-def test_abort_runs_every_finally_from_the_inside_out(run):
-    """Abort inside -> The action is cancelled; then the `finally` of every protocol runs once,
-    the innermost first, the run's own last."""
-    ran = run(
-        "steps: [{id: use, use: ./outer.yaml}]\nfinally: [{do: c.act, with: {name: tidy run}}]\n",
-        beside=NESTED,
-        abort="feedback .* main/use/deep/it",
-    )
-
-    assert ran.finished.fate == "aborted"
-    assert ran.sent == ["it", "tidy inner", "tidy outer", "tidy run"]
-
-
-def test_abort_after_it_has_ended_does_not_run_its_finally_again(run):
-    """Abort after the `use` has ended -> Its `finally` is not run a second time."""
-    ran = run(
-        "steps: [{use: ./other.yaml}, {id: long, do: c.act, with: {name: long, script: hang}}]\n",
-        beside={"other.yaml": TIDY},
-        abort="feedback .* main/long",
-    )
-
-    assert ran.sent == ["it", "tidy", "long"]
-
-
-def test_abort_before_it_begins_does_not_run_its_finally(run):
-    """Abort before the `use` has begun -> Its `finally` does not run."""
-    ran = run(
-        "steps: [{id: long, do: c.act, with: {name: long, script: hang}}, {use: ./other.yaml}]\n",
-        beside={"other.yaml": TIDY},
-        abort="feedback .* main/long",
-    )
-
-    assert ran.sent == ["long"]
+# fmt: off
+test_abort_around_its_finally = table(
+    ("abort_runs_every_finally_from_the_inside_out",
+     "Abort inside -> The action is cancelled; then the `finally` of every protocol runs once, the "
+     "innermost first, the run's own last.",
+     "steps: [{id: use, use: ./outer.yaml}]\nfinally: [{do: c.act, with: {name: tidy run}}]\n",
+     {"fate": "aborted", "sent": ["it", "tidy inner", "tidy outer", "tidy run"]},
+     {"beside": NESTED, "abort": "feedback .* main/use/deep/it"}),
+    ("abort_after_it_has_ended_does_not_run_its_finally_again",
+     "Abort after the `use` has ended -> Its `finally` is not run a second time.",
+     "steps: [{use: ./other.yaml}, {id: long, do: c.act, with: {name: long, script: hang}}]\n",
+     {"sent": ["it", "tidy", "long"]}, {"beside": {"other.yaml": TIDY}, "abort": "feedback .* main/long"}),
+    ("abort_before_it_begins_does_not_run_its_finally",
+     "Abort before the `use` has begun -> Its `finally` does not run.",
+     "steps: [{id: long, do: c.act, with: {name: long, script: hang}}, {use: ./other.yaml}]\n",
+     {"sent": ["long"]}, {"beside": {"other.yaml": TIDY}, "abort": "feedback .* main/long"}),
+)
+# fmt: on
 
 
 def test_abort_in_its_finally(run):
@@ -266,44 +234,26 @@ def test_abort_in_its_finally(run):
     assert ran.done[-1] == "tidy"
 
 
-def test_a_timeout_on_a_use(run):
-    """A `use` takes longer than its `timeout` -> It is cancelled and fails with `Timeout`;
-    its `finally` runs before anything else."""
-    ran = run(
-        """
+# fmt: off
+test_a_use_that_is_cancelled = table(
+    ("a_timeout_on_a_use",
+     "A `use` takes longer than its `timeout` -> It is cancelled and fails with `Timeout`; its `finally` "
+     "runs before anything else.", """
 steps:
   - {use: ./other.yaml, with: {script: hang}, timeout: 0.3 s, on_error: continue}
   - {do: c.act, with: {name: after}}
-""",
-        beside={"other.yaml": TIDY},
-    )
-
-    assert ran.status == 0
-    assert ran.sent == ["it", "tidy", "after"]
-
-
-def test_a_use_that_loses_a_race(run):
-    """A `use` in a member of `any` loses -> It is cancelled; its `finally` runs before the next
-    step."""
-    ran = run(
-        """
+""", {"status": 0, "sent": ["it", "tidy", "after"]}, {"beside": {"other.yaml": TIDY}}),
+    ("a_use_that_loses_a_race",
+     "A `use` in a member of `any` loses -> It is cancelled; its `finally` runs before the next step.", """
 steps:
   - any:
       - steps: [{use: ./other.yaml, with: {script: hang}}]
       - steps: [{wait: 0.2 s}]
   - {do: c.act, with: {name: after}}
-""",
-        beside={"other.yaml": TIDY},
-    )
-
-    assert ran.sent == ["it", "tidy", "after"]
-
-
-def test_a_use_that_is_cancelled_in_a_set(run):
-    """A `use` in a set is cancelled, since another member has failed -> Its `finally` runs before
-    the set ends."""
-    ran = run(
-        """
+""", {"sent": ["it", "tidy", "after"]}, {"beside": {"other.yaml": TIDY}}),
+    ("a_use_that_is_cancelled_in_a_set",
+     "A `use` in a set is cancelled because another member has failed -> Its `finally` runs before the "
+     "set ends.", """
 steps:
   - on_failure: cancel
     on_error: continue
@@ -311,11 +261,9 @@ steps:
       - steps: [{use: ./other.yaml, with: {script: hang}}]
       - steps: [{wait: 0.2 s}, {fail: enough}]
   - {do: c.act, with: {name: after}}
-""",
-        beside={"other.yaml": TIDY},
-    )
-
-    assert ran.sent == ["it", "tidy", "after"]
+""", {"sent": ["it", "tidy", "after"]}, {"beside": {"other.yaml": TIDY}}),
+)
+# fmt: on
 
 
 def test_abort_while_a_stopped_use_is_tidied_up(run):
@@ -375,8 +323,8 @@ def test_a_step_that_is_called_finally(run):
 
 
 def test_retry_of_a_use_begins_it_anew(run):
-    """A `use` with a `retry` fails -> Its `finally` runs; then the whole protocol begins anew, with
-    goals of new names."""
+    """A `use` with a `retry` fails -> Its `finally` runs; then the whole protocol starts again,
+    with new goal ids."""
     ran = run(
         'steps: [{id: u, use: ./other.yaml, with: {script: "Broken,ok"}, retry: 2}]\n'
         'outputs: {n: "${{ steps.u.n }}"}\n',
@@ -390,7 +338,7 @@ def test_retry_of_a_use_begins_it_anew(run):
 
 
 def test_a_use_in_a_loop(run):
-    """A `use` in a loop -> It runs once an iteration, with the parameters of that iteration."""
+    """A `use` in a loop -> It runs once per iteration, with the parameters of that iteration."""
     ran = run(
         """
 steps:
@@ -406,7 +354,7 @@ steps:
 
 
 def test_its_background_actions_end_with_it(run):
-    """It begins a background action -> The `use` ends when that has ended, too."""
+    """It starts a background action -> The `use` ends when that has ended, too."""
     ran = run(
         "steps: [{use: ./other.yaml}, {do: c.act, with: {name: after}}]\n",
         beside={
@@ -420,7 +368,7 @@ def test_its_background_actions_end_with_it(run):
 
 
 def test_the_answer_to_its_question_is_found_by_its_id(run):
-    """It asks a person -> The question bears the id that it has in the other protocol."""
+    """It asks a person -> The question has the id that it has in the other protocol."""
     ran = run(
         "steps: [{use: ./other.yaml}]\n",
         beside={
@@ -463,8 +411,8 @@ finally: [{do: c.act, with: {name: tidy}}]
 
 
 def test_a_use_goes_on_after_a_kill(bench):
-    """The engine is killed inside -> Resume goes on inside, at the first unfinished action;
-    its `finally` runs once, when it ends."""
+    """The engine is killed inside -> Resume continues inside, at the first unfinished action; its
+    `finally` runs once, when it ends."""
     bench.kill(
         "steps: [{id: u, use: ./other.yaml, with: {who: me}}]\n",
         "iteration main/u/1/0",
@@ -479,8 +427,8 @@ def test_a_use_goes_on_after_a_kill(bench):
 
 
 def test_resume_needs_nothing_but_the_run_s_folder(bench):
-    """As before, and the files beside the protocol were edited or deleted meanwhile ->
-    Resume goes by the copies that the run has kept, of protocols and of tables."""
+    """As before, and the files beside the protocol were edited or deleted meanwhile -> Resume uses
+    the copies of protocols and tables that the run has kept."""
     bench.kill(
         "steps: [{id: u, use: ./other.yaml, with: {who: me}}]\n",
         "iteration main/u/1/0",
@@ -498,7 +446,7 @@ def test_resume_needs_nothing_but_the_run_s_folder(bench):
 
 def test_protocols_within_protocols(bench):
     """It uses a third protocol, and the engine is killed in that; all files are deleted -> Resume
-    goes on there, and every `finally` runs once, the innermost first."""
+    continues there, and every `finally` runs once, the innermost first."""
     beside = {
         "mid.yaml": "steps: [{id: v, use: ./deep.yaml}]\nfinally: [{do: c.act, with: {name: tidy mid}}]\n",
         "deep.yaml": "steps:\n  - foreach: {r: \"${{ csv('p.csv') }}\"}\n"
@@ -516,8 +464,8 @@ def test_protocols_within_protocols(bench):
 
 
 def test_rows_of_a_use_in_a_loop(run):
-    """It stands in a loop and collects rows -> One table for all of them; the key of a row begins
-    with the outer key."""
+    """It is in a loop and collects rows -> One table for all of them; the key of a row begins with
+    the outer key."""
     ran = run(
         """
 steps:
@@ -532,7 +480,7 @@ steps:
 
 
 def test_killed_in_its_finally(bench):
-    """The engine is killed in its `finally` -> Resume goes on in it; its finished `once` actions
+    """The engine is killed in its `finally` -> Resume continues in it; its finished `once` actions
     are not sent again."""
     bench.kill(
         "steps: [{id: u, use: ./other.yaml}, {do: c.act, with: {name: after}}]\n",
@@ -550,8 +498,8 @@ def test_killed_in_its_finally(bench):
 
 
 def test_killed_in_the_second_attempt(bench):
-    """The engine is killed in the second attempt of a retried `use` -> Resume goes on in the second
-    attempt."""
+    """The engine is killed in the second attempt of a retried `use` -> Resume continues in the
+    second attempt."""
     bench.kill(
         "steps: [{id: u, use: ./other.yaml, retry: 2}]\n",
         "feedback main/u/r2/u/long",
@@ -570,7 +518,7 @@ def test_killed_in_the_second_attempt(bench):
 
 
 def test_a_use_that_failed_goes_on_when_the_run_is_resumed(bench):
-    """A run that ended inside is resumed -> It goes on at the step that had failed; its `finally`
+    """A run that ended inside is resumed -> It resumes at the step that had failed; its `finally`
     runs again at its end."""
     body = "steps: [{id: u, use: ./other.yaml}]\n"
     other = (
@@ -586,7 +534,7 @@ def test_a_use_that_failed_goes_on_when_the_run_is_resumed(bench):
 
 
 def test_the_same_protocol_twice(run):
-    """The same protocol is used twice -> Each use has results, goals and tables of its own."""
+    """The same protocol is used twice -> Each use has its own results, goals and tables."""
     ran = run(
         """
 steps:

@@ -1,54 +1,46 @@
 """`set`, `collect`, `outputs`, `csv`, and steps that take no time
 
 `set` gives names to values. `collect` writes a row of a table for each iteration. `outputs` are the
-run's own result. `csv()` reads a table that lies beside the protocol.
+run's own result. `csv()` reads a table beside the protocol.
 
     - foreach: {sample: "${{ csv('samples.csv', x='mm') }}"}
       steps: [{id: look, do: balance.weigh}, {set: {last: "${{ steps.look.mass }}"}}]
       collect: {x: "${{ sample.x }}", mass: "${{ steps.look.mass }}"}
 """
 
+from .table import table
 
-def test_a_name_is_known_to_later_steps(run):
-    """`set` gives a name a value -> All later steps see it, also those in loops and groups."""
-    ran = run("""
+# fmt: off
+test_names = table(
+    ("a_name_is_known_to_later_steps",
+     "`set` gives a name a value -> All later steps see it, also those in loops and groups.", """
 steps:
   - set: {n: 1}
   - foreach: {i: [10, 20]}
     steps: [{steps: [{do: a.act, with: {name: "x${{ n + i }}"}}]}]
-""")
-
-    assert ran.sent == ["x11", "x21"]
-
-
-def test_an_iteration_changes_a_name_of_outside(run):
-    """A loop changes a name that was set before it -> The next iterations and all later steps see
-    the new value."""
-    ran = run("""
+""", {"sent": ["x11", "x21"]}),
+    ("an_iteration_changes_a_name_of_outside",
+     "A loop changes a name that was set before it -> The next iterations and all later steps see the "
+     "new value.", """
 steps:
   - set: {total: 0}
   - foreach: {i: [1, 2, 3]}
     steps: [{set: {total: "${{ total + i }}"}}]
   - {do: a.act, with: {name: "sum ${{ total }}"}}
-""")
-
-    assert ran.sent == ["sum 6"]
-
-
-def test_all_values_of_one_set_are_computed_first(run):
-    """One `set` with several names -> All values are computed from those before it."""
-    ran = run("""
+""", {"sent": ["sum 6"]}),
+    ("all_values_of_one_set_are_computed_first",
+     "One `set` with several names -> All values are computed from those before it.", """
 steps:
   - set: {a: 1, b: 2}
   - set: {a: "${{ b }}", b: "${{ a }}"}
   - {do: a.act, with: {name: "${{ a }} ${{ b }}"}}
-""")
-
-    assert ran.sent == ["2 1"]
+""", {"sent": ["2 1"]}),
+)
+# fmt: on
 
 
 def test_a_whole_expression_keeps_its_type(run):
-    """A value that is one whole expression -> It keeps its type and unit; inside a text it is
+    """A value that is a single expression -> It keeps its type and unit; inside a text it is
     written out."""
     ran = run("""
 steps:
@@ -59,52 +51,35 @@ steps:
     assert [r.params for r in ran.records if r.kind == "goal"] == [{"name": "at 1.5 mm", "x": 1.5}]
 
 
-def test_null_spreads(run):
-    """A result that is null is computed with -> The result is null; a comparison with it counts as
-    false."""
-    ran = run("""
+# fmt: off
+test_steps_without_a_device = table(
+    ("null_spreads",
+     "A result that is null is computed with -> The result is null; a comparison with it counts as "
+     "false.", """
 steps:
   - {id: gone, when: "${{ 1 > 2 }}", do: a.act, with: {name: never}}
 outputs: {sum: "${{ steps.gone.x + 1 mm }}", less: "${{ 'yes' if steps.gone.x < 1 mm else 'no' }}"}
-""")
-
-    assert ran.outputs == {"sum": None, "less": "no"}
-
-
-def test_require(run):
-    """`require` of something that is not true -> The step fails, and the reason names the
-    condition."""
-    ran = run(
-        "steps: [{set: {x: 1}}, {require: '${{ x > 1 }}'}, {do: a.act, with: {name: never}}]\n"
-    )
-
-    assert (ran.status, ran.sent) == (1, [])
-    assert "Required: x > 1 is not true" in ran.finished.reason
-
-
-def test_fail(run):
-    """`fail: TEXT` -> The step fails, with these words."""
-    ran = run("steps: [{set: {x: 1}}, {when: '${{ x == 1 }}', fail: 'x is ${{ x }}'}]\n")
-
-    assert ran.status == 1
-    assert "Failed: x is 1" in ran.finished.reason
-
-
-def test_wait(run):
-    """`wait: 0.2 s` -> The next step begins after that time."""
-    ran = run("""
+""", {"outputs": {"sum": None, "less": "no"}}),
+    ("require",
+     "`require` of something that is not true -> The step fails, and the reason names the condition.",
+     "steps: [{set: {x: 1}}, {require: '${{ x > 1 }}'}, {do: a.act, with: {name: never}}]\n",
+     {"status": 1, "sent": [], "reason": "Required: x > 1 is not true"}),
+    ("fail", "`fail: TEXT` -> The step fails, with this text.",
+     "steps: [{set: {x: 1}}, {when: '${{ x == 1 }}', fail: 'x is ${{ x }}'}]\n",
+     {"status": 1, "reason": "Failed: x is 1"}),
+    ("wait", "`wait: 0.2 s` -> The next step begins after that time.", """
 steps:
   - parallel:
       - steps: [{wait: 0.2 s}, {do: a.act, with: {name: later}}]
       - steps: [{do: b.act, with: {name: one}}, {do: b.act, with: {name: two}}]
-""")
-
-    assert ran.sent == ["one", "two", "later"]
+""", {"sent": ["one", "two", "later"]}),
+)
+# fmt: on
 
 
 def test_log(bench):
-    """`log: TEXT` -> A line on the screen and in the journal; once, also when the engine is killed
-    and goes on."""
+    """`log: TEXT` -> A line on the screen and in the journal; once, even if the engine is killed
+    and the run resumed."""
     bench.kill(
         """
 steps:
@@ -153,8 +128,8 @@ steps:
 
 
 def test_every_loop_that_collects_has_a_table(run):
-    """Several loops collect -> Each has a table: `data.csv` is that of the first, the others bear
-    the ids of their steps."""
+    """Several loops collect -> Each has a table: `data.csv` is that of the first, the others are
+    named after the ids of their steps."""
     ran = run("""
 steps:
   - {id: coarse, foreach: {i: [1]}, steps: [{do: a.act, with: {name: x}}], collect: {i: "${{ i }}"}}
@@ -166,8 +141,8 @@ steps:
 
 
 def test_rows_of_a_loop_that_is_begun_anew(run):
-    """The loop stands in a group that is tried again -> Its rows are written again; those of the
-    first attempt stay."""
+    """The loop is in a group that is retried -> Its rows are written again; those of the first
+    attempt stay."""
     ran = run("""
 steps:
   - retry: 2
@@ -198,7 +173,7 @@ steps:
 
 def test_outputs(run):
     """The run succeeds -> `outputs` are computed at its end; what cannot be computed is null, and a
-    line says why."""
+    message says why."""
     ran = run("""
 steps:
   - {id: one, do: a.act, with: {name: one, x: 2}}
@@ -217,8 +192,8 @@ def test_a_run_that_failed_has_no_outputs(run):
 
 
 def test_a_table_is_gone_through(run):
-    """`foreach` over `csv()` -> The rows in order; their fields have the kinds and units that were
-    asked for."""
+    """`foreach` over `csv()` -> The rows in order; their fields have the requested kinds and
+    units."""
     ran = run(
         """
 steps:
@@ -236,7 +211,7 @@ steps:
 
 
 def test_a_table_is_the_run_s_own_copy(bench):
-    """The table is edited while the run is interrupted -> Resume goes by the copy that the run has
+    """The table is edited while the run is interrupted -> Resume uses the copy that the run has
     kept."""
     bench.kill(
         """

@@ -1,4 +1,4 @@
-"""The same seed plans the same blows, of every kind."""
+"""The same seed plans the same kills, of every kind."""
 
 from itertools import islice
 from random import Random
@@ -22,7 +22,7 @@ def test_every_kind_of_blow_is_planned():
     assert {kill.form for kill in kills if kill.flush} == {"before", "torn", "after"}
 
 
-def test_blows_fall_within_the_life_of_a_short_run():
+def test_kills_come_within_a_short_run():
     kills = islice(at_random(Random(1), lasts_s=0.5, writes=4), 200)
 
     assert all((kill.after_s or 0) <= 0.5 and kill.flush <= 4 for kill in kills)

@@ -1,11 +1,11 @@
-"""Each line of the promise is really held against what happened."""
+"""Each line of the promise is really compared with what happened."""
 
 from hashlib import sha256
 
 import pytest
 
+from labrun.engine.torture.accounts import Account, Deed
 from labrun.engine.torture.verdict import PROMISES, Measure, judge
-from labrun.engine.torture.witness import Account, Deed
 from labrun.schemas import journal as j
 from labrun.schemas.messages import GoalError
 

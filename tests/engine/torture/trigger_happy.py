@@ -1,6 +1,6 @@
-"""An analyser that keeps no promise: it fires twice for every shot that it is asked for."""
+"""An analyser that keeps no promise: it fires twice for every requested shot."""
 
-from labrun.drivers.sim_libs import SimLibs
+from labrun.drivers.simulated.libs import SimLibs
 
 
 class TriggerHappy(SimLibs):

@@ -45,7 +45,7 @@ def test_the_worst_case_is_said_beside_the_count():
     worst = 2 + 1071 * (1 + 3 + 1 + 3 + 2 + 5 + 1)
 
     assert f"{worst:,} with every retry and fallback" in said[6]
-    assert "more where a person chooses `repeat`" in said[6]
+    assert "more if a person chooses `repeat`" in said[6]
 
 
 def test_a_loop_of_unknown_length_is_said_to_be_so():

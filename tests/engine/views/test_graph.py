@@ -1,7 +1,6 @@
-"""`labrun graph` draws the compiled tree: one node a step, and nothing that a label could break."""
+"""`labrun graph` draws the compiled tree: one node per step, and nothing that a label could break."""
 
 import re
-import shutil
 import subprocess
 from collections import Counter
 from pathlib import Path
@@ -9,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from labrun.engine.check import Checked, check_file, check_text
-from labrun.engine.compile import TreeCompiler
-from labrun.engine.frame import Scope
-from labrun.engine.history import History
-from labrun.engine.journal import Journal
-from labrun.engine.nodes.background import Background
-from labrun.engine.nodes.step import StepNode
-from labrun.engine.questions import Questions
-from labrun.engine.run import Run
+from labrun.engine.journal.history import History
+from labrun.engine.journal.journal import Journal
+from labrun.engine.run.frame import Scope
+from labrun.engine.run.questions import Questions
+from labrun.engine.run.run import Run
+from labrun.engine.tree.compile import TreeCompiler
+from labrun.engine.tree.nodes.background import Background
+from labrun.engine.tree.nodes.step import StepNode
 from labrun.engine.views.forecast import outlook
 from labrun.engine.views.graph.dot import dot
 from labrun.engine.views.graph.dot import escaped as dot_escaped
@@ -61,7 +60,7 @@ def trees(checked: Checked) -> dict[str, Node]:
 
 
 def compiled(checked: Checked, folder: Path) -> list[str]:
-    """The paths of all steps of the compiled tree; one that runs aside is built as it begins."""
+    """The paths of all steps of the compiled tree; a background step is built when it starts."""
     assert checked.survey is not None and checked.protocol is not None
     journal = Journal(folder / "journal.jsonl", sync=False)
     run = Run("r", folder, journal, History(), checked.roles, checked.params, {}, Questions())
@@ -138,7 +137,7 @@ def test_every_line_of_dot_is_a_statement_of_its_grammar():
     assert dot_escaped('a "b" \\n') == 'a \\"b\\" \\\\n'
 
 
-@pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is not installed")
+@pytest.mark.needs("graphviz")
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_graphviz_draws_it(path):
     done = subprocess.run(

@@ -64,7 +64,7 @@ def test_the_area_is_that_of_the_contract_narrowed_by_the_lab(tmp_path):
     assert plane is not None and plane.area == Area((0, 10), (5, 810))
     assert path.outside == [0]
     assert outside_text(path) == (
-        "g: 1 of 1 point lies outside x 0..10 mm, y 5..810 mm; the first is number 1, (20, 6) mm"
+        "g: 1 of 1 point is outside x 0..10 mm, y 5..810 mm; the first is number 1, (20, 6) mm"
     )
 
 

@@ -1,4 +1,4 @@
-"""`labrun words` says a protocol as a methods section would."""
+"""`labrun words` describes a protocol as a methods section would."""
 
 from pathlib import Path
 
@@ -36,7 +36,7 @@ def test_the_example_reads_as_sentences():
     assert (
         "A point that fails for good is left out; with more than 20 of them the step fails." in said
     )
-    assert "Of each point a row is kept: x, y, shot, Li." in said
+    assert "For each point a row is kept: x, y, shot, Li." in said
     assert "holes the number of turns that failed of 'scan'" in said
     assert "Enclosure closed, argon on, demo clamped?" in said
 

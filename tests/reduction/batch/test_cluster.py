@@ -12,7 +12,7 @@ import time
 import pytest
 
 from labrun.reduction.batch.batch import Batch
-from labrun.reduction.batch.crew import CrewFault, CrewUnreachable
+from labrun.reduction.batch.executor import ExecutorFault, ExecutorUnreachable
 from labrun.reduction.batch.gather import gather
 from labrun.reduction.batch.job import job_in
 from labrun.reduction.batch.pool import Pool
@@ -87,19 +87,20 @@ def new_worker(processes, address, folder):
     )
 
 
-def reduce_into(out, folder, crew):
+def reduce_into(out, folder, executor):
     found = gather([folder], out)
     about = Circumstances(Settings(), "", folder, found.left_aside)
     try:
         with job_in(out, about) as job:
-            batch = Batch(crew, job.spool)
+            batch = Batch(executor, job.spool)
             batch.add(found.spectra)
             batch.run()
             return job.write()
     finally:
-        crew.close()
+        executor.close()
 
 
+@pytest.mark.slow
 def test_a_cluster_writes_the_same_bytes_as_this_machine(spectra, tmp_path, address, tables_of):
     from labrun.reduction.batch.cluster import Cluster
 
@@ -112,16 +113,17 @@ def test_a_cluster_writes_the_same_bytes_as_this_machine(spectra, tmp_path, addr
     assert tables_of(tmp_path / "there") == tables_of(tmp_path / "here")
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_costs_nothing_but_time(many, tmp_path, address, scheduler, processes):
     from labrun.reduction.batch.cluster import Cluster
 
     mortal = new_worker(processes, scheduler[0], tmp_path / "mortal")
-    crew = Cluster(address, Settings(), UP_S)
-    crew.client.wait_for_workers(3, timeout=UP_S)
+    executor = Cluster(address, Settings(), UP_S)
+    executor.client.wait_for_workers(3, timeout=UP_S)
     for path in sorted(many.iterdir())[60:]:
         path.unlink()
     starts = []
-    real = crew.start
+    real = executor.start
 
     def start(number, chunk):
         real(number, chunk)
@@ -129,8 +131,8 @@ def test_a_worker_that_dies_costs_nothing_but_time(many, tmp_path, address, sche
         if len(starts) == 4:
             mortal.kill()
 
-    crew.start = start
-    counts = reduce_into(tmp_path / "out", many, crew)
+    executor.start = start
+    counts = reduce_into(tmp_path / "out", many, executor)
 
     assert (counts.reduced, counts.failed) == (60, [])
     assert mortal.wait(10) == -signal.SIGKILL
@@ -145,15 +147,16 @@ def test_other_versions_on_a_worker_are_told():
     assert differing({"tcp://a": {**here, "numpy": "1.0"}}).startswith("tcp://a has numpy 1.0 and")
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_dies_ends_the_batch_with_a_sentence(
     many, tmp_path, address, scheduler, monkeypatch
 ):
     from labrun.reduction.batch import cluster
 
     monkeypatch.setattr(cluster, "LOST_S", 1.0)
-    crew = cluster.Cluster(address, Settings(), UP_S)
+    executor = cluster.Cluster(address, Settings(), UP_S)
     starts = []
-    real = crew.start
+    real = executor.start
 
     def start(number, chunk):
         real(number, chunk)
@@ -161,24 +164,26 @@ def test_a_scheduler_that_dies_ends_the_batch_with_a_sentence(
         if len(starts) == 3:
             scheduler[1].kill()
 
-    crew.start = start
+    executor.start = start
 
-    with pytest.raises(CrewFault, match="has gone"):
-        reduce_into(tmp_path / "out", many, crew)
+    with pytest.raises(ExecutorFault, match="lost the dask scheduler"):
+        reduce_into(tmp_path / "out", many, executor)
     assert not (tmp_path / "out").exists()
 
 
 def test_nobody_at_the_address_is_a_sentence():
     from labrun.reduction.batch.cluster import Cluster
 
-    with pytest.raises(CrewUnreachable, match=r"no dask scheduler answers at tcp://127.* running"):
+    with pytest.raises(
+        ExecutorUnreachable, match=r"no dask scheduler answers at tcp://127.* running"
+    ):
         Cluster(f"tcp://127.0.0.1:{free_port()}", Settings(), reach_s=0.5)
 
 
 def test_an_address_that_is_none_is_a_sentence():
     from labrun.reduction.batch.cluster import Cluster
 
-    with pytest.raises(CrewUnreachable, match=r"at nonsense \(missing port"):
+    with pytest.raises(ExecutorUnreachable, match=r"at nonsense \(missing port"):
         Cluster("nonsense", Settings(), reach_s=0.5)
 
 
@@ -188,14 +193,15 @@ def test_something_else_at_the_address_is_a_sentence():
     with socket.socket() as server:
         server.bind(("127.0.0.1", 0))
         server.listen()
-        with pytest.raises(CrewUnreachable, match="no dask scheduler answers"):
+        with pytest.raises(ExecutorUnreachable, match="no dask scheduler answers"):
             Cluster(f"tcp://127.0.0.1:{server.getsockname()[1]}", Settings(), reach_s=0.5)
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_workers_is_a_sentence(scheduler):
     from labrun.reduction.batch.cluster import Cluster
 
-    with pytest.raises(CrewUnreachable, match="has no worker; start one with: dask worker tcp"):
+    with pytest.raises(ExecutorUnreachable, match="has no worker; start one with: dask worker tcp"):
         Cluster(scheduler[0], Settings(), reach_s=5.0)
 
 
@@ -204,5 +210,5 @@ def test_without_dask_the_way_to_install_it_is_said(monkeypatch):
 
     monkeypatch.setitem(sys.modules, "distributed", None)
 
-    with pytest.raises(CrewFault, match=r"python -m pip install 'labrun\[dask\]'"):
+    with pytest.raises(ExecutorFault, match=r"python -m pip install 'labrun\[dask\]'"):
         Cluster("tcp://127.0.0.1:1", Settings())

@@ -47,6 +47,7 @@ def mixed(spectra):
     return spectra
 
 
+@pytest.mark.slow
 def test_tables_are_the_same_bytes_for_any_number_of_workers(mixed, tmp_path, tables_of):
     for jobs in (1, 2, 4):
         reduce_into(tmp_path / f"out{jobs}", mixed, jobs)
@@ -56,6 +57,7 @@ def test_tables_are_the_same_bytes_for_any_number_of_workers(mixed, tmp_path, ta
     assert one == four
 
 
+@pytest.mark.slow
 def test_every_file_has_one_row_with_its_reason_and_csv_and_parquet_say_the_same(mixed, tmp_path):
     out = tmp_path / "out"
     counts = reduce_into(out, mixed, 2)
@@ -81,6 +83,7 @@ def test_every_file_has_one_row_with_its_reason_and_csv_and_parquet_say_the_same
                 assert same or float(cell[column.name]) == value
 
 
+@pytest.mark.slow
 def test_only_the_elements_asked_for_get_a_row(spectra, tmp_path):
     reduce_into(tmp_path / "out", spectra, 2, Settings(elements=("Li", "Cs", "K")))
 
@@ -89,6 +92,7 @@ def test_only_the_elements_asked_for_get_a_row(spectra, tmp_path):
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_summary_tells_inputs_versions_configuration_and_times(mixed, tmp_path):
     out = tmp_path / "out"
     reduce_into(out, mixed, 2, Settings(elements=("Li",), medium="air"))
@@ -107,6 +111,7 @@ def test_the_summary_tells_inputs_versions_configuration_and_times(mixed, tmp_pa
     assert told["timings"]["seconds"] > 0
 
 
+@pytest.mark.slow
 def test_an_earlier_reduction_is_replaced_and_nothing_else_is_touched(spectra, tmp_path):
     out = tmp_path / "out"
     reduce_into(out, spectra, 1)

@@ -43,11 +43,11 @@ def test_what_is_no_text_at_all_is_a_spoiled_spectrum(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "reason"),
     [
-        ("data.csv", 'key,x_mm,y_mm,shot,Li\n"0,0",0,0,1,5\n', "no header of a spectrum: 'key,"),
-        ("peaks.csv", "spectrum,center_nm,area\na.csv,200,5\n", "no header"),
-        ("notes.txt", "This is what we did.\nThen we did more.\n", "no header"),
-        ("photo.jpg", "", "a spectrum is a file of .asc .csv"),
-        ("Makefile", "", "a spectrum is a file of"),
+        ("data.csv", 'key,x_mm,y_mm,shot,Li\n"0,0",0,0,1,5\n', "not a spectrum's header: 'key,"),
+        ("peaks.csv", "spectrum,center_nm,area\na.csv,200,5\n", "not a spectrum's header"),
+        ("notes.txt", "This is what we did.\nThen we did more.\n", "not a spectrum's header"),
+        ("photo.jpg", "", "a spectrum has one of the suffixes .asc .csv"),
+        ("Makefile", "", "a spectrum has one of the suffixes"),
         (".a.csv", ROWS, "hidden"),
     ],
 )

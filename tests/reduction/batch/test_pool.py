@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from labrun.reduction.batch.batch import Batch
-from labrun.reduction.batch.crew import CrewFault
+from labrun.reduction.batch.executor import ExecutorFault
 from labrun.reduction.batch.pool import Pool, cores, how_it_ended
 from labrun.reduction.batch.settings import Settings
 from labrun.reduction.batch.source import Source
@@ -41,7 +41,7 @@ def reduced(pool, folder: Path, tmp_path: Path):
         pids = [worker.process.pid for worker in pool.workers]
         pool.close()
         spool.close()
-    return {done.name: done.reason for done in spool.told()}, pids
+    return {done.name: done.reason for done in spool.done()}, pids
 
 
 def gone(pid: int) -> bool:
@@ -52,6 +52,7 @@ def gone(pid: int) -> bool:
     return False
 
 
+@pytest.mark.slow
 def test_several_processes_share_the_work_and_are_gone_afterwards(spectra, tmp_path):
     outcome, pids = reduced(Pool(2, Settings(), lambda: None), spectra, tmp_path)
 
@@ -60,6 +61,7 @@ def test_several_processes_share_the_work_and_are_gone_afterwards(spectra, tmp_p
     assert all(gone(pid) for pid in pids)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_nothing_but_time(spectra, tmp_path):
     pool = Struck(1, Settings(), lambda: None)
     pool.victim, pool.blows = "core_4", 1
@@ -69,6 +71,7 @@ def test_a_killed_worker_costs_nothing_but_time(spectra, tmp_path):
     assert set(outcome.values()) == {""}
 
 
+@pytest.mark.slow
 def test_the_spectrum_that_kills_its_worker_twice_is_told_and_the_others_are_reduced(
     spectra, tmp_path
 ):
@@ -77,11 +80,12 @@ def test_the_spectrum_that_kills_its_worker_twice_is_told_and_the_others_are_red
     outcome, _ = reduced(pool, spectra, tmp_path)
 
     assert outcome.pop("core_4.csv") == (
-        "the process that reduced it was ended by SIGKILL (out of memory?), twice"
+        "the process that reduced it was killed by SIGKILL (out of memory?), twice"
     )
     assert set(outcome.values()) == {""}
 
 
+@pytest.mark.slow
 def test_a_worker_that_hangs_is_ended_and_its_spectrum_tried_again(spectra, tmp_path):
     pool = Struck(1, Settings(), lambda: None, chunk_s=25.0)
     pool.victim, pool.blows, pool.blow = "core_0", 1, signal.SIGSTOP
@@ -102,15 +106,17 @@ def test_when_no_process_comes_up_it_is_said_instead_of_tried_for_ever(spectra, 
     pool = Struck(1, Settings(), lambda: None)
     pool.victim, pool.blows = "core", 1000
 
-    with pytest.raises(CrewFault, match=r"no process .* comes up, 3 times in a row; .* by SIGKILL"):
+    with pytest.raises(
+        ExecutorFault, match=r"no reduction process starts, 3 times in a row; .* by SIGKILL"
+    ):
         reduced(pool, spectra, tmp_path)
 
 
 def test_the_ends_of_processes_have_words():
     assert how_it_ended(1) == "ended with status 1"
-    assert how_it_ended(-11) == "was ended by SIGSEGV"
-    assert how_it_ended(-9) == "was ended by SIGKILL (out of memory?)"
-    assert how_it_ended(-64) == "was ended by SIGRTMAX" or "signal 64" in how_it_ended(-64)
+    assert how_it_ended(-11) == "was killed by SIGSEGV"
+    assert how_it_ended(-9) == "was killed by SIGKILL (out of memory?)"
+    assert how_it_ended(-64) == "was killed by SIGRTMAX" or "signal 64" in how_it_ended(-64)
     assert cores() >= 1
 
 

@@ -36,6 +36,7 @@ def watching(tmp_path):
     pool.close()
 
 
+@pytest.mark.slow
 def test_what_arrives_is_reduced_and_a_changed_file_again(watching, shots):
     folder, out, run = watching
     told = []
@@ -56,6 +57,7 @@ def test_what_arrives_is_reduced_and_a_changed_file_again(watching, shots):
     assert first["a.csv"] != "" and first["b.csv"] != ""
 
 
+@pytest.mark.slow
 def test_a_file_is_taken_when_it_has_stopped_growing(watching, shots):
     folder, out, run = watching
     slow = threading.Event()

@@ -1,7 +1,3 @@
-import os
-import subprocess
-import sys
-
 import pytest
 
 GRID = "x,y,Li,H\n" + "".join(
@@ -9,30 +5,18 @@ GRID = "x,y,Li,H\n" + "".join(
 )
 
 
-@pytest.fixture
-def labrun(tmp_path):
-    def call(*words):
-        program = "from labrun.engine.cli import main; main()"
-        return subprocess.run(
-            [sys.executable, "-c", program, *map(str, words)],
-            cwd=tmp_path, capture_output=True, text=True, timeout=100,
-            env={**os.environ, "COLUMNS": "200"},
-        )  # fmt: skip
-
-    return call
-
-
 def data(tmp_path, text):
     (tmp_path / "run").mkdir(exist_ok=True)
     (tmp_path / "run" / "data.csv").write_text(text)
 
 
+@pytest.mark.slow
 def test_a_run_gets_maps_classes_and_a_table_to_read(tmp_path, labrun):
     data(tmp_path, GRID)
     done = labrun("map", "run", "-o", "out", "--format", "pdf")
 
     assert done.returncode == 0, done.stderr
-    assert "4 classes from Li, H, as many as silhouette says" in done.stdout
+    assert "4 classes from Li, H, number chosen by silhouette" in done.stdout
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "maps.csv", "classes.csv", "class_summary.csv", "map.json", "element_maps.pdf",
         "class_map.pdf", "classes.pdf",
@@ -42,13 +26,13 @@ def test_a_run_gets_maps_classes_and_a_table_to_read(tmp_path, labrun):
 @pytest.mark.parametrize(
     ("text", "words", "said"),
     [
-        (GRID, ["--elements", "Zr"], "no area of Zr here; there are those of H, Li"),
-        (GRID, ["--elements", "Xx"], "'Xx' is no symbol"),
+        (GRID, ["--elements", "Zr"], "no area of Zr here, only of H, Li"),
+        (GRID, ["--elements", "Xx"], "'Xx' is not an element symbol"),
         (GRID, ["--features", ","], "names no element"),
-        (GRID, ["--scale", "log"], "--scale log: it is one of min-max, absolute, total"),
-        (GRID, ["--format", "gif"], "--format gif: it is one of png, svg, pdf"),
+        (GRID, ["--scale", "log"], "--scale log: choose one of min-max, absolute, total"),
+        (GRID, ["--format", "gif"], "--format gif: choose one of png, svg, pdf"),
         ("key,Li\na,1\n", [], "no coordinates"),
-        ("x,y,Li\n0,0,\n1,1,nan\n", [], "no area in it that is a number"),
+        ("x,y,Li\n0,0,\n1,1,nan\n", [], "no numeric area"),
         ("x,y,Li\n0,0,0\n1,1,0\n", [], "every area in it is 0"),
         ("\x00\x01", [], "no row"),
     ],
@@ -61,13 +45,13 @@ def test_what_cannot_be_done_is_a_sentence(tmp_path, labrun, text, words, said):
     assert said in done.stderr and "Traceback" not in done.stderr
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "said", "figure"),
     [
-        ("x,y,Li\n0,0,5\n", "one point: a table and no map", None),
+        ("x,y,Li\n0,0,5\n", "one point: a table but no map", None),
         ("x,y,Li\n0,0,5\n1,1,5\n2,2,5\n", "one class", "line_scan.png"),
-        ("x,Li,K\n0,1,2\n1,x,4\n2,5,1\n", "no number, such as 'x'", "line_scan.png"),
+        ("x,Li,K\n0,1,2\n1,x,4\n2,5,1\n", "not a number, such as 'x'", "line_scan.png"),
         ("sample,x,y,Li\nA,0,0,1\nA,1,0,2\nA,0,1,9\nB 2,0,0,1\nB 2,1,0,5\nB 2,0,1,3\n", "",
          "element_maps_B-2.png"),
         ("x,y,Li\n0,0,1\n0,0,3\n1,0,4\n0,1,9\n", "measured more than once", "element_maps.png"),

@@ -15,10 +15,10 @@ ENVIRONMENT = {**os.environ, "COLUMNS": "100"}
 posix = pytest.mark.skipif(os.name == "nt", reason="signals and terminals of POSIX")
 
 
-def labrun(*arguments, **more) -> subprocess.CompletedProcess:
+def reduce(*arguments) -> subprocess.CompletedProcess:
     return subprocess.run(
         [*LABRUN, "reduce", *map(str, arguments)],
-        capture_output=True, text=True, timeout=110, env=ENVIRONMENT, **more,
+        capture_output=True, text=True, timeout=110, env=ENVIRONMENT,
     )  # fmt: skip
 
 
@@ -27,14 +27,15 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_a_folder_is_reduced_into_tables_beside_it(spectra, tmp_path):
     (spectra / "empty.csv").write_text("")
     (spectra / "photo.jpg").write_bytes(b"\xff")
-    done = labrun(spectra)
+    done = reduce(spectra)
     out = tmp_path / "reduced"
 
     assert done.returncode == 0, done.stderr
-    assert "left aside: photo.jpg" in done.stderr
+    assert "skipped: photo.jpg" in done.stderr
     assert "6 spectra reduced" in done.stdout
     assert (
         "1 could not be reduced" in done.stdout
@@ -45,12 +46,13 @@ def test_a_folder_is_reduced_into_tables_beside_it(spectra, tmp_path):
     assert [path.name for path in out.iterdir() if path.name.startswith(".")] == []
 
 
+@pytest.mark.slow
 def test_a_run_is_reduced_again_with_other_elements(spectra, tmp_path):
     run = tmp_path / "2026-11-21_map_7f3a"
     run.mkdir()
     (run / "run.json").write_text("{}")
     spectra.rename(run / "spectra")
-    done = labrun(run, "--elements", "na, li", "--medium", "air", "--no-figures")
+    done = reduce(run, "--elements", "na, li", "--medium", "air", "--no-figures")
     found = rows(run / "reduced" / "elements.csv")
 
     assert done.returncode == 0, done.stderr
@@ -59,40 +61,41 @@ def test_a_run_is_reduced_again_with_other_elements(spectra, tmp_path):
     assert not (run / "reduced" / "overview.png").exists()
 
 
+@pytest.mark.slow
 def test_a_single_file_in_angstrom_is_reduced(spectra, shots):
     lines = shots[0].decode().splitlines()[1:]
     pairs = (line.split(",") for line in lines)
     path = spectra / "angstrom.csv"
     path.write_text("".join(f"{10 * float(x):.3f},{y}\n" for x, y in pairs))
 
-    assert "--unit angstrom" in labrun(path).stdout
-    assert labrun(path).returncode == 1
-    assert labrun(path, "--unit", "angstrom").returncode == 0
+    assert "--unit angstrom" in reduce(path).stdout
+    assert reduce(path).returncode == 1
+    assert reduce(path, "--unit", "angstrom").returncode == 0
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["missing"], "missing is not there"),
-        (["."], "there is no spectrum in ."),
+        (["missing"], "missing does not exist"),
+        (["."], "no spectrum found in ."),
         ([".", "--jobs", "0"], "--jobs 0: at least one"),
         ([".", "--medium", "oil"], "choose air or vacuum"),
         ([".", "--unit", "inch"], "choose nm, angstrom"),
         ([".", "--elements", "Li,Xx"], "no lines of 'Xx'"),
         ([".", "--elements", " , "], "write symbols"),
-        ([".", "--until-idle", "3"], "goes with --watch"),
-        (["file.txt", "--watch"], "no folder was named"),
+        ([".", "--until-idle", "3"], "needs --watch"),
+        (["file.txt", "--watch"], "needs a folder to watch"),
         ([".", "-o", "file.txt"], "file.txt is a file"),
         ([".", "-o", "theirs"], "theirs holds peaks.csv"),
     ],
 )
-def test_wrong_usage_is_a_sentence_and_changes_nothing(tmp_path, arguments, words):
+def test_wrong_usage_is_a_sentence_and_changes_nothing(tmp_path, labrun, arguments, words):
     (tmp_path / "file.txt").write_text("notes, no spectrum\n")
     (tmp_path / "theirs").mkdir()
     (tmp_path / "theirs" / "peaks.csv").write_text("spectrum,mine\n")
     if arguments[-1] in ("theirs", "file.txt"):
         (tmp_path / "s.csv").write_text("200,1\n")
-    done = labrun(*arguments, cwd=tmp_path)
+    done = labrun("reduce", *arguments)
 
     assert done.returncode == 2, done.stderr
     assert words in done.stderr
@@ -100,17 +103,19 @@ def test_wrong_usage_is_a_sentence_and_changes_nothing(tmp_path, arguments, word
     assert (tmp_path / "theirs" / "peaks.csv").read_text() == "spectrum,mine\n"
 
 
+@pytest.mark.slow
 def test_where_nothing_could_be_reduced_the_status_says_so(tmp_path):
     (tmp_path / "empty.csv").write_text("")
-    done = labrun(tmp_path / "empty.csv", "-o", tmp_path / "out")
+    done = reduce(tmp_path / "empty.csv", "-o", tmp_path / "out")
 
     assert done.returncode == 1
     assert rows(tmp_path / "out" / "files.csv")[0]["status"] == "failed"
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there_is_a_sentence(spectra):
     pytest.importorskip("distributed")
-    done = labrun(spectra, "--dask", "nonsense")
+    done = reduce(spectra, "--dask", "nonsense")
 
     assert done.returncode == 4
     assert done.stderr.startswith("labrun: no dask scheduler answers at nonsense")
@@ -145,10 +150,11 @@ def group_is_gone(pid: int) -> bool:
     return False
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize(
     ("number", "status", "words"),
-    [("SIGINT", 130, "stopped after"), ("SIGTERM", 143, "ended; no table was changed")],
+    [("SIGINT", 130, "stopped after"), ("SIGTERM", 143, "terminated; no table was changed")],
 )
 def test_ctrl_c_and_sigterm_end_it_with_a_sentence_and_without_orphans(
     many, tmp_path, number, status, words
@@ -169,6 +175,7 @@ def test_ctrl_c_and_sigterm_end_it_with_a_sentence_and_without_orphans(
     assert not out.exists()
 
 
+@pytest.mark.slow
 @posix
 def test_when_it_is_killed_its_workers_end_by_themselves(many, tmp_path):
     out = tmp_path / "out"
@@ -180,6 +187,7 @@ def test_when_it_is_killed_its_workers_end_by_themselves(many, tmp_path):
     assert group_is_gone(run.pid)
 
 
+@pytest.mark.slow
 @posix
 def test_a_watch_takes_what_comes_and_ctrl_c_ends_it_with_its_tables(tmp_path, shots):
     folder, out = tmp_path / "in", tmp_path / "out"
@@ -199,13 +207,15 @@ def test_a_watch_takes_what_comes_and_ctrl_c_ends_it_with_its_tables(tmp_path, s
     assert group_is_gone(run.pid)
 
 
+@pytest.mark.slow
 def test_a_watch_ends_when_nothing_comes_any_more(spectra, tmp_path):
-    done = labrun(spectra, "-o", tmp_path / "out", "--watch", "--until-idle", "1", "--no-figures")
+    done = reduce(spectra, "-o", tmp_path / "out", "--watch", "--until-idle", "1", "--no-figures")
 
     assert done.returncode == 0, done.stderr
     assert len(rows(tmp_path / "out" / "files.csv")) == 6
 
 
+@pytest.mark.slow
 @posix
 def test_in_a_terminal_there_is_a_bar(spectra, tmp_path):
     import pty
@@ -244,4 +254,4 @@ def test_the_first_reduction_after_an_install_says_that_it_compiles(spectra, tmp
     )  # fmt: skip
 
     assert done.returncode == 0, done.stderr
-    assert "compiled, on first use only" in done.stderr
+    assert "compiling the fits, on first use only" in done.stderr

@@ -30,6 +30,6 @@ def test_all_panels_are_at_one_scale():
 def test_a_smaller_sample_keeps_the_scale_and_the_top():
     layout = lay_out(2, 4.0, 2.0, under=0.13, footer=0.4)
     left, bottom, width, height = layout.at(1)
-    small = layout.holding(1, 2.0, 1.0)
+    small = layout.of_smaller(1, 2.0, 1.0)
 
     assert small == pytest.approx((left + width / 4, bottom + height / 2, width / 2, height / 2))

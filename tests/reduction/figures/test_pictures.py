@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from labrun.reduction import Spectrum, element_map, reduce_spectrum
-from labrun.reduction.classes.classify import classify
 from labrun.reduction.figures.boltzmann import boltzmann_figure, lines_of_plot
 from labrun.reduction.figures.class_map import class_map_figure
 from labrun.reduction.figures.class_scatter import class_scatter_figure
@@ -15,8 +14,9 @@ from labrun.reduction.figures.paper import FORMATS, TWO_COLUMNS_IN, paper, save
 from labrun.reduction.figures.series import Series
 from labrun.reduction.figures.spectrum import spectrum_figure
 from labrun.reduction.figures.temperature_map import temperature_map_figure
-from labrun.reduction.lithium_share import lithium_share
-from labrun.reduction.points.points import Points
+from labrun.reduction.maps.classes.classify import classify
+from labrun.reduction.maps.points.points import Points
+from labrun.reduction.plasma.lithium_share import lithium_share
 
 
 def one(value, error=1.0):
@@ -88,7 +88,7 @@ def test_a_fit_shows_counts_fit_and_residual(pegmatite, overlaps):
 
 
 def test_a_window_beside_the_spectrum_is_refused(pegmatite):
-    with pytest.raises(ValueError, match="no three channels between 10 and 20 nm"):
+    with pytest.raises(ValueError, match="fewer than 3 channels from 10 to 20 nm"):
         fit_figure(pegmatite[1], (10.0, 20.0))
 
 
@@ -109,7 +109,7 @@ def test_noise_has_no_boltzmann_plot_and_still_a_spectrum():
     x = np.linspace(300, 700, 4_000)
     spectrum = Spectrum(x, 100 + np.random.default_rng(1).normal(0, 5, len(x)))
     reduction = reduce_spectrum(spectrum)
-    with pytest.raises(ValueError, match="tell no temperature"):
+    with pytest.raises(ValueError, match="do not determine a temperature"):
         boltzmann_figure(reduction)
     with paper():
         assert len(spectrum_figure(reduction).axes) == 2

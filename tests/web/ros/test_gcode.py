@@ -46,5 +46,5 @@ def test_anything_else_is_refused(program):
 
 
 def test_a_relative_move_from_nowhere_is_refused():
-    with pytest.raises(GcodeFault, match="nobody knows"):
+    with pytest.raises(GcodeFault, match="unknown position"):
         steps("G91 G0 X1", {})

@@ -6,11 +6,11 @@ import re
 import pytest
 
 from labrun.schemas.contracts import shipped_contracts
-from labrun.web.ros.from_schema import message_of
-from labrun.web.ros.names import TOPIC, constant_name, field_name, topic_token, type_name
-from labrun.web.ros.of_contract import kinds_of
-from labrun.web.ros.render import file_text, message_text
-from labrun.web.ros.values import ValueFault, from_ros, to_ros
+from labrun.web.ros.interfaces.from_schema import message_of
+from labrun.web.ros.interfaces.names import TOPIC, constant_name, field_name, topic_token, type_name
+from labrun.web.ros.interfaces.of_contract import kinds_of
+from labrun.web.ros.interfaces.render import file_text, message_text
+from labrun.web.ros.interfaces.values import ValueFault, from_ros, to_ros
 
 from .served import command
 
@@ -162,9 +162,9 @@ def test_a_value_of_another_type_names_its_place():
         "p",
         "M",
     )
-    with pytest.raises(ValueFault, match=r"p\.x is a string, it has to be a float64"):
+    with pytest.raises(ValueFault, match=r"p\.x is a string but must be a float64"):
         from_ros(message, {"p": {"x": "1"}})
-    with pytest.raises(ValueFault, match=r"p\.y is no field of MP; it has x"):
+    with pytest.raises(ValueFault, match=r"p\.y is not a field of MP; its fields are x"):
         from_ros(message, {"p": {"y": 1}})
 
 

@@ -27,6 +27,7 @@ def server_pid(served, device):
     ]
 
 
+@pytest.mark.slow
 def test_a_goal_is_aborted_at_once_when_its_device_server_is_killed_and_the_next_works(own):
     async def main():
         async with talking(own.url) as talk:
@@ -49,6 +50,7 @@ def test_a_goal_is_aborted_at_once_when_its_device_server_is_killed_and_the_next
     assert again["status"] == 4
 
 
+@pytest.mark.slow
 def test_cancelling_run_protocol_aborts_the_run(own):
     (own.folder / "long.yaml").write_text(
         "labrun: 1\nname: long\ndevices: {slow: gantry@1}\nsteps:\n"
@@ -91,10 +93,10 @@ def test_cancelling_run_protocol_aborts_the_run(own):
             {"protocol": "hello", "params_json": '{"there": "4 s"}'},
             "Nothing was sent to any device",
         ),
-        ({"protocol": "hello", "params_json": "[1]"}, "has to be a JSON object"),
-        ({"protocol": "hello", "params_json": "{"}, "is no JSON"),
+        ({"protocol": "hello", "params_json": "[1]"}, "must be a JSON object"),
+        ({"protocol": "hello", "params_json": "{"}, "is not JSON"),
         ({"protocol": "hello", "bind_json": '{"gantry": "nobody"}'}, "nobody"),
-        ({"protocol": 3}, "has to be a string"),
+        ({"protocol": 3}, "must be a string"),
     ],
 )
 def test_a_protocol_that_cannot_run_is_refused_with_the_checkers_words(
@@ -124,8 +126,9 @@ def test_a_protocol_that_cannot_run_is_refused_with_the_checkers_words(
 
 
 def test_who_starts_it_is_told_what_is_armed_by_that(endpoint):
-    assert "armed for every client, nobody is asked again: gantry (motion), slow (motion)" in (
-        endpoint.said
+    assert (
+        "armed for every client, without further confirmation: gantry (motion), slow (motion)"
+        in (endpoint.said)
     )
     assert "actions; Ctrl-C ends it and leaves the devices safe" in endpoint.said
 
@@ -134,7 +137,7 @@ def test_a_second_one_from_the_same_folder_is_told_so(endpoint, lab):
     done = command(endpoint.folder, "--lab", str(lab), "--port", "0")
 
     assert done.returncode == 2
-    assert "another `labrun ros` serves from it" in done.stderr and "Traceback" not in done.stderr
+    assert "another `labrun ros` uses it" in done.stderr and "Traceback" not in done.stderr
 
 
 def test_ctrl_c_ends_goals_and_devices_in_order(own):

@@ -105,7 +105,7 @@ class House:
     arguments: list[str] = field(default_factory=list)
     url: str = ""
     process: subprocess.Popen | None = None
-    shelf: Path | None = None
+    library: Path | None = None
     clients: list = field(default_factory=list)
 
     def start(self, *, port=0):
@@ -117,7 +117,7 @@ class House:
         said = self.process.stdout.readline()
         assert said.startswith("labrun web at "), said + self.process.stdout.read()
         self.url = said.split()[-1]
-        self.shelf = Path(self.process.stdout.readline().split()[2].rstrip(","))
+        self.library = Path(self.process.stdout.readline().split()[2].rstrip(","))
         return self
 
     def kill(self):
@@ -146,7 +146,7 @@ class House:
 
     @property
     def servers(self):
-        return self.shelf / ".labrun" / "web" / "bench" / "servers"
+        return self.library / ".labrun" / "web" / "bench" / "servers"
 
     def truth(self, device):
         path = self.servers / "world" / "truth" / f"{device}.jsonl"
@@ -227,15 +227,15 @@ def _wait_for():
 
 def make_house(folder, clock="fast", protocols=None, arguments=(), lab=LAB, beside=None):
     """Protocols and a lab in a folder, not served yet; `beside` are files beside the lab."""
-    shelf = folder / "protocols"
-    shelf.mkdir(parents=True)
+    library = folder / "protocols"
+    library.mkdir(parents=True)
     for name, text in (protocols or PROTOCOLS).items():
-        (shelf / name).parent.mkdir(parents=True, exist_ok=True)
-        (shelf / name).write_text(text)
+        (library / name).parent.mkdir(parents=True, exist_ok=True)
+        (library / name).write_text(text)
     (folder / "lab.yaml").write_text(lab.format(clock=clock))
     for name, text in (beside or {}).items():
         (folder / name).write_text(text)
-    return House(folder, [str(shelf), "--lab", str(folder / "lab.yaml"), *arguments])
+    return House(folder, [str(library), "--lab", str(folder / "lab.yaml"), *arguments])
 
 
 def end(house):

@@ -28,7 +28,7 @@ def test_the_shipped_protocols_run_on_the_demonstration(control):
     assert run["done"] == 9 and {"Li", "K", "Si"} <= maps
 
 
-@pytest.mark.soak
+@pytest.mark.slow
 def test_a_fault_that_was_ordered_happens_and_is_told(control):
     control.reach("gantry", "libs", "reduce")
     ordered = control.command(
@@ -45,6 +45,7 @@ def test_a_fault_that_was_ordered_happens_and_is_told(control):
     assert run["nodes"]["main/scan/*/shoot"]["retries"] == 2
 
 
+@pytest.mark.slow
 def test_a_server_is_killed_to_order_and_comes_back(control, lasting_demo, wait_for):
     control.reach("camera")
     pid = lasting_demo.server_pid("camera")
@@ -54,18 +55,18 @@ def test_a_server_is_killed_to_order_and_comes_back(control, lasting_demo, wait_
     control.reach("camera")
 
 
-def test_a_frozen_device_does_not_confirm_the_stop_until_it_thaws(control):
+def test_a_frozen_device_does_not_confirm_the_stop_until_it_thaws(control, wait_for):
     control.reach("balance")
     control.command("/demo/fault", {"device": "balance", "kind": "freeze"})
     frozen = control.post("/stop").json()
     control.command("/demo/fault", {"device": "balance", "kind": "thaw"})
     control.reach("balance")
-    thawed = control.post("/stop").json()
 
     def silent(stopped):
         return [one["device"] for one in stopped["devices"] if not one["confirmed"]]
 
-    assert silent(frozen) == ["balance"] and silent(thawed) == []
+    assert "balance" in silent(frozen)
+    wait_for(lambda: not silent(control.post("/stop").json()), "the stop of every device")
 
 
 @pytest.mark.parametrize(
@@ -86,8 +87,9 @@ def test_faults_are_for_the_demonstration_only(shared, page):
     assert (answer.status_code, answer.json()["code"]) == (404, "NO_DEMO")
 
 
+@pytest.mark.slow
 def test_the_demonstration_leaves_nothing_behind_and_ends_its_runs(lasting_demo, control, wait_for):
-    folder = lasting_demo.shelf
+    folder = lasting_demo.library
     control.reach("gantry", "libs", "reduce")
     run = control.run_of("pegmatite_map.yaml")  # it would take hours
     wait_for(lambda: control.run(run)["live"], "a live run")

@@ -20,7 +20,7 @@ devices:
     config: {{clock: {clock}, homed: true}}
 """
 STAGE_DRIVER = """\
-from labrun.drivers.sim_gantry import SimGantry
+from labrun.drivers.simulated.gantry import SimGantry
 
 
 class Stage(SimGantry):
@@ -28,6 +28,7 @@ class Stage(SimGantry):
 """
 
 
+@pytest.mark.slow
 def test_a_device_tells_its_state_and_its_actions_as_forms(shared, page):
     page.reach("gantry", "libs")
     states = {state["name"]: state for state in page.get("/devices").json()}
@@ -36,7 +37,7 @@ def test_a_device_tells_its_state_and_its_actions_as_forms(shared, page):
     libs = page.get("/devices/libs").json()
 
     assert list(states) == ["gantry", "libs"]
-    assert states["gantry"]["word"] == "idle" and states["gantry"]["age_s"] < 5
+    assert states["gantry"]["word"] == "idle" and states["gantry"]["status_at"]
     assert gantry["axes"] == ["x", "y", "z"] and gantry["ranges_mm"]["y"] == [0, 400]
     assert move["params"]["properties"]["y"]["maximum"] == 400  # this bench's, not the contract's
     assert move["params"]["properties"]["x"]["unit"] == "mm"
@@ -131,6 +132,18 @@ def moves(house):
     return [entry for entry in house.truth("gantry") if entry["what"] == "move"]
 
 
+def travelled(house, before):
+    """How far x has moved since, in mm; nothing where a slow machine gave the hold no time."""
+    return sum(move["end"][0] - move["start"][0] for move in moves(house)[before:])
+
+
+def is_free(client):
+    """Nothing holds the gantry: a step along another axis is taken."""
+    step = {"axis": "y", "distance_mm": 1}
+    return client.command("/devices/gantry/jog/step", step).status_code == 202
+
+
+@pytest.mark.slow
 def test_a_move_by_hand_is_held_and_let_go_on_while_another_move_is_refused(hand, wait_for):
     page = hand
     aim = 200 if page.get("/devices/gantry").json()["status"]["x"] < 100 else 0
@@ -150,15 +163,16 @@ def test_a_hold_stops_by_itself_when_no_keep_alive_comes(unhurried, hand, wait_f
     made, client, before = unhurried, hand, len(moves(unhurried))
     asked = {"axis": "x", "direction": 1, "feed_mm_min": 600}  # 10 mm/s, 20 mm a stretch
     jog = client.command("/devices/gantry/jog/start", asked).json()
-    wait_for(lambda: moves(made)[before:], "the end of the move")
+    wait_for(lambda: is_free(client), "the rest")
+    # A keep-alive does not revive what has been stopped.
     told = client.post(f"/jogs/{jog['id']}/beat").json()
-    (move,) = moves(made)[before:]
 
     assert jog["moving"] and jog["dead_man_ms"] == 300
     assert told["moving"] is False and told["reason"] == "no keep-alive for 300 ms"
-    assert 0 < move["end"][0] - move["start"][0] < 19  # cut short: a stretch would be 20 mm
+    assert travelled(made, before) < 19  # cut short: a stretch would be 20 mm
 
 
+@pytest.mark.slow
 def test_a_hold_goes_on_while_keep_alives_come(unhurried, hand, socket, wait_for):
     before = len(moves(unhurried))
     jog, stopped = held_for(unhurried, hand, socket, 3.2)
@@ -170,6 +184,7 @@ def test_a_hold_goes_on_while_keep_alives_come(unhurried, hand, socket, wait_for
     assert move["end"][1] - move["start"][1] > 20  # 10 mm/s for three seconds
 
 
+@pytest.mark.slow
 def test_where_a_device_has_no_jog_a_hold_goes_on_over_stretches(house, socket, wait_for):
     contract = shipped_contracts()["gantry@1"].model_dump(mode="json") | {"type": "stage@1"}
     contract["actions"] = {name: contract["actions"][name] for name in ("home", "move_to", "halt")}
@@ -208,10 +223,10 @@ def test_a_hold_ends_with_the_connection_that_kept_it_alive(unhurried, hand, soc
     ui.emit("jog", {"id": jog["id"]})
     ui.call("snapshot")
     ui.close()
-    wait_for(lambda: moves(made)[before:], "the end of the move")
-    (move,) = moves(made)[before:]
+    wait_for(lambda: is_free(client), "the rest")
 
-    assert move["end"][0] - move["start"][0] < 19
+    assert jog["moving"]
+    assert travelled(made, before) < 19
 
 
 def test_a_hold_cannot_run_beyond_the_end_of_its_axis(shared, page, wait_for):
@@ -286,6 +301,7 @@ def test_a_device_server_that_dies_is_told_as_lost_and_started_again(
     assert client.get("/devices/gantry").json()["reason"] == ""
 
 
+@pytest.mark.slow
 def test_a_device_of_a_run_is_not_for_hands(unhurried, hand, wait_for):
     made, client = unhurried, hand
     id = client.run_of("long.yaml", checklist=[])

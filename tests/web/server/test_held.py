@@ -8,7 +8,10 @@ import pytest
 from ruamel.yaml import YAML
 
 from labrun.schemas.contract import Contract
-from labrun.web.bench.held import jogging_of
+from labrun.web.devices.held import jogging_of
+
+pytestmark = pytest.mark.slow
+
 
 PEER = importlib.util.spec_from_file_location("jog_peer", Path(__file__).with_name("jog_peer.py"))
 jog_peer = importlib.util.module_from_spec(PEER)

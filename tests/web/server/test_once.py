@@ -4,6 +4,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import httpx
+import pytest
 
 
 def moves(house):
@@ -33,6 +34,7 @@ def test_a_key_means_one_command(shared, page):
     assert (other.status_code, other.json()["code"]) == (422, "KEY_USED")
 
 
+@pytest.mark.slow
 def test_what_was_done_before_a_restart_or_was_being_done_is_not_done_again(house, wait_for):
     made = house(clock=1)
     client = made.client()

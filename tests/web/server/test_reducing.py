@@ -4,6 +4,8 @@ import struct
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def measured(shared):
@@ -16,7 +18,7 @@ def measured(shared):
     client.post("/control/release", headers=client._leased())
 
 
-def test_a_run_is_reduced_and_its_maps_are_those_of_its_points(measured, wait_for, socket):
+def test_a_run_is_reduced_to_maps_of_its_points_that_can_be_downloaded(measured, wait_for, socket):
     house, client, run = measured
     page = socket(house, client)
     before = client.get(f"/runs/{run}/reduction").json()
@@ -30,6 +32,9 @@ def test_a_run_is_reduced_and_its_maps_are_those_of_its_points(measured, wait_fo
     areas = client.get(f"/runs/{run}/tables/maps/maps.csv").json()["columns"]
     warm = client.get(f"/runs/{run}/maps/reduced/plasma.csv/temperature_k")
     wait_for(lambda: [one for one in page.all("notice") if one["run"] == run], "a notice")
+    download = f"/runs/{run}/tables/reduced/plasma.csv/download"
+    text, packed = client.get(download), client.get(download, params={"format": "parquet"})
+    unknown = client.get(f"/runs/{run}/tables/reduced/elements.csv")
 
     assert before == {"state": "none", "text": "", "tables": []}
     assert asked.status_code == again.status_code == 202
@@ -44,18 +49,9 @@ def test_a_run_is_reduced_and_its_maps_are_those_of_its_points(measured, wait_fo
     assert cells[1] == pytest.approx(plasma["temperature_k"][plasma["key"].index("1,0")], rel=1e-6)
     notice = next(one for one in page.all("notice") if one["run"] == run)
     assert (notice["run"], notice["level"]) == (run, "info")
-
-
-def test_what_was_reduced_is_downloaded_with_its_points(measured):
-    _, client, run = measured
-    table = f"/runs/{run}/tables/reduced/plasma.csv"
-    text = client.get(f"{table}/download")
-    packed = client.get(f"{table}/download", params={"format": "parquet"})
-
     assert text.text.splitlines()[0].startswith("key,x_mm,y_mm,spectrum,temperature_k")
     assert f"{run}_reduced_plasma.csv" in text.headers["content-disposition"]
-    assert packed.content[:4] == b"PAR1"
-    assert client.get(f"/runs/{run}/tables/reduced/elements.csv").status_code == 404
+    assert packed.content[:4] == b"PAR1" and unknown.status_code == 404
 
 
 def test_a_run_without_spectra_says_why_it_is_not_reduced(measured, wait_for):

@@ -79,6 +79,7 @@ def test_every_answer_forbids_scripts_of_others(shared, page):
         assert answer.headers["x-content-type-options"] == "nosniff"
 
 
+@pytest.mark.slow
 def test_elsewhere_the_token_is_wanted(guarded):
     client = guarded.client()
     before = client.get("/session").json()
@@ -108,9 +109,9 @@ def test_addresses_are_ours_elsewhere_and_names_of_others_are_not(guarded):
     ("options", "words"),
     [
         (["--host", "0.0.0.0"], "a token is required"),
-        (["--host", "0.0.0.0", "--token", "short"], "guessed soon"),
-        (["--demo", "--lab", "x.yaml"], "brings its own"),
-        (["no-such-folder"], "is no folder"),
+        (["--host", "0.0.0.0", "--token", "short"], "easily guessed"),
+        (["--demo", "--lab", "x.yaml"], "has its own"),
+        (["no-such-folder"], "is not a folder"),
     ],
 )
 def test_a_careless_start_is_refused_with_a_sentence(tmp_path, options, words):

@@ -4,6 +4,8 @@ import json
 import threading
 import time
 
+import pytest
+
 
 def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order(
     unhurried, hand, wait_for, socket
@@ -20,7 +22,7 @@ def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order
     other.join()
     late = ui.call("stop", press)
     run = client.until(id, "aborted")
-    journal = (made.shelf / "runs" / id / "journal.jsonl").read_text().splitlines()
+    journal = (made.library / "runs" / id / "journal.jsonl").read_text().splitlines()
     verbs = [r["verb"] for r in map(json.loads, journal) if r["kind"] == "control"]
 
     assert by_socket == [by_post] == [late]
@@ -29,6 +31,7 @@ def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order
     assert run["fate"] == "aborted" and run["nodes"]["finally/0"]
 
 
+@pytest.mark.slow
 def test_a_run_that_comes_up_is_never_told_as_interrupted(unhurried, hand, wait_for):
     made, client = unhurried, hand.reach("libs")
     before = {run["id"] for run in client.get("/runs").json()}

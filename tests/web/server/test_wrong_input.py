@@ -8,8 +8,8 @@ import socket
 import httpx
 import pytest
 
-from labrun.web.app import make_app
-from labrun.web.guard.fault import FaultLog
+from labrun.web.access.fault import FaultLog
+from labrun.web.server.app import make_app
 
 NAMES = (
     "x", "..", "%2e%2e%2fetc%2fpasswd", "a%00b", "%ff%fe", "a" * 300, "a" * 3000, "%F0%9F%92%A9" * 40,
@@ -62,6 +62,7 @@ def sound(answer):
     return bool(ours) and (answer.status_code < 500 or answer.status_code in (501, 503))
 
 
+@pytest.mark.slow
 def test_no_name_breaks_a_route(page, routes):
     wrong = []
     for method, path, operation in routes:
@@ -74,6 +75,7 @@ def test_no_name_breaks_a_route(page, routes):
     assert wrong == []
 
 
+@pytest.mark.slow
 def test_no_body_breaks_a_route(page, routes):
     wrong = []
     for method, path, operation in routes:
@@ -191,4 +193,4 @@ def test_a_request_that_breaks_off_is_no_fault_of_ours(shared, page):
         line.sendall(head.encode())
     assert page.get("/devices").status_code == 200
 
-    assert not (shared.shelf / ".labrun" / "web" / "faults.log").exists()
+    assert not (shared.library / ".labrun" / "web" / "faults.log").exists()

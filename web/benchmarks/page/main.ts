@@ -1,8 +1,8 @@
-// The pages that are measured, with a server that is only pretended; `window.measure` is called from outside.
+// The pages that are measured, with a fake server; `window.measure` is called from outside.
 import { createPinia } from 'pinia'
 import { createApp, nextTick, type App } from 'vue'
 import { createMemoryHistory, createRouter } from 'vue-router'
-import { useLive } from '../../src/api/push/live'
+import { useConnection } from '../../src/api/updates/connection'
 import RunPage from '../../src/runs/RunPage.vue'
 import '../../src/ui/base.css'
 import { measureMap, measureOutline, type Figures } from './measures'
@@ -27,7 +27,7 @@ async function runPage(server: Pretended): Promise<App> {
   const app = createApp(RunPage, { run: RUN }).use(createPinia()).use(router)
   await router.push(`/runs/${RUN}`)
   app.mount('#app')
-  useLive().listen(() => Promise.resolve(true), () => server.socket())
+  useConnection().listen(() => Promise.resolve(true), () => server.socket())
   while (!document.querySelector('[aria-label="Outline"]')) await new Promise((resolve) => setTimeout(resolve, 20))
   await nextTick()
   return app

@@ -2,7 +2,7 @@
 import { nextTick } from 'vue'
 import type { Pretended } from './pretended'
 
-/** Milliseconds, one for each time that something was done. */
+/** Milliseconds, one per repetition. */
 export interface Figures {
   title: string
   ms: number[]
@@ -16,13 +16,13 @@ const SECONDS = 12
 
 export const frame = (): Promise<number> => new Promise((resolve) => requestAnimationFrame(resolve))
 
-/** With all points open, ten of them change in sight: until the rows are there and laid out. */
+/** With all points open, ten visible ones change: until the rows are rendered and laid out. */
 export async function measureOutline(server: Pretended): Promise<Figures> {
   const rows = [...document.querySelectorAll<HTMLElement>('[role="row"]')]
   rows.find((row) => row.textContent?.includes('100,000 points'))?.click()
   await nextTick()
   const box = document.querySelector<HTMLElement>('[role="treegrid"]')
-  if (!box || Number(box.getAttribute('aria-rowcount')) < 100_000) throw new Error('the outline has not 100,000 rows')
+  if (!box || Number(box.getAttribute('aria-rowcount')) < 100_000) throw new Error('the outline does not have 100,000 rows')
   const ms: number[] = []
   for (let i = 0; i < CHANGES; i++) {
     const first = 1000 * i
@@ -41,7 +41,7 @@ export async function measureOutline(server: Pretended): Promise<Figures> {
   return { title: 'outline of 100,000 rows: one change', ms, budget_ms: 50 }
 }
 
-/** 50 events a second, told in patches as the server does; each until the frame in which its cell has another colour. */
+/** 50 events per second, sent in patches as the server does; each until the frame in which its cell changes colour. */
 export async function measureMap(server: Pretended): Promise<Figures> {
   await frame()
   const canvas = document.querySelector<HTMLCanvasElement>('[aria-roledescription="map"] canvas')
@@ -75,10 +75,10 @@ export async function measureMap(server: Pretended): Promise<Figures> {
   clearInterval(events)
   clearInterval(patches)
   if (ms.length < EVENTS_PER_S * SECONDS * 0.8) throw new Error(`only ${ms.length} of ${next} events were drawn`)
-  return { title: '1,071 points, 50 events/s: event to pixel (with the 100 ms that patches are gathered)', ms, budget_ms: 200 }
+  return { title: '1,071 points, 50 events/s: event to pixel (including the 100 ms in which patches are collected)', ms, budget_ms: 200 }
 }
 
-/** The colour near a corner of a cell, where no icon is. */
+/** The colour near a corner of a cell, away from the icon. */
 function pixel(canvas: HTMLCanvasElement, ctx: CanvasRenderingContext2D, index: number): string {
   const ratio = devicePixelRatio
   const [w, h] = [canvas.width / ratio, canvas.height / ratio]

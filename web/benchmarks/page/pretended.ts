@@ -1,12 +1,12 @@
-// A server that is only pretended: answers of a run with so many points, and a line on which patches come.
+// A fake server: answers for a run with a given number of points, and a connection that delivers patches.
 import type { Socket } from 'socket.io-client'
-import type { RunPatch, Watched } from '../../src/api/types'
+import type { RunPatch, WatchedRun } from '../../src/api/types'
 
 export const RUN = 'bench'
 export const LOOP = 'main/scan'
 export const CHANNELS = 22_800
 
-/** A run of `width` × `height` points, of which none is done. */
+/** A run of `width` × `height` points, none of them done. */
 export class Pretended {
   readonly total: number
   private seq = 0
@@ -16,9 +16,9 @@ export class Pretended {
     this.total = width * height
   }
 
-  /** The line, as far as the page uses it. */
+  /** The connection, as far as the page uses it. */
   socket(): Socket {
-    const ask = (event: string): unknown => (event === 'watch' ? ({ ok: true, text: '', run: this.detail() } as unknown as Watched) : event === 'snapshot' ? this.snapshot() : null)
+    const ask = (event: string): unknown => (event === 'watch' ? ({ ok: true, text: '', run: this.detail() } as unknown as WatchedRun) : event === 'snapshot' ? this.snapshot() : null)
     const emitter = { emit: () => undefined, timeout: () => ({ emitWithAck: (event: string) => Promise.resolve(ask(event)) }) }
     const line = {
       connected: true, volatile: emitter,
@@ -33,7 +33,7 @@ export class Pretended {
     return line as unknown as Socket
   }
 
-  /** Tell of points that are over by now. */
+  /** Send a patch with points that are done. */
   done(indexes: readonly number[], done: number): RunPatch {
     this.seq += 1
     const node = { status: 'running', running: 1, ok: done, failed: 0, skipped: 0, unknown: 0, retries: 0, last_s: 6.1, message: '' }
@@ -45,12 +45,12 @@ export class Pretended {
     return patch
   }
 
-  /** What is asked by HTTP. */
+  /** Answers to HTTP requests. */
   answer(path: string, query: URLSearchParams): Response {
     if (path.endsWith('/points')) return Response.json(this.points(Number(query.get('offset')), Number(query.get('limit'))))
-    if (path.endsWith('/log')) return Response.json({ lines: [], total: 0, more_before: false, more_after: false })
+    if (path.endsWith('/log')) return Response.json({ lines: [], total: 0, more_before: false })
     if (path.endsWith('/maps')) return Response.json({ maps: [], cell_keys: {} })
-    return Response.json({ code: 'NONE', message: 'not pretended', hint: '', problems: [], details: {} }, { status: 404 })
+    return Response.json({ code: 'NONE', message: 'not in the fake server', hint: '', problems: [], details: {} }, { status: 404 })
   }
 
   private heard(event: string): Set<(data: unknown) => void> {

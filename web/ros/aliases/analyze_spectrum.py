@@ -1,6 +1,6 @@
 """`/analyze_spectrum`: the areas of the peaks in the last spectrum, by the lab's reducer."""
 
-from ..offer import End, Refused, Work
+from ..offers.offer import End, Refused, Work
 from .kinds import ANALYZE_SPECTRUM
 from .paper import Paper, PaperAction
 
@@ -9,11 +9,11 @@ NAME, CONTRACT = "/analyze_spectrum", "spectrum_reducer@1"
 
 def add(paper: Paper, name: str, device: str) -> None:
     """Offer it."""
-    paper.site.offers.actions[name] = AnalyzeSpectrum(paper, name, device, ANALYZE_SPECTRUM)
+    paper.offered.offers.actions[name] = AnalyzeSpectrum(paper, name, device, ANALYZE_SPECTRUM)
 
 
 class AnalyzeSpectrum(PaperAction):
-    """Where the paper's program names one window of wavelengths, this names elements."""
+    """Takes elements where the paper's program takes one window of wavelengths."""
 
     said = "feedback"
     can_cancel = False
@@ -21,7 +21,9 @@ class AnalyzeSpectrum(PaperAction):
     async def carry(self, work: Work) -> End:
         """Reduce; `peak_range[i]` is an element, `peak_area[i]` the area of its predominant peak."""
         if self.paper.file is None:
-            raise Refused("no spectrum was exported yet: send a goal to /export_spectrum first")
+            raise Refused(
+                "no spectrum has been exported yet: send a goal to /export_spectrum first"
+            )
         reduce = self.paper.action(self.device, "reduce")
         inner = self.part(work)
         params = reduce.checked({"spectrum": self.paper.file})

@@ -1,7 +1,7 @@
-"""`/gantry_status`: where the gantry stands, from the zero of `/set_zero`, and what it does."""
+"""`/gantry_status`: the gantry's position from the zero of `/set_zero`, and its state."""
 
-from ..offer import Topic, Values
-from ..values import to_ros
+from ..interfaces.values import to_ros
+from ..offers.offer import Topic, Values
 from .kinds import GANTRY_STATUS
 from .paper import AXES, Paper
 
@@ -15,7 +15,7 @@ WORDS = {
 def add(paper: Paper, name: str, device: str) -> None:
     """Offer it."""
     topic = Topic(name, GANTRY_STATUS)
-    paper.site.offers.topics[name] = topic
+    paper.offered.offers.topics[name] = topic
 
     def tell(status: Values) -> None:
         zero = paper.zero(device)
@@ -27,5 +27,5 @@ def add(paper: Paper, name: str, device: str) -> None:
         if paper.status(device):
             tell(paper.status(device))
 
-    paper.site.on_status(device, tell)
+    paper.offered.on_status(device, tell)
     paper.on_zero(moved)

@@ -1,7 +1,7 @@
 """G-code of moves as steps of a gantry: G0 and G1 in mm or inches, absolute or relative, and $H.
 
-NIST, *RS274/NGC Interpreter*, NISTIR 6556 (2000). Nothing else is understood, and nothing that is not
-understood is sent on: a device that is controlled by its contract gets no raw lines.
+NIST, *RS274/NGC Interpreter*, NISTIR 6556 (2000). Everything else is rejected, and nothing rejected
+is sent on: a device that is controlled by its contract gets no raw lines.
 """
 
 import math
@@ -17,12 +17,12 @@ INCH_MM = 25.4
 
 
 class GcodeFault(ValueError):
-    """A line that is no move, with the reason in words."""
+    """A line that is not a move, with the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """`move` to a place in mm of the program, or `home`; a feed of None is the gantry's own."""
+    """`move` to a position in mm of the program, or `home`; feed None: the gantry's default."""
 
     verb: str
     place_mm: Mapping[str, float] = field(default_factory=dict)
@@ -43,7 +43,7 @@ def steps(program: str, here_mm: Mapping[str, float]) -> list[Step]:
     modes = _Modes(dict(here_mm))
     found = [step for line in program.splitlines() for step in _line(line, modes)]
     if not found:
-        raise GcodeFault("there is no move in it, such as `G0 X10 Y20`")
+        raise GcodeFault("it contains no move, such as `G0 X10 Y20`")
     return found
 
 
@@ -59,7 +59,7 @@ def _line(line: str, modes: _Modes) -> Iterator[Step]:
     while at < len(plain):
         word = WORD.match(plain, at)
         if word is None:
-            raise GcodeFault(f"{plain!r}: {plain[at:].strip()[:20]!r} is no word of G-code")
+            raise GcodeFault(f"{plain!r}: {plain[at:].strip()[:20]!r} is not a word of G-code")
         at = word.end()
         _word(word[1].upper(), float(word[2]), given, modes, plain)
     if given:
@@ -69,7 +69,7 @@ def _line(line: str, modes: _Modes) -> Iterator[Step]:
 def _word(letter: str, value: float, given: dict[str, float], modes: _Modes, line: str) -> None:
     if letter in AXES:
         if letter.lower() in given:
-            raise GcodeFault(f"{line!r}: {letter} stands twice")
+            raise GcodeFault(f"{line!r}: {letter} occurs twice")
         given[letter.lower()] = value
     elif letter == "F":
         modes.feed = value
@@ -81,7 +81,7 @@ def _word(letter: str, value: float, given: dict[str, float], modes: _Modes, lin
         modes.relative = value == 91.0
     elif letter != "N" and not (letter == "G" and value in PLANES):
         raise GcodeFault(
-            f"{line!r}: {letter}{value:g} is no move; understood are G0, G1, $H and modes"
+            f"{line!r}: {letter}{value:g} is not a move; supported are G0, G1, $H and modes"
         )
 
 
@@ -91,7 +91,7 @@ def _move(given: dict[str, float], modes: _Modes) -> Step:
         mm = value * modes.scale_mm
         place[axis] = modes.here.get(axis, math.nan) + mm if modes.relative else mm
         if not math.isfinite(place[axis]):
-            raise GcodeFault(f"{axis} is relative to a place that nobody knows")
+            raise GcodeFault(f"{axis} is relative to an unknown position")
     modes.here.update(place)
     fast = modes.motion == 0.0 or modes.feed is None
     return Step("move", place, None if fast or modes.feed is None else modes.feed * modes.scale_mm)

@@ -1,8 +1,8 @@
 """The paper's `custom_interfaces`, field by field as its programs use them."""
 
 from ....schemas.lab import Lab
-from ..kinds import ActionKind, Field, Message, ServiceKind
-from ..own_kinds import text
+from ..interfaces.kinds import ActionKind, Field, Message, ServiceKind
+from ..interfaces.own_kinds import text
 
 PAPER_PACKAGE = "custom_interfaces"
 P = PAPER_PACKAGE

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from ....engine.lab import LoadedLab
+from ....engine.lab.lab import LoadedLab
 from ....engine.language.suggest import listed
-from ..fault import RosFault
-from ..goals import Goal
-from ..offer import Refused, Service, Values
-from ..run_protocol import NAME as RUN_PROTOCOL
-from ..run_protocol import RunProtocol
+from ..interfaces.fault import RosFault
+from ..offers.goals import Goal
+from ..offers.offer import Refused, Service, Values
+from ..offers.run_protocol import NAME as RUN_PROTOCOL
+from ..offers.run_protocol import RunProtocol
 from .kinds import LAUNCH_REQUEST
 from .paper import Paper
 
@@ -18,28 +18,28 @@ START, STOP = ("launch", "run"), ("kill", "stop", "abort")
 
 
 def add(paper: Paper, protocols: Mapping[str, str], lab: LoadedLab) -> None:
-    """Offer it where anything is registered; raises RosFault where a file is not there."""
+    """Offer it if anything is registered; raises RosFault if a file does not exist."""
     if not protocols:
         return
     base = lab.path.parent.resolve() if lab.path is not None else Path.cwd()
-    run = paper.site.offers.actions[RUN_PROTOCOL]
+    run = paper.offered.offers.actions[RUN_PROTOCOL]
     assert isinstance(run, RunProtocol)
     for name, file in protocols.items():
         path = (base / file).resolve()
         if not path.is_file():
-            raise RosFault(f"ros.launch: {name}: there is no file {path}")
+            raise RosFault(f"ros.launch: {name}: the file {path} does not exist")
         run.registered[name] = path
-    paper.site.offers.services[NAME] = Launch(paper, run, list(protocols))
+    paper.offered.offers.services[NAME] = Launch(paper, run, list(protocols))
 
 
 class Launch(Service):
-    """The paper's service also ran any command line that a browser sent (`cmd=cli`): this does not."""
+    """Unlike the paper's service, this runs no command line that a browser sends (`cmd=cli`)."""
 
     kind = LAUNCH_REQUEST
 
     def __init__(self, paper: Paper, run: RunProtocol, names: list[str]) -> None:
         self.name = NAME
-        self._goals = paper.site.goals
+        self._goals = paper.offered.goals
         self._run = run
         self._names = names
         self._running: dict[str, Goal] = {}
@@ -50,11 +50,11 @@ class Launch(Service):
         asked = {name: given.get(name) or "" for name in ("cmd", "file_name", "args")}
         odd = [name for name, value in asked.items() if not isinstance(value, str)]
         if odd:
-            raise Refused(f"{odd[0]} has to be a text")
+            raise Refused(f"{odd[0]} must be a string")
         cmd, name = asked["cmd"], asked["file_name"]
         if cmd not in (*START, *STOP):
             raise Refused(
-                f"cmd is one of {listed((*START, *STOP))}, not {cmd[:40]!r}; no command line is run here"
+                f"cmd must be one of {listed((*START, *STOP))}, not {cmd[:40]!r}; no command line is run"
             )
         if name not in self._names:
             raise Refused(

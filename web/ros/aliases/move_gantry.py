@@ -1,6 +1,6 @@
 """`/move_gantry`: lines of G-code in, moves of a gantry out."""
 
-from ..offer import End, Refused, Work
+from ..offers.offer import End, Refused, Work
 from .gcode import GcodeFault, steps
 from .kinds import MOVE_GANTRY
 from .paper import AXES, Paper, PaperAction
@@ -10,16 +10,16 @@ NAME, CONTRACT = "/move_gantry", "gantry@1"
 
 def add(paper: Paper, name: str, device: str) -> None:
     """Offer it."""
-    paper.site.offers.actions[name] = MoveGantry(paper, name, device, MOVE_GANTRY)
+    paper.offered.offers.actions[name] = MoveGantry(paper, name, device, MOVE_GANTRY)
 
 
 class MoveGantry(PaperAction):
-    """Every line is checked before the first is sent; places count from the zero of `/set_zero`."""
+    """Every line is checked before the first is sent; positions count from the zero of `/set_zero`."""
 
     said = "msg"
 
     async def carry(self, work: Work) -> End:
-        """One move after the other; the first that fails ends it."""
+        """One move after the other, until one fails."""
         zero, status = self.paper.zero(self.device), self.paper.status(self.device)
         here = {axis: status[axis] - zero[axis] for axis in AXES if status.get(axis) is not None}
         try:

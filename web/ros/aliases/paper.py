@@ -1,53 +1,53 @@
-"""What the paper's names share: the zero of the axes, the last shot, the last spectrum."""
+"""State shared by the paper's names: the zero of the axes, the last shot, the last spectrum."""
 
 import json
 from abc import abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ..device_action import DeviceAction
-from ..goals import aborted, result_of
-from ..kinds import ActionKind
-from ..offer import Action, End, Refused, Values, Work
+from ..interfaces.kinds import ActionKind
+from ..offers.device_action import DeviceAction
+from ..offers.goals import aborted, result_of
+from ..offers.offer import Action, End, Refused, Values, Work
 
 if TYPE_CHECKING:
-    from ..site import Site
+    from ..offers.offered_lab import OfferedLab
 
 AXES = ("x", "y", "z")
 
 
 class Paper:
-    """Kept for as long as the lab is served; the zero is kept beyond that."""
+    """Kept while the lab is served; the zero is kept beyond that."""
 
-    def __init__(self, site: "Site") -> None:
-        self.site = site
+    def __init__(self, lab: "OfferedLab") -> None:
+        self.offered = lab
         self.shot: str | None = None
         self.file: str | None = None
-        self._path = site.folders.state / "zero.json"
+        self._path = lab.folders.state / "zero.json"
         self._zeros: dict[str, dict[str, float]] = self._read()
         self._moved: list[Callable[[], None]] = []
 
     def action(self, device: str, name: str) -> DeviceAction:
         """An action of a device."""
-        return self.site.actions_of(device)[name]
+        return self.offered.actions_of(device)[name]
 
     def status(self, device: str) -> Values:
-        """What a device said last, as its contract has it."""
-        return self.site.statuses.get(device, {})
+        """A device's last status, as in its contract."""
+        return self.offered.statuses.get(device, {})
 
     def zero(self, device: str) -> dict[str, float]:
-        """Where the zero of each axis is, in mm of the bench."""
+        """The zero of each axis, in mm of the bench."""
         return {**dict.fromkeys(AXES, 0.0), **self._zeros.get(device, {})}
 
     def set_zero(self, device: str, axes: dict[str, float]) -> None:
-        """Count the axes from these places; raises OSError."""
+        """Set the zeros of axes; raises OSError."""
         self._zeros[device] = {**self.zero(device), **axes}
         self._path.write_text(json.dumps(self._zeros), encoding="utf-8")
         for moved in self._moved:
             moved()
 
     def on_zero(self, moved: Callable[[], None]) -> None:
-        """Be told when a zero was set."""
+        """Call `hear` when a zero is set."""
         self._moved.append(moved)
 
     def _read(self) -> dict[str, dict[str, float]]:
@@ -58,7 +58,7 @@ class Paper:
 
 
 class PaperAction(Action):
-    """An action of the paper, done by one or more actions of ours; words of its own in the result."""
+    """An action of the paper, done by one or more of our actions; its result has its own fields."""
 
     said: str
     """The one field of its feedback."""
@@ -73,7 +73,7 @@ class PaperAction(Action):
     async def carry(self, work: Work) -> End: ...
 
     def part(self, work: Work) -> Work:
-        """The same work for an action of ours: its feedback in the paper's words."""
+        """The same goal for one of our actions: its feedback in the paper's terms."""
         return Work(
             work.id,
             {},
@@ -93,7 +93,7 @@ class PaperAction(Action):
         except Refused as fault:
             if part == 1:
                 raise
-            return aborted(action, "Rejected", str(fault), "no")  # some of the goal is done already
+            return aborted(action, "Rejected", str(fault), "no")  # part of the goal is already done
 
     def ended(self, end: End, words: str = "success", **data: Any) -> End:
         """The end in the paper's terms: `msg` is `success`, or what went wrong."""

@@ -1,6 +1,6 @@
-"""`/set_zero`: count an axis from where it stands now."""
+"""`/set_zero`: set the zero of an axis at its present position."""
 
-from ..offer import Refused, Service, Values
+from ..offers.offer import Refused, Service, Values
 from .kinds import SET_ZERO
 from .paper import AXES, Paper
 
@@ -9,11 +9,11 @@ NAME, CONTRACT = "/set_zero", "gantry@1"
 
 def add(paper: Paper, name: str, device: str) -> None:
     """Offer it."""
-    paper.site.offers.services[name] = SetZero(paper, name, device)
+    paper.offered.offers.services[name] = SetZero(paper, name, device)
 
 
 class SetZero(Service):
-    """For `/move_gantry` and `/gantry_status` alone: protocols speak of the bench."""
+    """For `/move_gantry` and `/gantry_status` only: protocols use bench coordinates."""
 
     kind = SET_ZERO
 
@@ -27,13 +27,13 @@ class SetZero(Service):
         axes = values.get("axis") if isinstance(values, dict) else None
         wanted = list(axes.lower()) if isinstance(axes, str) else []
         if not wanted or not set(wanted) <= {*AXES}:
-            raise Refused(f"axis is x, y, z or several of them, not {str(axes)[:40]!r}")
+            raise Refused(f"axis must be x, y, z or several of them, not {str(axes)[:40]!r}")
         status = self._paper.status(self._device)
         unknown = [axis for axis in wanted if status.get(axis) is None]
         if unknown:
-            raise Refused(f"{self._device} does not say where it stands in {unknown[0]}")
+            raise Refused(f"{self._device} does not report its {unknown[0]} position")
         try:
             self._paper.set_zero(self._device, {axis: status[axis] for axis in wanted})
         except OSError as fault:
-            raise Refused(f"the zero cannot be kept: {fault.strerror}") from fault
-        return {"success": True, "message": f"{', '.join(wanted)} count from here"}
+            raise Refused(f"the zero cannot be stored: {fault.strerror}") from fault
+        return {"success": True, "message": f"zero of {', '.join(wanted)} set here"}

@@ -1,6 +1,6 @@
-"""`/take_measurement`: one shot; `/export_spectrum` writes the spectrum of the last."""
+"""`/take_measurement`: one shot; `/export_spectrum` writes the last shot's spectrum."""
 
-from ..offer import End, Work
+from ..offers.offer import End, Work
 from .kinds import TAKE_MEASUREMENT
 from .paper import Paper, PaperAction
 
@@ -9,7 +9,7 @@ NAME, CONTRACT = "/take_measurement", "libs_analyzer@1"
 
 def add(paper: Paper, name: str, device: str) -> None:
     """Offer it."""
-    paper.site.offers.actions[name] = TakeMeasurement(paper, name, device, TAKE_MEASUREMENT)
+    paper.offered.offers.actions[name] = TakeMeasurement(paper, name, device, TAKE_MEASUREMENT)
 
 
 class TakeMeasurement(PaperAction):

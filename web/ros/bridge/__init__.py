@@ -1,4 +1,6 @@
-"""A rosbridge v2 endpoint: WebSocket in, JSON or CBOR out, and no ROS behind it.
+"""A rosbridge v2 endpoint: WebSocket in, JSON or CBOR out.
 
 RobotWebTools, *rosbridge v2 Protocol Specification* (rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
+
+Never needs ROS.
 """

@@ -1,4 +1,4 @@
-"""Messages in pieces: put together as they come, cut up where a client wants small ones."""
+"""Fragmented messages: reassembled on receipt, split if a client wants small ones."""
 
 import json
 import time
@@ -23,35 +23,35 @@ class _Pieces:
 
 
 class Fragments:
-    """What one client has sent of its messages so far; bounded in number, size and time."""
+    """The fragments that one client has sent so far; bounded in number, size and time."""
 
     def __init__(self) -> None:
         self._open: dict[str, _Pieces] = {}
 
     def take(self, message: dict[str, Any]) -> str | None:
-        """A piece; the whole text once it is the last. Raises Misformed."""
+        """Add a fragment; returns the whole text after the last. Raises Misformed."""
         id = str(want(message, "id", (str, int), "a text"))
         data = want(message, "data", str, "a text")
         num = want(message, "num", int, "a whole number")
         total = want(message, "total", int, "a whole number")
         if not (0 < total <= MOST_PIECES and 0 <= num < total):
             raise Misformed(
-                f"piece {num} of {total} cannot be: they count from 0, {MOST_PIECES} at most"
+                f"fragment {num} of {total} is invalid: they count from 0, at most {MOST_PIECES}"
             )
         self._forget()
         if id not in self._open and len(self._open) >= MOST_OPEN:
-            raise Misformed(f"{MOST_OPEN} messages are in pieces already; end one of them first")
+            raise Misformed(
+                f"{MOST_OPEN} messages are already incomplete; finish one of them first"
+            )
         pieces = self._open.setdefault(id, _Pieces(total))
         if pieces.total != total or num in pieces.data:
             del self._open[id]
-            raise Misformed(f"piece {num} of message {id} came twice, or counts to another total")
+            raise Misformed(f"fragment {num} of message {id} came twice, or has a different total")
         pieces.data[num], pieces.touched = data, time.monotonic()
         pieces.size += len(data)
         if sum(one.size for one in self._open.values()) > MOST_BYTES:
             del self._open[id]
-            raise Misformed(
-                f"message {id} is given up: what is in pieces is over {MOST_BYTES} bytes"
-            )
+            raise Misformed(f"message {id} is dropped: its fragments exceed {MOST_BYTES} bytes")
         if len(pieces.data) < total:
             return None
         del self._open[id]
@@ -64,15 +64,15 @@ class Fragments:
 
 
 def fragment_size(message: dict[str, Any]) -> int | None:
-    """How small a client wants what it is sent; raises Misformed."""
+    """The fragment size that a client requests; raises Misformed."""
     size = may(message, "fragment_size", int, "a whole number")
     if size is not None and size < SMALLEST:
-        raise Misformed(f"`fragment_size` is {size}, the least is {SMALLEST}")
+        raise Misformed(f"`fragment_size` is {size}, the minimum is {SMALLEST}")
     return size
 
 
 def cut(text: str, size: int | None, id: str) -> Iterator[str]:
-    """The text, or its pieces."""
+    """The text, or its fragments."""
     if size is None or len(text) <= size:
         yield text
         return

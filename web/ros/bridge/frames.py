@@ -1,4 +1,4 @@
-"""Frames of the protocol: read from what a client sends, written as JSON text or CBOR bytes."""
+"""Frames of the protocol: parsed from a client's data, written as JSON text or CBOR bytes."""
 
 import json
 import math
@@ -6,7 +6,7 @@ import sys
 from array import array
 from typing import Any
 
-from ..kinds import Field, Message
+from ..interfaces.kinds import Field, Message
 
 MOST_BYTES = 16 * 2**20
 DEEPEST = 60
@@ -15,7 +15,7 @@ CBOR_TAGS = {"int64": (79, "q"), "float64": (86, "d")}
 
 
 class Misformed(ValueError):
-    """A frame that is no message of the protocol, with the reason in words."""
+    """A frame that is not a valid message of the protocol, with the reason."""
 
 
 def read(data: str | bytes) -> dict[str, Any]:
@@ -23,20 +23,20 @@ def read(data: str | bytes) -> dict[str, Any]:
     try:
         message = json.loads(data if isinstance(data, str) else data.decode())
     except UnicodeDecodeError:
-        raise Misformed("a binary frame has to be JSON in UTF-8") from None
+        raise Misformed("a binary frame must be JSON in UTF-8") from None
     except ValueError as fault:
         raise Misformed(f"not JSON: {fault}") from fault
     except RecursionError:
         raise Misformed(f"nested deeper than {DEEPEST} levels") from None
     if not isinstance(message, dict):
-        raise Misformed("a message is a JSON object with an `op`")
+        raise Misformed("a message must be a JSON object with an `op`")
     if _deeper_than(message, DEEPEST):
         raise Misformed(f"nested deeper than {DEEPEST} levels")
     return message
 
 
 def as_json(message: dict[str, Any]) -> str:
-    """A message as text; JSON has no NaN, which stands as null, as rosbridge has it."""
+    """A message as text; NaN, which JSON lacks, becomes null, as in rosbridge."""
     try:
         return json.dumps(message, allow_nan=False, ensure_ascii=False)
     except ValueError:
@@ -44,7 +44,7 @@ def as_json(message: dict[str, Any]) -> str:
 
 
 def as_cbor(message: dict[str, Any], kind: Message) -> bytes:
-    """A `publish` of a topic as CBOR; arrays of numbers go packed."""
+    """A `publish` of a topic as CBOR, with packed arrays of numbers."""
     import cbor2
 
     return cbor2.dumps({**message, "msg": _packed(message["msg"], kind)})
@@ -97,7 +97,7 @@ def _deeper_than(value: Any, levels: int) -> bool:
 
 
 def want(message: dict[str, Any], name: str, kind: type | tuple[type, ...], words: str) -> Any:
-    """A field that the operation cannot do without; raises Misformed."""
+    """A required field of an operation; raises Misformed."""
     if message.get(name) is None:
         raise Misformed(f"`{message['op']}` needs `{name}`, {words}")
     return may(message, name, kind, words)
@@ -110,10 +110,10 @@ def may(
     words: str,
     absent: Any = None,
 ) -> Any:
-    """A field that may be left out; raises Misformed where it is of another type."""
+    """An optional field; raises Misformed if it has another type."""
     value = message.get(name)
     if value is None:
         return absent
     if not isinstance(value, kind) or (isinstance(value, bool) and kind in (int, (int, float))):
-        raise Misformed(f"`{name}` of `{message['op']}` has to be {words}")
+        raise Misformed(f"`{name}` of `{message['op']}` must be {words}")
     return value

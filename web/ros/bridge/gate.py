@@ -1,8 +1,8 @@
-"""Who may connect: pages of allowed origins, and where others can reach us, whoever has the token.
+"""Who may connect: pages of allowed origins, and with the token if others can reach us.
 
-A page of any site can make a browser open a WebSocket to this machine, so the Origin has to be one
-of ours; and such a site may have let its own name resolve to 127.0.0.1, so the Host has to be ours,
-too. Programs send no Origin.
+A page of any site can make a browser open a WebSocket to this machine, so the Origin must be one of
+ours; and such a site may make its own name resolve to 127.0.0.1 (DNS rebinding), so the Host must
+be ours too. Programs send no Origin.
 """
 
 import ipaddress
@@ -20,14 +20,14 @@ LEAST_TOKEN = 8
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """`host` is what is listened on; `origins` are allowed beside pages of this machine."""
+    """`host` is the listening address; `origins` are allowed besides pages of this machine."""
 
     host: str
     token: str | None = None
     origins: frozenset[str] = frozenset()
 
     def check(self, connection: ServerConnection, request: Request) -> Response | None:
-        """None where the client may pass, else the refusal."""
+        """None if the client may connect, else the refusal."""
         refusal = self.refusal(request)
         if refusal is None:
             return None
@@ -35,7 +35,7 @@ class Gate:
         return connection.respond(status, f"labrun ros: {words}\n")
 
     def refusal(self, request: Request) -> tuple[HTTPStatus, str] | None:
-        """What stands against a client."""
+        """The reason to refuse a client, if any."""
         if len(request.headers.get_all("Host")) != 1 or not self._is_ours(request.headers["Host"]):
             return HTTPStatus.MISDIRECTED_REQUEST, "this endpoint has another name"
         for origin in request.headers.get_all("Origin"):
@@ -78,7 +78,7 @@ def _is_local_page(origin: str) -> bool:
 
 
 def is_loopback(host: str) -> bool:
-    """True for an address that only this machine reaches."""
+    """True for an address that only this machine can reach."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

@@ -1,17 +1,17 @@
-"""Goals: `send_action_goal`, `cancel_action_goal`, and what comes back of them.
+"""Goals: `send_action_goal`, `cancel_action_goal`, and their answers.
 
-As rosbridge_suite 2.1 does it: a goal that ended tells `result: true` with its status and every field
-of its result; one that could not begin tells `result: false` with a sentence. A goal that its server
-rejects is answered as well, where rosbridge_suite is silent for ever.
+As in rosbridge_suite 2.1: a goal that ended gives `result: true` with its status and every field of
+its result; one that could not start gives `result: false` with a sentence. A goal that its server
+rejects is also answered, whereas rosbridge_suite stays silent for ever.
 """
 
 from dataclasses import dataclass
 from typing import Any
 
 from ....engine.language.suggest import did_you_mean
-from ..goals import STATUS, Goal
-from ..kinds import same_type
-from ..offer import Action, Refused, Values
+from ..interfaces.kinds import same_type
+from ..offers.goals import STATUS, Goal
+from ..offers.offer import Action, Refused, Values
 from .client import Client, Message
 from .fragments import fragment_size
 from .frames import Misformed, may, want
@@ -21,14 +21,14 @@ UNKNOWN = 0
 
 @dataclass(slots=True)
 class Sent:
-    """A goal of one client: before it has begun only the wish to cancel it can be noted."""
+    """A goal of one client: before it has started a cancel request can only be noted."""
 
     goal: Goal | None = None
     cancel_wanted: bool = False
 
 
 def send_action_goal(client: Client, message: Message) -> None:
-    """Begin a goal; feedback and result bear the id that the client gave."""
+    """Start a goal; feedback and result carry the client's id."""
     name = want(message, "action", str, "an action's name")
     id = may(message, "id", (str, int), "a text")
     size = fragment_size(message)
@@ -42,23 +42,23 @@ def send_action_goal(client: Client, message: Message) -> None:
         return
     key = str(id)
     if id is not None and key in client.goals:
-        answer.refuse(f"a goal with the id {key} is under way already")
+        answer.refuse(f"a goal with the id {key} is already under way")
         return
     sent = Sent()
     if id is not None:
         client.goals[key] = sent
     tell = answer.feedback if feedback else lambda values: None
     # An empty list stands for no arguments, as in a service call.
-    client.do(_carried(client, key, sent, action, values or {}, tell, answer))
+    client.do(f"a goal of {name}", _carried(client, key, sent, action, values or {}, tell, answer))
 
 
 def cancel_action_goal(client: Client, message: Message) -> None:
-    """Ask for the end of a goal of this client; nothing is answered where it works."""
+    """Cancel a goal of this client; a successful request has no answer."""
     want(message, "action", str, "an action's name")
     key = str(want(message, "id", (str, int), "the id of the goal"))
     sent = client.goals.get(key)
     if sent is None:
-        raise Misformed(f"no goal {key} of yours is under way")
+        raise Misformed(f"you have no goal {key} under way")
     sent.cancel_wanted = True
     if sent.goal is not None:
         _cancel(client, sent.goal, key)

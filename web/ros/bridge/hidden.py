@@ -1,4 +1,4 @@
-"""The services and topics behind a ROS 2 action, for clients that know no actions.
+"""The services and topics behind a ROS 2 action, for clients without support for actions.
 
 Those of ROS 2 itself (design.ros2.org, "Actions"): `_action/send_goal`, `_action/get_result`,
 `_action/cancel_goal`, `_action/feedback`, `_action/status`. roslib 1.4 sends goals by them, and
@@ -8,10 +8,10 @@ Those of ROS 2 itself (design.ros2.org, "Actions"): `_action/send_goal`, `_actio
 from abc import abstractmethod
 from typing import Any
 
-from ..goals import Goal, Goals
-from ..kinds import Field, Message, ServiceKind
-from ..offer import Action, Offers, Refused, Service, Topic, Values
-from ..own_kinds import CANCEL_GOAL, GOAL_STATUS_ARRAY, TIME, UUID
+from ..interfaces.kinds import Field, Message, ServiceKind
+from ..interfaces.own_kinds import CANCEL_GOAL, GOAL_STATUS_ARRAY, TIME, UUID
+from ..offers.goals import Goal, Goals
+from ..offers.offer import Action, Offers, Refused, Service, Topic, Values
 
 NOBODY = bytes(16)
 ERROR_NONE, ERROR_REJECTED, ERROR_UNKNOWN_GOAL_ID, ERROR_GOAL_TERMINATED = range(4)
@@ -46,7 +46,7 @@ class SendGoal(_Hidden):
     async def answer(self, values: Values) -> Values:
         id = _uuid(values.get("goal_id"))
         if id == NOBODY:
-            raise Refused("goal_id.uuid has to be 16 numbers from 0 to 255, not all of them 0")
+            raise Refused("goal_id.uuid must be 16 numbers from 0 to 255, not all of them 0")
         topic = self.hidden.feedback(self.action)
 
         def tell(feedback: Values) -> None:
@@ -55,7 +55,7 @@ class SendGoal(_Hidden):
         try:
             goal = await self.goals.begin(self.action, values.get("goal") or {}, tell, id)
         except Refused as fault:
-            # A bool has no room for the reason; as a fault it reaches the client's error callback.
+            # A bool cannot carry the reason; as an error it reaches the client's error callback.
             raise Refused(f"rejected: {fault}") from fault
         return {"accepted": True, "stamp": stamp(goal.began)}
 
@@ -77,7 +77,7 @@ class GetResult(_Hidden):
     async def answer(self, values: Values) -> Values:
         goal = self.goals.known(_uuid(values.get("goal_id")))
         if goal is None or goal.action is not self.action:
-            raise Refused(f"{self.action.name} knows no goal of that id")
+            raise Refused(f"{self.action.name} has no goal with that id")
         end = await goal.end()
         return {"status": goal.status, "result": end.result}
 
@@ -111,7 +111,7 @@ SERVICES = {"send_goal": SendGoal, "get_result": GetResult, "cancel_goal": Cance
 
 
 class Hidden:
-    """What stands behind the actions, made when somebody asks for it."""
+    """The services and topics behind the actions, created on request."""
 
     def __init__(self, offers: Offers, goals: Goals) -> None:
         self.goals = goals
@@ -143,7 +143,7 @@ class Hidden:
         return self._feedback[action]
 
     def status(self, action: Action) -> Topic:
-        """The goals of an action, whoever sent them."""
+        """The goals of an action, from all clients."""
         if action not in self._status:
             self._status[action] = Topic(f"{action.name}/_action/status", GOAL_STATUS_ARRAY)
             self._tell(action)
@@ -179,13 +179,13 @@ def _id_field() -> Field:
 
 
 def _uuid(value: Any) -> bytes:
-    """Sixteen bytes; NOBODY where there are none. Raises Refused."""
+    """Sixteen bytes; NOBODY if there are none. Raises Refused."""
     given = value.get("uuid") if isinstance(value, dict) else value
     if given is None or given == []:
         return NOBODY
     good = isinstance(given, list) and len(given) == 16
     if not good or not all(type(byte) is int and 0 <= byte < 256 for byte in given):
-        raise Refused("a uuid is 16 numbers from 0 to 255")
+        raise Refused("a uuid must be 16 numbers from 0 to 255")
     return bytes(given)
 
 
@@ -194,5 +194,5 @@ def _seconds(value: Any) -> float:
         return 0.0
     parts = [value.get("sec", 0), value.get("nanosec", 0)]
     if not all(isinstance(part, int) for part in parts):
-        raise Refused("a stamp is whole numbers: sec and nanosec")
+        raise Refused("a stamp must be integers: sec and nanosec")
     return parts[0] + parts[1] / 1e9

@@ -1,4 +1,4 @@
-"""Every operation that a client may ask for, written out."""
+"""Every operation that a client may request."""
 
 from .client import Client, Message, Operation
 from .frames import Misformed
@@ -9,13 +9,13 @@ from .topic_ops import subscribe, unsubscribe
 
 def _not_here(client: Client, message: Message) -> None:
     raise Misformed(
-        f"`{message['op']}` is not for this endpoint: labrun offers its devices, and takes part in "
+        f"`{message['op']}` is not supported here: labrun offers its devices, and takes part in "
         "another ROS system by its driver `ros_action`, or as a node (`labrun ros --node`)"
     )
 
 
 def _nothing(client: Client, message: Message) -> None:
-    """What a client says before it leaves, or of no matter here."""
+    """Operations sent before disconnecting, or without effect here."""
 
 
 OPERATIONS: dict[str, Operation] = {

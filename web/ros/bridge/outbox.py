@@ -1,4 +1,4 @@
-"""What is to be sent to one client: in order, and bounded where the client does not read."""
+"""Messages for one client: in order, and bounded if the client does not read."""
 
 import asyncio
 from collections import deque
@@ -11,7 +11,7 @@ Frame = str | bytes
 
 
 class Outbox:
-    """Topics and feedback make room for what must arrive; where even that piles up, `full` is set."""
+    """Topics and feedback are dropped for messages that must arrive; `full` is set if those pile up."""
 
     def __init__(self) -> None:
         self.full = asyncio.Event()
@@ -28,7 +28,7 @@ class Outbox:
         self._ready.set()
 
     async def drain_into(self, send: Callable[[Frame], Awaitable[None]]) -> None:
-        """Send for as long as the client is there."""
+        """Send while the client is connected."""
         while True:
             await self._ready.wait()
             while self._frames:

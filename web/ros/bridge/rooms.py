@@ -1,13 +1,13 @@
-"""What all clients share: the lab's offers, found by the names that clients use for them."""
+"""Shared by all clients: the lab's offers, found by the names that clients use."""
 
-from ..goals import Goals
-from ..offer import Action, Offers, Service, Topic
+from ..offers.goals import Goals
+from ..offers.offer import Action, Offers, Service, Topic
 from .hidden import Hidden
 from .rosapi import ROSAPI, RosapiService
 
 
 class Rooms:
-    """A leading slash may be missing; `rosapi` and the services behind an action are found, too."""
+    """A leading slash is optional; `rosapi` and the services behind an action are found too."""
 
     def __init__(self, offers: Offers, goals: Goals) -> None:
         self.offers = offers

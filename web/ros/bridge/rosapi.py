@@ -1,14 +1,14 @@
-"""`rosapi`: what there is, of which type, with which fields; for clients that look before they ask.
+"""`rosapi`: lists names, types and fields, for clients that look them up first.
 
 Services of rosapi (rosbridge_suite), with the fields that roslib and roslibpy read.
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from ..kinds import Field, Message, ServiceKind, same_type
-from ..offer import Offers, Refused, Service, Values
+from ..interfaces.kinds import Field, Message, ServiceKind, same_type
+from ..offers.offer import Offers, Refused, Service, Values
 
 PACKAGE = "rosapi_msgs"
 NODE = "/labrun"
@@ -35,7 +35,7 @@ class RosapiService(Service):
         asked = [given.get(name, "") for name in self._asks]
         for name, value in zip(self._asks, asked, strict=True):
             if not isinstance(value, str):
-                raise Refused(f"{self.name}: {name} has to be a text")
+                raise Refused(f"{self.name}: {name} must be a string")
         return self._look(self._offers, *asked)
 
 
@@ -44,7 +44,7 @@ def _message(name: str, fields: dict[str, tuple[str, str]]) -> Message:
     return Message(PACKAGE, name, tuple(made))
 
 
-# --- what there is
+# --- lists
 
 
 def _topics(offers: Offers) -> Values:
@@ -61,20 +61,16 @@ def _topics_for_type(offers: Offers, type: str) -> Values:
 
 
 def _services_for_type(offers: Offers, type: str) -> Values:
-    found = {**offers.services, **_own(offers)}
-    return {
-        "services": [name for name, one in sorted(found.items()) if same_type(type, one.kind.type)]
-    }
+    found = sorted(_all_services(offers).items())
+    return {"services": [name for name, one in found if same_type(type, one.kind.type)]}
 
 
 def _topic_type(offers: Offers, topic: str) -> Values:
-    found = offers.topics.get(_full(topic))
-    return {"type": found.kind.type if found is not None else ""}
+    return _type_in(offers.topics, topic)
 
 
 def _service_type(offers: Offers, service: str) -> Values:
-    found = {**offers.services, **_own(offers)}.get(_full(service))
-    return {"type": found.kind.type if found is not None else ""}
+    return _type_in(_all_services(offers), service)
 
 
 def _action_servers(offers: Offers) -> Values:
@@ -82,7 +78,11 @@ def _action_servers(offers: Offers) -> Values:
 
 
 def _action_type(offers: Offers, action: str) -> Values:
-    found = offers.actions.get(_full(action))
+    return _type_in(offers.actions, action)
+
+
+def _type_in(offered: Mapping[str, Any], name: str) -> Values:
+    found = offered.get(_full(name))
     return {"type": found.kind.type if found is not None else ""}
 
 
@@ -92,7 +92,7 @@ def _interfaces(offers: Offers) -> Values:
 
 
 def _raw_types(offers: Offers) -> Values:
-    from ..render import message_text
+    from ..interfaces.render import message_text
 
     full = [message_text(topic.kind) for _, topic in sorted(offers.topics.items())]
     return {**_topics(offers), "typedefs_full_text": full}
@@ -125,7 +125,7 @@ def _service_node(offers: Offers, service: str) -> Values:
 def _get_time(offers: Offers) -> Values:
     now = time.time_ns()
     sec, nanosec = divmod(now, 10**9)
-    # ROS 2 says sec and nanosec; roslibpy reads the names of ROS 1.
+    # ROS 2 has sec and nanosec; roslibpy reads the names of ROS 1.
     return {"time": {"sec": sec, "nanosec": nanosec, "secs": sec, "nsecs": nanosec}}
 
 
@@ -137,7 +137,7 @@ def _ros_version(offers: Offers) -> Values:
     return {"version": 2, "distro": "labrun"}
 
 
-# --- with which fields
+# --- fields
 
 
 def _message_details(offers: Offers, type: str) -> Values:
@@ -149,27 +149,22 @@ def _message_details(offers: Offers, type: str) -> Values:
 
 
 def _of_service(part: int) -> Callable[..., Values]:
-    def details(offers: Offers, type: str) -> Values:
-        for service in {**offers.services, **_own(offers)}.values():
-            if same_type(type, service.kind.type):
-                return _typedefs(service.kind.parts()[part])
-        return {"typedefs": []}
-
-    return details
+    return lambda offers, type: _part(_all_services(offers), type, part)
 
 
 def _of_action(part: int) -> Callable[..., Values]:
-    def details(offers: Offers, type: str) -> Values:
-        for action in offers.actions.values():
-            if same_type(type, action.kind.type):
-                return _typedefs(action.kind.parts()[part])
-        return {"typedefs": []}
+    return lambda offers, type: _part(offers.actions, type, part)
 
-    return details
+
+def _part(offered: Mapping[str, Any], type: str, part: int) -> Values:
+    for one in offered.values():
+        if same_type(type, one.kind.type):
+            return _typedefs(one.kind.parts()[part])
+    return {"typedefs": []}
 
 
 def _typedefs(message: Message) -> Values:
-    """The message, and those within it; -1 for one value, 0 for any number, else so many."""
+    """The message and those within it; array length: -1 for one value, 0 for any number, else fixed."""
     return {"typedefs": [_typedef(one) for one in _unique(message)]}
 
 
@@ -208,8 +203,9 @@ def _length(field: Field) -> int:
     return int(inner) if inner.isdecimal() else 0
 
 
-def _own(offers: Offers) -> dict[str, Service]:
-    return {f"/rosapi/{name}": RosapiService(name, offers) for name in ROSAPI}
+def _all_services(offers: Offers) -> dict[str, Service]:
+    own = {f"/rosapi/{name}": RosapiService(name, offers) for name in ROSAPI}
+    return {**offers.services, **own}
 
 
 def _full(name: str) -> str:
@@ -251,4 +247,4 @@ ROSAPI: dict[str, tuple[tuple[str, ...], dict[str, Any], Callable[..., Values]]]
     "get_param_names": ((), {"names": TEXTS}, _no_params),
     "get_ros_version": ((), {"version": ("int8", ""), "distro": TEXT}, _ros_version),
 }
-"""Look-up -> what it asks for, what it gives, and how it is found."""
+"""Service -> its request, its response, and its function."""

@@ -1,4 +1,4 @@
-"""Listen, let clients in through the gate, serve each until it leaves."""
+"""Listen, admit clients through the gate, serve each until it disconnects."""
 
 import asyncio
 from collections.abc import AsyncIterator, Sequence
@@ -7,8 +7,8 @@ from contextlib import asynccontextmanager
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.typing import Subprotocol
 
-from ..goals import Goals
-from ..offer import Offers
+from ..offers.goals import Goals
+from ..offers.offer import Offers
 from .client import Client
 from .frames import MOST_BYTES
 from .gate import Gate
@@ -22,14 +22,14 @@ SUBPROTOCOL = Subprotocol("rosbridge_v2")
 
 @asynccontextmanager
 async def bridge(offers: Offers, goals: Goals, gate: Gate, port: int) -> AsyncIterator[str]:
-    """The endpoint's address, for as long as the block lasts; raises OSError where the port is taken."""
+    """The endpoint's address, while the block runs; raises OSError if the port is in use."""
     rooms = Rooms(offers, goals)
 
-    async def live(socket: ServerConnection) -> None:
-        await Client(socket, rooms).live(OPERATIONS)
+    async def serve_client(socket: ServerConnection) -> None:
+        await Client(socket, rooms).serve_until_gone(OPERATIONS)
 
     async with serve(
-        live, gate.host, port, process_request=gate.check, max_size=MOST_BYTES, compression=None,
+        serve_client, gate.host, port, process_request=gate.check, max_size=MOST_BYTES, compression=None,
         ping_interval=PING_S, ping_timeout=PING_S, close_timeout=CLOSE_S,
         subprotocols=[SUBPROTOCOL], select_subprotocol=_subprotocol,
     ) as server:  # fmt: skip
@@ -38,7 +38,7 @@ async def bridge(offers: Offers, goals: Goals, gate: Gate, port: int) -> AsyncIt
 
 
 async def ask_for(host: str, port: int) -> None:
-    """Raise OSError where the port cannot be had; asked before any device is started."""
+    """Raise OSError if the port is not free; called before any device is started."""
     probe = await asyncio.get_running_loop().create_server(asyncio.Protocol, host, port)
     probe.close()
     await probe.wait_closed()
@@ -47,5 +47,5 @@ async def ask_for(host: str, port: int) -> None:
 def _subprotocol(
     connection: ServerConnection, offered: Sequence[Subprotocol]
 ) -> Subprotocol | None:
-    """Clients that name one get it; most name none."""
+    """A subprotocol is accepted if a client names one; most do not."""
     return SUBPROTOCOL if SUBPROTOCOL in offered else None

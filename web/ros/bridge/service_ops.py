@@ -5,7 +5,7 @@ import logging
 from typing import Any
 
 from ....engine.language.suggest import did_you_mean
-from ..offer import Refused, Service
+from ..offers.offer import Refused, Service
 from .client import FAULT, Client, Message
 from .fragments import fragment_size
 from .frames import Misformed, may, want
@@ -18,7 +18,7 @@ def call_service(client: Client, message: Message) -> None:
     """Call a service; every call is answered."""
     name = want(message, "service", str, "a service's name")
     id = may(message, "id", (str, int), "a text")
-    if id is None and "#" in name:  # how clients of long ago gave it
+    if id is None and "#" in name:  # as old clients send it
         id = name.partition("#")[2]
     size = fragment_size(message)
 
@@ -37,11 +37,13 @@ def call_service(client: Client, message: Message) -> None:
     except Misformed as fault:
         answer(str(fault), False)
         return
-    client.do(_answered(service, _arguments(service, values), timeout_s, answer))
+    client.do(
+        f"a call of {name}", _answered(service, _arguments(service, values), timeout_s, answer)
+    )
 
 
 def _arguments(service: Service, values: Any) -> Any:
-    """Arguments as an object; a list gives them in their order."""
+    """Arguments as an object; a list gives them in order."""
     if not isinstance(values, list):
         return values
     return {f.name: v for f, v in zip(service.kind.request.fields, values, strict=False)}
@@ -55,7 +57,7 @@ async def _answered(service: Service, values: Any, timeout_s: float, answer: Any
         answer(str(fault), False)
     except TimeoutError:
         answer(f"{service.name} did not answer within {timeout_s:g} s", False)
-    except Exception:
+    except Exception:  # every call is answered, and the log says why
         LOG.exception("%s failed", service.name)
         answer(FAULT, False)
     else:

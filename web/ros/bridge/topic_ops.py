@@ -1,7 +1,7 @@
 """Topics: `subscribe` and `unsubscribe`, with their rate, their size and their encoding.
 
 A client with several subscriptions to one topic gets one stream: the fastest rate, the smallest
-pieces, and CBOR where any of them wants it.
+fragments, and CBOR if any of them wants it.
 """
 
 import asyncio
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ....engine.language.suggest import did_you_mean
-from ..kinds import same_type
-from ..offer import Topic, Values
+from ..interfaces.kinds import same_type
+from ..offers.offer import Topic, Values
 from .client import Client, Message
 from .fragments import fragment_size
 from .frames import Misformed, as_cbor, may, want
@@ -29,7 +29,7 @@ class Wish:
 
 
 class Stream:
-    """What one client gets of one topic, under the name that it used."""
+    """One client's stream of one topic, under the name that it used."""
 
     def __init__(self, client: Client, name: str, topic: Topic) -> None:
         self.topic = topic
@@ -41,13 +41,13 @@ class Stream:
         self._values: Values = {}
 
     def close(self) -> None:
-        """Send nothing any more."""
+        """Stop sending."""
         self.topic.leave(self.tell)
         if self._later is not None:
             self._later.cancel()
 
     def tell(self, values: Values) -> None:
-        """The topic has something new; within the throttled time the newest waits."""
+        """The topic has a new message; within the throttle time the latest waits."""
         self._values = values
         if self._later is not None:
             return
@@ -70,7 +70,7 @@ class Stream:
 
 
 def subscribe(client: Client, message: Message) -> None:
-    """Send a topic from now on; what was told last comes at once."""
+    """Start sending a topic; the last message is sent at once."""
     name = want(message, "topic", str, "a topic's name")
     topic = client.rooms.topic(name)
     if topic is None:
@@ -83,7 +83,7 @@ def subscribe(client: Client, message: Message) -> None:
     stream = client.streams.get(name)
     if stream is None:
         if len(client.streams) >= MOST_STREAMS:
-            raise Misformed(f"you listen to {MOST_STREAMS} topics already")
+            raise Misformed(f"you already subscribe to {MOST_STREAMS} topics")
         stream = client.streams[name] = Stream(client, name, topic)
         client.closing.append(stream.close)
         stream.wishes[_key(message)] = wish
@@ -99,7 +99,7 @@ def unsubscribe(client: Client, message: Message) -> None:
     name = want(message, "topic", str, "a topic's name")
     stream = client.streams.get(name)
     if stream is None:
-        raise Misformed(f"you do not listen to {name}")
+        raise Misformed(f"you do not subscribe to {name}")
     if message.get("id") is None:
         stream.wishes.clear()
     else:

@@ -1,6 +1,6 @@
-"""An action of ours as an action server of rclpy."""
+"""One of our actions as an rclpy action server."""
 
-# rclpy is only where ROS is.
+# rclpy exists only where ROS is installed.
 # pyright: reportMissingImports=false
 
 import logging
@@ -10,8 +10,8 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
-from ..goals import Goal, Goals
-from ..offer import Action, Refused, Values
+from ..offers.goals import Goal, Goals
+from ..offers.offer import Action, Refused, Values
 from .crossing import Crossing
 from .messages import fill, from_message
 
@@ -20,7 +20,7 @@ LOG = logging.getLogger(__name__)
 
 
 class ActionFace:
-    """Goals are begun in the goal callback, so that what the device refuses ROS sees rejected."""
+    """Goals start in the goal callback, so that ROS sees a device's refusal as a rejection."""
 
     def __init__(
         self, node: Node, action: Action, cls: Any, goals: Goals, crossing: Crossing
@@ -49,10 +49,10 @@ class ActionFace:
         except Refused as fault:
             LOG.warning("%s: a goal is rejected: %s", self.action.name, fault)
             return GoalResponse.REJECT
-        except Exception:
-            LOG.exception("%s: a goal could not be begun", self.action.name)
+        except Exception:  # ROS has to get an answer, and the log says why
+            LOG.exception("%s: a goal could not be started", self.action.name)
             return GoalResponse.REJECT
-        # The request is the same object in the callback that executes it, and bears no id before.
+        # The execute callback gets the same request object, which has no id before that.
         self._begun[id(request)] = begun
         return GoalResponse.ACCEPT
 
@@ -62,13 +62,13 @@ class ActionFace:
         return goal
 
     def _cancel_orphan(self, begun: "_Begun", goal: Goal) -> None:
-        """Two requests with one id: rclpy drops the second after it was begun."""
+        """Two requests with one id: rclpy drops the second after it was started."""
         if begun.handle is None:
             self._begun.pop(id(begun.request), None)
             self._goals.cancel(goal)
 
     def _accepted(self, handle: ServerGoalHandle) -> None:
-        # Before it is executed a cancel may come in already, so it is known from here on.
+        # A cancel may arrive before it is executed, so it is registered from here on.
         begun = self._begun.pop(id(handle.request))
         assert begun.goal is not None
         self._handles[bytes(handle.goal_id.uuid)] = begun.goal
@@ -79,7 +79,7 @@ class ActionFace:
         key = bytes(handle.goal_id.uuid)
         goal = self._handles[key]
         try:
-            # A goal that is over by now needs no way there and back.
+            # A goal that has already ended needs no round trip.
             end = goal.known_end() if goal.task.done() else await self._crossing.over(goal.end())
         finally:
             del self._handles[key]
@@ -100,12 +100,12 @@ class ActionFace:
         return CancelResponse.ACCEPT
 
     def publish(self, handle: ServerGoalHandle, values: Values) -> None:
-        """Feedback, in whichever thread."""
+        """Feedback, from any thread."""
         handle.publish_feedback(fill(self.action.kind.feedback, self._cls.Feedback(), values))
 
 
 class _Begun:
-    """A goal between its request and its handle; what it tells meanwhile waits."""
+    """A goal between its request and its handle; its feedback waits meanwhile."""
 
     def __init__(self, request: Any, face: ActionFace) -> None:
         self.request = request

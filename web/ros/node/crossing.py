@@ -1,6 +1,6 @@
-"""From the thread that ROS spins in to our event loop, and back."""
+"""Between the thread in which ROS spins and our event loop."""
 
-# rclpy is only where ROS is.
+# rclpy exists only where ROS is installed.
 # pyright: reportMissingImports=false
 
 import asyncio
@@ -13,26 +13,26 @@ from rclpy.task import Future
 
 
 class Crossing:
-    """`loop` is ours, `executor` spins in a thread of its own."""
+    """`loop` is ours, `executor` spins in a separate thread."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, executor: Executor) -> None:
         self.loop = loop
         self.executor = executor
 
     async def over(self, work: Coroutine[Any, Any, Any]) -> Any:
-        """Awaited by a callback of ROS: the work is done in our loop meanwhile."""
+        """Awaited by a ROS callback while the work is done in our loop."""
         done = asyncio.run_coroutine_threadsafe(work, self.loop)
         future = Future(executor=self.executor)
 
-        def settle(ended: "concurrent.futures.Future[Any]") -> None:
+        def resolve(ended: "concurrent.futures.Future[Any]") -> None:
             try:
                 future.set_result(ended.result())
             except BaseException as fault:  # it is raised again where the callback awaits it
                 future.set_exception(
                     fault if isinstance(fault, Exception) else RuntimeError(str(fault))
                 )
-            # A future that is set from another thread wakes nobody by itself.
+            # A future set from another thread does not wake the executor.
             self.executor.wake()
 
-        done.add_done_callback(settle)
+        done.add_done_callback(resolve)
         return await future

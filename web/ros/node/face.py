@@ -1,6 +1,6 @@
-"""The node: an action server for each action, a topic for each status, a service where it is pure."""
+"""The node: an action server per action, a topic per status, a service per pure action."""
 
-# rclpy is only where ROS is.
+# rclpy exists only where ROS is installed.
 # pyright: reportMissingImports=false
 
 import asyncio
@@ -16,8 +16,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
-from ..goals import Goals
-from ..offer import Offers, Refused, Service, Topic, Values
+from ..offers.goals import Goals
+from ..offers.offer import Offers, Refused, Service, Topic, Values
 from .action_face import ActionFace
 from .crossing import Crossing
 from .messages import fill, from_message
@@ -32,7 +32,7 @@ LOG = logging.getLogger(__name__)
 
 @asynccontextmanager
 async def node(offers: Offers, goals: Goals, types: dict[str, Any]) -> AsyncIterator[Node]:
-    """The node, spinning in a thread of its own for as long as the block lasts."""
+    """The node, spinning in a separate thread while the block runs."""
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     made = rclpy.create_node(NAME)
     executor = SingleThreadedExecutor()
@@ -51,7 +51,7 @@ async def node(offers: Offers, goals: Goals, types: dict[str, Any]) -> AsyncIter
         yield made
     finally:
         await goals.close()
-        await asyncio.sleep(LAST_WORDS_S)  # the results are on their way in the other thread
+        await asyncio.sleep(LAST_WORDS_S)  # results are still being sent in the other thread
         for leave in published:
             leave()
         executor.shutdown(timeout_sec=2)
@@ -67,12 +67,12 @@ def _spin(executor: SingleThreadedExecutor) -> None:
         executor.spin()
     except ExternalShutdownException:
         pass
-    except Exception:
-        LOG.exception("the node of ROS fell over")
+    except Exception:  # the end of the thread, which nothing awaits
+        LOG.exception("the ROS node crashed")
 
 
 def _publish(node: Node, topic: Topic, cls: Any) -> Callable[[], None]:
-    """Publish a topic; what is returned ends that."""
+    """Publish a topic; returns a function that stops it."""
     publisher = node.create_publisher(cls, topic.name, LATCHED)
 
     def tell(values: Values) -> None:
@@ -94,5 +94,5 @@ def _serve(node: Node, service: Service, cls: Any, crossing: Crossing) -> None:
 async def _answered(service: Service, values: Values) -> Values:
     try:
         return await service.answer(values)
-    except Refused as fault:  # a service of ROS cannot fail: the response has to say so
+    except Refused as fault:  # a ROS service cannot fail: the response must report it
         return service.refused(str(fault))

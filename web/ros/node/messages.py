@@ -1,9 +1,9 @@
-"""Messages of rclpy to and from values: field name -> value, as the rest of us has them."""
+"""rclpy messages to and from values: field name -> value, as in the rest of labrun."""
 
 from typing import Any
 
-from ..kinds import Field, Message
-from ..offer import Values
+from ..interfaces.kinds import Field, Message
+from ..offers.offer import Values
 from .types import nested_class
 
 PLAIN = {"bool": bool, "float64": float, "int64": int, "string": str}

@@ -1,23 +1,23 @@
-"""The Python classes of interfaces, as the ROS here has them built, held against the lab's contracts."""
+"""The Python classes of the installed ROS interfaces, checked against the lab's contracts."""
 
 import importlib
 import re
 from typing import Any
 
-from ..fault import RosFault
-from ..kinds import ActionKind, Field, Message, ServiceKind
+from ..interfaces.fault import RosFault
+from ..interfaces.kinds import ActionKind, Field, Message, ServiceKind
 
 IDL = {"bool": "boolean", "float64": "double", "int64": "int64", "string": "string"}
 MAKE = "make and build them: `labrun ros --interfaces DIR`, then `colcon build` there, then source its setup"
 
 
 def built(kind: ActionKind | ServiceKind | Message) -> Any:
-    """The class of an interface; raises RosFault where it is not there, or of another contract."""
+    """The class of an interface; raises RosFault if missing, or from another contract."""
     try:
         module = importlib.import_module(f"{kind.package}.{kind.group}")
         found = getattr(module, kind.name)
     except ImportError as fault:
-        raise RosFault(f"the ROS package {kind.package} is not there ({fault}); {MAKE}") from fault
+        raise RosFault(f"the ROS package {kind.package} is missing ({fault}); {MAKE}") from fault
     except AttributeError as fault:
         raise RosFault(f"the ROS package {kind.package} has no {kind.type}; {MAKE}") from fault
     for message, cls in _parts(kind, found):
@@ -54,7 +54,7 @@ def _compare(message: Message, cls: Any, type: str) -> None:
 
 
 def _idl(field: Field) -> str:
-    """A field's type as rosidl names it: `sequence<double, 1>`."""
+    """A field's type in rosidl notation: `sequence<double, 1>`."""
     one = IDL.get(field.type, field.type)
     if field.message is not None:
         one = f"{field.message.package}/{field.message.name}"

@@ -27,7 +27,7 @@ const pause = () => command(() => api.POST('/api/v1/runs/{id}/pause', { params: 
 const failure = (asked: Promise<unknown>) => asked.then(() => null, (why: unknown) => why as Refused)
 
 describe('a command', () => {
-  it('has a key of its own, a deadline by the server’s clock, and the lease', async () => {
+  it('has its own key, a deadline by the server’s clock, and the lease', async () => {
     heardTime(Date.now() + 3_600_000)
     keepLease({ lease: 'secret', since: null })
     await pause()
@@ -56,7 +56,7 @@ describe('a command', () => {
     expect(sent).toEqual([])
   })
 
-  it('that nobody answers is given up, once, and nobody says that it was not done', async () => {
+  it('without an answer is given up, once, without a claim that it was not done', async () => {
     vi.useFakeTimers()
     answer = () => new Promise(() => undefined)
     const asked = failure(pause())
@@ -68,7 +68,7 @@ describe('a command', () => {
     expect(sent).toHaveLength(1)
   })
 
-  it('that is refused says why in the server’s words', async () => {
+  it('that is refused gives the server’s reason', async () => {
     const fault = { code: 'HELD', message: 'a run has it', hint: 'wait', problems: [], details: {} }
     answer = () => Promise.resolve(Response.json(fault, { status: 409 }))
     const why = await failure(pause())
@@ -78,7 +78,7 @@ describe('a command', () => {
 })
 
 describe('a question', () => {
-  it('is asked also while nothing is heard, without a key', async () => {
+  it('is also sent while nothing is received, without a key', async () => {
     commandsNeed(() => false)
     answer = () => Promise.resolve(Response.json([]))
 
@@ -86,7 +86,7 @@ describe('a question', () => {
     expect(sent[0]?.headers.has('Idempotency-Key')).toBe(false)
   })
 
-  it('that cannot be asked is told as a sentence', async () => {
+  it('that cannot be sent is reported as a sentence', async () => {
     answer = () => Promise.reject(new TypeError('Failed to fetch'))
     const why = await failure(read(api.GET('/api/v1/runs')))
 

@@ -1,4 +1,4 @@
-// Every request to the server: typed by its description, its refusals thrown as sentences.
+// Every request to the server: typed by the API description, with refusals thrown as sentences.
 import createClient, { type Middleware } from 'openapi-fetch'
 import { serverNow } from './clock'
 import { keptLease } from './lease'
@@ -8,11 +8,11 @@ import type { paths } from './types.gen'
 
 /** A command that reaches the server later than this is refused there and not done. */
 export const DEADLINE_MS = 2_000
-/** The server answers a command within two seconds; after this nobody waits any more. */
+/** The server answers a command within two seconds; after this the page stops waiting. */
 export const ANSWER_MS = 6_000
 const READ_MS = 60_000
 
-/** Each click has a key of its own; deadline and lease go along with whatever may change anything. */
+/** Each click has its own key; everything that may change something carries deadline and lease. */
 const headers: Middleware = {
   onRequest({ request }) {
     if (request.method === 'GET') return request
@@ -26,7 +26,7 @@ const headers: Middleware = {
   },
 }
 
-/** `api.GET('/api/v1/runs')`; give the promise to `read` or `command`. */
+/** `api.GET('/api/v1/runs')`; pass the promise to `read` or `command`. */
 export const api = createClient<paths>({
   baseUrl: typeof location === 'undefined' ? '' : location.origin,
   fetch: (request) => globalThis.fetch(request),
@@ -39,14 +39,14 @@ interface Answer<T> {
   response: Response
 }
 
-/** The answer, or a `Refused`. For what only reads, and for edits, which carry a revision. */
+/** The answer, or a `Refused`. For reads, and for edits, which carry a revision. */
 export async function read<T>(asked: Promise<Answer<T>>): Promise<Whole<T>> {
   let answer: Answer<T>
   try {
     answer = await within(asked, READ_MS)
   } catch (failure) {
     if (failure instanceof Refused) throw failure
-    throw noAnswer('OFFLINE', 'the server did not answer', 'it is asked again when you try again')
+    throw noAnswer('OFFLINE', 'the server did not answer', 'try again')
   }
   if (answer.response.ok) return answer.data as Whole<T>
   throw refusal(answer)
@@ -54,18 +54,18 @@ export async function read<T>(asked: Promise<Answer<T>>): Promise<Whole<T>> {
 
 let live: () => boolean = () => true
 
-/** Tell the client how to know whether there is a connection. */
+/** Set how the client learns whether there is a connection. */
 export function commandsNeed(connected: () => boolean): void {
   live = connected
 }
 
 /**
  * Do something to the bench or a run, once, now, or not at all: nothing is sent while offline,
- * and nothing is ever sent again. Takes a function, so that not even the request is made before.
+ * and nothing is ever sent again. Takes a function, so that the request is not even created before.
  */
 export async function command<T>(ask: () => Promise<Answer<T>>): Promise<Whole<T>> {
   if (!live()) {
-    throw noAnswer('OFFLINE', 'not sent: there is no connection', 'do it again when the page is live')
+    throw noAnswer('OFFLINE', 'not sent: no connection', 'try again when the page is live')
   }
   let answer: Answer<T>
   try {
@@ -75,14 +75,14 @@ export async function command<T>(ask: () => Promise<Answer<T>>): Promise<Whole<T
     throw noAnswer(
       'NO_ANSWER',
       'no answer: it may or may not have been done',
-      'look at the device or the run; it is not sent again',
+      'check the device or the run; it will not be sent again',
     )
   }
   if (answer.response.ok) return answer.data as Whole<T>
   throw refusal(answer)
 }
 
-/** A key of its own for a click. */
+/** A new key for a click. */
 export function newKey(): string {
   const bytes = crypto.getRandomValues(new Uint8Array(16))
   return Array.from(bytes, (byte) => byte.toString(16).padStart(2, '0')).join('')

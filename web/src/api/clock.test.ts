@@ -3,7 +3,7 @@ import { forgetTime, heardTime, serverNow } from './clock'
 
 beforeEach(forgetTime)
 
-it('the server’s time is that of the message that was under way for the shortest', () => {
+it('the server’s time is taken from the fastest message', () => {
   heardTime(10_000, 1_000)
   heardTime(10_400, 1_500)
   heardTime(11_100, 2_150)
@@ -11,13 +11,13 @@ it('the server’s time is that of the message that was under way for the shorte
   expect(serverNow(2_200)).toBe(11_200)
 })
 
-it('what was heard long ago counts no more, for clocks drift', () => {
+it('old times no longer count, because clocks drift', () => {
   heardTime(10_000, 0)
   heardTime(100_000, 95_000)
 
   expect(serverNow(95_000)).toBe(100_000)
 })
 
-it('a server that has not spoken is taken to have our time', () => {
+it('a server that has sent nothing is taken to have our time', () => {
   expect(serverNow(5)).toBe(5)
 })

@@ -1,13 +1,13 @@
-// The secret that proves who has control: kept for this tab alone, also over a reload.
+// The secret that proves who has control: kept for this tab only, and across a reload.
 const KEY = 'labrun.lease'
 
-/** A lease, and the `since` by which everybody is told of it. */
+/** A lease, and the `since` under which it is announced to everyone. */
 export interface Lease {
   lease: string
   since: string | null
 }
 
-/** What this tab holds, or held last; null where it never did. */
+/** What this tab holds, or held last; null if it never did. */
 export function leaseOfTab(): Lease | null {
   const kept = sessionStorage.getItem(KEY)
   return kept === null ? null : (JSON.parse(kept) as Lease)

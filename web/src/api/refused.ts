@@ -1,7 +1,7 @@
-// What came instead of an answer: a refusal of the server, or silence.
+// What came instead of an answer: a refusal from the server, or silence.
 import type { Fault } from './types'
 
-/** The server said no, and why; or nobody answered (`status` 0). */
+/** The server refused, with a reason; or nothing answered (`status` 0). */
 export class Refused extends Error {
   constructor(
     readonly status: number,
@@ -10,13 +10,13 @@ export class Refused extends Error {
     super(fault.message)
   }
 
-  /** The sentence with what to do now. */
+  /** The message with its hint. */
   get sentence(): string {
     return this.fault.hint ? `${this.fault.message}. ${this.fault.hint}` : this.fault.message
   }
 }
 
-/** A refusal that the page makes itself, in the server's words. */
+/** A refusal made by the page itself, in the server's format. */
 export function noAnswer(code: string, message: string, hint = ''): Refused {
   return new Refused(0, { code, message, hint, problems: [], details: {} })
 }

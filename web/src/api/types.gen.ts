@@ -15,7 +15,7 @@ export interface paths {
         put?: never;
         /**
          * Check Protocol
-         * @description Every problem of a text, with its place; and the form with which it would be started.
+         * @description Every problem of a text, with its position, and the form with which it would be started.
          */
         post: operations["check_protocol"];
         delete?: never;
@@ -55,7 +55,7 @@ export interface paths {
         put?: never;
         /**
          * Ask Control
-         * @description Ask the holder for it.
+         * @description Ask the holder for control.
          */
         post: operations["ask_control"];
         delete?: never;
@@ -95,7 +95,7 @@ export interface paths {
         put?: never;
         /**
          * Take Control
-         * @description Take control, or renew your own; 423 where somebody has it and no reason is given.
+         * @description Take control, or renew your own; 423 if somebody else has it and no reason is given.
          */
         post: operations["take_control"];
         delete?: never;
@@ -115,7 +115,7 @@ export interface paths {
         put?: never;
         /**
          * Order Fault
-         * @description Let something go wrong, to see what happens then; 404 without `--demo`.
+         * @description Inject a fault; 404 without `--demo`.
          */
         post: operations["order_fault"];
         delete?: never;
@@ -133,7 +133,7 @@ export interface paths {
         };
         /**
          * List Devices
-         * @description Every device of the lab, as it is now.
+         * @description The state of every device of the lab.
          */
         get: operations["list_devices"];
         put?: never;
@@ -155,7 +155,7 @@ export interface paths {
         put?: never;
         /**
          * Scan Devices
-         * @description Look for all devices anew: those that are lost or failed are tried at once.
+         * @description Look for all devices again: lost and failed ones are tried at once.
          */
         post: operations["scan_devices"];
         delete?: never;
@@ -195,9 +195,9 @@ export interface paths {
         put?: never;
         /**
          * Call Action
-         * @description Do one action; answers within 2 s, with `ended_at` set if it is over by then.
+         * @description Do one action; answers within 2 s, with `ended_at` set if it has ended by then.
          *
-         *     422 with a problem for each parameter that does not fit; 409 `HELD` while a run has the device,
+         *     422 with a problem for each invalid parameter; 409 `HELD` while a run has the device,
          *     `BUSY` while another action is under way, `NOT_ARMED` for a hazard that was not armed.
          */
         post: operations["call_action"];
@@ -278,7 +278,7 @@ export interface paths {
         put?: never;
         /**
          * Jog Step
-         * @description One bounded move from where the device says it stands, checked against the limits.
+         * @description One bounded move from the position that the device reports, checked against the limits.
          */
         post: operations["jog_step"];
         delete?: never;
@@ -316,7 +316,7 @@ export interface paths {
         };
         /**
          * Get Goal
-         * @description An action by hand, under way or over.
+         * @description A manual action, under way or ended.
          */
         get: operations["get_goal"];
         put?: never;
@@ -338,7 +338,7 @@ export interface paths {
         put?: never;
         /**
          * Cancel Goal
-         * @description Ask an action by hand to end; needs no control.
+         * @description Cancel a manual action; needs no control.
          */
         post: operations["cancel_goal"];
         delete?: never;
@@ -356,31 +356,11 @@ export interface paths {
         };
         /**
          * Get Goal File
-         * @description A file that an action by hand gave.
+         * @description A file delivered by a manual action.
          */
         get: operations["get_goal_file"];
         put?: never;
         post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/graph": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Protocol Graph
-         * @description The tree that it becomes.
-         */
-        post: operations["protocol_graph"];
         delete?: never;
         options?: never;
         head?: never;
@@ -418,7 +398,7 @@ export interface paths {
         put?: never;
         /**
          * Jog Stop
-         * @description End a hold; answers when the axis stands still. Needs no control.
+         * @description End a hold; answers when the axis is at rest. Needs no control.
          */
         post: operations["jog_stop"];
         delete?: never;
@@ -436,7 +416,7 @@ export interface paths {
         };
         /**
          * Get Launch
-         * @description An engine that was started: which run it is, or why it did not come up.
+         * @description A started engine: which run it is, or why it failed to start.
          */
         get: operations["get_launch"];
         put?: never;
@@ -458,7 +438,7 @@ export interface paths {
         put?: never;
         /**
          * Preview Protocol
-         * @description Its points over the work area, its actions, its time; points outside are no obstacle.
+         * @description Its points over the work area, its actions, its time; points outside are accepted.
          */
         post: operations["preview_protocol"];
         delete?: never;
@@ -476,13 +456,13 @@ export interface paths {
         };
         /**
          * List Protocols
-         * @description All protocols of the folder, with what is known of their runs.
+         * @description All protocols of the folder, with the results of their runs.
          */
         get: operations["list_protocols"];
         put?: never;
         /**
          * New Protocol
-         * @description A new file; 409 where one of that name is there.
+         * @description A new file; 409 if the name exists.
          */
         post: operations["new_protocol"];
         delete?: never;
@@ -505,13 +485,13 @@ export interface paths {
         get: operations["read_protocol"];
         /**
          * Save Protocol
-         * @description Save over the revision that was read; 409 with both texts where another is there.
+         * @description Save over the revision that was read; 409 with both texts if the file has another one.
          */
         put: operations["save_protocol"];
         post?: never;
         /**
          * Throw Away Protocol
-         * @description Into the trash.
+         * @description Move it to the trash.
          */
         delete: operations["throw_away_protocol"];
         options?: never;
@@ -570,9 +550,9 @@ export interface paths {
         put?: never;
         /**
          * Rehearse Protocol
-         * @description The whole protocol with simulated devices on a virtual clock, in a process of its own.
+         * @description Rehearse the whole protocol with simulated devices on a virtual clock, in a separate process.
          *
-         *     Thousands of spectra take minutes; hanging up ends it.
+         *     Thousands of spectra take minutes; closing the connection ends it.
          */
         post: operations["rehearse_protocol"];
         delete?: never;
@@ -596,9 +576,9 @@ export interface paths {
         put?: never;
         /**
          * Start Run
-         * @description Check and start a protocol in an engine of its own; 422 with all problems.
+         * @description Check and start a protocol in a separate engine; 422 with all problems.
          *
-         *     The answer comes when the run has a name, or after 2 s; then `GET /launches/{id}` tells it.
+         *     Answers when the run has a name, or after 2 s; then `GET /launches/{id}` gives it.
          */
         post: operations["start_run"];
         delete?: never;
@@ -658,7 +638,7 @@ export interface paths {
         put?: never;
         /**
          * Measure Again
-         * @description A protocol like the run's own, with only the selected points.
+         * @description The run's own protocol with only the selected points.
          */
         post: operations["measure_again"];
         delete?: never;
@@ -698,7 +678,7 @@ export interface paths {
         put?: never;
         /**
          * Run Changes
-         * @description What is different in the protocol (or parameters) with which the run could go on.
+         * @description The differences in the protocol (or parameters) with which the run could be resumed.
          */
         post: operations["run_changes"];
         delete?: never;
@@ -718,7 +698,7 @@ export interface paths {
         put?: never;
         /**
          * Continue Run
-         * @description Go on after a pause; also takes back a pause that was to come after this point.
+         * @description Continue after a pause; also revokes a pause requested for after this point.
          */
         post: operations["continue_run"];
         delete?: never;
@@ -756,7 +736,7 @@ export interface paths {
         };
         /**
          * Get File
-         * @description One file of the run's folder; pages come without scripts.
+         * @description One file of the run's folder; scripts in pages are disabled.
          */
         get: operations["get_file"];
         put?: never;
@@ -858,7 +838,7 @@ export interface paths {
         put?: never;
         /**
          * Mean Spectrum
-         * @description The mean of the selected points' spectra, Float32; `X-Count` says of how many.
+         * @description The mean of the selected points' spectra, Float32; `X-Count` gives their number.
          */
         post: operations["mean_spectrum"];
         delete?: never;
@@ -896,7 +876,7 @@ export interface paths {
         };
         /**
          * Get Peaks
-         * @description The fitted peaks of one spectrum, those of elements with their names.
+         * @description The fitted peaks of one spectrum, with elements where identified.
          */
         get: operations["get_peaks"];
         put?: never;
@@ -978,10 +958,10 @@ export interface paths {
         put?: never;
         /**
          * Reduce Run
-         * @description Reduce its spectra to peaks, plasma, maps and classes, as `labrun reduce` and `labrun map` do.
+         * @description Reduce the spectra to peaks, plasma, maps and classes, as `labrun reduce` and `labrun map` do.
          *
-         *     It goes on in a process of its own, and is not begun twice; a notice tells of its end. 409 while
-         *     the run is live.
+         *     Runs in a separate process, and never twice at once; a notice reports its end. 409 while the run
+         *     is live.
          */
         post: operations["reduce_run"];
         delete?: never;
@@ -999,7 +979,7 @@ export interface paths {
         };
         /**
          * Get Reduction
-         * @description How far that is.
+         * @description Progress of the reduction.
          */
         get: operations["get_reduction"];
         put?: never;
@@ -1041,7 +1021,7 @@ export interface paths {
         put?: never;
         /**
          * Resume Run
-         * @description Go on at the first unfinished action, in a new engine.
+         * @description Resume at the first unfinished action, in a new engine.
          */
         post: operations["resume_run"];
         delete?: never;
@@ -1099,8 +1079,8 @@ export interface paths {
         };
         /**
          * List Tables
-         * @description The tables that the run's loops collected; and, where its spectra were reduced, plasma,
-         *     classes and areas of elements by point (`reduced/plasma.csv`, `maps/classes.csv`, ...).
+         * @description The tables collected by the run's loops; and, if its spectra were reduced, plasma, classes
+         *     and element areas by point (`reduced/plasma.csv`, `maps/classes.csv`, ...).
          */
         get: operations["list_tables"];
         put?: never;
@@ -1180,7 +1160,7 @@ export interface paths {
         };
         /**
          * Lab Schema
-         * @description The JSON Schema of protocols for this lab, from which editors complete.
+         * @description The JSON Schema of protocols for this lab, for completion in editors.
          */
         get: operations["lab_schema"];
         put?: never;
@@ -1228,12 +1208,12 @@ export interface paths {
         };
         /**
          * Get Settings
-         * @description Settings, and what this server is.
+         * @description Settings, and information about this server.
          */
         get: operations["get_settings"];
         /**
          * Put Settings
-         * @description Change the settings; they are kept beside the protocols.
+         * @description Change the settings; they are stored beside the protocols.
          */
         put: operations["put_settings"];
         post?: never;
@@ -1256,8 +1236,8 @@ export interface paths {
          * Stop All
          * @description STOP ALL: every device into its safe state, live runs aborted. No control, key or sign-in.
          *
-         *     Answers within a second which devices confirmed. With the key of a stop that was asked for over
-         *     the socket (`press`), it is that stop, and not a second one.
+         *     Answers within a second which devices confirmed. With the key of a stop sent over the socket
+         *     (`press`), it is the same stop, not a second one.
          */
         post: operations["stop_all"];
         delete?: never;
@@ -1275,7 +1255,7 @@ export interface paths {
         };
         /**
          * List Templates
-         * @description What a new protocol can begin with.
+         * @description The templates for a new protocol.
          */
         get: operations["list_templates"];
         put?: never;
@@ -1295,7 +1275,7 @@ export interface paths {
         };
         /**
          * List Trash
-         * @description Protocols that were thrown away.
+         * @description Deleted protocols.
          */
         get: operations["list_trash"];
         put?: never;
@@ -1317,7 +1297,7 @@ export interface paths {
         put?: never;
         /**
          * Restore Protocol
-         * @description Take one back; 409 where its name is taken by now.
+         * @description Restore one; 409 if its name is in use by now.
          */
         post: operations["restore_protocol"];
         delete?: never;
@@ -1337,7 +1317,7 @@ export interface paths {
         put?: never;
         /**
          * Protocol Words
-         * @description The protocol in plain sentences; 422 with the problems where it has errors.
+         * @description The protocol in plain sentences; 422 with the problems if it has errors.
          */
         post: operations["protocol_words"];
         delete?: never;
@@ -1359,7 +1339,7 @@ export interface webhooks {
         put?: never;
         /**
          * Log
-         * @description New lines of a run that is watched.
+         * @description New lines of a watched run.
          */
         post: operations["loglog_post"];
         delete?: never;
@@ -1379,7 +1359,7 @@ export interface webhooks {
         put?: never;
         /**
          * Notice
-         * @description For a person to know.
+         * @description A message for the user.
          */
         post: operations["noticenotice_post"];
         delete?: never;
@@ -1399,7 +1379,7 @@ export interface webhooks {
         put?: never;
         /**
          * Patch
-         * @description What has changed since the last one.
+         * @description Changes since the last patch.
          */
         post: operations["patchpatch_post"];
         delete?: never;
@@ -1419,7 +1399,7 @@ export interface webhooks {
         put?: never;
         /**
          * Run Patch
-         * @description A run that is watched.
+         * @description Changes of a watched run.
          */
         post: operations["run_patchrun_patch_post"];
         delete?: never;
@@ -1473,7 +1453,7 @@ export interface components {
     schemas: {
         /**
          * About
-         * @description What this server is, and where it keeps things.
+         * @description What this server is, and where it stores its data.
          */
         About: {
             /** Demo */
@@ -1495,7 +1475,7 @@ export interface components {
         };
         /**
          * ActionForm
-         * @description An action as a form: `params` is its JSON Schema with this bench's limits put in.
+         * @description An action as a form: `params` is its JSON Schema with this bench's limits.
          */
         ActionForm: {
             /** Cancel */
@@ -1581,14 +1561,14 @@ export interface components {
         };
         /**
          * AgainText
-         * @description The text; it is in no file yet.
+         * @description The text; not saved to a file yet.
          */
         AgainText: {
             /** Name */
             name: string;
             /**
              * Params
-             * @description What the run had set; give them to the new one.
+             * @description Parameters that were set for the run; pass them to the new one.
              */
             params: {
                 [key: string]: unknown;
@@ -1607,6 +1587,14 @@ export interface components {
             settings: components["schemas"]["Settings"];
         };
         /**
+         * Answer
+         * @description The answer to a request, as text.
+         */
+        Answer: {
+            /** Text */
+            text: string;
+        };
+        /**
          * AnswerQuestion
          * @description One of the choices.
          */
@@ -1616,7 +1604,7 @@ export interface components {
         };
         /**
          * Area
-         * @description A rectangle in mm; an edge is null where nothing bounds it.
+         * @description A rectangle in mm; an edge is null if unbounded.
          */
         Area: {
             /** X0 */
@@ -1630,7 +1618,7 @@ export interface components {
         };
         /**
          * ArmAction
-         * @description The dangerous action that is to be armed.
+         * @description The dangerous action to arm.
          */
         ArmAction: {
             /** Action */
@@ -1658,7 +1646,7 @@ export interface components {
         };
         /**
          * AskControl
-         * @description Ask whoever has control for it; they see a notice.
+         * @description Ask the holder for control; they see a notice.
          */
         AskControl: {
             /** Name */
@@ -1666,17 +1654,11 @@ export interface components {
         };
         /**
          * Axis
-         * @description The wavelengths that spectra share; get them once by their id.
+         * @description The wavelengths shared by spectra; get them once by their id.
          */
         Axis: {
-            /** Channels */
-            channels: number;
-            /** From Nm */
-            from_nm: number;
             /** Id */
             id: string;
-            /** To Nm */
-            to_nm: number;
         };
         /**
          * CallAction
@@ -1692,7 +1674,7 @@ export interface components {
         };
         /**
          * Changes
-         * @description What is different between a run's own protocol and one with which it could go on.
+         * @description Differences between a run's own protocol and one with which it could be resumed.
          */
         Changes: {
             /**
@@ -1716,12 +1698,12 @@ export interface components {
             doubtful?: string[];
             /**
              * In The Way
-             * @description Done once, wanted otherwise: it cannot go on so.
+             * @description `once` actions that were done and now differ: resuming is refused.
              */
             in_the_way?: string[];
             /**
              * Reopened
-             * @description Finished iterations that get something new.
+             * @description Finished iterations in which something is added.
              * @default 0
              */
             reopened: number;
@@ -1730,7 +1712,7 @@ export interface components {
         };
         /**
          * CheckText
-         * @description A text to look at, as it stands in the editor; `name` says where `use` and `csv` look.
+         * @description A text from the editor to examine; `name` tells where `use` and `csv` look for files.
          */
         CheckText: {
             /**
@@ -1757,7 +1739,7 @@ export interface components {
         };
         /**
          * CheckedText
-         * @description What the checker says; `ok` where it could run.
+         * @description The checker's result; `ok` if the protocol can run.
          */
         CheckedText: {
             /** Hazards */
@@ -1796,7 +1778,7 @@ export interface components {
         };
         /**
          * ControlState
-         * @description The holder now; `ends_at` moves on with each command.
+         * @description The current holder; each command extends `ends_at`.
          */
         ControlState: {
             /**
@@ -1814,7 +1796,7 @@ export interface components {
         };
         /**
          * ControlTaken
-         * @description `lease` goes into `X-Control-Lease` with each command; nobody else is told it.
+         * @description `lease` goes into `X-Control-Lease` with each command; only the holder gets it.
          */
         ControlTaken: {
             control: components["schemas"]["ControlState"];
@@ -1828,8 +1810,6 @@ export interface components {
         DeviceDetail: {
             /** Actions */
             actions: components["schemas"]["ActionForm"][];
-            /** Age S */
-            age_s?: number | null;
             /**
              * Armed
              * @description Who has armed a dangerous action of it.
@@ -1837,23 +1817,21 @@ export interface components {
             armed?: string | null;
             /**
              * Axes
-             * @description That can be jogged; empty where none can.
+             * @description Axes that can be jogged; empty if there are none.
              */
             axes: ("x" | "y" | "z")[];
             /**
              * Changed At
-             * @description Since when `reach` is what it is.
+             * @description When `reach` last changed.
              */
             changed_at: string;
-            /** Concurrent */
-            concurrent: boolean;
             /** Contract */
             contract: string;
             /** Driver */
             driver: string | null;
             /**
              * Goal
-             * @description The goal by hand that is under way.
+             * @description The manual goal that is under way.
              */
             goal?: string | null;
             /**
@@ -1865,7 +1843,7 @@ export interface components {
             name: string;
             /**
              * Ranges Mm
-             * @description Of each axis, on this bench.
+             * @description Range of each axis, on this bench.
              */
             ranges_mm: {
                 [key: string]: [
@@ -1880,7 +1858,7 @@ export interface components {
             reach: "starting" | "online" | "lost" | "failed";
             /**
              * Reason
-             * @description Why it is lost or failed, in words.
+             * @description Why it is lost or failed.
              * @default
              */
             reason: string;
@@ -1917,11 +1895,9 @@ export interface components {
         };
         /**
          * DeviceState
-         * @description A device now. `age_s` is the age of `status` when this was told.
+         * @description A device's state.
          */
         DeviceState: {
-            /** Age S */
-            age_s?: number | null;
             /**
              * Armed
              * @description Who has armed a dangerous action of it.
@@ -1929,7 +1905,7 @@ export interface components {
             armed?: string | null;
             /**
              * Changed At
-             * @description Since when `reach` is what it is.
+             * @description When `reach` last changed.
              */
             changed_at: string;
             /** Contract */
@@ -1938,7 +1914,7 @@ export interface components {
             driver: string | null;
             /**
              * Goal
-             * @description The goal by hand that is under way.
+             * @description The manual goal that is under way.
              */
             goal?: string | null;
             /** Name */
@@ -1950,7 +1926,7 @@ export interface components {
             reach: "starting" | "online" | "lost" | "failed";
             /**
              * Reason
-             * @description Why it is lost or failed, in words.
+             * @description Why it is lost or failed.
              * @default
              */
             reason: string;
@@ -1983,7 +1959,7 @@ export interface components {
         };
         /**
          * Fault
-         * @description Every refusal: what, in words, and what now. The HTTP status says which kind it is.
+         * @description Every refusal: what is wrong and what to do. The HTTP status gives its kind.
          */
         Fault: {
             /**
@@ -2010,7 +1986,7 @@ export interface components {
         };
         /**
          * FoundProblem
-         * @description A problem as the one checker gives it; line and column start at 1.
+         * @description A problem from the checker; line and column start at 1.
          */
         FoundProblem: {
             /** Code */
@@ -2032,7 +2008,7 @@ export interface components {
             message: string;
             /**
              * Pointer
-             * @description JSON Pointer (RFC 6901) of the value or key in the protocol; null where the problem is in another file or the text is no YAML.
+             * @description JSON Pointer (RFC 6901) of the value or key in the protocol; null where the problem is in another file or the text is not YAML.
              */
             pointer?: string | null;
             /**
@@ -2043,7 +2019,7 @@ export interface components {
         };
         /**
          * GoalError
-         * @description Why a goal did not succeed, and whether it happened all the same.
+         * @description Why a goal did not succeed, and whether it happened nevertheless.
          */
         GoalError: {
             /**
@@ -2058,7 +2034,7 @@ export interface components {
         };
         /**
          * GoalState
-         * @description One action by hand: under way until `ended_at` is set.
+         * @description One manual action: under way until `ended_at` is set.
          */
         GoalState: {
             /** Action */
@@ -2098,42 +2074,9 @@ export interface components {
             state: "ACCEPTED" | "EXECUTING" | "CANCELING" | "SUCCEEDED" | "CANCELED" | "ABORTED" | "LOST";
             /**
              * Step
-             * @description The same as a step of a protocol, in YAML.
+             * @description The action as a protocol step, in YAML.
              */
             step: string;
-        };
-        /**
-         * Graph
-         * @description The tree that the protocol becomes, as data and as text for others to draw.
-         */
-        Graph: {
-            /** Dot */
-            dot: string;
-            /** Mermaid */
-            mermaid: string;
-            /** Phases */
-            phases: {
-                [key: string]: components["schemas"]["GraphNode"];
-            };
-        };
-        /**
-         * GraphNode
-         * @description A node of the tree; `step` is the path of the step it stands for.
-         */
-        GraphNode: {
-            /** Below */
-            below?: components["schemas"]["GraphNode"][];
-            /**
-             * Edge
-             * @default
-             */
-            edge: string;
-            /** Kind */
-            kind: string;
-            /** Lines */
-            lines: string[];
-            /** Step */
-            step?: string | null;
         };
         /** HTTPValidationError */
         HTTPValidationError: {
@@ -2205,14 +2148,14 @@ export interface components {
             moving: boolean;
             /**
              * Reason
-             * @description Why it ended, in words.
+             * @description Why it ended.
              * @default
              */
             reason: string;
         };
         /**
          * JogStep
-         * @description One bounded move along one axis from where the device says it stands.
+         * @description One bounded move along one axis from the position that the device reports.
          */
         JogStep: {
             /**
@@ -2227,7 +2170,7 @@ export interface components {
         };
         /**
          * KeepOut
-         * @description A box that a machine does not enter, in mm; null where it reaches all along an axis.
+         * @description A box that a machine does not enter, in mm; null where it is unbounded along an axis.
          */
         KeepOut: {
             /** Name */
@@ -2247,7 +2190,7 @@ export interface components {
         };
         /**
          * Launch
-         * @description What the person who started it said.
+         * @description Information from the person who started the run.
          */
         Launch: {
             /**
@@ -2270,7 +2213,7 @@ export interface components {
         };
         /**
          * LaunchState
-         * @description An engine that was started; `run` is null until it has told its run's id.
+         * @description A started engine; `run` is null until it has reported its run's id.
          */
         LaunchState: {
             /** Id */
@@ -2324,13 +2267,11 @@ export interface components {
         };
         /**
          * LogWindow
-         * @description Lines in order; ask with `before` the first or `after` the last for more.
+         * @description Lines in order; get more with `before` the first or `after` the last.
          */
         LogWindow: {
             /** Lines */
             lines: components["schemas"]["LogLine"][];
-            /** More After */
-            more_after: boolean;
             /** More Before */
             more_before: boolean;
             /** Total */
@@ -2338,12 +2279,12 @@ export interface components {
         };
         /**
          * Loop
-         * @description One loop: how far it is; `x_mm`, `y_mm` where its items have places.
+         * @description Progress of one loop; `x_mm`, `y_mm` if its items have coordinates.
          */
         Loop: {
             /**
              * Current
-             * @description Key of the newest that is under way.
+             * @description Key of the latest iteration under way.
              */
             current?: string | null;
             /** Done */
@@ -2357,7 +2298,7 @@ export interface components {
             path: string;
             /**
              * Placed
-             * @description True where `points` gives x and y.
+             * @description True if `points` gives x and y.
              */
             placed: boolean;
             /** Skipped */
@@ -2371,7 +2312,7 @@ export interface components {
         };
         /**
          * MapHead
-         * @description One column over the plane. Its cells come as Float32, row by row from the lowest y.
+         * @description One column over the plane. Its cells are Float32, row by row from the lowest y.
          */
         MapHead: {
             /** Column */
@@ -2403,12 +2344,12 @@ export interface components {
         };
         /**
          * Maps
-         * @description All maps of a run; those of one table share x, y and the index of cells.
+         * @description All maps of a run; maps of one table share x, y and the cell index.
          */
         Maps: {
             /**
              * Cell Keys
-             * @description Table -> key of each cell, in the order of the cells; null where none is.
+             * @description Table -> key of each cell, in the order of the cells; null for an empty cell.
              */
             cell_keys: {
                 [key: string]: (string | null)[];
@@ -2418,7 +2359,7 @@ export interface components {
         };
         /**
          * MeasureAgain
-         * @description A new protocol with just those points.
+         * @description A new protocol with only those points.
          */
         MeasureAgain: {
             /** Keys */
@@ -2430,13 +2371,13 @@ export interface components {
             loop?: string | null;
             /**
              * Name
-             * @description What it is to be called.
+             * @description Name of the new protocol.
              */
             name?: string | null;
         };
         /**
          * NeedsYou
-         * @description The next step that asks a person: between which times.
+         * @description The next question to the operator, and when to expect it.
          */
         NeedsYou: {
             /** High */
@@ -2448,7 +2389,7 @@ export interface components {
         };
         /**
          * NewProtocol
-         * @description A new protocol: from a template, a text, another protocol, or what a past run went by.
+         * @description A new protocol: from a template, a text, another protocol, or the protocol of a past run.
          */
         NewProtocol: {
             /**
@@ -2470,7 +2411,7 @@ export interface components {
         };
         /**
          * NodeState
-         * @description What has become of a step, over all the points of its loops.
+         * @description The state of a step, over all the points of its loops.
          */
         NodeState: {
             /**
@@ -2518,7 +2459,7 @@ export interface components {
         };
         /**
          * Notice
-         * @description Event `notice`: something for a person to know.
+         * @description Event `notice`: a message for the user.
          */
         Notice: {
             /** Device */
@@ -2571,7 +2512,7 @@ export interface components {
         };
         /**
          * OrderFault
-         * @description `error`: the next `count` goals of the action end so. The others act on the server process.
+         * @description `error`: the next `count` goals of the action fail. The others act on the server process.
          */
         OrderFault: {
             /** Action */
@@ -2585,7 +2526,7 @@ export interface components {
             device: string;
             /**
              * Error
-             * @description A name of the contract; any if null.
+             * @description An error name of the contract; any if null.
              */
             error?: string | null;
             /**
@@ -2597,7 +2538,7 @@ export interface components {
         };
         /**
          * OutlineNode
-         * @description A step of the protocol; `path` is a pattern, `*` stands for the keys of loops.
+         * @description A step of the protocol; `path` is a pattern with `*` for the keys of loops.
          */
         OutlineNode: {
             /** Action */
@@ -2633,7 +2574,7 @@ export interface components {
         };
         /**
          * ParamForm
-         * @description One parameter, as the form before a run asks for it.
+         * @description One parameter in the form before a run.
          */
         ParamForm: {
             /** Default */
@@ -2662,7 +2603,7 @@ export interface components {
         };
         /**
          * Patch
-         * @description Event `patch`: what has changed, each entry whole; null for one that is gone.
+         * @description Event `patch`: what has changed, each entry complete; null for a removed one.
          */
         Patch: {
             /** @description Null: unchanged. */
@@ -2694,7 +2635,7 @@ export interface components {
         };
         /**
          * PauseRun
-         * @description `now`: what runs is finished, then it holds. `after_point`: when this iteration is over.
+         * @description `now`: pause once the actions under way end. `after_point`: when this iteration ends.
          */
         PauseRun: {
             /**
@@ -2706,7 +2647,7 @@ export interface components {
         };
         /**
          * Peak
-         * @description A fitted peak; `element` where one was found for it.
+         * @description A fitted peak; `element` if one was identified.
          */
         Peak: {
             /** Area */
@@ -2722,7 +2663,7 @@ export interface components {
         };
         /**
          * Peaks
-         * @description What the reduction says of one spectrum.
+         * @description The reduction of one spectrum.
          */
         Peaks: {
             /** Areas */
@@ -2765,7 +2706,7 @@ export interface components {
         };
         /**
          * PointState
-         * @description One iteration, as patches tell it.
+         * @description One iteration, as in patches.
          */
         PointState: {
             /** Index */
@@ -2799,7 +2740,7 @@ export interface components {
         };
         /**
          * Points
-         * @description A window of a loop's iterations, as columns of one length; waiting ones are told, too.
+         * @description A window of a loop's iterations, as columns of one length; includes waiting ones.
          */
         Points: {
             /** Index */
@@ -2833,7 +2774,7 @@ export interface components {
         };
         /**
          * Preview
-         * @description Where a protocol goes, how often it acts and how long it takes, before anything moves.
+         * @description The path of a protocol, its actions and its duration, before anything moves.
          */
         Preview: {
             /**
@@ -2847,19 +2788,19 @@ export interface components {
             actions_text: string;
             /**
              * Full
-             * @description True where there are more points than are told.
+             * @description True if there are more points than are given.
              */
             full: boolean;
             /**
              * Needs You
-             * @description Questions to a person, in order.
+             * @description Questions to the operator, in order.
              */
             needs_you: string[];
             /** Notes */
             notes: string[];
             /**
              * Shots
-             * @description Actions with a laser; null where not known.
+             * @description Actions with a laser; null if unknown.
              */
             shots: number | null;
             time_s: components["schemas"]["SpanS"] | null;
@@ -2868,7 +2809,7 @@ export interface components {
         };
         /**
          * ProtocolSummary
-         * @description One protocol in the list; `errors` and `warnings` are null until it was checked.
+         * @description One protocol in the list; `errors` and `warnings` are null until it has been checked.
          */
         ProtocolSummary: {
             /** Errors */
@@ -2877,7 +2818,7 @@ export interface components {
             first_error?: string | null;
             /**
              * Median S
-             * @description Of its runs that succeeded.
+             * @description Median duration of its runs that succeeded.
              */
             median_s?: number | null;
             /** Modified */
@@ -2931,11 +2872,9 @@ export interface components {
         };
         /**
          * Question
-         * @description A person is asked.
+         * @description An open question to the operator.
          */
         Question: {
-            /** Asked At */
-            asked_at: string;
             /** Choices */
             choices: string[];
             /** Id */
@@ -2947,7 +2886,7 @@ export interface components {
         };
         /**
          * Reduction
-         * @description What became of reducing a run's spectra to peaks, plasma, maps and classes.
+         * @description State of the reduction of a run's spectra to peaks, plasma, maps and classes.
          */
         Reduction: {
             /**
@@ -2957,19 +2896,19 @@ export interface components {
             state: "none" | "waiting" | "working" | "done" | "failed";
             /**
              * Tables
-             * @description Names for `tables` and `maps` that are there by now.
+             * @description Names for `tables` and `maps` that exist by now.
              */
             tables?: string[];
             /**
              * Text
-             * @description What it does now, has made, or why it failed.
+             * @description What it is doing, what it has made, or why it failed.
              * @default
              */
             text: string;
         };
         /**
          * RehearseText
-         * @description A text to play through on a virtual clock, with faults to order.
+         * @description A text to rehearse on a virtual clock, with injected faults.
          */
         RehearseText: {
             /**
@@ -3003,97 +2942,24 @@ export interface components {
         };
         /**
          * Rehearsed
-         * @description How a rehearsal came out.
+         * @description The result of a rehearsal.
          */
         Rehearsed: {
-            /** Actions */
-            actions: {
-                [key: string]: number;
-            };
             /** Fate */
             fate: string;
-            /** Holes */
-            holes: number;
             /** Lasts S */
             lasts_s: number;
             /**
              * Lines
-             * @description The same as a person reads it.
+             * @description The result as text for people.
              */
             lines: string[];
-            /** Once */
-            once: {
-                [key: string]: number;
-            };
-            /** Parts */
-            parts: components["schemas"]["RehearsedPart"][];
-            /** Path Mm */
-            path_mm: {
-                [key: string]: number;
-            };
-            /** Players */
-            players: {
-                [key: string]: string;
-            };
-            /** Questions */
-            questions: string[];
             /** Reason */
             reason: string;
-            /** Rehearsed S */
-            rehearsed_s: number;
-            /** Seconds */
-            seconds: {
-                [key: string]: number;
-            };
-            /** Sent Again */
-            sent_again: number;
-            /** Slow */
-            slow: {
-                [key: string]: [
-                    number,
-                    number
-                ];
-            };
-            /** Troubles */
-            troubles: components["schemas"]["RehearsedTrouble"][];
-        };
-        /**
-         * RehearsedPart
-         * @description One step of the top level.
-         */
-        RehearsedPart: {
-            /** Begins S */
-            begins_s: number;
-            /** Ends S */
-            ends_s: number;
-            /** Goals */
-            goals: number;
-            /** Iterations */
-            iterations: number;
-            /** Name */
-            name: string;
-        };
-        /**
-         * RehearsedTrouble
-         * @description Failures of one kind.
-         */
-        RehearsedTrouble: {
-            /** Action */
-            action: string;
-            /** Count */
-            count: number;
-            /** Error */
-            error: string;
-            /** First At S */
-            first_at_s: number;
-            /** First Path */
-            first_path: string;
-            /** Message */
-            message: string;
         };
         /**
          * ResumeRun
-         * @description Go on; with `protocol` (or -p parameters) that have changed, where finished work fits.
+         * @description Resume; with a changed `protocol` (or -p parameters) if the finished work fits it.
          */
         ResumeRun: {
             /** Answers */
@@ -3120,7 +2986,7 @@ export interface components {
         };
         /**
          * RoleForm
-         * @description A role, the device that plays it, and those that could.
+         * @description A role, the device bound to it, and the devices that could be.
          */
         RoleForm: {
             /** Choices */
@@ -3134,26 +3000,26 @@ export interface components {
         };
         /**
          * RunDetail
-         * @description A run with everything that does not change while it lives, and the states of its steps.
+         * @description A run with everything that does not change while it runs, and the states of its steps.
          */
         RunDetail: {
             /** Began At */
             began_at: string;
             /**
              * Changes
-             * @description How often it went on with a changed protocol.
+             * @description How often it was resumed with a changed protocol.
              */
             changes: number;
             /**
              * Done
-             * @description Iterations of the outermost loops that are over.
+             * @description Iterations of the outermost loops that have ended.
              */
             done: number;
             /** Ended At */
             ended_at?: string | null;
             /**
              * Eta
-             * @description Between these times (20th to 80th percentile) it will be over.
+             * @description It will end between these times (20th to 80th percentile).
              */
             eta?: [
                 string,
@@ -3184,7 +3050,7 @@ export interface components {
             launch: components["schemas"]["Launch"];
             /**
              * Lines
-             * @description Lines of its log so far.
+             * @description Log lines so far.
              * @default 0
              */
             lines: number;
@@ -3221,7 +3087,7 @@ export interface components {
             };
             /**
              * Pausing
-             * @description It will pause after this point.
+             * @description True if it will pause after this point.
              * @default false
              */
             pausing: boolean;
@@ -3237,7 +3103,7 @@ export interface components {
             phase: string;
             /**
              * Protocol
-             * @description The protocol's own name.
+             * @description The protocol's name.
              */
             protocol: string;
             /** Protocol Text */
@@ -3268,7 +3134,7 @@ export interface components {
             };
             /**
              * Seq
-             * @description Of the last patch that is in this.
+             * @description Number of the last patch included.
              */
             seq: number;
             /** Total */
@@ -3293,21 +3159,21 @@ export interface components {
         };
         /**
          * RunHead
-         * @description A run as it is now; small, and sent whole with each patch.
+         * @description Current state of a run; small, and sent whole with each patch.
          */
         RunHead: {
             /** Began At */
             began_at: string;
             /**
              * Done
-             * @description Iterations of the outermost loops that are over.
+             * @description Iterations of the outermost loops that have ended.
              */
             done: number;
             /** Ended At */
             ended_at?: string | null;
             /**
              * Eta
-             * @description Between these times (20th to 80th percentile) it will be over.
+             * @description It will end between these times (20th to 80th percentile).
              */
             eta?: [
                 string,
@@ -3337,7 +3203,7 @@ export interface components {
             id: string;
             /**
              * Lines
-             * @description Lines of its log so far.
+             * @description Log lines so far.
              * @default 0
              */
             lines: number;
@@ -3360,7 +3226,7 @@ export interface components {
             operator: string;
             /**
              * Pausing
-             * @description It will pause after this point.
+             * @description True if it will pause after this point.
              * @default false
              */
             pausing: boolean;
@@ -3376,7 +3242,7 @@ export interface components {
             phase: string;
             /**
              * Protocol
-             * @description The protocol's own name.
+             * @description The protocol's name.
              */
             protocol: string;
             /**
@@ -3406,7 +3272,7 @@ export interface components {
         };
         /**
          * RunLog
-         * @description Event `log`: new lines of a run that is watched.
+         * @description Event `log`: new lines of a watched run.
          */
         RunLog: {
             /** Lines */
@@ -3416,7 +3282,7 @@ export interface components {
         };
         /**
          * RunPatch
-         * @description Event `run_patch`: of a run that is watched, ten times a second at most.
+         * @description Event `run_patch`: changes of a watched run, at most ten times a second.
          */
         RunPatch: {
             head: components["schemas"]["RunHead"];
@@ -3440,14 +3306,14 @@ export interface components {
             began_at: string;
             /**
              * Done
-             * @description Iterations of the outermost loops that are over.
+             * @description Iterations of the outermost loops that have ended.
              */
             done: number;
             /** Ended At */
             ended_at?: string | null;
             /**
              * Eta
-             * @description Between these times (20th to 80th percentile) it will be over.
+             * @description It will end between these times (20th to 80th percentile).
              */
             eta?: [
                 string,
@@ -3489,7 +3355,7 @@ export interface components {
             operator: string;
             /**
              * Protocol
-             * @description The protocol's own name.
+             * @description The protocol's name.
              */
             protocol: string;
             /**
@@ -3511,16 +3377,8 @@ export interface components {
             total?: number | null;
         };
         /**
-         * Said
-         * @description What was answered to something that was asked for, in words.
-         */
-        Said: {
-            /** Text */
-            text: string;
-        };
-        /**
          * SaveConflict
-         * @description 409: somebody saved in between. `base` is null where that version is not kept.
+         * @description 409: somebody else saved meanwhile. `base` is null if that version is not kept.
          */
         SaveConflict: {
             /** Base */
@@ -3555,7 +3413,7 @@ export interface components {
         };
         /**
          * SaveProtocol
-         * @description Save over `base`, the revision that was read; null only for a file that is not there yet.
+         * @description Save over `base`, the revision that was read; null only for a file that does not exist yet.
          */
         SaveProtocol: {
             /** Base */
@@ -3590,7 +3448,7 @@ export interface components {
         };
         /**
          * Session
-         * @description `server_time_ms`: the clock by which `X-Deadline` counts; compare it with your own.
+         * @description `server_time_ms`: the clock by which `X-Deadline` counts; compare it with your own clock.
          */
         Session: {
             /** Demo */
@@ -3606,7 +3464,7 @@ export interface components {
         };
         /**
          * Settings
-         * @description What can be set; `checklists` are asked before a run with that danger.
+         * @description What can be set; each of `checklists` is shown before a run with that danger.
          */
         Settings: {
             /**
@@ -3625,7 +3483,7 @@ export interface components {
         };
         /**
          * SignIn
-         * @description The token with which the server was started, where it was.
+         * @description The token with which the server was started, if any.
          */
         SignIn: {
             /** Token */
@@ -3633,7 +3491,7 @@ export interface components {
         };
         /**
          * Snapshot
-         * @description Event `snapshot`: everything but the runs' insides.
+         * @description Event `snapshot`: everything except the details of runs.
          */
         Snapshot: {
             /** Bench */
@@ -3690,7 +3548,7 @@ export interface components {
         };
         /**
          * SpectrumHead
-         * @description One spectrum file of a run, and the iteration that it belongs to.
+         * @description One spectrum file of a run, and its iteration.
          */
         SpectrumHead: {
             /** File */
@@ -3704,7 +3562,7 @@ export interface components {
         };
         /**
          * StartRun
-         * @description Start a protocol; `checklist` are the points that a person has ticked.
+         * @description Start a protocol; `checklist`: the points that the operator has ticked.
          */
         StartRun: {
             /** Answers */
@@ -3735,13 +3593,13 @@ export interface components {
             protocol: string;
             /**
              * Revision
-             * @description Refused where it is another by now.
+             * @description Refused if the file has another revision by now.
              */
             revision?: string | null;
         };
         /**
          * Stopped
-         * @description The answer to STOP ALL, after one second at most.
+         * @description The answer to STOP ALL, within one second.
          */
         Stopped: {
             /** All Confirmed */
@@ -3769,7 +3627,7 @@ export interface components {
         };
         /**
          * StoppedRun
-         * @description Whether a live run was reached and told to abort.
+         * @description Whether a live run was reached and aborted.
          */
         StoppedRun: {
             /** Message */
@@ -3809,7 +3667,7 @@ export interface components {
         };
         /**
          * TakeControl
-         * @description Take control under a name; taking it from somebody needs a reason, which is logged.
+         * @description Take control under a name; taking it from another holder needs a reason, which is logged.
          */
         TakeControl: {
             /** Name */
@@ -3822,7 +3680,7 @@ export interface components {
         };
         /**
          * Template
-         * @description What a new protocol can begin with.
+         * @description A template for a new protocol.
          */
         Template: {
             /** Name */
@@ -3832,7 +3690,7 @@ export interface components {
         };
         /**
          * Thrown
-         * @description A protocol in the trash, from which it can be taken back.
+         * @description A protocol in the trash, from which it can be restored.
          */
         Thrown: {
             /** Id */
@@ -3859,7 +3717,7 @@ export interface components {
             device: string;
             /**
              * Joined
-             * @description Whether it comes there from the point before.
+             * @description Whether the path leads here from the point before.
              */
             joined: boolean[];
             /**
@@ -3883,7 +3741,7 @@ export interface components {
             tracks: string[];
             /**
              * Unknown
-             * @description Places that are known only in the run.
+             * @description Points that are known only during the run.
              */
             unknown: number;
             /** X Mm */
@@ -3919,10 +3777,10 @@ export interface components {
             size: number;
         };
         /**
-         * Watched
-         * @description The acknowledgement of `watch`: the run as it is now, or why not.
+         * WatchedRun
+         * @description The acknowledgement of `watch`: the run's current state, or why it is refused.
          */
-        Watched: {
+        WatchedRun: {
             /** Ok */
             ok: boolean;
             run?: components["schemas"]["RunDetail"] | null;
@@ -3934,7 +3792,7 @@ export interface components {
         };
         /**
          * WordItem
-         * @description A sentence, the steps inside it, and what is said after them.
+         * @description A sentence, the steps inside it, and the text after them.
          */
         WordItem: {
             /**
@@ -3981,7 +3839,7 @@ export interface components {
         };
         /**
          * Words
-         * @description The protocol as plain sentences; the same as Markdown, for the lab book.
+         * @description The protocol as plain sentences, and as Markdown for the lab book.
          */
         Words: {
             /** Markdown */
@@ -4020,7 +3878,7 @@ export interface operations {
                     "application/json": components["schemas"]["CheckedText"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4049,7 +3907,7 @@ export interface operations {
                     "application/json": components["schemas"]["ControlState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4079,10 +3937,10 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Answer"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4114,7 +3972,7 @@ export interface operations {
                     "application/json": components["schemas"]["ControlState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4150,7 +4008,7 @@ export interface operations {
                     "application/json": components["schemas"]["ControlTaken"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4165,7 +4023,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
             };
             path?: never;
@@ -4183,10 +4041,10 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Answer"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4215,7 +4073,7 @@ export interface operations {
                     "application/json": components["schemas"]["DeviceState"][];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4244,7 +4102,7 @@ export interface operations {
                     "application/json": components["schemas"]["DeviceState"][];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4275,7 +4133,7 @@ export interface operations {
                     "application/json": components["schemas"]["DeviceDetail"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4292,9 +4150,9 @@ export interface operations {
             header?: {
                 /** @description From `POST /control/take`; 423 without it. */
                 "X-Control-Lease"?: string | null;
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
             };
             path: {
@@ -4318,7 +4176,7 @@ export interface operations {
                     "application/json": components["schemas"]["GoalState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4335,9 +4193,9 @@ export interface operations {
             header?: {
                 /** @description From `POST /control/take`; 423 without it. */
                 "X-Control-Lease"?: string | null;
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
             };
             path: {
@@ -4360,7 +4218,7 @@ export interface operations {
                     "application/json": components["schemas"]["Armed"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4391,7 +4249,7 @@ export interface operations {
                     "application/json": components["schemas"]["DeviceState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4408,9 +4266,9 @@ export interface operations {
             header?: {
                 /** @description From `POST /control/take`; 423 without it. */
                 "X-Control-Lease"?: string | null;
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
             };
             path: {
@@ -4433,7 +4291,7 @@ export interface operations {
                     "application/json": components["schemas"]["JogState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4450,9 +4308,9 @@ export interface operations {
             header?: {
                 /** @description From `POST /control/take`; 423 without it. */
                 "X-Control-Lease"?: string | null;
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
             };
             path: {
@@ -4475,7 +4333,7 @@ export interface operations {
                     "application/json": components["schemas"]["GoalState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4508,7 +4366,7 @@ export interface operations {
                     "application/json": components["schemas"]["Explained"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4539,7 +4397,7 @@ export interface operations {
                     "application/json": components["schemas"]["GoalState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4570,7 +4428,7 @@ export interface operations {
                     "application/json": components["schemas"]["GoalState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4602,40 +4460,7 @@ export interface operations {
                     "application/json": unknown;
                 };
             };
-            /** @description Nothing was done; the fault says why. */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Fault"];
-                };
-            };
-        };
-    };
-    protocol_graph: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["CheckText"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Graph"];
-                };
-            };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4666,7 +4491,7 @@ export interface operations {
                     "application/json": components["schemas"]["JogState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4697,7 +4522,7 @@ export interface operations {
                     "application/json": components["schemas"]["JogState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4728,7 +4553,7 @@ export interface operations {
                     "application/json": components["schemas"]["LaunchState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4761,7 +4586,7 @@ export interface operations {
                     "application/json": components["schemas"]["Preview"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4790,7 +4615,7 @@ export interface operations {
                     "application/json": components["schemas"]["ProtocolSummary"][];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4823,7 +4648,7 @@ export interface operations {
                     "application/json": components["schemas"]["ProtocolText"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4855,7 +4680,7 @@ export interface operations {
                     "application/json": components["schemas"]["ProtocolText"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4900,7 +4725,7 @@ export interface operations {
                     "application/json": components["schemas"]["SaveConflict"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4932,7 +4757,7 @@ export interface operations {
                     "application/json": components["schemas"]["Thrown"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4964,7 +4789,7 @@ export interface operations {
                     "application/json": components["schemas"]["Version"][];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -4997,7 +4822,7 @@ export interface operations {
                     "application/json": components["schemas"]["ProtocolText"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5030,7 +4855,7 @@ export interface operations {
                     "application/json": components["schemas"]["Rehearsed"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5059,7 +4884,7 @@ export interface operations {
                     "application/json": components["schemas"]["RunSummary"][];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5076,9 +4901,9 @@ export interface operations {
             header?: {
                 /** @description From `POST /control/take`; 423 without it. */
                 "X-Control-Lease"?: string | null;
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
             };
             path?: never;
@@ -5099,7 +4924,7 @@ export interface operations {
                     "application/json": components["schemas"]["LaunchState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5130,7 +4955,7 @@ export interface operations {
                     "application/json": components["schemas"]["RunDetail"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5147,9 +4972,9 @@ export interface operations {
             header?: {
                 /** @description From `POST /control/take`; 423 without it. */
                 "X-Control-Lease"?: string | null;
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
             };
             path: {
@@ -5165,10 +4990,10 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Answer"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5203,7 +5028,7 @@ export interface operations {
                     "application/json": components["schemas"]["AgainText"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5235,7 +5060,7 @@ export interface operations {
                     "application/octet-stream": string;
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5270,7 +5095,7 @@ export interface operations {
                     "application/json": components["schemas"]["Changes"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5287,9 +5112,9 @@ export interface operations {
             header?: {
                 /** @description From `POST /control/take`; 423 without it. */
                 "X-Control-Lease"?: string | null;
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
             };
             path: {
@@ -5305,10 +5130,10 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Answer"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5339,7 +5164,7 @@ export interface operations {
                     "application/json": components["schemas"]["RunFile"][];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5371,7 +5196,7 @@ export interface operations {
                     "application/json": unknown;
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5404,7 +5229,7 @@ export interface operations {
                     "application/octet-stream": string;
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5442,7 +5267,7 @@ export interface operations {
                     "application/json": components["schemas"]["LogWindow"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5473,7 +5298,7 @@ export interface operations {
                     "application/json": components["schemas"]["Maps"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5506,7 +5331,7 @@ export interface operations {
                     "application/octet-stream": string;
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5541,7 +5366,7 @@ export interface operations {
                     "application/octet-stream": string;
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5556,7 +5381,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
             };
             path: {
@@ -5576,10 +5401,10 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Answer"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5613,7 +5438,7 @@ export interface operations {
                     "application/json": components["schemas"]["Peaks"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5648,7 +5473,7 @@ export interface operations {
                     "application/json": components["schemas"]["PointDetail"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5684,7 +5509,7 @@ export interface operations {
                     "application/json": components["schemas"]["Points"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5701,9 +5526,9 @@ export interface operations {
             header?: {
                 /** @description From `POST /control/take`; 423 without it. */
                 "X-Control-Lease"?: string | null;
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
             };
             path: {
@@ -5724,10 +5549,10 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Answer"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5758,7 +5583,7 @@ export interface operations {
                     "application/json": components["schemas"]["Reduction"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5789,7 +5614,7 @@ export interface operations {
                     "application/json": components["schemas"]["Reduction"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5817,10 +5642,10 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Said"];
+                    "application/json": components["schemas"]["Answer"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5837,9 +5662,9 @@ export interface operations {
             header?: {
                 /** @description From `POST /control/take`; 423 without it. */
                 "X-Control-Lease"?: string | null;
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
             };
             path: {
@@ -5862,7 +5687,7 @@ export interface operations {
                     "application/json": components["schemas"]["LaunchState"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5893,7 +5718,7 @@ export interface operations {
                     "application/json": components["schemas"]["Spectra"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5926,7 +5751,7 @@ export interface operations {
                     "application/octet-stream": string;
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5957,7 +5782,7 @@ export interface operations {
                     "application/json": components["schemas"]["TableHead"][];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -5992,7 +5817,7 @@ export interface operations {
                     "application/json": components["schemas"]["TableWindow"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6026,7 +5851,7 @@ export interface operations {
                     "application/json": unknown;
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6057,7 +5882,7 @@ export interface operations {
                     "application/json": unknown;
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6088,7 +5913,7 @@ export interface operations {
                     };
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6117,7 +5942,7 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6150,7 +5975,7 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6179,7 +6004,7 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6208,7 +6033,7 @@ export interface operations {
                     "application/json": components["schemas"]["AllSettings"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6241,7 +6066,7 @@ export interface operations {
                     "application/json": components["schemas"]["AllSettings"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6256,9 +6081,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description New for each click. The same key again gives the same answer and does nothing. */
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
-                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after it the command is refused with 408 and not done. At most 60 s ahead. */
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
             };
             path?: never;
@@ -6275,7 +6100,7 @@ export interface operations {
                     "application/json": components["schemas"]["Stopped"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6304,7 +6129,7 @@ export interface operations {
                     "application/json": components["schemas"]["Template"][];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6333,7 +6158,7 @@ export interface operations {
                     "application/json": components["schemas"]["Thrown"][];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6364,7 +6189,7 @@ export interface operations {
                     "application/json": components["schemas"]["ProtocolText"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6397,7 +6222,7 @@ export interface operations {
                     "application/json": components["schemas"]["Words"];
                 };
             };
-            /** @description Nothing was done; the fault says why. */
+            /** @description Nothing was done; the fault states why. */
             "4XX": {
                 headers: {
                     [name: string]: unknown;
@@ -6582,7 +6407,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Watched"];
+                "application/json": components["schemas"]["WatchedRun"];
             };
         };
         responses: {

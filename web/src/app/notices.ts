@@ -1,4 +1,4 @@
-// What a person should know, in a corner: problems stay until they are seen to, the rest goes by itself.
+// Notices in a corner: problems stay until dismissed, the rest disappear.
 import { defineStore } from 'pinia'
 import { ref } from 'vue'
 import { sentenceOf } from '../api/refused'

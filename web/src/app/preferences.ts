@@ -1,4 +1,4 @@
-// What this browser remembers of the person in front of it.
+// What this browser remembers about its user.
 import { defineStore } from 'pinia'
 import { reactive, toRefs, watch } from 'vue'
 
@@ -25,7 +25,7 @@ function kept(): Preferences {
   }
 }
 
-/** The preferences; whatever is set is kept at once. */
+/** The preferences; every change is saved at once. */
 export const usePreferences = defineStore('preferences', () => {
   const preferences = reactive(kept())
   watch(preferences, (now) => localStorage.setItem(KEY, JSON.stringify(now)))

@@ -1,4 +1,4 @@
-// Where everything is: addresses are state, each page comes when it is wanted.
+// Routes: addresses hold the state, and each page is loaded on demand.
 import { createRouter, createWebHistory, type RouteRecordRaw } from 'vue-router'
 
 declare module 'vue-router' {

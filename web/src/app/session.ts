@@ -1,9 +1,9 @@
-// Whether this browser is let in, and what the server is.
+// Whether this browser is signed in, and what the server is.
 import { defineStore } from 'pinia'
 import { computed, ref } from 'vue'
 import { api, read } from '../api/client'
 import { heardTime } from '../api/clock'
-import type { AllSettings, Asked, Session, Settings } from '../api/types'
+import type { AllSettings, Sent, Session, Settings } from '../api/types'
 
 const AGAIN_MS = 2_000
 
@@ -21,7 +21,7 @@ export const useSession = defineStore('session', () => {
     }
   }
 
-  /** Ask once whether this browser is let in; a server that does not answer changes nothing. */
+  /** Ask once whether this browser is signed in; a server that does not answer changes nothing. */
   async function look(): Promise<boolean> {
     return take(read(api.GET('/api/v1/session'))).then((told) => told.signed_in, () => false)
   }
@@ -40,7 +40,7 @@ export const useSession = defineStore('session', () => {
   }
 
   async function saveSettings(settings: Settings): Promise<void> {
-    all.value = await read(api.PUT('/api/v1/settings', { body: settings as Asked<'Settings'> }))
+    all.value = await read(api.PUT('/api/v1/settings', { body: settings as Sent<'Settings'> }))
   }
 
   async function take(asked: Promise<Session>): Promise<Session> {

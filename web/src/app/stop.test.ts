@@ -1,7 +1,7 @@
 import { createPinia, setActivePinia } from 'pinia'
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest'
 import type { Socket } from 'socket.io-client'
-import { useLive } from '../api/push/live'
+import { useConnection } from '../api/updates/connection'
 import type { Stopped } from '../api/types'
 import { ALARM_MS, useStop } from './stop'
 
@@ -20,7 +20,7 @@ afterEach(() => {
 })
 
 describe('STOP ALL', () => {
-  it('goes out although the page hears nothing', async () => {
+  it('is sent even if the page receives nothing', async () => {
     const fetched = vi.fn(() => Promise.resolve(Response.json(told(true))))
     vi.stubGlobal('fetch', fetched)
     const stop = useStop()
@@ -30,14 +30,14 @@ describe('STOP ALL', () => {
     expect(stop.state).toBe('confirmed')
   })
 
-  it('is one stop for each press, by whichever way it comes', async () => {
+  it('is one stop for each press, by whichever route', async () => {
     const emitted: { press: string }[] = []
     const emitWithAck = (_: string, asked: { press: string }) => {
       emitted.push(asked)
       return Promise.resolve(told(true))
     }
     const socket = { connected: true, volatile: { timeout: () => ({ emitWithAck }) } }
-    vi.spyOn(useLive(), 'line').mockReturnValue(socket as unknown as Socket)
+    vi.spyOn(useConnection(), 'line').mockReturnValue(socket as unknown as Socket)
     const fetched = vi.fn<(path: string, asked: { headers: Record<string, string> }) => unknown>()
     fetched.mockImplementation(() => Promise.resolve(Response.json(told(true))))
     vi.stubGlobal('fetch', fetched)
@@ -50,7 +50,7 @@ describe('STOP ALL', () => {
     expect(new Set(posted).size).toBe(2)
   })
 
-  it('is an alarm that names who did not confirm', async () => {
+  it('is an alarm that names the devices that did not confirm', async () => {
     vi.stubGlobal('fetch', () => Promise.resolve(Response.json(told(false))))
     const stop = useStop()
     await stop.stopAll()
@@ -59,7 +59,7 @@ describe('STOP ALL', () => {
     expect(stop.silent).toEqual(['libs'])
   })
 
-  it('is an alarm after a second of silence, and takes a late answer all the same', async () => {
+  it('is an alarm after a second of silence, and still accepts a late answer', async () => {
     vi.useFakeTimers()
     let answer: (response: Response) => void = () => undefined
     vi.stubGlobal('fetch', () => new Promise<Response>((resolve) => (answer = resolve)))
@@ -75,7 +75,7 @@ describe('STOP ALL', () => {
     expect(stop.state).toBe('confirmed')
   })
 
-  it('is an alarm at once where nothing can be reached', async () => {
+  it('is an alarm at once if nothing can be reached', async () => {
     vi.stubGlobal('fetch', () => Promise.reject(new TypeError('Failed to fetch')))
     const stop = useStop()
     await stop.stopAll()

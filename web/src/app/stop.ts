@@ -1,13 +1,13 @@
-// STOP ALL: asked for at once on two ways, and never quiet about a device that did not confirm.
+// STOP ALL: sent at once by two routes; a device that did not confirm is always reported.
 import { defineStore } from 'pinia'
 import { computed, ref } from 'vue'
 import { newKey } from '../api/client'
 import { serverNow } from '../api/clock'
-import { useLive } from '../api/push/live'
-import { askSocket } from '../api/push/socket'
+import { useConnection } from '../api/updates/connection'
+import { askSocket } from '../api/updates/socket'
 import type { Fault, Stopped } from '../api/types'
 
-/** Without an answer for so long it is an alarm; an answer that comes later is still shown. */
+/** After this long without an answer it is an alarm; a later answer is still shown. */
 export const ALARM_MS = 1_000
 const PATIENCE_MS = 5_000
 const DONE_MS = 10_000
@@ -15,13 +15,13 @@ const DONE_MS = 10_000
 export type StopState = 'calm' | 'stopping' | 'confirmed' | 'alarm'
 
 export const useStop = defineStore('stop', () => {
-  const live = useLive()
+  const connection = useConnection()
   const state = ref<StopState>('calm')
   const answer = ref<Stopped | null>(null)
   const failure = ref('')
   let latest = 0
 
-  /** No question, no control, no sign-in; each press is one stop, and none is ever kept for later. */
+  /** No question, no control, no sign-in; each press is one stop, and none is ever queued. */
   async function stopAll(): Promise<void> {
     const mine = ++latest
     state.value = 'stopping'
@@ -43,7 +43,7 @@ export const useStop = defineStore('stop', () => {
     }
   }
 
-  /** Straight past everything that could hold it up; it goes out even while the page is left. */
+  /** Bypasses everything that could delay it; it is sent even while the page is closing. */
   async function byPost(press: string): Promise<Stopped> {
     const response = await fetch('/api/v1/stop', {
       method: 'POST', keepalive: true,
@@ -55,8 +55,8 @@ export const useStop = defineStore('stop', () => {
   }
 
   async function bySocket(press: string): Promise<Stopped> {
-    const socket = live.line()
-    if (socket === null) throw new Error('there is no connection')
+    const socket = connection.line()
+    if (socket === null) throw new Error('no connection')
     const told = await askSocket<Stopped | Fault>(
       socket, 'stop', { press, until_ms: until() }, PATIENCE_MS,
     )
@@ -64,7 +64,7 @@ export const useStop = defineStore('stop', () => {
     throw new Error(told.message)
   }
 
-  /** What lay in a stalled line for longer must not stop what was started since. */
+  /** A stop stuck in a stalled connection for longer must not stop what was started since. */
   function until(): number {
     return Math.round(serverNow() + PATIENCE_MS)
   }
@@ -83,10 +83,10 @@ export const useStop = defineStore('stop', () => {
     state.value = 'calm'
   }
 
-  /** Who has not confirmed: by the answer, or all of them where there is none. */
+  /** Devices that have not confirmed: from the answer, or all of them if there is none. */
   const silent = computed(() =>
     answer.value === null
-      ? Object.keys(live.bench.devices)
+      ? Object.keys(connection.bench.devices)
       : answer.value.devices.filter((one) => !one.confirmed).map((one) => one.device),
   )
 

@@ -23,7 +23,7 @@ it('Esc Esc within 0.6 s stops, once for each pair', () => {
   expect(stop).toHaveBeenCalledTimes(2)
 })
 
-it('slow presses, a key held down and another key between do not stop', () => {
+it('slow presses, a held key and another key in between do not stop', () => {
   press('Escape', 10_000)
   press('Escape', 10_700)
   press('Escape', 10_800, true)
@@ -33,7 +33,7 @@ it('slow presses, a key held down and another key between do not stop', () => {
   expect(stop).not.toHaveBeenCalled()
 })
 
-it('nobody listens any more once the frame is gone', () => {
+it('stops listening when the frame is gone', () => {
   scope.stop()
   press('Escape', 20_000)
   press('Escape', 20_100)

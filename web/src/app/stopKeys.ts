@@ -17,7 +17,7 @@ export function useStopKeys(stop: () => void): void {
       stop()
     } else last = event.timeStamp
   }
-  // While it goes down, before anybody on its way could keep it for themselves.
+  // In the capture phase, before any element can stop it.
   window.addEventListener('keydown', pressed, { capture: true })
   onScopeDispose(() => window.removeEventListener('keydown', pressed, { capture: true }))
 }

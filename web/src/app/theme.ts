@@ -1,8 +1,8 @@
-// Light, dark or as the system has it; and lab mode, which keeps the screen awake.
+// Light, dark or same as the system; and lab mode, which keeps the screen awake.
 import { onScopeDispose, watchEffect, ref } from 'vue'
 import { usePreferences } from './preferences'
 
-/** Put theme and lab mode on the document, for as long as the calling scope lives. */
+/** Put theme and lab mode on the document, while the calling scope lives. */
 export function useTheme(): void {
   const preferences = usePreferences()
   const system = matchMedia('(prefers-color-scheme: dark)')
@@ -19,12 +19,12 @@ export function useTheme(): void {
   keepAwake(() => preferences.lab)
 }
 
-/** A screen lock is lost when the page is hidden, so it is asked for again when it is seen. */
+/** A screen lock is lost when the page is hidden, so it is requested again when the page is visible. */
 function keepAwake(wanted: () => boolean): void {
   let lock: WakeLockSentinel | null = null
   async function ask(): Promise<void> {
     if (!wanted() || document.hidden || !('wakeLock' in navigator)) return
-    // Refused on a low battery: the screen then goes dark as it always does.
+    // Refused on a low battery: the screen then turns off as usual.
     lock = await navigator.wakeLock.request('screen').catch(() => null)
   }
   const seen = () => void ask()

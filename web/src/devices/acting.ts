@@ -1,27 +1,27 @@
-// One action by hand, from the click to the device's last word.
+// One manual action, from the click to the device's final answer.
 import { computed, ref, type ComputedRef, type Ref } from 'vue'
 import { api, command } from '../api/client'
-import { useLive } from '../api/push/live'
+import { useConnection } from '../api/updates/connection'
 import { Refused, sentenceOf } from '../api/refused'
 import type { GoalState } from '../api/types'
 import { useRecording } from './recording'
 
 export interface Acting {
-  /** What the device says of it; null before the first time. */
+  /** The goal as the device reports it; null before the first action. */
   goal: ComputedRef<GoalState | null>
   /** True from the click until the server has answered. */
   sending: Ref<boolean>
-  /** Why it was refused, in a sentence. */
+  /** Why it was refused. */
   refused: Ref<string>
-  /** The same for single parameters. */
+  /** The same by parameter. */
   faults: Ref<Record<string, string>>
   run(params: Record<string, unknown>, armed?: string): Promise<GoalState | null>
   cancel(): Promise<void>
 }
 
-/** The button says that it was sent; what it did, only the device says. */
+/** The button shows that it was sent; only the device reports what it did. */
 export function useAction(device: () => string, action: () => string): Acting {
-  const live = useLive()
+  const connection = useConnection()
   const recording = useRecording()
   const last = ref<GoalState | null>(null)
   const sending = ref(false)
@@ -29,7 +29,7 @@ export function useAction(device: () => string, action: () => string): Acting {
   const faults = ref<Record<string, string>>({})
   const goal = computed(() => {
     if (last.value === null) return null
-    const told = live.bench.goals[last.value.id]
+    const told = connection.bench.goals[last.value.id]
     return told !== undefined && last.value.ended_at === null ? told : last.value
   })
 

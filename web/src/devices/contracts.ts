@@ -1,4 +1,4 @@
-// The contracts of the bench's devices: asked for once each, for they do not change while a server lives.
+// The contracts of the bench's devices: each loaded once, because they do not change while a server runs.
 import { defineStore } from 'pinia'
 import { reactive, ref } from 'vue'
 import { api, read } from '../api/client'
@@ -9,7 +9,7 @@ export const useContracts = defineStore('contracts', () => {
   const details = reactive<Record<string, DeviceDetail>>({})
   const failed = ref('')
 
-  /** Ask for one; what is known stays until the answer is there. */
+  /** Load one; the old one stays until the answer arrives. */
   async function load(device: string): Promise<void> {
     try {
       const asked = api.GET('/api/v1/devices/{device}', { params: { path: { device } } })

@@ -10,6 +10,6 @@ it('a spectrum of thousands of values becomes a small curve that keeps its peak'
   expect(curve?.points).toContain(',6.0')
 })
 
-it('a text that is no table of numbers is no curve', () => {
+it('a text that is not a table of numbers is not a curve', () => {
   expect(curveOf('name,value\na,b\n')).toBeNull()
 })

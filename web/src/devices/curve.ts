@@ -9,7 +9,7 @@ const WIDTH = 600
 const HEIGHT = 160
 const MARGIN = 6
 
-/** The first two columns; null for a text that is no such table. Peaks survive the thinning. */
+/** The first two columns; null if the text is not such a table. Peaks survive the thinning. */
 export function curveOf(csv: string): Curve | null {
   const lines = csv.split(/\r?\n/).filter((line) => line !== '' && !line.startsWith('#'))
   const rows = lines.map((line) => line.split(/[,;\t]/).slice(0, 2).map(Number))

@@ -1,9 +1,9 @@
-// What a device's status says now of a parameter of the same name: for Teach.
+// The present value of a parameter from the status field of the same name: for Teach.
 import type { DeviceDetail, DeviceState } from '../api/types'
 import type { Field } from './form/fields'
 import type { Schema } from './form/schema'
 
-/** The present value of each number field whose name and unit the status knows. */
+/** The present value of each number field whose name and unit occur in the status. */
 export function presentValues(
   fields: readonly Field[], device: DeviceState | undefined, detail: DeviceDetail,
 ): Record<string, string> {

@@ -1,4 +1,4 @@
-// Recorded steps as the text of a protocol of its own.
+// Recorded steps as the text of a new protocol.
 import type { Came } from '../protocols/intake'
 
 /** A protocol that does the steps in their order. */

@@ -1,12 +1,12 @@
-// While Record is on, what succeeds by hand becomes a step: also an action that ends long after its click.
+// While Record is on, each manual action that succeeds becomes a step, even if it ends long after its click.
 import { defineStore } from 'pinia'
 import { reactive, watch } from 'vue'
-import { useLive } from '../api/push/live'
+import { useConnection } from '../api/updates/connection'
 import type { GoalState } from '../api/types'
 import { useIntake } from '../protocols/intake'
 
 export const useRecording = defineStore('recording', () => {
-  const live = useLive()
+  const connection = useConnection()
   const intake = useIntake()
   const under_way = reactive(new Set<string>())
 
@@ -16,7 +16,7 @@ export const useRecording = defineStore('recording', () => {
     if (goal.ended_at === null) under_way.add(goal.id)
     else if (goal.state === 'SUCCEEDED') add(goal)
   }
-  watch(() => [...under_way].map((id) => live.bench.goals[id]), (goals) => {
+  watch(() => [...under_way].map((id) => connection.bench.goals[id]), (goals) => {
     for (const goal of goals) {
       if (goal?.ended_at == null) continue
       under_way.delete(goal.id)
@@ -24,9 +24,9 @@ export const useRecording = defineStore('recording', () => {
     }
   })
 
-  /** Give an action to the protocol that is open, or to a new one; a sentence that says which. */
+  /** Add an action to the open protocol or to a new one; returns a sentence that says which. */
   function add(goal: GoalState): string {
-    const contract = live.bench.devices[goal.device]?.contract ?? ''
+    const contract = connection.bench.devices[goal.device]?.contract ?? ''
     return intake.add({ step: goal.step, device: goal.device, contract })
   }
 

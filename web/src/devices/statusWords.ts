@@ -9,7 +9,7 @@ export interface StatusValue {
   about: string
 }
 
-/** Every value in the contract's order, then what the contract does not name. */
+/** Every value in the contract's order, then those that the contract does not name. */
 export function statusValues(status: Readonly<Record<string, unknown>>, schema: Schema | undefined): StatusValue[] {
   const known = schema?.properties ?? {}
   const names = [...Object.keys(known), ...Object.keys(status).filter((name) => !(name in known))]
@@ -21,7 +21,7 @@ export function statusValues(status: Readonly<Record<string, unknown>>, schema: 
   }))
 }
 
-/** One value as a word; a length stands still with two digits. */
+/** One value as text; a length always has two decimals. */
 export function valueWord(value: unknown, schema?: Schema): string {
   if (value === undefined || value === null) return '–'
   if (typeof value === 'boolean') return value ? 'yes' : 'no'

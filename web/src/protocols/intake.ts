@@ -1,11 +1,11 @@
-// Steps that come from elsewhere: done by hand on a device, recorded, to be put into a protocol.
+// Steps from elsewhere: done by hand on a device or recorded, to insert into a protocol.
 import { defineStore } from 'pinia'
 import { computed, ref, watch } from 'vue'
 
 const KEY = 'labrun.intake'
 
 export interface Came {
-  /** YAML of one step, as the server tells it of a goal. */
+  /** YAML of one step, as the server sends it for a goal. */
   step: string
   device: string
   contract: string
@@ -31,7 +31,7 @@ export const useIntake = defineStore('intake', () => {
   const first = kept()
   const steps = ref<Came[]>(first.steps)
   const target = ref<string | null>(first.target)
-  /** The row after which they go, in words. */
+  /** The title of the row after which they go. */
   const after = ref(first.after)
   /** That row's pointer. */
   const place = ref(first.place)
@@ -43,11 +43,11 @@ export const useIntake = defineStore('intake', () => {
 
   function add(came: Came): string {
     steps.value = [...steps.value, came]
-    if (target.value === null) return 'kept for a new protocol: Protocols, New protocol, recorded'
-    return `kept: goes ${after.value ? `after “${after.value}” ` : ''}into ${target.value} when you open it`
+    if (target.value === null) return 'kept for a new protocol: Protocols, New protocol, Recorded'
+    return `kept: will go ${after.value ? `after “${after.value}” ` : ''}into ${target.value} when you open it`
   }
 
-  /** All of them, and none are left. */
+  /** Take all of them, leaving none. */
   function take(): Came[] {
     const all = steps.value
     steps.value = []

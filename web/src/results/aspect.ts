@@ -1,6 +1,6 @@
-// How much taller than wide a cell of a map is, from where its columns and rows lie.
+// Height over width of a map's cell, from the positions of its columns and rows.
 
-/** 1 where nobody can tell; never more than 8 times one way or the other. */
+/** 1 if unknown; at most 8 times either way. */
 export function cellAspect(x: readonly number[], y: readonly number[]): number {
   const [across, up] = [pitch(x), pitch(y)]
   return across && up ? Math.min(8, Math.max(0.125, up / across)) : 1

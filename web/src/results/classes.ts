@@ -1,15 +1,15 @@
-// Colours of classes: eight that all kinds of colour vision tell apart (Okabe and Ito, 2008).
+// Colours of classes: eight that are distinct in all kinds of colour vision (Okabe and Ito, 2008).
 import type { Pixels } from './mapImage'
 import { flipped } from './mapImage'
 
 export const CLASS_COLOURS = ['#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0e442', '#999999'] as const
 
-/** Classes count from 1; more than eight begin anew. */
+/** Classes count from 1; after eight the colours repeat. */
 export function classColour(number: number): string {
   return CLASS_COLOURS[(Math.max(1, Math.round(number)) - 1) % CLASS_COLOURS.length] ?? '#999999'
 }
 
-/** A map whose values are numbers of classes. */
+/** A map whose values are class numbers. */
 export function drawClasses(values: Float32Array, width: number, height: number): Pixels {
   const data = new Uint8ClampedArray(width * height * 4)
   for (let cell = 0; cell < width * height; cell++) {
@@ -22,7 +22,7 @@ export function drawClasses(values: Float32Array, width: number, height: number)
   return { width, height, data }
 }
 
-/** The numbers of classes that occur. */
+/** The class numbers that occur. */
 export function classesIn(values: Float32Array): { number: number; count: number }[] {
   const counts = new Map<number, number>()
   for (const value of values) if (!Number.isNaN(value)) counts.set(value, (counts.get(value) ?? 0) + 1)

@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest'
 import { COLOUR_MAPS, colourTable, cssColour } from './colours'
 
-test('viridis begins, halves and ends where matplotlib has it', () => {
+test('viridis has matplotlib’s colours at its ends and middle', () => {
   expect(cssColour('viridis', 0)).toBe('rgb(68, 1, 84)')
   expect(cssColour('viridis', 1)).toBe('rgb(253, 231, 37)')
   const table = colourTable('viridis')

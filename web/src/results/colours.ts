@@ -3,7 +3,7 @@
 export const COLOUR_MAPS = ['viridis', 'cividis', 'magma', 'greys'] as const
 export type ColourMap = (typeof COLOUR_MAPS)[number]
 
-/** 33 colours at equal steps of each map (matplotlib's own values); between them it is linear. */
+/** 33 colours at equal steps of each map (matplotlib's own values); linear in between. */
 const ANCHORS: Record<ColourMap, string> = {
   viridis:
     '440154470d6048186a482374472d7b4537814240863e49893b528b375b8d33638d2f6b8e2c728e297a8e26828e23898e21918c1f988b1fa08822a78528ae8032b67a3fbc734ec36b5ec96270cf5784d44b98d83eaddc30c2df23d8e219ece51bfde725',

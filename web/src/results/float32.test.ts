@@ -7,12 +7,12 @@ function bytes(...values: number[]): ArrayBuffer {
   return view.buffer
 }
 
-test('values come as they were sent, holes as NaN', () => {
+test('values arrive as sent, holes as NaN', () => {
   expect([...decodeFloat32(bytes(1.5, NaN, -2), 3)]).toEqual([1.5, NaN, -2])
 })
 
 test('an answer of another length is refused', () => {
-  expect(() => decodeFloat32(bytes(1, 2), 3)).toThrow('2 values came, 3 were to come')
+  expect(() => decodeFloat32(bytes(1, 2), 3)).toThrow('2 values received, 3 expected')
   expect(() => decodeFloat32(new ArrayBuffer(5))).toThrow('5 bytes')
 })
 
@@ -20,5 +20,5 @@ test('three curves come one after the other', () => {
   const { background, fit, residual } = decodeFit(bytes(1, 2, 3, 4, 5, 6))
 
   expect([[...background], [...fit], [...residual]]).toEqual([[1, 2], [3, 4], [5, 6]])
-  expect(() => decodeFit(bytes(1, 2))).toThrow('no three curves')
+  expect(() => decodeFit(bytes(1, 2))).toThrow('not three curves')
 })

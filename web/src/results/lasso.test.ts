@@ -3,7 +3,7 @@ import { cellsInBox, cellsInLasso } from './lasso'
 
 const plane = { width: 5, height: 4 }
 
-test('a box takes its corners with it, from whichever corner it was drawn', () => {
+test('a box includes its corners, from whichever corner it was drawn', () => {
   const down = cellsInBox(plane, { x: 1, y: 2 }, { x: 2, y: 1 })
   const up = cellsInBox(plane, { x: 2, y: 1 }, { x: 1, y: 2 })
 
@@ -11,7 +11,7 @@ test('a box takes its corners with it, from whichever corner it was drawn', () =
   expect(up).toEqual(down)
 })
 
-test('a box that reaches over the edge takes what is there', () => {
+test('a box that reaches over the edge takes only existing cells', () => {
   expect(cellsInBox(plane, { x: -9, y: -9 }, { x: 0.4, y: 0.4 })).toEqual([0])
 })
 
@@ -37,6 +37,6 @@ test('a line that crosses itself leaves its hole out', () => {
   expect(found.has(7)).toBe(false)
 })
 
-test('a click is no lasso', () => {
+test('a click is not a lasso', () => {
   expect(cellsInLasso(plane, [{ x: 1, y: 1 }])).toEqual([])
 })

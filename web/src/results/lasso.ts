@@ -1,4 +1,4 @@
-// Which cells of a map lie in a box or inside a line drawn by hand.
+// Which cells of a map are in a box or inside a freehand line.
 
 export interface Place {
   x: number
@@ -26,7 +26,7 @@ function between(a: number, b: number, size: number): [number, number] {
   return [low, Math.min(size - 1, Math.round(Math.max(a, b)))]
 }
 
-/** Cells whose centre lies inside the line (even-odd rule); the line closes itself. */
+/** Cells whose centre is inside the line (even-odd rule); the line is closed automatically. */
 export function cellsInLasso(plane: Plane, line: readonly Place[]): number[] {
   if (line.length < 3) return []
   const found: number[] = []

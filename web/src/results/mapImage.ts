@@ -1,4 +1,4 @@
-// Draw values over the plane into pixels: one pixel a cell, the highest y on top.
+// Draw values over the plane into pixels: one pixel per cell, the highest y on top.
 import { colourTable, type ColourMap } from './colours'
 import { shareOf, type Scale } from './scale'
 
@@ -25,7 +25,7 @@ export function drawMap(
   return pixels
 }
 
-/** Two ends of a colour plane that all kinds of colour vision tell apart: orange and blue. */
+/** Two colours that are distinct in all kinds of colour vision: orange and blue. */
 export const FIRST = [255, 150, 30] as const
 export const SECOND = [0, 105, 225] as const
 

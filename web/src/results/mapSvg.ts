@@ -1,4 +1,4 @@
-// A map as SVG with its axes and colour bar: sharp at any size, and without anything from outside.
+// A map as SVG with its axes and colour bar: sharp at any size, without external resources.
 import { cellAspect } from './aspect'
 import { cssColour, type ColourMap } from './colours'
 import type { Pixels } from './mapImage'
@@ -11,7 +11,7 @@ const BOTTOM = 44
 const TOP = 28
 const RIGHT = 90
 
-/** `colours` is null where the colours mean something else than a scale. */
+/** `colours` is null if the colours are not a scale. */
 export function mapSvg(head: Pick<MapHead, 'x' | 'y' | 'unit' | 'column'>, pixels: Pixels, scale: Scale, colours: ColourMap | null): string {
   const cellY = CELL * cellAspect(head.x, head.y)
   const [w, h] = [pixels.width * CELL, pixels.height * cellY]

@@ -1,4 +1,4 @@
-// Which peaks get a label, and where: the strongest first, none over another.
+// Which peaks get a label, and where: the strongest first, without overlap.
 
 export interface LabelledPeak {
   nm: number
@@ -15,7 +15,7 @@ export interface Label {
 
 const APART_PX = 34
 
-/** Labels for the peaks in sight; `px` turns nm into pixels. Peaks without an element have none. */
+/** Labels for the visible peaks; `px` turns nm into pixels. Peaks without an element have none. */
 export function labelsFor(
   peaks: readonly LabelledPeak[], low: number, high: number, px: (nm: number) => number, most = 24,
 ): Label[] {

@@ -3,7 +3,7 @@ import type { RunDetail } from '../api/types'
 import { RunPicture } from '../runs/picture'
 import { placeOfKey } from './placeOfKey'
 
-test('a full key leads to its turn and its point', () => {
+test('a full key leads to its iteration and its point', () => {
   const run = new RunPicture({ id: 'r', seq: 0, nodes: {}, loops: [] } as unknown as RunDetail)
   run.table('main/samples/*/scan', 'A').set({ index: 3, key: '0,3', status: 'ok' })
   run.table('main/samples/*/scan', 'B').set({ index: 5, key: '0,3', status: 'ok' })

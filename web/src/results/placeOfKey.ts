@@ -1,8 +1,8 @@
-// From a point's full key, as maps and tables give it, to where it stands among the points of its loop.
+// From a point's full key, as in maps and tables, to its index among the points of its loop.
 import type { RunPicture } from '../runs/picture'
 import type { PointTable } from '../runs/points'
 
-/** `A/0,0` is `0,0` within `A`; null where no such point is known. */
+/** `A/0,0` is `0,0` within `A`; null if no such point is known. */
 export function placeOfKey(run: RunPicture, loop: string | null, key: string): { table: PointTable; index: number } | null {
   const tables = loop === null ? run.filled() : (run.tables.get(loop) ?? [])
   for (const table of tables) {

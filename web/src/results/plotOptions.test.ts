@@ -9,7 +9,7 @@ test('plus and minus zoom about the middle, and never beyond the whole', () => {
   expect(keyRange('-', { min: 200, max: 900 }, whole)).toEqual(whole)
 })
 
-test('arrows move what is in sight as far as there is something', () => {
+test('arrows move the visible range within the data', () => {
   expect(keyRange('ArrowRight', { min: 600, max: 700 }, whole)).toEqual({ min: 610, max: 710 })
   expect(keyRange('ArrowLeft', { min: 195, max: 295 }, whole)).toEqual({ min: 190, max: 290 })
   expect(keyRange('Home', { min: 195, max: 295 }, whole)).toEqual(whole)

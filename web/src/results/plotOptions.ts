@@ -4,7 +4,7 @@ import { labelsFor, type LabelledPeak } from './peakLabels'
 import { shortNumber } from './scale'
 import type { Theme } from './themes'
 
-/** One curve over the wavelengths that all of a plot share. */
+/** One curve over the wavelengths shared by the whole plot. */
 export interface Curve {
   name: string
   values: Float32Array
@@ -18,7 +18,7 @@ export interface PlotWish {
   height: number
   curves: readonly Curve[]
   theme: Theme
-  /** The counts' axis squeezed (asinh), so that small peaks beside large ones are seen. */
+  /** Compress the counts axis (asinh), so that small peaks show beside large ones. */
   squeezed: boolean
   peaks: () => readonly LabelledPeak[]
   cursor: (nm: number | null) => void
@@ -54,7 +54,7 @@ export function plotOptions(wish: PlotWish): uPlot.Options {
   }
 }
 
-/** A little room above the highest, and the base line in sight. */
+/** A margin above the maximum, with the base line visible. */
 function headroom(low: number | null, high: number | null): [number, number] {
   if (low === null || high === null || !Number.isFinite(low) || !Number.isFinite(high)) return [0, 1]
   const room = (high - low || Math.abs(high) || 1) * 0.05
@@ -84,7 +84,7 @@ function drawLabels(plot: uPlot, { peaks, theme }: PlotWish): void {
   ctx.restore()
 }
 
-/** What is in sight after a key: zoom by + and -, move by the arrows; null where the key does nothing. */
+/** The visible range after a key: zoom by + and -, move by the arrows; null if the key does nothing. */
 export function keyRange(
   key: string, sight: { min: number; max: number }, whole: { min: number; max: number },
 ): { min: number; max: number } | null {

@@ -1,4 +1,4 @@
-// Give a file that was made on the page to the person.
+// Offer a file that was made on the page as a download.
 import type { Pixels } from './mapImage'
 
 const CELL_PX = 16
@@ -21,7 +21,7 @@ export async function saveCanvas(name: string, pixels: Pixels, aspect: number): 
   saveBlob(name, await canvas.convertToBlob({ type: 'image/png' }))
 }
 
-/** The pixels, each as a rectangle of sharp edges. */
+/** The pixels, each as a sharp-edged rectangle. */
 export function enlarged({ width, height, data }: Pixels, aspect: number): OffscreenCanvas {
   const small = new OffscreenCanvas(width, height)
   small.getContext('2d')?.putImageData(new ImageData(new Uint8ClampedArray(data), width, height), 0, 0)

@@ -3,7 +3,7 @@ import { scaleFor, shareOf, shortNumber, ticks } from './scale'
 
 const range = { minimum: 0, maximum: 200, p2: 10, p98: 110 }
 
-test('each scale takes its own ends', () => {
+test('each scale has its own ends', () => {
   expect(scaleFor(range, 'min–max', false)).toEqual({ low: 0, high: 200, log: false })
   expect(scaleFor(range, 'p2–p98', false)).toEqual({ low: 10, high: 110, log: false })
   expect(scaleFor(range, '0–1', false)).toEqual({ low: 0, high: 1, log: false })
@@ -26,7 +26,7 @@ test('a logarithmic scale begins at the smallest value above zero', () => {
   expect(shareOf(scale, 0)).toBe(0)
 })
 
-test('a map of one value, or of none, has a scale all the same', () => {
+test('a map of one value, or of none, still has a scale', () => {
   const flat = { minimum: 5, maximum: 5, p2: 5, p98: 5 }
   const none = { minimum: null, maximum: null, p2: null, p98: null }
   for (const one of [flat, none])

@@ -10,7 +10,7 @@ export interface Range {
   p98: number | null
 }
 
-/** What is drawn as the lowest and as the highest colour. `log`: both are above zero. */
+/** The values of the lowest and highest colours. `log`: both are above zero. */
 export interface Scale {
   low: number
   high: number
@@ -41,7 +41,7 @@ function leastAboveZero(values: Float32Array): number {
   return Number.isFinite(least) ? least : 0
 }
 
-/** 0 for the lowest, 1 for the highest; outside it is cut off, NaN stays NaN. */
+/** 0 for the lowest, 1 for the highest; values outside are clipped, NaN stays NaN. */
 export function shareOf(scale: Scale, value: number): number {
   if (Number.isNaN(value)) return NaN
   const share = scale.log
@@ -50,7 +50,7 @@ export function shareOf(scale: Scale, value: number): number {
   return share < 0 ? 0 : share > 1 ? 1 : share
 }
 
-/** Values beside the colour bar with their shares: round numbers, few of them. */
+/** Marks beside the colour bar with their shares: a few round numbers. */
 export function ticks(scale: Scale, wanted = 4): { value: number; share: number; text: string }[] {
   const values = scale.log ? decades(scale) : rounds(scale, wanted)
   return values.map((value) => ({ value, share: shareOf(scale, value), text: shortNumber(value) }))
@@ -76,7 +76,7 @@ function decades({ low, high }: Scale): number[] {
   return found.length ? found : [low, high]
 }
 
-/** A number as a person writes it: three figures, `12.3k` from ten thousand on. */
+/** A number as a person writes it: three figures, `12.3k` from ten thousand upwards. */
 export function shortNumber(value: number): string {
   if (value === 0 || Object.is(value, -0)) return '0'
   const size = Math.abs(value)

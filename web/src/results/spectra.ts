@@ -1,11 +1,11 @@
-// Spectra and their wavelengths, asked for once: an axis never changes, a spectrum is kept by the browser.
+// Spectra and their wavelengths, loaded once: an axis never changes, the browser caches spectra.
 import { api, read } from '../api/client'
-import type { Told } from '../api/types'
+import type { Received } from '../api/types'
 import { decodeFit, decodeFloat32, type Fit } from './float32'
 
-export type Peaks = Told<'Peaks'>
+export type Peaks = Received<'Peaks'>
 
-/** Counts over wavelengths in nm; both of one length. */
+/** Counts over wavelengths in nm; both of the same length. */
 export interface Spectrum {
   nm: Float32Array
   counts: Float32Array
@@ -43,7 +43,7 @@ async function fetched(run: string, file: string): Promise<Spectrum> {
   return withAxis(run, told)
 }
 
-/** The mean over chosen points, and over how many. */
+/** The mean over selected points, and their number. */
 export async function meanOf(run: string, loop: string, keys: string[]): Promise<Spectrum & { count: number }> {
   const told = await binary(
     api.POST('/api/v1/runs/{id}/mean', { params: { path: { id: run } }, body: { keys, loop }, parseAs: 'arrayBuffer' }),
@@ -57,7 +57,7 @@ export async function fitOf(run: string, file: string): Promise<Fit> {
   return decodeFit(told.bytes)
 }
 
-/** What the reduction says of one spectrum. */
+/** The reduction's result for one spectrum. */
 export async function peaksOf(run: string, file: string): Promise<Peaks> {
   return await read(api.GET('/api/v1/runs/{id}/peaks', { params: { path: { id: run }, query: { file } } }))
 }
@@ -73,7 +73,7 @@ interface Binary {
   headers: Headers
 }
 
-/** An answer in bulk with its headers; its refusals are thrown as everywhere. */
+/** A binary answer with its headers; refusals are thrown as everywhere. */
 export async function binary(asked: Promise<{ data?: unknown; error?: unknown; response: Response }>): Promise<Binary> {
   let headers = new Headers()
   const bytes = await read(

@@ -1,4 +1,4 @@
-// The page's colours for what is drawn on a canvas, and when they change.
+// The page's colours for drawing on a canvas, and their changes.
 import { onScopeDispose, shallowRef, type Ref } from 'vue'
 
 export interface Theme {
@@ -21,7 +21,7 @@ function now(): Theme {
   return Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim() || '#888888'])) as unknown as Theme
 }
 
-/** The colours as they are now; anew when the theme is switched. */
+/** The colours as they are now; updated when the theme changes. */
 export function useTheme(): Ref<Theme> {
   const theme = shallowRef(now())
   const observer = new MutationObserver(() => (theme.value = now()))

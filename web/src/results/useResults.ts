@@ -1,32 +1,32 @@
-// What a run has left to look at: its maps, which spectrum belongs to which point, and the run itself.
+// The results of a run: its maps, the spectra of its points, and the run itself.
 import { computed, shallowRef, watch } from 'vue'
 import { api, read } from '../api/client'
-import { useLive } from '../api/push/live'
+import { useConnection } from '../api/updates/connection'
 import { sentenceOf } from '../api/refused'
-import type { RunDetail, Told } from '../api/types'
-import { loadPoints } from '../runs/live/loadPoints'
+import type { RunDetail, Received } from '../api/types'
+import { loadPoints } from '../runs/state/loadPoints'
 import { RunPicture } from '../runs/picture'
 import { decodeFloat32 } from './float32'
 import { binary } from './spectra'
 
-export type MapHead = Told<'MapHead'>
-export type SpectrumHead = Told<'SpectrumHead'>
+export type MapHead = Received<'MapHead'>
+export type SpectrumHead = Received<'SpectrumHead'>
 
-/** How maps are called: table and column. */
+/** The name of a map: table and column. */
 export const mapName = (head: MapHead): string => `${head.table}/${head.column}`
 
 export function useResults(run: () => string) {
-  const live = useLive()
+  const connection = useConnection()
   const picture = shallowRef<RunPicture | null>(null)
   const heads = shallowRef<readonly MapHead[]>([])
-  const cellKeys = shallowRef<Told<'Maps'>['cell_keys']>({})
+  const cellKeys = shallowRef<Received<'Maps'>['cell_keys']>({})
   const spectra = shallowRef<readonly SpectrumHead[]>([])
   const failure = shallowRef('')
   const loading = shallowRef(true)
   let cells = new Map<string, Promise<Float32Array>>()
   let asked = 0
 
-  /** The spectrum files of each point; one without a point has none. */
+  /** The spectrum file of each point; files without a point are left out. */
   const byKey = computed(() => {
     const found = new Map<string, SpectrumHead>()
     for (const head of spectra.value) if (head.key !== null && !found.has(head.key)) found.set(head.key, head)
@@ -59,7 +59,7 @@ export function useResults(run: () => string) {
     }
   }
 
-  /** The values of a map, row by row from the lowest y; asked for once. */
+  /** The values of a map, row by row from the lowest y; loaded once. */
   function values(head: MapHead): Promise<Float32Array> {
     const name = mapName(head)
     const known = cells.get(name)
@@ -73,8 +73,8 @@ export function useResults(run: () => string) {
   }
 
   watch(run, () => void load(), { immediate: true })
-  // What was measured meanwhile is shown when the run is over.
-  watch(() => live.bench.runs[run()]?.live, (now, before) => {
+  // New measurements are shown when the run is over.
+  watch(() => connection.bench.runs[run()]?.live, (now, before) => {
     if (before === true && now === false) void load()
   })
   return { picture, heads, cellKeys, spectra, byKey, failure, loading, load, values }

@@ -1,4 +1,4 @@
-// How large an element is, as long as it lives.
+// The size of an element while it exists.
 import { onBeforeUnmount, onMounted, shallowRef, type Ref } from 'vue'
 
 export function useSize(element: Readonly<Ref<HTMLElement | null>>): Ref<{ width: number; height: number }> {

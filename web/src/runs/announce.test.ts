@@ -4,7 +4,7 @@ import { Announcer } from './announce'
 beforeEach(() => void vi.useFakeTimers())
 afterEach(() => void vi.useRealTimers())
 
-test('the first words are said at once, later ones not before five seconds are over, and only the newest', () => {
+test('the first text is announced at once, later ones after five seconds, and only the newest', () => {
   const said: string[] = []
   const announcer = new Announcer((words) => said.push(words))
   announcer.tell('1 of 9')
@@ -19,7 +19,7 @@ test('the first words are said at once, later ones not before five seconds are o
   expect(said).toEqual(['1 of 9', '3 of 9'])
 })
 
-test('the same words are not said again', () => {
+test('the same text is not announced again', () => {
   const said: string[] = []
   const announcer = new Announcer((words) => said.push(words))
   announcer.tell('paused')
@@ -30,7 +30,7 @@ test('the same words are not said again', () => {
   expect(said).toEqual(['paused'])
 })
 
-test('nothing is said after it was closed', () => {
+test('nothing is announced after closing', () => {
   const said: string[] = []
   const announcer = new Announcer((words) => said.push(words))
   announcer.tell('a')

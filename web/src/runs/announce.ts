@@ -1,8 +1,8 @@
-// What is read aloud: the newest words, at most once in so many seconds.
+// What screen readers read aloud: the newest text, at most once in so many seconds.
 
 export const EVERY_MS = 5000
 
-/** `say` is called at once when it was quiet for long enough, else later with the newest words. */
+/** Calls `say` at once after enough silence, otherwise later with the newest text. */
 export class Announcer {
   private last = -Infinity
   private waiting: ReturnType<typeof setTimeout> | undefined

@@ -1,9 +1,9 @@
-// Whoever commands a run needs control of the bench: free control is taken under the person's name.
+// Commands to a run need control of the bench: free control is taken under the person's name.
 import { useControl } from '../app/control'
 import { usePreferences } from '../app/preferences'
 import { noAnswer } from '../api/refused'
 
-/** Gives a function that makes sure of control, or throws a sentence that says who has it. */
+/** Returns a function that ensures control, or throws a message that names its holder. */
 export function useInControl(): (name?: string) => Promise<void> {
   const control = useControl()
   const preferences = usePreferences()
@@ -11,10 +11,10 @@ export function useInControl(): (name?: string) => Promise<void> {
     if (control.mine) return
     const holder = control.state.holder
     if (holder !== null) {
-      throw noAnswer('NO_CONTROL', `${holder} has control of the bench`, 'ask for it above, or take it over with a reason')
+      throw noAnswer('NO_CONTROL', `${holder} has control of the bench`, 'ask for it above, or take over with a reason')
     }
     const who = name.trim() || preferences.name.trim()
-    if (!who) throw noAnswer('NO_CONTROL', 'nobody has control of the bench', 'press Take control above and say who you are')
+    if (!who) throw noAnswer('NO_CONTROL', 'nobody has control of the bench', 'press Take control above and enter your name')
     await control.take(who)
   }
 }

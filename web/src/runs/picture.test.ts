@@ -37,7 +37,7 @@ test('a patch says which points are to be drawn again', () => {
   expect(picture.table('main/samples/*/scan', 'A').status(3)).toBe('ok')
 })
 
-test('loops within loops have a table for each turn, and those over the plane come first', () => {
+test('inner loops have a table for each iteration, and those over the plane come first', () => {
   const picture = new RunPicture(detail)
   picture.take(patch(8, ['main/samples', '', 0, 'A'], ['main/samples/*/scan', 'A', 0, '0,0'], ['main/samples/*/scan', 'B', 0, '0,0']))
 

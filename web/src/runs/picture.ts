@@ -1,16 +1,16 @@
-// A run as this page knows it: what was told at first, and every patch since, without a gap.
-import type { Told, RunDetail, RunPatch } from '../api/types'
+// A run as this page knows it: the first full state and every patch since, without a gap.
+import type { Received, RunDetail, RunPatch } from '../api/types'
 import { PointTable, type PointWindow } from './points'
 import { isProblem } from './status'
 
-export type RunHead = Told<'RunHead'>
-export type NodeState = Told<'NodeState'>
+export type RunHead = Received<'RunHead'>
+export type NodeState = Received<'NodeState'>
 
-/** What a patch has changed, for those who draw only that. */
+/** What a patch has changed, so that only that is redrawn. */
 export interface Change {
   /** Table id → indexes of its points. */
   points: Map<string, number[]>
-  /** True where a table is there that was not before. */
+  /** True if a table was added. */
   newTable: boolean
 }
 
@@ -28,7 +28,7 @@ export class RunPicture {
     for (const loop of detail.loops) this.tables.set(loop.path, [])
   }
 
-  /** Take a patch; null where one before it is missing, and the whole must be asked for again. */
+  /** Apply a patch; null if one before it is missing and the whole must be requested again. */
   take(patch: RunPatch): Change | null {
     if (patch.seq <= this.seq) return { points: new Map(), newTable: false }
     if (patch.seq !== this.seq + 1) return null
@@ -60,7 +60,7 @@ export class RunPicture {
     this.table(loop, within).load(window)
   }
 
-  /** All tables that hold points, those that can be drawn over the plane first. */
+  /** All tables with points, those with positions on the plane first. */
   filled(): PointTable[] {
     const placed = new Set(this.head.loops.filter((loop) => loop.placed).map((loop) => loop.path))
     const all = [...this.tables.values()].flat().filter((table) => table.size > 0)

@@ -14,7 +14,7 @@ test('a point is counted from one and has its place', () => {
   expect(pointName(table, 412)).toBe('point 413 (0.3, 1.6)')
 })
 
-test('a point without a place has its key, and its turn of the loop around it', () => {
+test('a point without a place has its key, and its iteration of the loop around it', () => {
   const table = new PointTable('main/samples/*/shots', 'A')
   table.set({ index: 0, key: 'first', status: 'ok' })
   table.set({ index: 1, key: '1', status: 'ok' })

@@ -1,4 +1,4 @@
-// What a point is called: its number as people count, its place where it has one, else its key.
+// The name of a point: its number counted from 1, its position if it has one, otherwise its key.
 import type { PointTable } from './points'
 
 /** `point 413 (0.4, 1.6)`, `A · point 3`. */

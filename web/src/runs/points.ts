@@ -1,7 +1,7 @@
-// The iterations of one loop as columns, so that 100,000 of them cost little and one can change at once.
+// The iterations of one loop as columns, so that 100,000 of them cost little and one can be changed quickly.
 import { STATUSES, isProblem, type Status } from './status'
 
-/** A window of iterations, as the server tells it. */
+/** A window of iterations, as the server sends it. */
 export interface PointWindow {
   total: number | null
   index: readonly number[]
@@ -14,7 +14,7 @@ export interface PointWindow {
   message: readonly string[]
 }
 
-/** One iteration, as a patch tells it. */
+/** One iteration, as a patch contains it. */
 export interface PointChange {
   index: number
   key: string
@@ -27,7 +27,7 @@ export interface PointChange {
 const CODES = new Map(STATUSES.map((status, code) => [status, code]))
 
 export class PointTable {
-  /** How many there are; grows where nobody knows it beforehand. */
+  /** How many there are; grows if it is not known in advance. */
   size = 0
   keys: (string | null)[] = []
   x = new Float64Array(0)
@@ -67,7 +67,7 @@ export class PointTable {
     return this.places.get(key)
   }
 
-  /** Take a window that was asked for. */
+  /** Apply a requested window. */
   load(window: PointWindow): void {
     const last = window.index.at(-1) ?? -1
     this.grow(Math.max(window.total ?? 0, last + 1))
@@ -81,7 +81,7 @@ export class PointTable {
     })
   }
 
-  /** Take one change; where it now stands. */
+  /** Apply one change; returns its index. */
   set(change: PointChange): number {
     const { index, key } = change
     this.grow(index + 1)
@@ -97,7 +97,7 @@ export class PointTable {
     return index
   }
 
-  /** The run is over: what was under way is so no more. */
+  /** The run is over: nothing is under way any more. */
   settle(): void {
     const [running, cancelled] = [CODES.get('running'), CODES.get('cancelled') ?? 0]
     for (let i = 0; i < this.size; i++) if (this.codes[i] === running) this.mark(i, cancelled)

@@ -15,7 +15,7 @@ test('live runs come first, then the newest', () => {
   expect(sortedRuns(RUNS, '').map((one) => one.id)).toEqual(['c', 'd', 'b', 'a'])
 })
 
-test('every word must fit somewhere', () => {
+test('every word must match somewhere', () => {
   expect(sortedRuns(RUNS, 'grid ada').map((one) => one.id)).toEqual(['a'])
   expect(sortedRuns(RUNS, '11-21 FAILED').map((one) => one.id)).toEqual(['b'])
   expect(sortedRuns(RUNS, 'ada failed')).toEqual([])

@@ -1,4 +1,4 @@
-// The list of runs: live ones first, then the newest; found by any word of theirs.
+// The list of runs: live ones first, then the newest; searchable by any of their text.
 import type { RunSummary } from '../api/types'
 
 /** Runs in which every word of `find` occurs, in the order in which they are shown. */
@@ -12,7 +12,7 @@ export function sortedRuns(runs: readonly RunSummary[], find: string): RunSummar
     .sort((a, b) => Number(b.live) - Number(a.live) || order(b).localeCompare(order(a)))
 }
 
-/** A run that has not told yet when it began is the newest. */
+/** A run without a start time yet is the newest. */
 function order(run: RunSummary): string {
   return run.began_at || '9'
 }

@@ -1,11 +1,11 @@
-// A status is told by icon, word and colour together, never by colour alone.
+// A status is shown by icon, word and colour together, never by colour alone.
 
 export type Status =
   | 'waiting' | 'running' | 'ok' | 'retrying' | 'skipped' | 'failed' | 'cancelled' | 'unknown'
 export type Fate =
   | 'starting' | 'running' | 'paused' | 'succeeded' | 'failed' | 'aborted' | 'interrupted' | 'unreadable'
 
-/** `tone` is the name of a colour of the page; the style sheet knows it in light and dark. */
+/** `tone` is the name of a colour of the page; the style sheet defines it for light and dark. */
 export interface Look {
   icon: string
   word: string
@@ -43,7 +43,7 @@ export function isProblem(status: Status): boolean {
   return status === 'failed' || status === 'unknown' || status === 'retrying' || status === 'cancelled'
 }
 
-/** A run that can go on in a new engine. */
+/** A run that a new engine can resume. */
 export function canResume(fate: Fate): boolean {
   return fate === 'failed' || fate === 'aborted' || fate === 'interrupted'
 }

@@ -10,24 +10,24 @@ const head = (more: Partial<RunHead>): RunHead =>
     holes: 1, resumes: 0, eta: [iso(16, 10), iso(16, 25)], open_questions: [], needs_you: null, ...more,
   }) as RunHead
 
-test('the strip says how far, how fast, until when, and what went wrong', () => {
+test('the strip shows progress, pace, end time and failures', () => {
   expect(stripWords(head({}), now)).toEqual(['412 of 1,071', '3.91/min', 'ends 16:10–16:25', '2 retries', '1 hole'])
   expect(stripWords(head({ live: false }), now)).toEqual(['412 of 1,071', '2 retries', '1 hole'])
 })
 
-test('a slow run says how long one point takes', () => {
-  expect(pace(0.5)).toBe('2 min a point')
-  expect(pace(0.5 / 60)).toBe('2 h 00 min a point')
+test('a slow run shows how long one point takes', () => {
+  expect(pace(0.5)).toBe('2 min per point')
+  expect(pace(0.5 / 60)).toBe('2 h 00 min per point')
 })
 
-test('when a person is needed is said before it happens', () => {
+test('when a person will be needed is shown in advance', () => {
   const needs_you = { text: 'change the sample', low: iso(14, 12), high: iso(14, 20) }
 
   expect(needsYouWords(head({ needs_you }), now)).toBe('next needs you: 14:12–14:20 (in 12 min), change the sample')
 })
 
-test('a question is said aloud before anything else', () => {
-  const open_questions = [{ path: 'p', id: 'q', text: 'Clamped?', choices: ['yes'], asked_at: '' }]
+test('a question is announced before anything else', () => {
+  const open_questions = [{ path: 'p', id: 'q', text: 'Clamped?', choices: ['yes'] }]
 
   expect(aloud(head({ open_questions }))).toBe('The run asks: Clamped?')
   expect(aloud(head({ failed: 2 }))).toBe('libs-grid running, 412 of 1071, 2 failed')

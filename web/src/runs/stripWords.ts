@@ -1,9 +1,9 @@
-// The progress strip of a run in words; the same words are read aloud.
+// The progress strip of a run as text, which screen readers read as well.
 import type { RunHead } from './picture'
 import { FATE_LOOKS } from './status'
 import { clockRange, duration, etaWords, until } from './time'
 
-/** `412 of 1,071`, `3.9/min`, `ends 16:10–16:25`, `2 retries`, `1 skipped` - those that are known. */
+/** `412 of 1,071`, `3.9/min`, `ends 16:10–16:25`, `2 retries`, `1 skipped` - whichever are known. */
 export function stripWords(head: RunHead, now: Date): string[] {
   const parts: string[] = []
   if (head.total) parts.push(`${head.done.toLocaleString('en')} of ${head.total.toLocaleString('en')}`)
@@ -18,21 +18,21 @@ export function stripWords(head: RunHead, now: Date): string[] {
   return parts
 }
 
-/** A pace that a person can picture: by the minute, or how long one takes. */
+/** A pace that a person can picture: per minute, or how long one takes. */
 export function pace(perMinute: number): string {
-  return perMinute >= 1 ? `${Number(perMinute.toPrecision(3))}/min` : `${duration(60 / perMinute)} a point`
+  return perMinute >= 1 ? `${Number(perMinute.toPrecision(3))}/min` : `${duration(60 / perMinute)} per point`
 }
 
 /** `next needs you: 16:10–16:25, change the sample (in 12 min)`. */
 export function needsYouWords(head: RunHead, now: Date): string {
   if (!head.live) return ''
-  if (head.open_questions.length) return 'it needs you now'
+  if (head.open_questions.length) return 'needs you now'
   if (!head.needs_you) return ''
   const [low, high] = [new Date(head.needs_you.low), new Date(head.needs_you.high)]
   return `next needs you: ${clockRange(low, high, now)} (${until(low, now)}), ${head.needs_you.text}`
 }
 
-/** One sentence for those who hear the page. */
+/** One sentence for screen readers. */
 export function aloud(head: RunHead): string {
   const question = head.open_questions[0]
   if (question) return `The run asks: ${question.text}`

@@ -1,14 +1,14 @@
-// From what an address says to the points it means.
+// From an address to the points it refers to.
 import type { RunPicture } from './picture'
 import type { PointTable } from './points'
 
-/** The table with this id, or the first that has points where none is named. */
+/** The table with this id, or the first that has points if none is named. */
 export function tableFor(run: RunPicture, id: unknown): PointTable | null {
   const tables = run.filled()
   return tables.find((table) => table.id === id) ?? (id === undefined ? (tables[0] ?? null) : null)
 }
 
-/** The points to look at where nobody chose: the innermost that something happens in, else the most. */
+/** The points to show by default: the innermost active loop, otherwise the largest. */
 export function tableOfNow(tables: readonly PointTable[]): PointTable | null {
   const depth = (table: PointTable): number => table.loop.split('*').length
   const busy = tables.filter((table) => table.size > 1 && table.count('running') > 0)
@@ -16,7 +16,7 @@ export function tableOfNow(tables: readonly PointTable[]): PointTable | null {
   return first ?? null
 }
 
-/** The point of a loop by its key, as log lines and actions name it; the newest turn first. */
+/** The point of a loop by its key, as log lines and actions name it; the newest iteration first. */
 export function pointOf(
   run: RunPicture, loop: string | null, key: string | null,
 ): { table: PointTable; index: number } | null {

@@ -10,21 +10,21 @@ test('durations have the figures that matter', () => {
   ])
 })
 
-test('another day is said', () => {
+test('another day is shown', () => {
   expect(clock(at(16, 10), now)).toBe('16:10')
   expect(clock(at(1, 5, 0, 22), now)).toBe('tomorrow 01:05')
   expect(clock(at(1, 5, 0, 20), now)).toBe('yesterday 01:05')
   expect(clock(at(1, 5, 0, 3), now)).toBe('2026-11-03 01:05')
 })
 
-test('an end is told as a range, and as one time where it is known to the minute', () => {
+test('an end is a range, or one time if it is known to the minute', () => {
   expect(clockRange(at(16, 10), at(16, 25), now)).toBe('16:10–16:25')
   expect(clockRange(at(16, 10, 5), at(16, 10, 40), now)).toBe('16:10')
   expect(clockRange(at(23, 50), at(0, 20, 0, 22), now)).toBe('23:50–tomorrow 00:20')
   expect(clockRange(at(0, 5, 0, 22), at(0, 20, 0, 22), now)).toBe('tomorrow 00:05–00:20')
 })
 
-test('what ends within minutes is told to the second', () => {
+test('what ends within minutes is shown to the second', () => {
   expect(etaWords([at(14, 3, 20).toISOString(), at(14, 3, 40).toISOString()], now)).toBe('ends 14:03:20–14:03:40')
   expect(etaWords(null, now)).toBe('')
 })

@@ -1,4 +1,4 @@
-// Times and durations in words: short, and honest about what is not known to the minute.
+// Times and durations as text: short, and only as precise as they are known.
 
 /** `0.2 s`, `12 s`, `3 min 20 s`, `4 h 06 min`. */
 export function duration(seconds: number): string {
@@ -14,7 +14,7 @@ export function duration(seconds: number): string {
   return `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, '0')} min`
 }
 
-/** `16:10`; with seconds for what is near; with the day where it is another one. */
+/** `16:10`; with seconds for what is near; with the date if it is another day. */
 export function clock(at: Date, now: Date, seconds = false): string {
   const time = `${two(at.getHours())}:${two(at.getMinutes())}${seconds ? `:${two(at.getSeconds())}` : ''}`
   const days = Math.round((startOfDay(at) - startOfDay(now)) / 86_400_000)
@@ -33,7 +33,7 @@ export function clockRange(low: Date, high: Date, now: Date): string {
   return `${from}–${sameDay ? (to.split(' ').at(-1) ?? to) : to}`
 }
 
-/** When a run will be over, as the strip says it. */
+/** When a run will be over, as shown in the strip. */
 export function etaWords(eta: readonly [string, string] | null | undefined, now: Date): string {
   if (!eta) return ''
   return `ends ${clockRange(new Date(eta[0]), new Date(eta[1]), now)}`

@@ -1,4 +1,4 @@
-// A command's way: sent, answered or refused; the button says which, and nothing is told before it is so.
+// The state of a command: sent, answered or refused; the button shows which, and never too early.
 import { ref } from 'vue'
 import { sentenceOf } from '../api/refused'
 import { useInControl } from './inControl'
@@ -10,7 +10,7 @@ export function useCommand() {
   const said = ref('')
   const failed = ref('')
 
-  /** Send it; true where it was done. */
+  /** Send it; true if it was done. */
   async function send(name: string, ask: () => Promise<{ readonly text?: string } | undefined>, free = false): Promise<boolean> {
     if (sending.value) return false
     sending.value = name

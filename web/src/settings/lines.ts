@@ -1,11 +1,11 @@
-// Lists as people write them: one a line, nothing twice, nothing empty.
+// Lists as people write them: one entry per line, no duplicates, no empty lines.
 
 /** The lines of a text. */
 export function linesOf(text: string): string[] {
   return [...new Set(text.split('\n').map((line) => line.trim()).filter((line) => line !== ''))]
 }
 
-/** Step sizes as they are typed: `0.1 1 10` or `0,1; 1; 10`; null where one is no size. */
+/** Step sizes as they are typed: `0.1 1 10` or `0,1; 1; 10`; null if one is not a size. */
 export function sizesOf(text: string): number[] | null {
   const parts = text.split(/[\s;]+/).filter((part) => part !== '')
   const sizes = parts.map((part) => Number(part.replace(/,$/, '').replace(',', '.')))

@@ -15,7 +15,7 @@ export function countdown(seconds: number): string {
   return `${Math.floor(s / 60)}:${String(s % 60).padStart(2, '0')}`
 }
 
-/** The time of day of a moment; with the day where it is not today. */
+/** The time of day; with the date unless it is today. */
 export function clock(iso: string | null, now = new Date()): string {
   if (iso === null) return '–'
   const at = new Date(iso)
@@ -31,7 +31,7 @@ export function clockSeconds(iso: string | null): string {
   return new Date(iso).toLocaleTimeString([], { hourCycle: 'h23' })
 }
 
-/** At most `digits` after the point, without zeros that say nothing. */
+/** At most `digits` decimals, without trailing zeros. */
 export function number(value: number, digits = 3): string {
   if (!Number.isFinite(value)) return String(value)
   const size = Math.abs(value)
@@ -39,7 +39,7 @@ export function number(value: number, digits = 3): string {
   return String(Number(value.toFixed(digits))).replace('-', '−')
 }
 
-/** A millimetre read-out: always two digits, so that it stands still while it changes. */
+/** A millimetre read-out: always two decimals, so that its width stays the same. */
 export function mm(value: number): string {
   return value.toFixed(2).replace('-', '−')
 }

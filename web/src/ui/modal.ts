@@ -1,4 +1,4 @@
-// How many dialogs are open. What lies behind one cannot be reached meanwhile, but the frame's head
+// How many dialogs are open. What is behind one cannot be reached meanwhile, but the frame's header
 // can: STOP ALL is in it.
 import { computed, ref } from 'vue'
 

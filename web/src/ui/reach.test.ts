@@ -3,7 +3,7 @@ import { sightOf } from './reach'
 
 const device = { reach: 'online', word: 'idle', used_by: null, armed: null } as const
 
-it('what is wrong, at work, armed and well are told apart by shape as well as by colour', () => {
+it('faulty, busy, armed and ready devices differ in shape as well as in colour', () => {
   const seen = [
     sightOf(device),
     sightOf({ ...device, word: 'moving' }),

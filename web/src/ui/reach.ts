@@ -1,4 +1,4 @@
-// How a device is, in a shape, a word and a colour: never in colour alone.
+// The state of a device as shape, word and colour, never colour alone.
 import type { DeviceState } from '../api/types'
 
 export interface Sight {
@@ -10,7 +10,7 @@ export interface Sight {
 const TROUBLE = new Set(['alarm', 'error', 'fault', 'failed', 'offline', 'disconnected'])
 const AT_WORK = new Set(['busy', 'moving', 'homing', 'measuring', 'running'])
 
-/** What to show of a device. */
+/** What to show for a device. */
 export function sightOf(device: Pick<DeviceState, 'reach' | 'word' | 'used_by' | 'armed'>): Sight {
   if (device.reach === 'lost') return { shape: '✕', word: 'lost', tone: 'fail' }
   if (device.reach === 'failed') return { shape: '✕', word: 'failed', tone: 'fail' }

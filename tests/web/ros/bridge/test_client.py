@@ -9,8 +9,8 @@ from websockets.asyncio.server import serve
 from labrun.web.ros.bridge.client import Client
 from labrun.web.ros.bridge.operations import OPERATIONS
 from labrun.web.ros.bridge.rooms import Rooms
-from labrun.web.ros.goals import Goals
-from labrun.web.ros.offer import Offers
+from labrun.web.ros.offers.goals import Goals
+from labrun.web.ros.offers.offer import Offers
 
 
 def stumble(client, message):
@@ -21,7 +21,7 @@ def test_a_fault_of_ours_is_told_logged_and_no_reason_to_hang_up(caplog):
     rooms = Rooms(Offers(), Goals())
 
     async def live(socket):
-        await Client(socket, rooms).live({**OPERATIONS, "stumble": stumble})
+        await Client(socket, rooms).serve_until_gone({**OPERATIONS, "stumble": stumble})
 
     async def main():
         async with serve(live, "127.0.0.1", 0) as server:
@@ -34,7 +34,9 @@ def test_a_fault_of_ours_is_told_logged_and_no_reason_to_hang_up(caplog):
     told, after = asyncio.run(main())
 
     assert (
-        told["op"] == "status" and told["id"] == "s" and "a fault in labrun itself" in told["msg"]
+        told["op"] == "status"
+        and told["id"] == "s"
+        and "an internal error in labrun" in told["msg"]
     )
     assert after["values"] == {"nodes": ["/labrun"]}
     assert "KeyError: 'ours'" in caplog.text and "stumble" in caplog.text

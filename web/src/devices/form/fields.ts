@@ -9,7 +9,7 @@ export interface Field {
   kind: FieldKind
   unit: string
   required: boolean
-  /** Folded away: it has a default, or may stay empty while others are needed. */
+  /** Folded away: it has a default, or may stay empty while others are required. */
   folded: boolean
   range: string
   about: string
@@ -36,11 +36,11 @@ export function fieldsOf(params: Schema): Field[] {
   })
   const rank = (field: Field): number => (field.required ? 0 : field.folded ? 2 : 1)
   const shown = fields.sort((a, b) => rank(a) - rank(b))
-  // A form of nothing but folded fields would look empty.
+  // A form with only folded fields would look empty.
   return shown.every((field) => field.folded) ? shown.map((field) => ({ ...field, folded: false })) : shown
 }
 
-/** Texts stay as they are; all else as JSON. */
+/** Strings stay as they are; everything else as JSON. */
 export function wordOf(value: unknown): string {
   return typeof value === 'string' ? value : JSON.stringify(value)
 }
@@ -57,7 +57,7 @@ function firstOf(schema: Schema, kind: FieldKind): string | boolean {
   return schema.default === undefined ? '' : wordOf(schema.default)
 }
 
-/** `0–730 mm`, `more than 0 mm`, `1–50`; empty where nothing bounds it. */
+/** `0–730 mm`, `more than 0 mm`, `1–50`; empty without bounds. */
 export function rangeOf(schema: Schema): string {
   const unit = schema.unit === undefined ? '' : ` ${schema.unit}`
   const low = schema.minimum ?? schema.exclusiveMinimum

@@ -34,7 +34,7 @@ describe('fields of a contract', () => {
     expect(fieldsOf(MOVE).some((field) => field.folded)).toBe(false)
   })
 
-  it('say their range with its unit', () => {
+  it('show their range with its unit', () => {
     expect(fieldsOf(MOVE).map((field) => field.range)).toEqual(['0–730 mm', 'more than 0 to 2500 mm/min'])
     expect(rangeOf({ maximum: 4 })).toBe('at most 4')
   })
@@ -50,19 +50,19 @@ describe('what was typed', () => {
     expect(valuesOf(move, { x: '−3' }).faults).toEqual({ x: '-3 is outside 0–730 mm' })
   })
 
-  it('is told what is wrong with it', () => {
+  it('gets an error message', () => {
     expect(valuesOf(move, { x: '731' }).faults).toEqual({ x: '731 is outside 0–730 mm' })
-    expect(valuesOf(move, { x: 'left' }).faults).toEqual({ x: 'a number is needed, in mm or with its unit' })
+    expect(valuesOf(move, { x: 'left' }).faults).toEqual({ x: 'enter a number, in mm or with its unit' })
     expect(valuesOf(move, { feed: '0' }).faults).toEqual({ feed: '0 is outside more than 0 to 2500 mm/min' })
     expect(valuesOf(move, {}, 1).faults).toEqual({ x: 'give at least 1 of these' })
   })
 
-  it('keeps the type that the contract wants', () => {
+  it('keeps the type in the contract', () => {
     const fields = fieldsOf(CAPTURE)
     const taken = valuesOf(fields, { image: 'a.png', shots: '2.5', mode: '7', argon: false })
 
     expect(taken.params).toEqual({ image: 'a.png', mode: 7, argon: false })
-    expect(taken.faults).toEqual({ shots: 'a whole number is needed' })
-    expect(valuesOf(fields, {}).faults).toEqual({ image: 'image is needed' })
+    expect(taken.faults).toEqual({ shots: 'enter a whole number' })
+    expect(valuesOf(fields, {}).faults).toEqual({ image: 'image is required' })
   })
 })

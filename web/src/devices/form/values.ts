@@ -1,4 +1,4 @@
-// What a person typed as what the server takes, or the sentence that says why not.
+// What a person typed as values for the server, or the reason why not.
 import type { Field } from './fields'
 import { type Schema } from './schema'
 
@@ -12,7 +12,7 @@ export interface Taken {
 const PLAIN = /^[-+−]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i
 const WITH_UNIT = /^[-+−]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*[^\d\s.,+-].*$/i
 
-/** Every field; what stays empty is left out. Numbers may bring a unit of their own: `2 cm`. */
+/** Every field; empty ones are left out. Numbers may have their own unit: `2 cm`. */
 export function valuesOf(fields: readonly Field[], typed: Typed, least = 0): Taken {
   const taken: Taken = { params: {}, faults: {} }
   for (const field of fields) {
@@ -30,7 +30,7 @@ export function valuesOf(fields: readonly Field[], typed: Typed, least = 0): Tak
 function valueOf(field: Field, given: string | boolean): [unknown, string] {
   if (typeof given === 'boolean') return [given, '']
   const text = given.trim()
-  if (text === '') return [undefined, field.required ? `${field.name} is needed` : '']
+  if (text === '') return [undefined, field.required ? `${field.name} is required` : '']
   switch (field.kind) {
     case 'number':
     case 'integer':
@@ -51,7 +51,7 @@ function numberOf(field: Field, text: string): [unknown, string] {
     return [value, outside(field, value)]
   }
   if (field.unit !== '' && WITH_UNIT.test(text)) return [text, ''] // the server knows units
-  return [undefined, field.unit === '' ? 'a number is needed' : `a number is needed, in ${field.unit} or with its unit`]
+  return [undefined, field.unit === '' ? 'enter a number' : `enter a number, in ${field.unit} or with its unit`]
 }
 
 function outside(field: Field, value: number): string {
@@ -59,14 +59,14 @@ function outside(field: Field, value: number): string {
   const low = (minimum !== undefined && value < minimum) || (exclusiveMinimum !== undefined && value <= exclusiveMinimum)
   const high = (maximum !== undefined && value > maximum) || (exclusiveMaximum !== undefined && value >= exclusiveMaximum)
   if (low || high) return `${value} is outside ${field.range}`
-  if (field.kind === 'integer' && !Number.isInteger(value)) return 'a whole number is needed'
+  if (field.kind === 'integer' && !Number.isInteger(value)) return 'enter a whole number'
   return ''
 }
 
 function textFault(schema: Schema, text: string): string {
   if (schema.minLength !== undefined && text.length < schema.minLength) return `at least ${schema.minLength} characters`
   if (schema.maxLength !== undefined && text.length > schema.maxLength) return `at most ${schema.maxLength} characters`
-  if (schema.pattern !== undefined && !new RegExp(schema.pattern, 'u').test(text)) return `it must look like ${schema.pattern}`
+  if (schema.pattern !== undefined && !new RegExp(schema.pattern, 'u').test(text)) return `must match ${schema.pattern}`
   return ''
 }
 

@@ -1,11 +1,11 @@
-// The axes of a device that can be jogged: where it stands, how far it goes, which action moves it.
+// The axes of a device that can be jogged: position, travel, and the action that moves them.
 import type { ActionForm, DeviceDetail, DeviceState } from '../../api/types'
 import type { Schema } from '../form/schema'
 
 export type Axis = 'x' | 'y' | 'z'
 export type Place = Partial<Record<Axis, number>>
 
-/** Where it stands, in mm, by its own latest word; an axis that it does not know is left out. */
+/** The position in mm from the latest status; unknown axes are left out. */
 export function placeOf(device: DeviceState, axes: readonly Axis[]): Place {
   const place: Place = {}
   for (const axis of axes) {
@@ -15,7 +15,7 @@ export function placeOf(device: DeviceState, axes: readonly Axis[]): Place {
   return place
 }
 
-/** The action that goes to a place: it moves, can be cancelled, and takes the axes. */
+/** The action that moves to a position: it moves, can be cancelled, and takes the axes. */
 export function movingOf(detail: DeviceDetail): ActionForm | undefined {
   return detail.actions.find((action) => {
     const known = (action.params as Schema).properties ?? {}
@@ -23,13 +23,13 @@ export function movingOf(detail: DeviceDetail): ActionForm | undefined {
   })
 }
 
-/** The largest feed that the move takes, in mm/min; null where it takes none. */
+/** The largest feed that the move takes, in mm/min; null if it takes none. */
 export function mostFeed(moving: ActionForm | undefined): number | null {
   const feed = (moving?.params as Schema | undefined)?.properties?.['feed']
   return feed?.unit === 'mm/min' ? (feed.maximum ?? null) : null
 }
 
-/** The zero that the device itself counts from, in bench coordinates; axes that count from the bench's are left out. */
+/** The zero that the device itself counts from, in bench coordinates; axes that use the bench's zero are left out. */
 export function zeroOf(device: DeviceState, axes: readonly Axis[]): Place {
   const zero: Place = {}
   for (const axis of axes) {
@@ -39,5 +39,5 @@ export function zeroOf(device: DeviceState, axes: readonly Axis[]): Place {
   return zero
 }
 
-/** What brings a move to a stand for a while, and lets it go on: buttons beside the move, no cards of their own. */
+/** Actions that hold and resume a move: buttons beside the move, not cards. */
 export const PAUSING = ['hold', 'resume'] as const

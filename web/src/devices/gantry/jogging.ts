@@ -1,9 +1,9 @@
-// Jogging: one bounded step a press, or a hold that lasts only as long as somebody keeps saying so.
+// Jogging: one bounded step per press, or a hold that lasts only while keep-alives arrive.
 import { computed, onScopeDispose, ref } from 'vue'
 import { onBeforeRouteLeave } from 'vue-router'
 import { api, command } from '../../api/client'
-import { useLive } from '../../api/push/live'
-import { say } from '../../api/push/socket'
+import { useConnection } from '../../api/updates/connection'
+import { say } from '../../api/updates/socket'
 import { sentenceOf } from '../../api/refused'
 import { useRecording } from '../recording'
 import type { Axis } from './axes'
@@ -14,17 +14,17 @@ interface Press {
   beating: ReturnType<typeof setInterval> | undefined
 }
 
-/** Holds are let go when anything at all takes the hand or the eye away. */
+/** Holds end when anything takes the hand or the eye away. */
 export function useJogging(device: () => string) {
-  const live = useLive()
+  const connection = useConnection()
   const recording = useRecording()
   const said = ref('')
   const sending = ref(false)
   let press: Press | null = null
   const held = ref<string | null>(null)
-  const moving = computed(() => held.value !== null && live.bench.jogs[held.value]?.moving !== false)
+  const moving = computed(() => held.value !== null && connection.bench.jogs[held.value]?.moving !== false)
 
-  /** The move is relative to where the server knows the device to be, and checked there. */
+  /** The move is relative to the position known to the server, which checks it. */
   async function step(axis: Axis, distance_mm: number, feed_mm_min: number | null): Promise<void> {
     if (sending.value) return
     sending.value = true
@@ -66,11 +66,11 @@ export function useJogging(device: () => string) {
     }
   }
 
-  /** Without a line nothing is said, and the server's dead man stops the axis. */
+  /** Without a connection nothing is sent, and the server's dead-man stops the axis. */
   function beat(id: string): void {
-    const socket = live.line()
+    const socket = connection.line()
     if (socket !== null) say(socket, 'jog', { id })
-    if (live.bench.jogs[id]?.moving === false) letGo()
+    if (connection.bench.jogs[id]?.moving === false) letGo()
   }
 
   function letGo(): void {
@@ -90,7 +90,7 @@ export function useJogging(device: () => string) {
       const jog = await command(() => api.POST('/api/v1/jogs/{id}/stop', { params: { path } }))
       if (jog.reason !== '' && jog.reason !== 'let go') said.value = jog.reason
     } catch {
-      said.value = 'the stop of the hold was not confirmed; without keep-alives the server stops the axis'
+      said.value = 'the stop was not confirmed; without keep-alives the server stops the axis'
     }
   }
 

@@ -1,4 +1,4 @@
-// What this browser keeps of a device with axes: places with names, and a zero of one's own.
+// What this browser stores for a device with axes: saved positions and the user's own zero.
 import { ref, type Ref, watch } from 'vue'
 import type { Place } from './axes'
 
@@ -12,7 +12,7 @@ interface Kept {
   zero: Place
 }
 
-/** Both by device; changes are kept at once. */
+/** Both by device; changes are saved at once. */
 export function useKept(device: string): Ref<Kept> {
   const key = `labrun.places.${device}`
   const kept = ref<Kept>(read(key))

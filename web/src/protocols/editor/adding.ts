@@ -1,5 +1,5 @@
-// What "Add step" offers: the actions of the devices there are, and the structures.
-import type { Told } from '../../api/types'
+// What "Add step" offers: the actions of the available devices, and the structures.
+import type { Received } from '../../api/types'
 import type { ActionForm, DeviceDetail } from '../../api/types'
 import type { Edit } from '../text/edit'
 import { isMap, valueAt, type Path } from '../text/path'
@@ -16,7 +16,7 @@ export interface Offer {
   edits(data: unknown, path: Path, inside: boolean): Edit[]
 }
 
-type Roles = readonly Told<'RoleForm'>[]
+type Roles = readonly Received<'RoleForm'>[]
 
 export function actionOffers(devices: readonly DeviceDetail[], reach: ReadonlyMap<string, string>, roles: Roles): Offer[] {
   return devices.flatMap((device) =>
@@ -36,7 +36,7 @@ export function actionOffers(devices: readonly DeviceDetail[], reach: ReadonlyMa
   )
 }
 
-/** The role that a device plays in the protocol; a new one where it plays none. */
+/** The role that a device plays in the protocol; a new one if it plays none. */
 export function roleFor(data: unknown, device: { name: string; contract: string }, roles: Roles): { role: string; edits: Edit[] } {
   const given = valueAt(data, ['devices'])
   const all = isMap(given) ? given : {}
@@ -53,7 +53,7 @@ function insertion(data: unknown, path: Path, inside: boolean, step: unknown): E
   return { kind: 'insert', path: list, index, values: [step] }
 }
 
-/** The parameters that are needed, with the least that could be meant. */
+/** The required parameters, with the smallest valid values. */
 function withOf(action: ActionForm): { with?: Record<string, unknown> } {
   const properties = isMap(action.params['properties']) ? action.params['properties'] : {}
   const required = Array.isArray(action.params['required']) ? action.params['required'].map(String) : []
@@ -76,7 +76,7 @@ function firstValue(name: string, part: Record<string, unknown>): unknown {
 
 const PAUSE = { wait: '1 s' }
 
-/** The structures, each with a step in it to be replaced. */
+/** The structures, each with a placeholder step. */
 export function structureOffers(devices: readonly DeviceDetail[], roles: Roles): Offer[] {
   const offer = (name: string, about: string, step: Record<string, unknown>): Offer => ({
     key: name, name, about, mark: '', edits: (data, path, inside) => [insertion(data, path, inside, step)],
@@ -84,7 +84,7 @@ export function structureOffers(devices: readonly DeviceDetail[], roles: Roles):
   return [
     offer('For each', 'the same steps for each point or item', { foreach: { item: '${{ range(3) }}' }, steps: [PAUSE] }),
     offer('At the same time', 'steps that start together', { parallel: [{ steps: [PAUSE] }, { steps: [PAUSE] }] }),
-    offer('Try in order', 'another way where the first one fails', { steps: [PAUSE], fallback: [askWhatNow('It')] }),
+    offer('Try in order', 'another way if the first one fails', { steps: [PAUSE], fallback: [askWhatNow('It')] }),
     {
       key: 'Always at the end', name: 'Always at the end', about: 'after success, failure and abort', mark: '',
       edits: (data) => atTheEnd(data, devices, roles),
@@ -92,7 +92,7 @@ export function structureOffers(devices: readonly DeviceDetail[], roles: Roles):
   ]
 }
 
-/** The first safe action of a dangerous device of the protocol that is not done at the end yet. */
+/** The first safe action of a dangerous device in the protocol that does not run at the end yet. */
 function atTheEnd(data: unknown, devices: readonly DeviceDetail[], roles: Roles): Edit[] {
   const list = valueAt(data, ['finally'])
   const there = Array.isArray(list) ? list : []
@@ -111,14 +111,14 @@ function atTheEnd(data: unknown, devices: readonly DeviceDetail[], roles: Roles)
 }
 
 const PLAIN: [string, string, Record<string, unknown>][] = [
-  ['Repeat', 'the same steps so many times', { repeat: 2, steps: [PAUSE] }],
+  ['Repeat', 'the same steps a number of times', { repeat: 2, steps: [PAUSE] }],
   ['If', 'one of two ways', { if: '${{ true }}', then: [PAUSE] }],
-  ['Wait', 'nothing happens for a while', { wait: '5 s' }],
-  ['Confirm', 'a person says yes before anything more happens', { confirm: 'Ready?' }],
+  ['Wait', 'do nothing for a while', { wait: '5 s' }],
+  ['Confirm', 'a person confirms before anything else happens', { confirm: 'Ready?' }],
   ['Ask', 'a person chooses', { ask: 'What now?', choices: ['go on', 'stop'] }],
   ['Set', 'a name for a value', { set: { value: 0 } }],
   ['Require', 'the run fails here unless it is true', { require: '${{ true }}' }],
-  ['Log', 'a line for the journal', { log: 'Here' }],
+  ['Log', 'a line in the journal', { log: 'Here' }],
 ]
 
 export function plainOffers(protocols: readonly string[], name: string): Offer[] {

@@ -1,4 +1,4 @@
-// Search, completion and hover: they come when the text is on the screen already.
+// Search, completion and hover: loaded after the text is on the screen.
 import { autocompletion, closeBrackets, closeBracketsKeymap, completionKeymap } from '@codemirror/autocomplete'
 import { highlightSelectionMatches, search, searchKeymap } from '@codemirror/search'
 import { Prec, type Extension } from '@codemirror/state'

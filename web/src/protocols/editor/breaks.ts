@@ -5,7 +5,7 @@ export interface Breaks {
   restore(text: string): string
 }
 
-/** Where every line ends in \r\n, so does every line that is saved; a mixture is kept as it is. */
+/** If every line ends in \r\n, so does every saved line; a mixture is kept as it is. */
 export function withoutBreaks(text: string): Breaks {
   const windows = text.includes('\r\n') && !/(^|[^\r])\n|\r(?!\n)/.test(text)
   if (!windows) return { text, restore: (now) => now }

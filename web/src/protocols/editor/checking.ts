@@ -1,21 +1,21 @@
-// Ask the one checker while one types: it is the server's; a newer text makes an older answer void.
+// Ask the server's checker while the user types; answers for an older text are discarded.
 import { onScopeDispose, ref, shallowRef, watch } from 'vue'
 import { api, read } from '../../api/client'
 import { sentenceOf } from '../../api/refused'
-import type { Told } from '../../api/types'
+import type { Received } from '../../api/types'
 import type { Reading } from '../text/reading'
 import { brokenAt, foundIn, type Found } from './problems'
 
 const CHECK_MS = 400
 const AGAIN_MS = 5_000
 
-export type Checked = Told<'CheckedText'>
+export type Checked = Received<'CheckedText'>
 
 export function useChecking(name: string) {
   const problems = shallowRef<readonly Found[]>([])
   const checked = shallowRef<Checked | null>(null)
   const checkedText = shallowRef<string | null>(null)
-  /** Why there is no answer, in words. */
+  /** Why there is no answer. */
   const silent = ref('')
   const asking = ref(false)
   let timer: ReturnType<typeof setTimeout> | undefined
@@ -45,7 +45,7 @@ export function useChecking(name: string) {
     }
   }
 
-  /** What the page knows before the checker has answered: that the text is no YAML. */
+  /** What the page knows before the checker has answered: that the text is not YAML. */
   function local(reading: Reading): void {
     const others = problems.value.filter((one) => one.code !== 'YAML')
     if (!reading.ok) problems.value = [brokenAt(reading), ...others.filter((one) => !one.code.startsWith('E10'))]
@@ -56,7 +56,7 @@ export function useChecking(name: string) {
     problems.value = by(problems.value)
   }
 
-  /** Until the checker has said something, or five seconds. */
+  /** Until the checker has answered, at most five seconds. */
   function first(): Promise<void> {
     if (checked.value) return Promise.resolve()
     return new Promise((resolve) => {

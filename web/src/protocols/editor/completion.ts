@@ -1,4 +1,4 @@
-// What may stand at the caret: keys, actions, parameters, values, and names in expressions.
+// What may be written at the caret: keys, actions, parameters, values, and names in expressions.
 import { yamlLanguage } from '@codemirror/lang-yaml'
 import type { Completion, CompletionContext, CompletionResult } from '@codemirror/autocomplete'
 import type { Extension } from '@codemirror/state'

@@ -1,12 +1,12 @@
-// Where the caret is in the tree of the text, told by indentation: the text may be half written.
+// Where the caret is in the tree of the text, from indentation: the text may be incomplete.
 import type { Text } from '@codemirror/state'
 
 export interface Context {
   /** The map or list that the caret is in; indexes of lists are counted. */
   path: (string | number)[]
-  /** The key whose value is written; null where a key is. */
+  /** The key whose value is being written; null if a key is. */
   key: string | null
-  /** What stands beside it already, as far as one line says. */
+  /** What is beside it already, as far as one line shows. */
   siblings: Map<string, string>
 }
 
@@ -36,7 +36,7 @@ function lineOf(text: string): Line {
   return { indent: at, dashes, key: pair ? (pair[1] ?? pair[2] ?? null) : null, value: pair?.[3] ?? '', blank: blank || rest.startsWith('#') }
 }
 
-/** The path to the caret. Inside brackets of one line, the pairs before it there count as well. */
+/** The path to the caret. Inside brackets on one line, the pairs before it count as well. */
 export function contextAt(doc: Text, at: number): Context {
   const here = doc.lineAt(at)
   const head = here.text.slice(0, at - here.from)
@@ -54,7 +54,7 @@ export function contextAt(doc: Text, at: number): Context {
   return { path: dashed, key: line.key !== null && /:\s/.test(head.slice(line.indent)) ? line.key : null, siblings }
 }
 
-/** Keys of the lines above that stand further and further to the left. */
+/** Keys of the lines above, each further to the left. */
 function above(doc: Text, number: number, column: number, dashes: number): (string | number)[] {
   const path: (string | number)[] = []
   let forKeys = dashes > 0 ? column + 1 : column
@@ -76,7 +76,7 @@ function above(doc: Text, number: number, column: number, dashes: number): (stri
   return path
 }
 
-/** Which item of its list a line with a dash at this column is. */
+/** The index in its list of the line with a dash at this column. */
 function indexOf(doc: Text, number: number, column: number): number {
   let index = 0
   for (let n = number - 1; n >= 1 && number - n < MOST_LINES; n--) {
@@ -112,7 +112,7 @@ interface Flow {
   siblings: Map<string, string>
 }
 
-/** Inside `{...}` of one line: the key that the innermost brace belongs to, and the key being valued. */
+/** Inside `{...}` on one line: the key of the innermost brace, and the key whose value is being written. */
 function flowAt(head: string): Flow | null {
   const stack: Flow[] = []
   let word = ''

@@ -1,8 +1,8 @@
-// What the devices of this bench can do, for titles, forms, completion and "Add step".
+// The capabilities of this bench's devices, for titles, forms, completion and "Add step".
 import { defineStore } from 'pinia'
 import { computed, shallowRef } from 'vue'
 import { api, read } from '../../api/client'
-import { useLive } from '../../api/push/live'
+import { useConnection } from '../../api/updates/connection'
 import type { ActionForm, DeviceDetail, DeviceState } from '../../api/types'
 import { isMap, valueAt } from '../text/path'
 
@@ -11,10 +11,10 @@ export type Schema = Record<string, unknown>
 export const useContracts = defineStore('contracts', () => {
   const devices = shallowRef<readonly DeviceDetail[]>([])
   const schema = shallowRef<Schema>({})
-  const live = useLive()
+  const connection = useConnection()
   let asked: Promise<void> | null = null
 
-  /** Once; again where nothing came. */
+  /** Load once; again if nothing came. */
   function load(): Promise<void> {
     asked ??= fetchAll().catch(() => {
       asked = null
@@ -36,14 +36,14 @@ export const useContracts = defineStore('contracts', () => {
     return fit.find((one) => one.name === name) ?? fit[0] ?? null
   }
 
-  const reach = computed(() => new Map(Object.entries(live.bench.devices).map(([name, one]) => [name, one.reach])))
+  const reach = computed(() => new Map(Object.entries(connection.bench.devices).map(([name, one]) => [name, one.reach])))
 
   return { devices, schema, load, deviceOf, reach }
 })
 
 export type Contracts = ReturnType<typeof useContracts>
 
-/** The action that `role.action` of a protocol is; null where nobody knows it. */
+/** The action that `role.action` of a protocol is; null if unknown. */
 export function actionOf(contracts: Contracts, data: unknown, words: unknown): { device: DeviceDetail; action: ActionForm } | null {
   if (typeof words !== 'string') return null
   const [role = '', name = ''] = words.split('.')
@@ -53,7 +53,7 @@ export function actionOf(contracts: Contracts, data: unknown, words: unknown): {
   return device && action ? { device, action } : null
 }
 
-/** What the language says of a key of a step of this kind. */
+/** The language's schema for a key of this kind of step. */
 export function keyText(schema: Schema, kind: string, key: string): string {
   const found = resolve(schema, valueAt(schema, ['$defs', `step-${kind}`, 'properties', key]))
   return isMap(found) && typeof found['description'] === 'string' ? found['description'] : ''

@@ -1,4 +1,4 @@
-// A protocol's file: read with its revision, saved over it, kept as a draft meanwhile.
+// A protocol's file: loaded with its revision, saved against it, kept as a draft meanwhile.
 import { computed, onScopeDispose, ref, shallowRef } from 'vue'
 import { api, read } from '../../api/client'
 import { Refused, sentenceOf } from '../../api/refused'
@@ -12,7 +12,7 @@ export interface Draft {
   at: string
 }
 
-/** Somebody saved in between: the three texts, in the editor's line breaks. */
+/** Someone saved meanwhile: the three texts, with the editor's line breaks. */
 export interface Conflict {
   base: string | null
   mine: string
@@ -37,7 +37,7 @@ export function useDocument(name: string) {
   let breaks: Breaks = withoutBreaks('')
   let timer: ReturnType<typeof setInterval> | undefined
 
-  /** The text to begin with; throws what the server refuses. */
+  /** The initial text; throws the server's refusal. */
   async function open(): Promise<string> {
     const told = await read(api.GET('/api/v1/protocols/{name}', { params: { path: { name } } }))
     breaks = withoutBreaks(told.text)
@@ -56,7 +56,7 @@ export function useDocument(name: string) {
     try {
       localStorage.setItem(keyOf(name), JSON.stringify(now))
     } catch {
-      failure.value = 'this browser has no room for a draft: save the protocol'
+      failure.value = 'this browser has no space for a draft: save the protocol'
     }
   }
 
@@ -65,7 +65,7 @@ export function useDocument(name: string) {
     draft.value = null
   }
 
-  /** True where it is saved; on a conflict the three texts are in `conflict`. */
+  /** True if it is saved; on a conflict the three texts are in `conflict`. */
   async function save(over = revision.value): Promise<boolean> {
     if (saving.value) return false
     saving.value = true
@@ -93,7 +93,7 @@ export function useDocument(name: string) {
     forget()
   }
 
-  /** The person has chosen: what comes now goes over the other's text. */
+  /** The conflict is resolved: the next save replaces the other's text. */
   function settle(): void {
     if (!conflict.value) return
     revision.value = conflict.value.theirsRevision
@@ -106,7 +106,7 @@ export function useDocument(name: string) {
     keep()
   })
 
-  /** What the editor holds now. */
+  /** The editor's current text. */
   function write(now: string): void {
     text.value = now
   }

@@ -1,8 +1,8 @@
-// Draw a path over the bench: millimetres to pixels, the limits, the points, the one that is looked at.
-import type { Told } from '../../api/types'
+// Draw a path over the bench: millimetres to pixels, the limits, the points, the selected point.
+import type { Received } from '../../api/types'
 import { type Colour, drawArea, drawKeptOut, drawRuler } from './ground'
 
-type Track = Told<'Track'>
+type Track = Received<'Track'>
 
 /** Between millimetres of the bench and pixels of the picture; y goes up. */
 export interface Frame {
@@ -99,7 +99,7 @@ function drawPoints(brush: CanvasRenderingContext2D, track: Track, frame: Frame,
   })
 }
 
-/** The grid as a box, with its two corners to take hold of. */
+/** The grid as a box, with two corners to drag. */
 function drawCorners(brush: CanvasRenderingContext2D, { x, y, width, height }: Box, frame: Frame, colour: Colour): void {
   brush.strokeStyle = colour('accent')
   brush.strokeRect(frame.px(x), frame.py(y + height), width * frame.scale, height * frame.scale)
@@ -135,7 +135,7 @@ function drawCross(brush: CanvasRenderingContext2D, track: Track, frame: Frame, 
   brush.lineWidth = 1
 }
 
-/** The usual way from one point to the next, in mm. */
+/** The typical distance from one point to the next, in mm. */
 function spacing(track: Track): number {
   const ways: number[] = []
   for (let i = 1; i < Math.min(track.x_mm.length, 200); i++) {

@@ -1,4 +1,4 @@
-// One protocol under way: its text is the only state; rows, problems and selection follow from it.
+// One protocol being edited: its text is the only state; rows, problems and selection follow from it.
 import { redoDepth, undoDepth } from '@codemirror/commands'
 import { setDiagnostics, type Diagnostic } from '@codemirror/lint'
 import { Annotation, EditorSelection, StateEffect, type ChangeDesc } from '@codemirror/state'
@@ -20,7 +20,7 @@ const VISUAL = Annotation.define<boolean>()
 export interface Hosts {
   name: string
   contracts: Contracts
-  /** The person asked for it, by key. */
+  /** Requested by the person, by key. */
   save(): void
   refuse(reason: string): void
 }
@@ -56,7 +56,7 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
     depths.value = { undo: undoDepth(update.state), redo: redoDepth(update.state) }
   }
 
-  /** The selected row is the one that the caret is in; a broken text keeps its last picture. */
+  /** The selected row is the one that the caret is in; a broken text keeps its last rows. */
   function follow(at: number): void {
     caret.value = at
     if (good.value?.text !== text.value) return
@@ -86,9 +86,9 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
 
   watch(problems, () => view.dispatch(setDiagnostics(view.state, diagnostics())))
 
-  /** Do an edit of the picture as a change of the text; says why where it cannot be done. */
+  /** Carry out a visual edit as a change of the text; reports why if it is impossible. */
   function edit(...wanted: Edit[]): boolean {
-    if (locked.value) return refuse('this page only shows the protocol: editing needs a wider window'), false
+    if (locked.value) return refuse('the protocol is read-only here: editing needs a wider window'), false
     if (good.value?.text !== text.value) parse()
     const done = patchAll(text.value, wanted)
     if (!done.ok) return refuse(done.reason), false
@@ -102,7 +102,7 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
     return true
   }
 
-  /** Select what stands at a path: the row, and the caret where its text is. */
+  /** Select the value at a path: its row, and the caret at its text. */
   function select(path: Path, { focus = false } = {}): void {
     if (!good.value) return
     const row = index.value.of(path)
@@ -138,12 +138,12 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
     return here !== undefined
   }
 
-  /** All of the text anew, as one change that can be undone. */
+  /** Replace the whole text, as one change that can be undone. */
   function replaceAll(now: string): void {
     view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: now }, userEvent: 'input.replace', annotations: VISUAL.of(true) })
   }
 
-  /** The problems of a row: of its own values, and those within where it is closed. */
+  /** The problems of a row: of its own values, and those inside if it is closed. */
   function problemsOf(path: Path, within: boolean): Found[] {
     const row = index.value.of(path)
     return problems.value.filter((one) => {

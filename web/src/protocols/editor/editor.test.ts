@@ -9,7 +9,7 @@ import { compare, merged } from './merge'
 import { moveOf, placeAfter } from './moves'
 import { fileOf } from './used'
 
-describe('fixes come from the words of the checker', () => {
+describe('fixes come from the checker’s messages', () => {
   const fix = (message: string, text: string, hint = '') => fixOf(message, hint, text, 10)
 
   test('a misspelt word', () => {
@@ -32,7 +32,7 @@ describe('fixes come from the words of the checker', () => {
 describe('fields', () => {
   const fields = fieldsOf({ type: 'object', required: ['b'], properties: { a: { type: 'number', unit: 'mm', minimum: 0, maximum: 730 }, b: { enum: ['x', 'y'] } } })
 
-  test('come from the contract, what is needed first', () => {
+  test('come from the contract, required ones first', () => {
     expect(fields.map((one) => [one.name, one.kind, one.about])).toEqual([['b', 'choice', ''], ['a', 'number', '0–730 mm']])
   })
 
@@ -74,7 +74,7 @@ describe('the caret', () => {
 })
 
 describe('two people', () => {
-  test('who changed different lines are brought together', () => {
+  test('who changed different lines are merged', () => {
     const blocks = compare('a\nb\nc\nd', 'A\nb\nc\nd', 'a\nb\nc\nD\ne')
 
     expect(blocks.map((one) => one.kind)).toEqual(['mine', 'same', 'theirs'])
@@ -89,7 +89,7 @@ describe('two people', () => {
     expect(merged(blocks, new Map())).toBe('a\nmine')
   })
 
-  test('of whom nobody knows where they began are asked about all that differs', () => {
+  test('without a known base are asked about every difference', () => {
     expect(compare(null, 'a\nb', 'a\nc').map((one) => one.kind)).toEqual(['same', 'conflict'])
   })
 })

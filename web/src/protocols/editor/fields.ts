@@ -1,4 +1,4 @@
-// A field of a form from a contract's schema: what it wants, what it shows, and what is written.
+// A field of a form from a contract's schema: what it accepts, shows and writes.
 import { isMap } from '../text/path'
 
 export interface Field {
@@ -9,13 +9,13 @@ export interface Field {
   required: boolean
   about: string
   placeholder: string
-  /** No expression may stand here. */
+  /** Expressions are not allowed here. */
   plain?: boolean
 }
 
 type Schema = Record<string, unknown>
 
-/** The fields of an action's parameters, those that are required first. */
+/** The fields of an action's parameters, required ones first. */
 export function fieldsOf(params: Schema): Field[] {
   const properties = isMap(params['properties']) ? params['properties'] : {}
   const required = new Set(Array.isArray(params['required']) ? params['required'].map(String) : [])
@@ -53,7 +53,7 @@ export function asText(value: unknown): string {
   return typeof value === 'object' ? JSON.stringify(value) : String(value as string | number | boolean)
 }
 
-/** What a person wrote as a value: nothing is `undefined`, and a bare number gets the field's unit. */
+/** The typed text as a value: empty is `undefined`, and a bare number gets the field's unit. */
 export function asValue(written: string, kind: Field['kind'], unit = ''): unknown {
   const text = written.trim()
   if (text === '') return undefined

@@ -1,4 +1,4 @@
-// What would mend a problem, read from the checker's own words.
+// Fixes for problems, derived from the checker's messages.
 
 export interface Fix {
   label: string
@@ -11,7 +11,7 @@ const SUGGESTED = /['‘’]?([^\s'‘’]+)['‘’]?; did you mean (.+?)\?/
 const OUTSIDE = /: (-?[\d.]+)[^:]* is outside (?:[\w.]+ )?(-?[\d.]+)\.\.(-?[\d.]+) ?([^\s,;]*)/
 const WRITE = /(?:^|: )write (?:`(.+)`|(".+"))$/
 
-/** `text` is what the problem points at; null where nothing certain can be done. */
+/** `text` is what the problem points at; null if there is no certain fix. */
 export function fixOf(message: string, hint: string, text: string, from: number): Fix | null {
   return suggested(message, text, from) ?? nearest(message, text, from) ?? written(hint, text, from)
 }
@@ -27,7 +27,7 @@ function suggested(message: string, text: string, from: number): Fix | null {
   return place < 0 ? null : fix(right, from + place, whole.length)
 }
 
-/** The bound that a number outside its range is nearest to. */
+/** The bound nearest to a number outside its range. */
 function nearest(message: string, text: string, from: number): Fix | null {
   const match = OUTSIDE.exec(message)
   if (!match || text.includes('${{')) return null
@@ -46,7 +46,7 @@ function fix(insert: string, from: number, length: number): Fix {
   return { label: `Use ${insert}`, from, to: from + length, insert }
 }
 
-/** Where a whole word stands; -1 where it does not. */
+/** The position of a whole word; -1 if absent. */
 function wordAt(text: string, word: string): number {
   const escaped = word.replace(/[.*+?^${}()|[\]\\]/g, '\\$&')
   const match = new RegExp(`(?<![\\w])${escaped}(?![\\w])`).exec(text)

@@ -26,7 +26,7 @@ test('the corners are parameters, in mm whatever their unit', () => {
   expect(cornersOf(data, ['steps', 1])).toBe(null)
 })
 
-test('a corner that is moved writes where it begins, the other one whole steps of the pitch', () => {
+test('moving the start corner writes the start, moving the other one whole steps of the pitch', () => {
   const corners = cornersOf(data, ['steps', 0])
   if (!corners) throw new Error('no corners')
 

@@ -1,9 +1,9 @@
-// The grid of a loop as two corners: which parameters say where it begins and how far it goes.
+// The grid of a loop as two corners: the parameters for its start and size.
 import type { Edit } from '../text/edit'
 import { isMap, valueAt, type Path } from '../text/path'
 
 export interface Corners {
-  /** Parameters of the corner where it begins and of its size, each in mm. */
+  /** Parameters of its start corner and its size, each in mm. */
   origin: { x: string; y: string }
   size: { x: string; y: string }
   /** Every parameter that the grid is made of, in the order in which a person thinks of them. */
@@ -13,7 +13,7 @@ export interface Corners {
 
 const IN_MM: Record<string, number> = { mm: 1, '': 1, cm: 10, m: 1000, um: 0.001, µm: 0.001 }
 
-/** Null where the loop runs over no grid, or its corners are no parameters of their own. */
+/** Null if the loop does not run over a grid, or its corners are not parameters. */
 export function cornersOf(data: unknown, loop: Path): Corners | null {
   const foreach = valueAt(data, [...loop, 'foreach'])
   const [name, words] = isMap(foreach) ? (Object.entries(foreach)[0] ?? []) : []
@@ -33,7 +33,7 @@ function spanEnd(words: string, axis: 'x' | 'y'): string | null {
   return new RegExp(`\\b${axis}\\s*=\\s*span\\(\\s*0[^,]*,\\s*params\\.(\\w+)\\s*[,)]`).exec(words)?.[1] ?? null
 }
 
-/** `x0` of `params.x0 + point.x`, wherever the steps of the loop say so. */
+/** `x0` of `params.x0 + point.x`, wherever it occurs in the loop's steps. */
 function originIn(data: unknown, name: string, axis: 'x' | 'y'): string | null {
   if (typeof data === 'string') {
     const match = new RegExp(`\\bparams\\.(\\w+)\\s*\\+\\s*${name}\\.${axis}\\b|\\b${name}\\.${axis}\\s*\\+\\s*params\\.(\\w+)`).exec(data)
@@ -59,12 +59,12 @@ function set(param: string, mm: number): Edit {
   return { kind: 'set', path: ['params', param, 'default'], value: `${String(Math.round(mm * 1000) / 1000)} mm` }
 }
 
-/** The corner where it begins goes there; its size stays. */
+/** Move the start corner there; the size stays. */
 export function moveTo({ origin }: Corners, x: number, y: number): Edit[] {
   return [set(origin.x, x), set(origin.y, y)]
 }
 
-/** The other corner goes there, by whole steps of the pitch where there is one. */
+/** Move the other corner there, by whole steps of the pitch if there is one. */
 export function stretchTo(data: unknown, { size, params, at }: Corners, x: number, y: number): Edit[] {
   const pitch = params.map((one) => (Object.values(size).includes(one) ? null : millimetres(data, one))).at(-1) ?? 0
   const whole = (mm: number): number => (pitch > 0 ? Math.max(1, Math.round(mm / pitch)) * pitch : mm)

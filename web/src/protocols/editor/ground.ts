@@ -1,18 +1,18 @@
-// The ground under a path: what the bench allows, what it keeps out of, and the ruler.
-import type { Told } from '../../api/types'
+// The ground under a path: allowed area, keep-out boxes and ruler.
+import type { Received } from '../../api/types'
 import type { Frame } from './drawing'
 
 export type Colour = (name: string) => string
-type Track = Told<'Track'>
+type Track = Received<'Track'>
 
-/** A box in pixels; where it has no end it reaches `pad` beyond the picture. */
+/** A box in pixels; if unbounded, it reaches `pad` beyond the picture. */
 function rectOf(box: Track['area'], frame: Frame, pad: number): [number, number, number, number] {
   const [left, right] = [box.x0 === null ? -pad : frame.px(box.x0), box.x1 === null ? frame.width + pad : frame.px(box.x1)]
   const [top, bottom] = [box.y1 === null ? -pad : frame.py(box.y1), box.y0 === null ? frame.height + pad : frame.py(box.y0)]
   return [left, top, right - left, bottom - top]
 }
 
-/** What the bench allows is light; beyond it the contract may allow more, which is hatched. */
+/** The area that the bench allows is light; beyond it the contract may allow more, which is hatched. */
 export function drawArea(brush: CanvasRenderingContext2D, { area, allowed }: Track, frame: Frame, colour: Colour): void {
   brush.save()
   brush.beginPath()

@@ -1,4 +1,4 @@
-// Steps done by hand or recorded, put in after the selected row: one change, one undo.
+// Steps done by hand or recorded, inserted after the selected row: one change, one undo.
 import { parse } from 'yaml'
 import type { useIntake } from '../intake'
 import type { Edit } from '../text/edit'
@@ -9,7 +9,7 @@ import { placeAfter } from './moves'
 
 type Intake = ReturnType<typeof useIntake>
 
-/** What was done, in words; empty where nothing had come. */
+/** A sentence on what was done; empty if nothing had come. */
 export function takeIn(editing: Editing, intake: Intake): string {
   if (intake.count === 0 || editing.locked.value || editing.broken.value) return ''
   const came = intake.take()
@@ -26,7 +26,7 @@ export function takeIn(editing: Editing, intake: Intake): string {
   return `${String(values.length)} ${values.length === 1 ? 'step was' : 'steps were'} added.`
 }
 
-/** The server tells one step, or a list of one. */
+/** The server sends one step, or a list of one. */
 export function stepsIn(step: string): unknown[] {
   const told = parse(step) as unknown
   return Array.isArray(told) ? (told as unknown[]) : [told]

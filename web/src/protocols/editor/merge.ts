@@ -1,4 +1,4 @@
-// Two texts that grew from one, brought together line by line; where both changed, a person chooses.
+// Three-way merge of two texts line by line; where both changed, a person chooses.
 
 export type Side = 'mine' | 'theirs' | 'both'
 
@@ -9,7 +9,7 @@ export interface Block {
   theirs: string[]
 }
 
-/** The blocks of a three-way comparison; with no base, whatever differs is a conflict. */
+/** The blocks of a three-way comparison; without a base, every difference is a conflict. */
 export function compare(base: string | null, mine: string, theirs: string): Block[] {
   const [b, m, t] = [base ?? mine, mine, theirs].map((text) => text.split('\n')) as [string[], string[], string[]]
   const inMine = matches(b, m)
@@ -47,7 +47,7 @@ function same(a: readonly string[], b: readonly string[]): boolean {
   return a.length === b.length && a.every((line, i) => line === b[i])
 }
 
-/** Line of `a` -> line of `b`, of a longest common subsequence; what is equal at both ends comes first. */
+/** Line of `a` -> line of `b`, of a longest common subsequence; equal lines at both ends come first. */
 function matches(a: readonly string[], b: readonly string[]): Map<number, number> {
   const found = new Map<number, number>()
   let head = 0
@@ -73,7 +73,7 @@ function matches(a: readonly string[], b: readonly string[]): Map<number, number
   return found
 }
 
-/** The text that comes out, with what was chosen for each conflict (by its number among the blocks). */
+/** The merged text, with the choice for each conflict (by its number among the blocks). */
 export function merged(blocks: readonly Block[], chosen: ReadonlyMap<number, Side>): string {
   return blocks
     .flatMap((block, i) => {

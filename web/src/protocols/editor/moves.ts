@@ -6,7 +6,7 @@ import { innerKey } from '../text/unwrapping'
 
 export type Way = 'up' | 'down' | 'out' | 'in'
 
-/** Null where there is nowhere to go that way. */
+/** Null if there is nowhere to go that way. */
 export function moveOf(data: unknown, path: Path, way: Way): Edit | null {
   const at = path.at(-1)
   const list = path.slice(0, -1)

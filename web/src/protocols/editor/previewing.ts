@@ -1,13 +1,13 @@
-// What the protocol would do on this bench, asked anew when the checker is content with a changed text.
+// What the protocol would do on this bench, requested again when a changed text passes the checker.
 import { computed, onScopeDispose, ref, shallowRef, watch } from 'vue'
 import { api, read } from '../../api/client'
 import { sentenceOf } from '../../api/refused'
-import type { Told } from '../../api/types'
+import type { Received } from '../../api/types'
 import type { Editing } from './editing'
 
 const CALM_MS = 700
 
-export type Preview = Told<'Preview'>
+export type Preview = Received<'Preview'>
 
 export function usePreviewing(editing: Editing) {
   const told = shallowRef<Preview | null>(null)

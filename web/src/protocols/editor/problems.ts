@@ -1,4 +1,4 @@
-// Problems as the editor shows them: each with its place in the text, kept in place while one types.
+// Problems as the editor shows them: each at its position in the text, kept there while the user types.
 import type { Problem } from '../../api/types'
 import type { Broken } from '../text/reading'
 import { fixOf, type Fix } from './fixes'
@@ -12,12 +12,12 @@ export interface Found {
   message: string
   hint: string
   pointer: string | null
-  /** Another file, where the problem is not in this one. */
+  /** The other file, if the problem is not in this one. */
   file: string | null
   fix: Fix | null
 }
 
-/** The checker's problems in a text; those of other files stand at its beginning. */
+/** The checker's problems in a text; those in other files are at its beginning. */
 export function foundIn(text: string, problems: readonly Problem[], name: string): Found[] {
   const starts = [0]
   for (let at = text.indexOf('\n'); at >= 0; at = text.indexOf('\n', at + 1)) starts.push(at + 1)
@@ -31,7 +31,7 @@ export function foundIn(text: string, problems: readonly Problem[], name: string
   })
 }
 
-/** What the page sees by itself, at once: the text is no YAML. */
+/** What the page detects itself, at once: the text is not YAML. */
 export function brokenAt(broken: Broken): Found {
   const from = Math.min(broken.offset, broken.text.length)
   return {

@@ -1,13 +1,13 @@
 // Play the protocol through with simulated devices: a long scan takes minutes, and can be stopped.
 import { onScopeDispose, ref, shallowRef } from 'vue'
 import { api } from '../../api/client'
-import type { Told } from '../../api/types'
+import type { Received } from '../../api/types'
 import type { Editing } from './editing'
 
 const LONGEST_S = 300
 
 export function useRehearsing(editing: Editing) {
-  const rehearsed = shallowRef<Told<'Rehearsed'> | null>(null)
+  const rehearsed = shallowRef<Received<'Rehearsed'> | null>(null)
   const rehearsing = ref(false)
   const seconds = ref(0)
   const refusal = ref('')
@@ -26,7 +26,7 @@ export function useRehearsing(editing: Editing) {
     try {
       const body = { text: editing.text.value, name: editing.name }
       const { data, error } = await api.POST('/api/v1/rehearse', { body, signal: ending.signal })
-      if (data) rehearsed.value = data as unknown as Told<'Rehearsed'>
+      if (data) rehearsed.value = data as unknown as Received<'Rehearsed'>
       else refusal.value = messageOf(error)
     } catch {
       refusal.value = seconds.value >= LONGEST_S ? 'the rehearsal took longer than five minutes' : ending.signal.aborted ? '' : 'the server did not answer'

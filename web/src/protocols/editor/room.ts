@@ -1,4 +1,4 @@
-// How much room the editor has: where it begins, and how many panes fit.
+// The space for the editor: where it begins, and how many panes fit.
 import { onBeforeUnmount, onMounted, ref, type Ref, type ShallowRef } from 'vue'
 
 function useMedia(query: string): Ref<boolean> {

@@ -1,4 +1,4 @@
-// What the form of each kind of step asks for, beside the parameters of an action.
+// The form fields of each kind of step, beside the parameters of an action.
 import type { StepKind } from '../text/steps'
 import type { Field } from './fields'
 
@@ -16,35 +16,35 @@ const PLAIN = { plain: true }
 /** The keys that say what the step does. */
 export const OF_KIND: Record<StepKind, StepField[]> = {
   do: [],
-  parallel: [field('on_failure', 'When one fails', 'choice', 'What becomes of the others', { choices: ['finish', 'cancel'], ...PLAIN })],
+  parallel: [field('on_failure', 'When one fails', 'choice', 'What happens to the others', { choices: ['finish', 'cancel'], ...PLAIN })],
   any: [],
-  foreach: [field('key', 'Key', 'text', 'What identifies an iteration for ever, such as ${{ point.index }}')],
+  foreach: [field('key', 'Key', 'text', 'What permanently identifies an iteration, such as ${{ point.index }}')],
   repeat: [field('repeat', 'How often', 'number', '', NEEDED)],
   while: [field('while', 'As long as', 'text', 'An expression', NEEDED), field('max', 'At most', 'number', 'How often at most')],
   if: [field('if', 'If', 'text', 'An expression', NEEDED)],
-  use: [field('use', 'Protocol', 'text', 'Its file, seen from this one', { ...NEEDED, ...PLAIN })],
+  use: [field('use', 'Protocol', 'text', 'Its file, relative to this one', { ...NEEDED, ...PLAIN })],
   steps: [],
-  confirm: [field('confirm', 'Text', 'text', 'A person says yes before anything more happens', NEEDED)],
+  confirm: [field('confirm', 'Text', 'text', 'A person confirms before anything else happens', NEEDED)],
   ask: [field('ask', 'Question', 'text', '', NEEDED), field('choices', 'Choices', 'list', 'Separated by commas', { ...NEEDED, ...PLAIN })],
   wait: [field('wait', 'How long', 'text', 'Such as 5 s or 2 min', NEEDED)],
   set: [],
   require: [field('require', 'What must be true', 'text', 'The run fails here unless it is', NEEDED)],
-  log: [field('log', 'Text', 'text', 'A line for the screen and the journal', NEEDED)],
-  fail: [field('fail', 'Text', 'text', 'The step fails, with these words', NEEDED)],
+  log: [field('log', 'Text', 'text', 'A line on the screen and in the journal', NEEDED)],
+  fail: [field('fail', 'Text', 'text', 'The step fails with this message', NEEDED)],
 }
 
-/** What any step may say. */
-export const WHEN = field('when', 'Only if', 'text', 'An expression; where it is false the step is skipped')
-export const ID = field('id', 'Id', 'text', 'By which other steps name its result: steps.ID', PLAIN)
+/** Fields of every step. */
+export const WHEN = field('when', 'Only if', 'text', 'An expression; if it is false, the step is skipped')
+export const ID = field('id', 'Id', 'text', 'Other steps refer to its result as steps.ID', PLAIN)
 export const NAME = field('name', 'Name', 'text', 'Shown instead of what it does', PLAIN)
-export const TIMEOUT = field('timeout', 'At most', 'text', 'Such as 30 s; after it the step has failed', PLAIN)
-export const MODE = field('mode', 'Mode', 'choice', 'background: the next step starts meanwhile', { choices: ['background'], ...PLAIN })
-export const UNKNOWN = field('on_unknown', 'If nobody knows whether it happened', 'choice', '', { choices: ['probe', 'ask', 'skip', 'repeat'], ...PLAIN })
-export const ATTEMPTS = field('attempts', 'Tries in all', 'number', '', PLAIN)
+export const TIMEOUT = field('timeout', 'At most', 'text', 'Such as 30 s; after that the step fails', PLAIN)
+export const MODE = field('mode', 'Mode', 'choice', 'background: the next step starts without waiting', { choices: ['background'], ...PLAIN })
+export const UNKNOWN = field('on_unknown', 'If it is unknown whether it happened', 'choice', '', { choices: ['probe', 'ask', 'skip', 'repeat'], ...PLAIN })
+export const ATTEMPTS = field('attempts', 'Attempts in total', 'number', '', PLAIN)
 export const WAIT = field('wait', 'Wait between', 'text', 'Such as 2 s', PLAIN)
-export const MAX_FAILED = field('max_failed', 'May fail', 'number', 'How many may fail before the loop does')
+export const MAX_FAILED = field('max_failed', 'May fail', 'number', 'How many may fail before the loop fails')
 
-/** Keys that have a place elsewhere: in the outline, or in a part of the form of its own. */
+/** Keys shown elsewhere: in the outline, or in their own part of the form. */
 export const ELSEWHERE = new Set([
   'do', 'with', 'steps', 'parallel', 'any', 'then', 'else', 'fallback', 'foreach', 'set', 'devices', 'collect', 'retry', 'on_error', 'keep_going',
   'when', 'id', 'name', 'timeout', 'mode', 'on_unknown', 'choices', 'max', 'key', 'on_failure',

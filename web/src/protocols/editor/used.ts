@@ -1,4 +1,4 @@
-// The steps of protocols that are used, shown where they are used.
+// The steps of used protocols, shown where they are used.
 import { shallowRef } from 'vue'
 import { api, read as ask } from '../../api/client'
 import { sentenceOf } from '../../api/refused'
@@ -6,21 +6,21 @@ import { toPointer, valueAt } from '../text/path'
 import { read } from '../text/reading'
 import { rowsOf, type Row } from '../text/rows'
 
-/** A row of the outline; those of another file are only looked at. */
+/** A row of the outline; those of another file are read-only. */
 export interface Line extends Row {
   file?: string
-  /** Its number among the rows of this file; left out where no other file is shown. */
+  /** Its number among the rows of this file; left out if no other file is shown. */
   own?: number
 }
 
-/** The rows of its steps; `skipped` rows stood before them. */
+/** The rows of its steps; `skipped` rows come before them. */
 export interface Used {
   file: string
   rows: Row[]
   skipped: number
 }
 
-/** The file that a `use` names, seen from the file that holds it. */
+/** The file that a `use` names, relative to the file that contains it. */
 export function fileOf(name: string, use: string): string {
   const parts = [...name.split('/').slice(0, -1), ...use.split('/')]
   const path: string[] = []

@@ -57,7 +57,7 @@ function keys({ save, fix }: Keys): Extension {
   ])
 }
 
-/** Esc, and the next Tab leaves the editor: nobody is caught in it. */
+/** After Esc, the next Tab leaves the editor: no keyboard trap. */
 function escapeThenTab(): Extension {
   return EditorView.domEventHandlers({
     keydown(event, view) {

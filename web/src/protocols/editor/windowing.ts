@@ -1,4 +1,4 @@
-// Only the rows in sight are drawn, and a few around them.
+// Only the visible rows and a few around them are drawn.
 import { computed, onBeforeUnmount, onMounted, ref, type Ref, type ShallowRef } from 'vue'
 
 const AROUND = 8
@@ -17,7 +17,7 @@ export function useWindow(box: Readonly<ShallowRef<HTMLElement | null>>, count: 
     frame = requestAnimationFrame(() => (top.value = box.value?.scrollTop ?? 0))
   }
 
-  /** Scroll as little as needed for a row to be seen whole. */
+  /** Scroll as little as needed to show a whole row. */
   function reveal(row: number): void {
     const element = box.value
     if (!element) return

@@ -1,4 +1,4 @@
-// The protocols that this person has put first.
+// The protocols that this person has starred.
 import { ref, watch } from 'vue'
 
 const KEY = 'labrun.stars'

@@ -1,4 +1,4 @@
-// Copy a step: ids in the copy are new, and what refers to them within it follows.
+// Copy a step: ids in the copy are new, and references to them inside it follow.
 import { after, land, refused, type Change, type Patch } from './land'
 import { chunkOf, lineStart } from './lines'
 import { COMPACT, listPlaceAt, type ListPlace } from './listing'

@@ -1,4 +1,4 @@
-// What visual edits do to a text: the smallest change, comments kept, and a refusal in words.
+// What visual edits do to a text: the smallest change, comments kept, and refusals with a reason.
 import { describe, expect, test } from 'vitest'
 import { patch, patchAll, type Edit } from './edit'
 import { read } from './reading'
@@ -30,7 +30,7 @@ function after(edit: Edit, text = TEXT): string {
 }
 
 describe('a value', () => {
-  test('is replaced where it stands, and nothing else', () => {
+  test('is replaced in place, and nothing else', () => {
     const done = patch(TEXT, { kind: 'set', path: ['steps', 0, 'with', 'z'], value: '7 mm' })
 
     expect(done.ok && done.changes).toEqual([{ from: TEXT.indexOf('5 mm'), to: TEXT.indexOf('5 mm') + 4, insert: '7 mm' }])
@@ -42,7 +42,7 @@ describe('a value', () => {
     expect(done.ok && done.changes).toEqual([])
   })
 
-  test('gets quotes where YAML would read something else', () => {
+  test('gets quotes if YAML would read something else', () => {
     const set = (value: unknown) => after({ kind: 'set', path: ['name'], value })
 
     expect(set('yes')).toContain('name: "yes"')
@@ -58,7 +58,7 @@ describe('a value', () => {
     expect(after({ kind: 'set', path: ['steps', 0, 'with', 'z'], value: '5 mm' }, formula)).toBe(TEXT)
   })
 
-  test('under a new key goes where the language has it', () => {
+  test('under a new key goes where the language puts it', () => {
     expect(after({ kind: 'set', path: ['steps', 0, 'name'], value: 'Lift it' })).toContain('- id: lift                # up\n    name: Lift it\n    do: gantry.move_to')
     expect(after({ kind: 'set', path: ['steps', 1, 'timeout'], value: '9 s' })).toContain('{id: shoot, do: libs.measure, timeout: 9 s, retry: 3}   # fires')
     expect(after({ kind: 'set', path: ['params'], value: { x: { type: 'integer' } } })).toMatch(/name: map\n\s*params:/)
@@ -67,7 +67,7 @@ describe('a value', () => {
   test('that is shared by an alias is refused where it would change elsewhere', () => {
     const text = 'labrun: 1\nname: a\nsteps:\n  - {log: &word hello}\n  - {log: *word}\n'
 
-    expect(after({ kind: 'set', path: ['steps', 0, 'log'], value: 'bye' }, text)).toContain('refused: the text would mean something else')
+    expect(after({ kind: 'set', path: ['steps', 0, 'log'], value: 'bye' }, text)).toContain('refused: the text would not mean what was intended')
   })
 })
 
@@ -88,14 +88,14 @@ describe('a step', () => {
     expect(after({ kind: 'move', path: ['steps', 2], to: ['steps', 2, 'parallel'], index: 0 })).toBe('refused: a step cannot be moved into itself')
   })
 
-  test('that leaves a list that need not be there takes its key along, unless a comment stands there', () => {
+  test('that leaves an optional list empty removes its key, unless a comment is there', () => {
     const text = TEXT.replace('finally:                    # in any case', 'finally:')
 
     expect(after({ kind: 'move', path: ['finally', 0], to: ['steps'], index: 0 }, text)).not.toContain('finally')
     expect(after({ kind: 'move', path: ['finally', 0], to: ['steps'], index: 0 })).toContain('finally: []                    # in any case')
   })
 
-  test('goes where it is always done', () => {
+  test('goes into finally', () => {
     const ended = after({ kind: 'wrap', path: ['steps', 1], wrap: 'finally' })
 
     expect(ended).toContain('finally:                    # in any case\n  - {do: libs.disarm}\n  - {id: shoot, do: libs.measure, retry: 3}   # fires')
@@ -119,7 +119,7 @@ describe('a step', () => {
     expect(after({ kind: 'unwrap', path: ['steps', 2] })).toContain('  # together\n  - {do: gantry.home}\n  - do: libs.locate\n    timeout: 10 s\n')
   })
 
-  test('tried in order asks a person where nothing else is given', () => {
+  test('tried in order asks a person if nothing else is given', () => {
     expect(after({ kind: 'wrap', path: ['steps', 1], wrap: 'fallback' })).toContain('fallback: [{ask: Shoot did not work. What now?, choices: [repeat, skip, stop]}]}   # fires')
   })
 
@@ -138,7 +138,7 @@ describe('a step', () => {
 })
 
 describe('what cannot be done', () => {
-  test('in a broken text is said with its line', () => {
+  test('in a broken text is reported with its line', () => {
     expect(after({ kind: 'remove', path: ['steps', 0] }, `${TEXT}oops: [`)).toMatch(/^refused: the text has an error on line \d+/)
   })
 

@@ -22,10 +22,10 @@ export type Edit =
   | { kind: 'unwrap'; path: Path }
   | { kind: 'note'; path: Path; note: string }
 
-/** The changes that an edit means; `ok: false` says why it cannot be done in the picture. */
+/** The text changes for an edit; `ok: false` says why it cannot be done visually. */
 export function patch(text: string, edit: Edit): Patch {
   const now = read(text)
-  if (!now.ok) return { ok: false, reason: `the text has an error on line ${String(now.line)}: mend it first` }
+  if (!now.ok) return { ok: false, reason: `the text has an error on line ${String(now.line)}: fix it first` }
   try {
     return patched(now, edit)
   } catch (error) {
@@ -34,7 +34,7 @@ export function patch(text: string, edit: Edit): Patch {
   }
 }
 
-/** Several edits as one, each made for what the one before it gave; `select` is that of the last. */
+/** Several edits as one, each applied to the result of the one before; `select` is that of the last. */
 export function patchAll(text: string, edits: readonly Edit[]): Patch {
   const [first, ...rest] = edits
   if (!first) return { ok: false, reason: 'there is nothing to do' }

@@ -1,4 +1,4 @@
-// From a place in the text to its row and back, and which rows are seen while others are closed.
+// From a place in the text to its row and back, and which rows are visible while others are closed.
 import { toPointer, type Path } from './path'
 import { itemAt, placeAt } from './place'
 import type { Read } from './reading'
@@ -15,7 +15,7 @@ export class RowIndex {
     for (const [i, row] of rows.entries()) this.byPointer.set(toPointer(row.path), i)
   }
 
-  /** The innermost row that holds an offset; -1 where none does. */
+  /** The innermost row that holds an offset; -1 if none does. */
   at(offset: number): number {
     let [low, high] = [0, this.byStart.length]
     while (low < high) {
@@ -38,7 +38,7 @@ export class RowIndex {
   }
 }
 
-/** The numbers of the rows that are seen while those of `closed` (by pointer) are shut. */
+/** The numbers of the rows that are visible while those in `closed` (by pointer) are closed. */
 export function seenRows(rows: readonly Row[], closed: ReadonlySet<string>): Int32Array {
   const seen = new Int32Array(rows.length)
   let count = 0
@@ -52,7 +52,7 @@ export function seenRows(rows: readonly Row[], closed: ReadonlySet<string>): Int
   return seen.subarray(0, count)
 }
 
-/** Where the value at a path stands, or its key where it has no value; null where nothing does. */
+/** The position of the value at a path, or of its key if it has no value; null if there is neither. */
 export function rangeOf(read: Read, path: Path): { from: number; to: number } | null {
   const part = path.at(-1)
   if (part === undefined) return read.root

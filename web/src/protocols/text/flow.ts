@@ -1,4 +1,4 @@
-// Between brackets: put something in, take something out, with the commas that go with it.
+// Between brackets: insert or remove an item with its commas.
 import type { Change } from './land'
 import type { Place } from './place'
 

@@ -43,7 +43,7 @@ function counted(text: string): Map<string, number> {
   return counts
 }
 
-test(`${String(EDITS)} random edits say what was meant, lose no comment, and undo to the same bytes`, () => {
+test(`${String(EDITS)} random edits mean what was intended, lose no comment, and undo to the same bytes`, () => {
   const random = seeded(2026)
   const done: Record<string, [number, number]> = {}
   const reasons: Record<string, number> = {}

@@ -1,4 +1,4 @@
-// Random visual edits, and what each of them must come out as: written apart from the patches.
+// Random visual edits and their expected results, written independently of the patches.
 import type { Edit } from './edit'
 import { isMap, valueAt, type Path } from './path'
 import { kindOf } from './steps'

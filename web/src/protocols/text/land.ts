@@ -1,4 +1,4 @@
-// A change lands only where the text, read again, says exactly what was meant and lost no comment.
+// A change is applied only if the text, read again, means exactly what was intended and lost no comment.
 import { ChangeSet } from '@codemirror/state'
 import { isMap, type Path } from './path'
 import { commentsOf, read, type Read } from './reading'
@@ -25,7 +25,7 @@ export interface Intent {
   mayLose?: boolean
 }
 
-/** The changes as a patch, or why they would do something else than meant. */
+/** The changes as a patch, or why they would not do what was intended. */
 export function land(before: Read, changes: readonly Change[], intent: Intent): Patch {
   let text: string
   let set: ChangeSet
@@ -37,12 +37,12 @@ export function land(before: Read, changes: readonly Change[], intent: Intent): 
   }
   const after = read(text)
   if (!after.ok) return refused(`the text would no longer be YAML (${after.message}): edit this in YAML`)
-  if (!sameData(after.data, intent.data)) return refused('the text would mean something else than intended: edit this in YAML')
+  if (!sameData(after.data, intent.data)) return refused('the text would not mean what was intended: edit this in YAML')
   if (!intent.mayLose && lostComment(before.text, text)) return refused('a comment would be lost: edit this in YAML')
   return { ok: true, changes: listed(set), text, select: intent.select }
 }
 
-/** One patch after the other, as one; the second was made for the text that the first gives. */
+/** One patch after the other, as one; the second applies to the result of the first. */
 export function after(first: Patch, next: (read: Read) => Patch): Patch {
   if (!first.ok) return first
   const between = read(first.text)
@@ -82,7 +82,7 @@ function lostComment(before: string, after: string): boolean {
   })
 }
 
-/** Equal values; the order of keys is no part of it. */
+/** Equal values; the order of keys does not matter. */
 export function sameData(a: unknown, b: unknown): boolean {
   if (Array.isArray(a) && Array.isArray(b)) return a.length === b.length && a.every((item, i) => sameData(item, (b as unknown[])[i]))
   if (isMap(a) && isMap(b)) {

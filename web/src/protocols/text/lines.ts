@@ -1,4 +1,4 @@
-// Whole lines around a place: the comments above it that are its own, and where its last line ends.
+// Whole lines around a place: the comments above that belong to it, and where its last line ends.
 import type { Item, Place } from './place'
 
 export function lineStart(text: string, at: number): number {
@@ -16,7 +16,7 @@ export function columnOf(text: string, at: number): number {
   return at - lineStart(text, at)
 }
 
-/** Whether nothing but spaces stands before it on its line. */
+/** Whether only spaces precede it on its line. */
 export function beginsLine(text: string, at: number): boolean {
   return text.slice(lineStart(text, at), at).trim() === ''
 }
@@ -35,7 +35,7 @@ export function chunkOf(text: string, list: Place, index: number): Chunk | null 
   return { from: leadStart(text, item.start, floor), to: tailEnd(text, item, columnOf(text, item.start)) }
 }
 
-/** Where the comment lines right above begin that stand at the same column. */
+/** Where the comment lines directly above, at the same column, begin. */
 function leadStart(text: string, at: number, floor: number): number {
   const column = columnOf(text, at)
   let from = lineStart(text, at)
@@ -48,7 +48,7 @@ function leadStart(text: string, at: number, floor: number): number {
   return from
 }
 
-/** The end of its last line, and of the comment lines below that stand deeper than `column`. */
+/** The end of its last line, and of the comment lines below that are indented deeper than `column`. */
 export function tailEnd(text: string, item: Item, column: number): number {
   let to = lineEnd(text, item.end)
   for (;;) {

@@ -1,4 +1,4 @@
-// Put items into lists, take them out, move and copy them: whole lines, with the comments that are theirs.
+// Insert, remove, move and copy items of lists: whole lines, with their comments.
 import { intoFlow, outOfFlow } from './flow'
 import { land, refused, type Change, type Patch } from './land'
 import { chunkOf, columnOf, lineEnd, shift, type Chunk } from './lines'
@@ -8,13 +8,13 @@ import { copyOf, listAt } from './plain'
 import type { Read } from './reading'
 import { writeFlow, writeItems } from './write'
 
-export const COMPACT = 'this list begins on the line of another one: edit it in YAML'
+export const COMPACT = 'this list begins on the same line as another one: edit it in YAML'
 
-/** The list with the item that holds it; null where a key of its own would first have to be made. */
+/** The list with the item that contains it; null if its key would first have to be created. */
 export interface ListPlace {
   place: Place
   owner: Item | null
-  /** Whether it stands between brackets itself, where no lines can begin. */
+  /** Whether it is itself between brackets, where no lines can begin. */
   inFlow: boolean
 }
 
@@ -70,7 +70,7 @@ function intoEmpty({ text }: Read, { place, owner, inFlow }: ListPlace, lines: A
   return place.kind === 'empty' ? [below] : [{ from: owner.mark, to: place.to, insert: '' }, below]
 }
 
-/** 2 where blank lines stand between all items, else 1. */
+/** 2 if blank lines separate all items, otherwise 1. */
 function usualGap(text: string, list: Place): 1 | 2 {
   if (list.items.length < 2) return 1
   for (let i = 1; i < Math.min(list.items.length, 12); i++) {
@@ -81,7 +81,7 @@ function usualGap(text: string, list: Place): 1 | 2 {
   return 2
 }
 
-/** Take an item out, with the comments that are its own; `[]` is left where it was the only one. */
+/** Remove an item with its comments; `[]` is left if it was the only one. */
 export function removeItem(read: Read, path: Path): Patch {
   const listPath = path.slice(0, -1)
   const index = path.at(-1)
@@ -115,7 +115,7 @@ function goneLines(text: string, place: Place, index: number, chunk: Chunk): Chu
   return { from: Math.max(chunk.from - 1, 0), to: chunk.to }
 }
 
-/** The item's lines from its dash on, without the margin, or between brackets what it is there. */
+/** The item's lines from its dash on, without the margin, or its text between brackets. */
 export function bodyOf({ text }: Read, place: Place, index: number): string | null {
   const item = place.items[index]
   if (!item) return null

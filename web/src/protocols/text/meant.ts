@@ -1,4 +1,4 @@
-// What an edit means on plain data, done the simple way: the judge of the patches in tests.
+// The effect of an edit on plain data, done the simple way: the reference for the patches in tests.
 import type { Edit } from './edit'
 import { isMap, type Path } from './path'
 import { kindOf } from './steps'
@@ -23,7 +23,7 @@ const HEADS: Record<string, [Bag, string]> = {
   while: [{ while: '${{ false }}', max: 10 }, 'steps'], if: [{ if: '${{ true }}' }, 'then'], steps: [{}, 'steps'],
 }
 
-/** The data after the edit; `duplicate` is judged without its new ids, and an ask without its words. */
+/** The data after the edit; `duplicate` is judged without its new ids, and an ask without its text. */
 export function meant(before: unknown, edit: Edit): unknown {
   const data = structuredClone(before)
   const at = edit.path.at(-1) as number

@@ -9,7 +9,7 @@ import { removeKey, setValue } from './setting'
 import { OPTIONAL_LISTS } from './steps'
 import { writeFlow } from './write'
 
-/** Move the item at `path` before the item that is at `index` of the list `to` now. */
+/** Move the item at `path` before the item now at `index` of the list `to`. */
 export function moveItem(read: Read, path: Path, to: Path, index: number): Patch {
   const from = path.slice(0, -1)
   const at = path.at(-1)
@@ -29,7 +29,7 @@ export function moveItem(read: Read, path: Path, to: Path, index: number): Patch
   return source.place.items.length === 1 ? withoutEmpty(patch, read, meant.source) : patch
 }
 
-/** What the data are to be, and where the list that the item came from is then. */
+/** The intended data, and where the source list is then. */
 function intended(read: Read, from: Path, at: number, to: Path, index: number): { intent: Intent; source: Path } | null {
   const data = copyOf(read.data)
   const source = listAt(data, from)
@@ -65,7 +65,7 @@ function linesOf(read: Read, { place }: ListPlace, at: number, body: string): (c
   return place.flow || !item ? () => body : movedLines(body, columnOf(read.text, item.start))
 }
 
-/** As it stands between brackets, or written so where no comment would be lost. */
+/** Its text between brackets, or rewritten for them if no comment would be lost. */
 function flowOf(read: Read, path: Path, { place }: ListPlace, at: number): string | null {
   const item = place.items[at]
   const chunk = chunkOf(read.text, place, at)
@@ -74,7 +74,7 @@ function flowOf(read: Read, path: Path, { place }: ListPlace, at: number): strin
   return writeFlow(valueAt(read.data, path), read.json)
 }
 
-/** Where nothing is left in a list that need not be there, its key goes, too. */
+/** If an optional list becomes empty, its key is removed, too. */
 function withoutEmpty(patch: Patch, read: Read, list: Path): Patch {
   if (!patch.ok || !OPTIONAL_LISTS.has(String(list.at(-1)))) return patch
   const gone = after(patch, (now) => removeKey(now, list))

@@ -1,4 +1,4 @@
-// A note is the comment lines right above a step.
+// A note is the comment lines directly above a step.
 import { land, refused, type Patch } from './land'
 import { chunkOf, columnOf, lineStart } from './lines'
 import { COMPACT, listPlaceAt } from './listing'

@@ -1,4 +1,4 @@
-// Where a value stands in a protocol: its keys and indexes from the top, and as a JSON Pointer.
+// The location of a value in a protocol: its keys and indexes from the top, and as a JSON Pointer.
 
 export type Path = readonly (string | number)[]
 
@@ -24,7 +24,7 @@ export function samePath(a: Path, b: Path): boolean {
   return a.length === b.length && startsWith(a, b)
 }
 
-/** Whether `path` is `root` or lies inside it. */
+/** Whether `path` is `root` or inside it. */
 export function startsWith(path: Path, root: Path): boolean {
   return root.length <= path.length && root.every((part, i) => part === path[i])
 }

@@ -1,4 +1,4 @@
-// The places of a text: every map, list and scalar with where it begins and ends.
+// The places of a text: every map, list and scalar with its start and end.
 import { isAlias, isMap, isScalar, isSeq, type CST, type Document, type Node, type Pair } from 'yaml'
 import type { Path } from './path'
 
@@ -16,7 +16,7 @@ export interface Place {
   items: Item[]
 }
 
-/** A pair of a map or an item of a list: `start` is its key or its dash, `mark` where a value may stand. */
+/** A pair of a map or an item of a list: `start` is its key or its dash, `mark` where a value may be. */
 export interface Item {
   key: string | null
   start: number
@@ -91,7 +91,7 @@ function valued(node: Node | null, mark: number, text: string): { value: Place; 
   return { value, end: value.kind === 'empty' ? mark : value.to }
 }
 
-/** Where an anchor or a tag before a value or key begins; undefined where there is none. */
+/** Where an anchor or a tag before a value or key begins; undefined if there is none. */
 function first(tokens: CST.SourceToken[] | undefined): number | undefined {
   return tokens?.find((token) => token.type === 'anchor' || token.type === 'tag' || token.type === 'explicit-key-ind')?.offset
 }

@@ -1,11 +1,11 @@
-// The same edits on plain data: what a patch of the text has to come out as.
+// The same edits on plain data: the expected result of a patch.
 import { isMap, type Path } from './path'
 
 export function copyOf<T>(data: T): T {
   return structuredClone(data)
 }
 
-/** The list at a path of a copy; an empty one is put there where a map has none. */
+/** The list at a path of a copy; an empty one is added if a map has none. */
 export function listAt(data: unknown, path: Path): unknown[] | null {
   let here: unknown = data
   for (const [i, part] of path.entries()) {

@@ -1,4 +1,4 @@
-// A text read once: its values, its places and its comments, or the first fault of its YAML.
+// A text read once: its values, its places and its comments, or its first YAML error.
 import { Lexer, parseDocument } from 'yaml'
 import { placesOf, type Place } from './place'
 
@@ -7,7 +7,7 @@ export interface Read {
   text: string
   data: unknown
   root: Place | null
-  /** Written as JSON: what is put in is written so, too. */
+  /** Written as JSON: insertions are written as JSON, too. */
   json: boolean
 }
 
@@ -27,7 +27,7 @@ const MOST_ALIASES = 200
 
 let last: Reading | null = null
 
-/** The last text read is kept: a patch that was checked is not read again when it lands. */
+/** The last text read is cached: a checked patch is not read again when it is applied. */
 export function read(text: string): Reading {
   if (last?.text !== text) last = readAnew(text)
   return last
@@ -56,7 +56,7 @@ export interface Comment {
   text: string
 }
 
-/** Every comment with its `#`, in order; what looks like one inside a value is none. */
+/** Every comment with its `#`, in order; what looks like one inside a value does not count. */
 export function commentsOf(text: string): Comment[] {
   const found: Comment[] = []
   let at = 0

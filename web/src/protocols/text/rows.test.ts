@@ -1,4 +1,4 @@
-// The outline: words, places, and what is seen while rows are closed.
+// The outline: titles, places, and what is visible while rows are closed.
 import { expect, test } from 'vitest'
 import { RowIndex, rangeOf, seenRows } from './finding'
 import { fromPointer, toPointer } from './path'
@@ -33,7 +33,7 @@ function sound(text: string): Read {
 const reading = sound(TEXT)
 const rows = rowsOf(reading)
 
-test('rows say in words what happens, in the order of the language', () => {
+test('rows describe what happens, in the order of the language', () => {
   const words = rows.map((row) => `${' '.repeat(row.level - 1)}${row.title}`)
 
   expect(words).toEqual([
@@ -43,7 +43,7 @@ test('rows say in words what happens, in the order of the language', () => {
   expect(rows[2]?.detail).toBe('gantry · x = point.x, z 0 mm')
 })
 
-test('a row knows where it stands among its kind, and where its own end', () => {
+test('a row knows its position among its siblings, and where its children end', () => {
   expect([rows[3]?.position, rows[3]?.setSize, rows[3]?.end]).toEqual([2, 3, 7])
   expect(rows[6]?.parent).toBe(5)
 })
@@ -57,7 +57,7 @@ test('an offset finds its row, a row its place, a pointer its step', () => {
   expect(index.of(fromPointer('/steps/0/steps/0/with/z', reading.data))).toBe(2)
 })
 
-test('what is in a closed row is not seen', () => {
+test('the contents of a closed row are hidden', () => {
   const closed = new Set([toPointer(['steps', 0, 'steps', 1])])
   const seen = [...seenRows(rows, closed)].map((i) => rows[i]?.title)
 

@@ -1,4 +1,4 @@
-// The outline of a protocol: one row a step, in the order of the text, with its place in it.
+// The outline of a protocol: one row per step, in the order of the text, with its location.
 import { isMap, type Path } from './path'
 import { itemAt, type Item, type Place } from './place'
 import type { Read } from './reading'
@@ -18,9 +18,9 @@ export interface Row {
   to: number
   /** 1 is the outermost. */
   level: number
-  /** The row it stands in, by number; -1 for none. */
+  /** The number of its parent row; -1 for none. */
   parent: number
-  /** The number of the first row after all that it holds. */
+  /** The number of the first row after all its descendants. */
   end: number
   position: number
   setSize: number
@@ -50,7 +50,7 @@ function addTable(rows: Row[], data: Record<string, unknown>, root: Place, key: 
   rows.push({ ...blank([key], key, item), title, detail: names.join(', '), end: rows.length + 1 })
 }
 
-/** The steps themselves stand at the top; what is done on resume and at the end has a row of its own. */
+/** The steps themselves are at the top level; on_resume and finally have their own rows. */
 function addSection(rows: Row[], data: Record<string, unknown>, root: Place, key: (typeof SECTIONS)[number]): void {
   const item = itemAt(root, key)
   if (!item) return
@@ -58,7 +58,7 @@ function addSection(rows: Row[], data: Record<string, unknown>, root: Place, key
     addList(rows, data[key], item.value, [key], 1, -1)
     return
   }
-  const title = key === 'finally' ? 'Always at the end' : 'When a run goes on'
+  const title = key === 'finally' ? 'Always at the end' : 'When a run is resumed'
   branch(rows, data[key], item, [key], 'section', title, 1, -1)
 }
 

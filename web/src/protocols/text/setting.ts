@@ -1,4 +1,4 @@
-// Set, add, take away and rename single values, in the smallest change of the text.
+// Set, add, remove and rename single values with the smallest change of the text.
 import { intoFlow, outOfFlow } from './flow'
 import { after, land, refused, sameData, type Change, type Patch } from './land'
 import { columnOf, lineEnd, lineStart, beginsLine, tailEnd } from './lines'
@@ -10,7 +10,7 @@ import type { Read } from './reading'
 import { placeOfKey } from './steps'
 import { isPlain, writeFlow, writeScalar, writeValue } from './write'
 
-/** Put a value where one is, or a new key into a map. Maps and lists change part by part. */
+/** Replace a value, or add a new key to a map. Maps and lists change part by part. */
 export function setValue(read: Read, path: Path, value: unknown): Patch {
   const before = valueAt(read.data, path)
   const part = path.at(-1)
@@ -32,7 +32,7 @@ function replacing(read: Read, item: Item, before: unknown, value: unknown, pare
   const old = item.value
   const flow = parent?.flow === true
   const simple = !isMap(value) && !Array.isArray(value)
-  // Quotes that were not needed were meant; those that an expression needed go with it.
+  // Unnecessary quotes were intended; those that an expression needed go with it.
   const quote = typeof before === 'string' && isPlain(before, flow) ? old.quote : 'plain'
   const written = simple ? writeScalar(value, { flow, json, quote }) : writeFlow(value, json)
   if (old.kind === 'empty') return [{ from: item.mark, to: item.mark, insert: ` ${written}` }]
@@ -62,7 +62,7 @@ function setMembers(read: Read, path: Path, before: Record<string, unknown>, val
   return patch.ok ? { ...patch, select: path } : patch
 }
 
-/** Items that differ, then those that are too many or too few at the end. */
+/** Items that differ, then extra or missing items at the end. */
 function setItems(read: Read, path: Path, before: readonly unknown[], value: readonly unknown[]): Patch {
   let patch = land(read, [], { data: read.data, select: path })
   for (const [i, item] of value.slice(0, before.length).entries()) {
@@ -101,7 +101,7 @@ function addPair(read: Read, path: Path, value: unknown): Patch {
   return land(read, [{ from: end, to: end, insert: gap + margin + pair }], { data, select: path })
 }
 
-/** Take a key and its value away, with the comment on its line. */
+/** Remove a key and its value, with the comment on its line. */
 export function removeKey(read: Read, path: Path): Patch {
   const part = path.at(-1)
   const map = placeAt(read.root, path.slice(0, -1))
@@ -133,20 +133,20 @@ function outOfBlock({ text, root }: Read, path: Path, map: Place, index: number)
   return [{ from: item.start, to: rest.includes('#') ? end + rest.indexOf('#') : (next?.start ?? end), insert: '' }]
 }
 
-/** The item whose value holds the key at `path`; null for the protocol itself. */
+/** The item whose value contains the key at `path`; null for the protocol itself. */
 function ownerOf(root: Place | null, path: Path): Item | null {
   const part = path.at(-2)
   return part === undefined ? null : (itemAt(placeAt(root, path.slice(0, -2)), part) ?? null)
 }
 
-/** Another name for a key; what refers to it is not touched. */
+/** Rename a key; references to it are not changed. */
 export function renameKey(read: Read, path: Path, name: string): Patch {
   const parentPath = path.slice(0, -1)
   const parent = valueAt(read.data, parentPath)
   const item = itemAt(placeAt(read.root, parentPath), String(path.at(-1)))
   const map = placeAt(read.root, parentPath)
   if (!item || !isMap(parent) || !map) return refused('there is no such key')
-  if (Object.hasOwn(parent, name)) return refused(`${name} is there already`)
+  if (Object.hasOwn(parent, name)) return refused(`${name} already exists`)
   const renamed = Object.fromEntries(Object.entries(parent).map(([key, value]) => [key === path.at(-1) ? name : key, value]))
   const data = parentPath.length === 0 ? renamed : withValue(read.data, parentPath, renamed)
   const written = writeScalar(name, { flow: map.flow, json: read.json })

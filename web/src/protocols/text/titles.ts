@@ -1,4 +1,4 @@
-// What a step does, in words, with the numbers that matter.
+// A readable title for a step, with the numbers that matter.
 import { isMap } from './path'
 import { kindOf, type StepKind } from './steps'
 
@@ -43,7 +43,7 @@ const OF_KIND: Record<StepKind, (step: Record<string, unknown>) => Words> = {
   fail: (step) => ({ title: 'Fail', detail: `“${shown(step['fail'])}”` }),
 }
 
-/** What is done where it fails. */
+/** What happens if it fails. */
 function ladder(step: Record<string, unknown>): string[] {
   const { retry, timeout, mode, when, on_error: onError, keep_going: keepGoing } = step
   const attempts = isMap(retry) ? retry['attempts'] : retry
@@ -53,7 +53,7 @@ function ladder(step: Record<string, unknown>): string[] {
     timeout == null ? '' : `${shown(timeout)} at most`,
     mode === 'background' ? 'in the background' : '',
     isMap(keepGoing) ? `${shown(keepGoing['max_failed'])} may fail` : '',
-    onError === 'continue' ? 'goes on if it fails' : onError === 'pause' ? 'pauses if it fails' : '',
+    onError === 'continue' ? 'continues if it fails' : onError === 'pause' ? 'pauses if it fails' : '',
   ]
 }
 
@@ -62,7 +62,7 @@ function argumentsOf(value: unknown): string {
   return cut(Object.entries(value).map(([name, one]) => `${spaced(name)} ${String(one).includes('${{') ? '= ' : ''}${shown(one)}`).join(', '))
 }
 
-/** A value as a reader wants it: an expression without its braces. */
+/** A value for a reader: an expression without its braces. */
 export function shown(value: unknown): string {
   if (value == null) return '–'
   if (Array.isArray(value)) return cut(value.map(shown).join(', '))

@@ -1,4 +1,4 @@
-// Take a structure away and leave its steps in its place.
+// Remove a structure and leave its steps in its place.
 import { land, refused, type Change, type Patch } from './land'
 import { chunkOf, columnOf, shift } from './lines'
 import { COMPACT, listPlaceAt } from './listing'
@@ -8,14 +8,14 @@ import { copyOf, listAt } from './plain'
 import { commentsOf, type Read } from './reading'
 import { kindOf, type StepKind } from './steps'
 
-/** The key under which a structure holds what is done; null where a kind holds no steps. */
+/** The key under which a structure holds its steps; null for kinds without steps. */
 export function innerKey(kind: StepKind | null): string | null {
   if (kind === 'if') return 'then'
   if (kind === 'parallel' || kind === 'any') return kind
   return kind !== null && ['foreach', 'repeat', 'while', 'steps'].includes(kind) ? 'steps' : null
 }
 
-/** The steps of a structure in its place; comments of what goes stand above them. */
+/** Replace a structure by its steps; the comments of the removed parts go above them. */
 export function unwrap(read: Read, path: Path): Patch {
   const at = path.at(-1)
   const from = path.slice(0, -1)
@@ -24,9 +24,9 @@ export function unwrap(read: Read, path: Path): Patch {
   const inner = isMap(step) && key !== null ? step[key] : undefined
   const list = listPlaceAt(read, from)
   const innerPlace = placeAt(read.root, [...path, key ?? ''])
-  if (typeof at !== 'number' || !list || !Array.isArray(inner) || !innerPlace) return refused('this step holds no others')
-  if (inner.length === 0) return refused('there is nothing in it')
-  if (isMap(step) && Array.isArray(step['else'])) return refused('it has two ways: take the steps of one of them out first')
+  if (typeof at !== 'number' || !list || !Array.isArray(inner) || !innerPlace) return refused('this step contains no other steps')
+  if (inner.length === 0) return refused('it is empty')
+  if (isMap(step) && Array.isArray(step['else'])) return refused('it has two branches: move the steps out of one of them first')
   const data = copyOf(read.data)
   listAt(data, from)?.splice(at, 1, ...(copyOf(inner) as unknown[]))
   const intent = { data, select: path }

@@ -14,7 +14,7 @@ import { writeFlow, writePairs, writeScalar } from './write'
 export const WRAPS = ['parallel', 'any', 'foreach', 'repeat', 'while', 'if', 'steps', 'fallback', 'finally'] as const
 export type Wrap = (typeof WRAPS)[number]
 
-/** What a structure says beside its steps, to be changed afterwards, and the key of its steps. */
+/** The keys of a structure beside its steps, as placeholders, and the key of its steps. */
 const HEADS: Record<Exclude<Wrap, 'fallback' | 'finally'>, { head: Record<string, unknown>; list: string }> = {
   parallel: { head: {}, list: 'parallel' },
   any: { head: {}, list: 'any' },
@@ -25,7 +25,7 @@ const HEADS: Record<Exclude<Wrap, 'fallback' | 'finally'>, { head: Record<string
   steps: { head: {}, list: 'steps' },
 }
 
-/** What is done where the first way fails and no other one was given. */
+/** What to do if the first way fails and no other is given. */
 export function askWhatNow(name: string): Record<string, unknown> {
   return { ask: `${name} did not work. What now?`, choices: ['repeat', 'skip', 'stop'] }
 }
@@ -75,11 +75,11 @@ function wrapLines(read: Read, list: Place, at: number, more: number, head: Reco
 /** Always at the end: to the end of `finally`. */
 function intoFinally(read: Read, path: Path): Patch {
   const list = valueAt(read.data, ['finally'])
-  if (path[0] === 'finally') return refused('this step is done at the end already')
+  if (path[0] === 'finally') return refused('this step already runs at the end')
   return moveItem(read, path, ['finally'], Array.isArray(list) ? list.length : 0)
 }
 
-/** Try in order: the steps after it become what is tried where it fails; else a person is asked. */
+/** Try in order: the steps after it are tried if it fails; without any, a person is asked. */
 function withFallback(read: Read, path: Path, more: number): Patch {
   const step = valueAt(read.data, path)
   const at = Number(path.at(-1))

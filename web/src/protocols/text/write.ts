@@ -1,4 +1,4 @@
-// Values written as YAML: plain where nothing else could be read, quoted where it could.
+// Values written as YAML: plain where unambiguous, otherwise quoted.
 import { isMap } from './path'
 import type { Quote } from './place'
 
@@ -9,16 +9,16 @@ export interface Style {
   quote?: Quote
 }
 
-/** What no reader of YAML 1.1 or 1.2 takes for anything but text. */
+/** Text that every YAML 1.1 or 1.2 reader takes as text. */
 const PLAIN = /^[\p{L}\p{N}_$./(+<][^\p{C}\u2028\u2029\ufeff]*$/u
 const NUMBER_OR_DATE = /^[-+.]?\d[\d_.,:eExXoTZ+-]*[a-fA-F\d]*$|^[-+]?\.(inf|nan)$|^\d{4}-\d\d?-\d\d?/i
 const WORD = /^(true|false|yes|no|on|off|y|n|null|~|)$/i
 const WIDE = 88
 
-/** A number, truth value, null or text; numbers that YAML cannot hold are refused. */
+/** A number, truth value, null or text; non-finite numbers are refused. */
 export function writeScalar(value: unknown, style: Style): string {
   if (typeof value === 'string') return writeText(value, style)
-  if (typeof value === 'number' && !Number.isFinite(value)) throw new RangeError(`${value} is no number that a protocol can hold`)
+  if (typeof value === 'number' && !Number.isFinite(value)) throw new RangeError(`a protocol cannot hold the number ${value}`)
   return value == null ? 'null' : String(value as number | boolean | bigint)
 }
 
@@ -28,7 +28,7 @@ function writeText(text: string, { flow, json, quote }: Style): string {
   return isPlain(text, flow) ? text : JSON.stringify(text)
 }
 
-/** Whether a text can stand without quotes. */
+/** Whether a text can be written without quotes. */
 export function isPlain(text: string, flow: boolean): boolean {
   if (!PLAIN.test(text) || NUMBER_OR_DATE.test(text) || WORD.test(text)) return false
   if (text.endsWith(' ') || text.endsWith(':') || text.includes(': ') || text.includes(' #')) return false
@@ -43,7 +43,7 @@ export function writeFlow(value: unknown, json: boolean): string {
   return `{${pairs.map(([key, member]) => `${writeScalar(key, { flow: true, json })}: ${writeFlow(member, json)}`).join(', ')}}`
 }
 
-/** The value of a pair, with what stands between the colon and it. */
+/** The value of a pair, with the white space after the colon. */
 export function writeValue(value: unknown, indent: number, json: boolean): string {
   if (json || !holdsMuch(value, indent)) {
     const simple = !Array.isArray(value) && !isMap(value)
@@ -53,7 +53,7 @@ export function writeValue(value: unknown, indent: number, json: boolean): strin
   return `\n${' '.repeat(indent + 2)}${lines}`
 }
 
-/** The items of a block list whose first dash stands at `indent` already. */
+/** The items of a block list whose first dash is already at `indent`. */
 export function writeItems(items: readonly unknown[], indent: number): string {
   return items.map((item) => `- ${writeItem(item, indent)}`).join(`\n${' '.repeat(indent)}`)
 }
@@ -64,7 +64,7 @@ function writeItem(item: unknown, indent: number): string {
   return Array.isArray(item) || isMap(item) ? writeFlow(item, false) : writeScalar(item, { flow: false, json: false })
 }
 
-/** The pairs of a block map whose first key stands at `indent` already. */
+/** The pairs of a block map whose first key is already at `indent`. */
 export function writePairs(map: Record<string, unknown>, indent: number): string {
   return Object.entries(map)
     .filter(([, value]) => value !== undefined)

@@ -16,10 +16,10 @@ test('a field says what it must be', () => {
   expect(rangeWords(pitch)).toBe('0.02–10 mm')
   expect(fault(pitch, '0.001')).toBe('at least 0.02 mm')
   expect(fault(pitch, '11')).toBe('at most 10 mm')
-  expect(fault(shots, '2.5')).toBe('a whole number is needed')
+  expect(fault(shots, '2.5')).toBe('enter a whole number')
   expect(fault(shots, '')).toBe('needed')
-  expect(fault(shots, 'many')).toBe('a number is needed')
-  expect(fault(sample, 'core')).toBe('must fit ^[A-Z]+$')
+  expect(fault(shots, 'many')).toBe('enter a number')
+  expect(fault(sample, 'core')).toBe('must match ^[A-Z]+$')
 })
 
 test('another unit is left to the server to judge', () => {

@@ -1,9 +1,9 @@
 // Parameters of a protocol as fields: what is typed, what it must be, what is sent.
-import type { Told } from '../../api/types'
+import type { Received } from '../../api/types'
 
-export type ParamForm = Told<'ParamForm'>
+export type ParamForm = Received<'ParamForm'>
 
-/** What a field shows at first: the default as a person types it, without the unit beside the field. */
+/** The initial text of a field: the default as typed, without the unit shown beside it. */
 export function shownDefault(param: ParamForm): string {
   return shown(param, param.default)
 }
@@ -33,16 +33,16 @@ export function sent(param: ParamForm, typed: string): unknown {
   return number === null ? text : Number(number)
 }
 
-/** What is wrong with what was typed, in words; empty where the server is to judge. */
+/** The error in the typed text; empty if the server is to judge. */
 export function fault(param: ParamForm, typed: string): string {
   const text = typed.trim()
   if (text === '') return param.required ? 'needed' : ''
   if (param.type === 'string')
-    return param.pattern && !new RegExp(param.pattern, 'u').test(typed) ? `must fit ${param.pattern}` : ''
+    return param.pattern && !new RegExp(param.pattern, 'u').test(typed) ? `must match ${param.pattern}` : ''
   if (param.type !== 'quantity' && param.type !== 'number' && param.type !== 'integer') return ''
-  if (!NUMBER.test(text)) return param.type === 'quantity' ? '' : 'a number is needed'
+  if (!NUMBER.test(text)) return param.type === 'quantity' ? '' : 'enter a number'
   const number = Number(text.replace(',', '.'))
-  if (param.type === 'integer' && !Number.isInteger(number)) return 'a whole number is needed'
+  if (param.type === 'integer' && !Number.isInteger(number)) return 'enter a whole number'
   const [low, high] = [bound(param, param.minimum), bound(param, param.maximum)]
   if (low !== null && number < low) return `at least ${low}${unitWords(param)}`
   if (high !== null && number > high) return `at most ${high}${unitWords(param)}`

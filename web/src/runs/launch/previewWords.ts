@@ -1,16 +1,16 @@
-// How much and how long, before anything moves, in a few words.
-import type { Told } from '../../api/types'
+// Amounts and duration in brief, before anything moves.
+import type { Received } from '../../api/types'
 import { clockRange, duration } from '../time'
 
-type Preview = Told<'Preview'>
+type Preview = Received<'Preview'>
 
-/** `Time 4 h 15 min – 4 h 40 min (measured on 3 runs)`, and when it would end if it began now. */
+/** `Time 4 h 15 min – 4 h 40 min (measured on 3 runs)`, and when it would end if it started now. */
 export function timeWords(preview: Preview, now: Date): string {
   const time = preview.time_s
-  if (!time) return 'Time: not known beforehand'
+  if (!time) return 'Time: not known in advance'
   const [low, high] = [duration(time.low), duration(time.high)]
   const span = low === high ? low : `${low} – ${high}`
-  const from = time.runs ? `measured on ${time.runs} ${time.runs === 1 ? 'run' : 'runs'}` : 'by the typical durations of the actions'
+  const from = time.runs ? `measured on ${time.runs} ${time.runs === 1 ? 'run' : 'runs'}` : 'from typical durations'
   const at = (s: number): Date => new Date(now.getTime() + s * 1000)
   return `Time ${span} (${from}), ends ${clockRange(at(time.low), at(time.high), now)}`
 }
@@ -23,6 +23,6 @@ export function amountWords(preview: Preview): string {
     points ? `${points.toLocaleString('en')} points${preview.full ? ' and more' : ''}` : '',
     preview.shots ? `${preview.shots.toLocaleString('en')} laser shots` : '',
     outside ? `${outside.toLocaleString('en')} outside the work area` : '',
-    preview.needs_you.length ? `needs you ${preview.needs_you.length}×` : 'needs nobody',
+    preview.needs_you.length ? `needs you ${preview.needs_you.length}×` : 'runs unattended',
   ].filter(Boolean).join(' · ')
 }

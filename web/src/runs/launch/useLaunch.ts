@@ -1,19 +1,19 @@
-// What a protocol asks before it runs: its form, what the checker says of it, how long it will take.
+// What a protocol asks before it runs: its form, the result of its check, how long it will take.
 import { computed, reactive, ref, shallowRef, watch } from 'vue'
 import { api, read } from '../../api/client'
 import { Refused, sentenceOf } from '../../api/refused'
-import type { Problem, Settings, Told } from '../../api/types'
+import type { Problem, Settings, Received } from '../../api/types'
 import { chosen, fault, shown, shownDefault } from './params'
 
 const WAIT_MS = 300
-type Checked = Told<'CheckedText'>
-type Preview = Told<'Preview'>
+type Checked = Received<'CheckedText'>
+type Preview = Received<'Preview'>
 
 /** Where the last used parameters of a protocol are kept in this browser. */
 export const keptParams = (protocol: string): string => `labrun.params.${protocol}`
 
 export function useLaunch(protocol: () => string) {
-  const text = shallowRef<Told<'ProtocolText'> | null>(null)
+  const text = shallowRef<Received<'ProtocolText'> | null>(null)
   const checked = shallowRef<Checked | null>(null)
   const preview = shallowRef<Preview | null>(null)
   const settings = shallowRef<Settings | null>(null)
@@ -48,14 +48,14 @@ export function useLaunch(protocol: () => string) {
     }
   }
 
-  /** Ask the checker and the preview with what is typed now. */
+  /** Request check and preview for the current input. */
   async function look(): Promise<void> {
     const mine = ++asked
     looking.value = true
     try {
       const told = await read(api.POST('/api/v1/check', { body: body.value }))
       if (mine !== asked) return
-      // A form with a wrong value is told without its fields: those that were there stay.
+      // A form with an invalid value comes without its fields: the existing ones stay.
       checked.value = told.params.length || !checked.value ? told : { ...told, params: checked.value.params, roles: checked.value.roles, hazards: checked.value.hazards }
       problems.value = told.problems
       fill()
@@ -67,7 +67,7 @@ export function useLaunch(protocol: () => string) {
     }
   }
 
-  /** The fields of a form that has just come: defaults, or what was used last. */
+  /** The fields of a new form: defaults, or the values used last. */
   function fill(): void {
     if (Object.keys(typed).length) return
     for (const one of checked.value?.params ?? []) typed[one.name] = shownDefault(one)

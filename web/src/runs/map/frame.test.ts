@@ -18,14 +18,14 @@ test('a click finds the cell that is drawn there', () => {
   }
 })
 
-test('outside is no cell', () => {
+test('there is no cell outside', () => {
   const small = frameIn(600, 600, 2, 2)
 
   expect(cellAt(small, 1, 1)).toBe(-1)
   expect(placeAt(small, 300, 300)).toEqual({ x: 0.5, y: 0.5 })
 })
 
-test('arrows move the cursor as the bench lies: up is towards higher y', () => {
+test('arrows move the cursor as on the bench: up is towards higher y', () => {
   expect(moved(frame, 22, 'ArrowUp')).toBe(43)
   expect(moved(frame, 22, 'ArrowLeft')).toBe(21)
   expect(moved(frame, 0, 'ArrowDown')).toBe(0)

@@ -1,4 +1,4 @@
-// How a map of cells lies on its canvas: as large as it fits, cells of equal size, y upwards.
+// The layout of a map on its canvas: as large as fits, cells of equal size, y upwards.
 
 export interface Frame {
   left: number
@@ -11,7 +11,7 @@ export interface Frame {
 
 const LARGEST_PX = 64
 
-/** The frame of width × height cells in a box; `aspect` is how much taller than wide a cell is. */
+/** The frame of width × height cells in a box; `aspect` is the height of a cell over its width. */
 export function frameIn(boxW: number, boxH: number, width: number, height: number, aspect = 1): Frame {
   const cell = Math.max(0.5, Math.min(boxW / width, boxH / (height * aspect), LARGEST_PX))
   const cellX = cell > 3 ? Math.floor(cell) : cell
@@ -46,7 +46,7 @@ export function rectOf(frame: Frame, cell: number): [x: number, y: number, w: nu
   return [frame.left + column * frame.cellX, y, frame.cellX, frame.cellY]
 }
 
-/** Where the cursor goes from a cell by a key; null where the key moves nothing. */
+/** Where a key moves the cursor; null if it does not. */
 export function moved(frame: { width: number; height: number }, cell: number, key: string): number | null {
   const column = cell % frame.width
   const row = Math.floor(cell / frame.width)

@@ -28,7 +28,7 @@ test('cells without a point are known as such', () => {
   expect([...layout.point]).toEqual([0, -1, -1, 1])
 })
 
-test('points without places, and points strewn about, stand in rows of squares', () => {
+test('points without positions, and scattered points, are in rows of squares', () => {
   const loop = layoutOf(table([[NaN, NaN], [NaN, NaN], [NaN, NaN]]))
   const strewn = layoutOf(table(Array.from({ length: 100 }, (_, i) => [i * 1.37, (i * 7919) % 101])))
 

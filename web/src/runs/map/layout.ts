@@ -1,4 +1,4 @@
-// Where each point of a loop stands on the map: on its grid, or in rows of squares where it has no place.
+// Where each point of a loop is on the map: on its grid, or in rows of squares if it has no position.
 import type { PointTable } from '../points'
 
 export interface Layout {
@@ -6,9 +6,9 @@ export interface Layout {
   width: number
   height: number
   cell: Int32Array
-  /** Index of the point in each cell, -1 where none is. */
+  /** Index of the point in each cell, -1 for none. */
   point: Int32Array
-  /** Places of columns and rows in mm; empty where points have no places. */
+  /** Positions of columns and rows in mm; empty if points have none. */
   x: number[]
   y: number[]
 }
@@ -47,7 +47,7 @@ function rounded(place: number | undefined): number {
   return Math.round((place ?? 0) * ROUND) / ROUND
 }
 
-/** Points without places: as many squares side by side as make a wide rectangle, the first on top. */
+/** Points without positions: squares in a wide rectangle, the first on top. */
 function inRows(size: number): Layout {
   const width = Math.max(1, Math.ceil(Math.sqrt(size * 2)))
   const height = Math.max(1, Math.ceil(size / width))

@@ -10,7 +10,7 @@ import type { Layout } from './layout'
 export interface Values {
   scale: Scale
   colours: ColourMap
-  /** The value of a point, NaN where it has none. */
+  /** The value of a point, NaN for none. */
   of: (index: number) => number
 }
 
@@ -65,7 +65,7 @@ function valueColour({ scale, colours, of }: Values, index: number, theme: Theme
   return Number.isNaN(share) ? theme.line : cssColour(colours, share)
 }
 
-/** A failed point is told by its form, too, where a cell is too small for an icon. */
+/** A failed point also differs by shape where a cell is too small for an icon. */
 function cross(ctx: CanvasRenderingContext2D, x: number, y: number, w: number, h: number, colour: string): void {
   ctx.strokeStyle = colour
   ctx.lineWidth = 1

@@ -1,11 +1,11 @@
-// The values that a run has collected so far, by point: asked for again as long as it goes on.
+// The values that a run has collected so far, by point; refreshed while it is live.
 import { onBeforeUnmount, shallowRef, watch, type Ref } from 'vue'
 import { api, read } from '../../api/client'
-import type { Told } from '../../api/types'
+import type { Received } from '../../api/types'
 import { decodeFloat32 } from '../../results/float32'
 import { binary } from '../../results/spectra'
 
-export type MapHead = Told<'MapHead'>
+export type MapHead = Received<'MapHead'>
 
 export interface MapValues {
   head: MapHead
@@ -33,7 +33,7 @@ export function useMapValues(run: () => string, live: () => boolean, column: Ref
       keys = told.cell_keys
       await fetchColumn(mine)
     } catch {
-      // No table yet, or no connection: what is drawn stays, and it is asked again.
+      // No table yet, or no connection: keep what is drawn and try again.
     } finally {
       if (mine === asked && live()) timer = setTimeout(() => void ask(), AGAIN_MS)
     }

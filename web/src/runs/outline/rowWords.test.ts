@@ -13,7 +13,7 @@ test('a step in a loop counts its points, one outside does not', () => {
   ])
 })
 
-test('an attempt says which, what came of it, and why', () => {
+test('an attempt shows its number, its outcome, and why', () => {
   const words = actionWords({
     id: 'x', node: 'main/scan/*/shoot', line: 50, device: 'libs', action: 'measure', attempt: 2, params: {}, state: 'ABORTED',
     result: null, error: { name: 'NoPlasma', message: 'the sample did not ignite' }, sent_at: '', ended_at: '', seconds: 6.14, files: [],

@@ -1,4 +1,4 @@
-// What stands in a row of the outline.
+// The text of a row of the outline.
 import type { NodeState, RunPicture } from '../picture'
 import type { PointTable } from '../points'
 import type { Status } from '../status'
@@ -23,7 +23,7 @@ export function rowWords(
     const step = run.detail.outline.find((one) => one.path === row.id)
     const danger = step?.danger && step.danger !== 'motion' ? step.danger : ''
     const [more, bad] = state ? stateWords(state) : ['', false]
-    // What a run that is over never came to does not wait any more.
+    // What a finished run never reached is no longer waiting.
     const { status, words } = step ? stepStatus(step, run) : { status: null, words: '' }
     return { status, title: row.step.title, more: more || words, bad, danger }
   }
@@ -46,7 +46,7 @@ export function rowWords(
   return line ?? { status: null, title: '…', more: '', bad: false, danger: '' }
 }
 
-/** What a step says of itself over all the points of its loops. */
+/** The counts of a step over all points of its loops. */
 export function stateWords(state: NodeState): [words: string, bad: boolean] {
   const bad = state.failed > 0 || state.unknown > 0
   const several = state.ok + state.failed + state.skipped + state.unknown > 1

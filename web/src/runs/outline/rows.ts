@@ -1,7 +1,7 @@
-// The outline as rows that are made when they are looked at: 100,000 points are one segment.
+// The outline as rows that are created on demand: 100,000 points are one segment.
 import type { PointTable } from '../points'
 
-/** A step of the protocol, as the server tells it. */
+/** A step of the protocol, as the server sends it. */
 export interface StepNode {
   path: string
   parent: string | null
@@ -17,7 +17,7 @@ export type Row =
   | { kind: 'point'; id: string; depth: number; table: PointTable; index: number; open: boolean }
   | { kind: 'detail'; id: string; depth: number; table: PointTable; index: number; line: number }
 
-/** What of the outline is open, and what is looked for. */
+/** What is open in the outline, and the search text. */
 export interface View {
   closed: ReadonlySet<string>
   /** Ids of tables whose points are shown. */
@@ -58,7 +58,7 @@ export class Rows {
     this.size = end
   }
 
-  /** The row at a place; made anew each time. */
+  /** The row at an index; created each time. */
   at(index: number): Row | undefined {
     let [low, high] = [0, this.segments.length - 1]
     while (low <= high) {
@@ -72,7 +72,7 @@ export class Rows {
     return undefined
   }
 
-  /** Where a row with this id stands; looks at one row of each segment, and at points by their index. */
+  /** The index of a row with this id; checks one row of each segment, and points by their index. */
   indexOf(id: string): number {
     for (const segment of this.segments) {
       if (segment.size === 1 && segment.at(0).id === id) return segment.first
@@ -149,7 +149,7 @@ function leave(loops: StepNode[], depth: number, after: (loop: StepNode) => void
   }
 }
 
-/** The points that fit what is looked for; null: all of them. */
+/** The points that match the search; null: all of them. */
 function chosenPoints(table: PointTable, { onlyProblems, find }: View): number[] | null {
   if (!onlyProblems && !find) return null
   const from = onlyProblems ? table.problems() : Array.from({ length: table.size }, (_, i) => i)

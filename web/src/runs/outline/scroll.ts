@@ -1,4 +1,4 @@
-// Which rows of a long list are drawn: those in sight, and some more on each side.
+// Which rows of a long list are drawn: the visible ones and some on each side.
 
 export const ROW_PX = 28
 const MORE = 8
@@ -8,13 +8,13 @@ const TALLEST_PX = 12_000_000
 export interface Shown {
   first: number
   count: number
-  /** Where the first of them stands, in pixels from the top of what is scrolled. */
+  /** The position of the first of them, in pixels from the top of the scrolled area. */
   offsetPx: number
-  /** How tall the whole is. */
+  /** The total height. */
   tallPx: number
 }
 
-/** Very long lists are squeezed: the bar's place then stands for a share of the rows. */
+/** Very long lists are compressed: the scroll position is then a share of the rows. */
 export function shownRows(size: number, scrollPx: number, heightPx: number): Shown {
   const real = size * ROW_PX
   const tallPx = Math.min(real, TALLEST_PX)
@@ -25,7 +25,7 @@ export function shownRows(size: number, scrollPx: number, heightPx: number): Sho
   return { first, count, offsetPx: scrollPx - (topPx - first * ROW_PX), tallPx }
 }
 
-/** Where to scroll so that a row is in sight; null where it is. */
+/** Where to scroll to make a row visible; null if it is. */
 export function scrollTo(index: number, size: number, scrollPx: number, heightPx: number): number | null {
   const real = size * ROW_PX
   const tallPx = Math.min(real, TALLEST_PX)

@@ -28,7 +28,7 @@ test('around what is under way everything is running', () => {
   expect(says(picture)).toEqual(['ok', 'skipped', 'waiting', 'running', 'running', 'ok', 'waiting'])
 })
 
-test('a run that is over says what it never came to, but not of steps that leave no record', () => {
+test('a finished run shows what it never reached, except steps that leave no record', () => {
   const picture = run(false, { 'main/ready': 'failed' }, null)
 
   expect(says(picture)).toEqual(['failed', '- not run', '-', '-', '-', '- not run', '- not run'])

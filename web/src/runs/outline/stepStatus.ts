@@ -1,16 +1,16 @@
-// What can be said of a step: what the journal tells, and what follows from the steps around it.
-import type { Told } from '../../api/types'
+// The status of a step: from the journal, and from the steps around it.
+import type { Received } from '../../api/types'
 import type { RunPicture } from '../picture'
 import type { Status } from '../status'
 
-type OutlineNode = Told<'OutlineNode'>
+type OutlineNode = Received<'OutlineNode'>
 
 /** Steps of these kinds always leave a record when they run; others (`set`, `if`, groups) need not. */
 const LEAVE_RECORDS = new Set(['do', 'confirm', 'ask', 'wait', 'log', 'require', 'fail'])
 
 export interface StepSays {
   status: Status | null
-  /** Said instead of numbers where there are none. */
+  /** Shown instead of numbers if there are none. */
   words: string
 }
 

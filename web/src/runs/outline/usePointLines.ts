@@ -1,14 +1,14 @@
-// The lines below an opened point: its actions, attempt by attempt, as the journal has them.
+// The lines below an opened point: its actions, attempt by attempt, from the journal.
 import { shallowReactive } from 'vue'
 import { api, read } from '../../api/client'
 import { sentenceOf } from '../../api/refused'
-import type { Told } from '../../api/types'
+import type { Received } from '../../api/types'
 import type { PointTable } from '../points'
 import type { Status } from '../status'
 import { duration } from '../time'
 import type { RowWords } from './rowWords'
 
-type ActionTold = Told<'ActionTold'>
+type ActionTold = Received<'ActionTold'>
 
 export interface PointLines {
   /** Table id → index → how many lines. */
@@ -37,7 +37,7 @@ export function usePointLines(run: () => string): PointLines {
     put(table, index, [said('reading…')])
     const key = table.keys[index]
     if (key == null) {
-      put(table, index, [said('has not begun')])
+      put(table, index, [said('has not started')])
       return
     }
     try {

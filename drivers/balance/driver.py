@@ -1,0 +1,169 @@
+"""A laboratory balance on a serial line, using MT-SICS levels 0 and 1 (Mettler-Toledo, Ohaus, Kern).
+
+Mettler-Toledo, *Reference Manual MT-SICS*, 11780711. Configuration: that of a serial line.
+"""
+
+import asyncio
+import re
+from typing import Any, ClassVar
+
+from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
+from ..serial_io.line import SerialLine
+from ..serial_io.port import read_port
+
+ANSWER_S, PATIENCE_S, TICK_S = 2.0, 10.0, 0.2
+ANSWER = r"{} +(?:([SDA]) +(-?\d+\.?\d*) (\S+)|([AIL+-])|A (.+)) *|(E[STL])"
+FAULTS = {
+    "ES": "it does not know the command: is MT-SICS, level 1, switched on in its menu?",
+    "ET": "it could not read the bytes: check baud rate, bits and parity in its menu",
+    "EL": "it cannot do that now: its display may show why",
+}
+GRAMS = {
+    "g": 1.0, "kg": 1000.0, "mg": 1e-3, "ug": 1e-6, "t": 1e6, "ct": 0.2, "lb": 453.59237,
+    "oz": 28.349523125, "ozt": 31.1034768, "GN": 0.06479891, "dwt": 1.55517384,
+}  # fmt: skip
+
+
+class Balance(Driver):
+    """Implements balance@1.
+
+    It polls with SI where S would do: a balance that waits for a stable value can only be
+    interrupted by @, which clears its tare.
+    """
+
+    contract: ClassVar[str] = "balance@1"
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self._line = SerialLine(read_port(place))
+        self._turn = asyncio.Lock()
+        self._latest: dict[str, Any] = {}
+
+    async def open(self) -> None:
+        try:
+            await self._ask("I1")
+        except ActionFailed as failure:
+            raise OSError(failure.message) from failure
+
+    async def close(self) -> None:
+        await self._line.close()
+
+    async def status(self) -> dict[str, Any]:
+        if not self._turn.locked():  # an action polls all the time and keeps this up to date
+            try:
+                self._latest["tared"] = self._weight(await self._ask("TA"))[0] != 0
+                await self._reading()
+            except ActionFailed as failure:
+                if failure.name not in ("Busy", "Overload"):
+                    raise
+                self._latest["stable"] = False
+        return dict(self._latest)
+
+    async def zero(self, goal: GoalContext) -> dict[str, Any]:
+        try:
+            await self._still(goal)
+        except ActionFailed as failure:
+            if failure.name != "Overload":
+                raise
+            raise ActionFailed("NotEmpty", failure.message) from failure
+        match await self._ask("Z", wait_s=PATIENCE_S, tries=1):
+            case ["A"]:
+                return {}
+            case ["+" | "-" as side]:
+                raise ActionFailed(
+                    "NotEmpty", f"the load on the pan is too {_far(side)} to zero", "no"
+                )
+        raise ActionFailed("Unstable", "the reading started to change while zeroing")
+
+    async def tare(self, goal: GoalContext) -> dict[str, Any]:
+        await self._still(goal)
+        answer = await self._ask("T", wait_s=PATIENCE_S, tries=1)
+        if answer == ["I"]:
+            raise ActionFailed("Unstable", "the reading started to change while taring")
+        return {"tare": self._weight(answer)[0]}
+
+    async def weigh(self, goal: GoalContext, *, patience: float = PATIENCE_S) -> dict[str, Any]:
+        mass, stable = await self._settle(goal, patience)
+        return {"mass": mass, "stable": stable}
+
+    async def _still(self, goal: GoalContext) -> None:
+        if not (await self._settle(goal, PATIENCE_S))[1]:
+            raise ActionFailed("Unstable", f"no stable reading within {PATIENCE_S:g} s")
+
+    async def _settle(self, goal: GoalContext, patience_s: float) -> tuple[float, bool]:
+        """The latest reading in grams, and whether it became stable in time."""
+        now = asyncio.get_running_loop().time
+        until = now() + patience_s
+        while not goal.cancelled.is_set():
+            try:
+                mass, stable = await self._reading()
+                goal.feedback(None, f"{mass:g} g")
+                if stable or now() >= until:
+                    return mass, stable
+            except ActionFailed as failure:
+                if failure.name != "Busy" or now() >= until:
+                    raise
+            await asyncio.sleep(TICK_S)
+        raise ActionCanceled("the reading was stopped")
+
+    async def _reading(self) -> tuple[float, bool]:
+        mass, stable = self._weight(await self._ask("SI"))
+        self._latest |= {"mass": mass, "stable": stable}
+        return mass, stable
+
+    def _weight(self, answer: list[str]) -> tuple[float, bool]:
+        """Grams, and whether they are stable; raises ActionFailed if the answer has no weight."""
+        match answer:
+            case [kind, value, unit] if unit in GRAMS:
+                return round(float(value) * GRAMS[unit], 9), kind != "D"
+            case [_, _, unit]:
+                raise ActionFailed("Rejected", f"it weighs in {unit!r}; set its unit to g", "no")
+            case ["+" | "-" as side]:
+                raise ActionFailed(
+                    "Overload", f"the load is too {_far(side)} for the balance", "no"
+                )
+        raise ActionFailed("Busy", f"the balance is busy: it answers {' '.join(answer)}", "no")
+
+    async def _ask(self, command: str, *, wait_s: float = ANSWER_S, tries: int = 2) -> list[str]:
+        """The fields of its answer; a query is sent twice if need be, as noise may garble an answer."""
+        async with self._turn:
+            try:
+                if not self._line.is_open:
+                    await self._connect()
+                return await self._exchange(command, wait_s, tries)
+            except OSError as fault:
+                raise ActionFailed("Lost", str(fault)) from fault
+
+    async def _connect(self) -> None:
+        """Open the line and identify the balance; a different one would have a different tare."""
+        await self._line.open()
+        names = (("model", "I2"), ("software", "I3"), ("serial_number", "I4"))
+        try:
+            await self._exchange("SI")  # ends a repeated reading that another program requested
+            found = {n: " ".join(await self._exchange(command)).strip('"') for n, command in names}
+            before, now = self.versions.get("serial_number"), found["serial_number"]
+            if before not in (None, now):
+                where = self._line.port
+                raise OSError(
+                    f"the balance on {where} is now {now}, but was {before}: swap them back"
+                )
+        except (ActionFailed, OSError):
+            await self._line.close()
+            raise
+        self.versions = found
+
+    async def _exchange(self, command: str, wait_s: float = ANSWER_S, tries: int = 2) -> list[str]:
+        answer = re.compile(ANSWER.format("S" if command == "SI" else command))
+        heard: list[str] = []
+        for _ in range(tries):
+            found, heard = await self._line.ask(command, answer, wait_s)
+            if found and heard[-1] not in FAULTS:
+                return [word for word in found.groups() if word]
+        if heard and heard[-1] in FAULTS:
+            start = self._line.port.asked_and_answered(command, heard[-1])
+            raise ActionFailed("Rejected", f"{start}: {FAULTS[heard[-1]]}")
+        raise ActionFailed("Timeout", self._line.port.no_answer(command, heard, "MT-SICS"))
+
+
+def _far(side: str) -> str:
+    return "heavy" if side == "+" else "light (is the pan on?)"

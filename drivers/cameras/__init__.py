@@ -1,0 +1,4 @@
+"""Depth cameras: USB stereo pairs, network streams, folders that another program fills.
+
+Never moves anything.
+"""

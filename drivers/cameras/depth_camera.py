@@ -1,0 +1,97 @@
+"""What all depth cameras share: take a look, and measure in it. How to look is up to each driver."""
+
+import asyncio
+from collections.abc import Callable
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from ...schemas.messages import FileContent
+from ..driver import ActionFailed, Driver, GoalContext, Place
+from .vision import measure
+from .vision.board import Board
+
+if TYPE_CHECKING:
+    from .vision.pose import Calibration
+    from .vision.view import View
+
+
+class DepthCamera(Driver):
+    """The actions of depth_camera@1, for drivers that implement `look`."""
+
+    contract: ClassVar[str] = "depth_camera@1"
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.calibration: Calibration | None = None
+
+    async def look(self, action: str, goal: GoalContext) -> "View":
+        """What the camera sees now, for this action; raises ActionFailed."""
+        raise NotImplementedError
+
+    def keep(self, fit: "Calibration", goal: GoalContext) -> None:
+        """Store where the camera is, so that it outlives this process."""
+        raise NotImplementedError
+
+    async def worked(self, work: Callable[..., Any], *about: Any) -> Any:
+        """Run seconds of computation in a thread, so that the server keeps responding."""
+        return await asyncio.to_thread(work, *about)
+
+    def need_calibration(self) -> "Calibration":
+        """Where the camera is; raises ActionFailed if that is unknown."""
+        if self.calibration is None:
+            raise ActionFailed("NotCalibrated", "the camera's position is unknown: calibrate it")
+        return self.calibration
+
+    async def capture(
+        self, goal: GoalContext, *, image: str, depth: str | None = None
+    ) -> dict[str, Any]:
+        view = await self.look("capture", goal)
+        told: dict[str, Any] = {"image": image}
+        _give(goal, "image", image, await self.worked(measure.picture_png, view))
+        if depth is not None:
+            _give(goal, "depth", depth, await self.worked(measure.depth_png, view))
+            told["depth"] = depth
+        return {**told, "width": view.eye.width, "height": view.eye.height}
+
+    async def calibrate(
+        self,
+        goal: GoalContext,
+        *,
+        columns: int = 9,
+        rows: int = 6,
+        square: float = 25.0,
+        x: float = 0.0,
+        y: float = 0.0,
+    ) -> dict[str, Any]:
+        view = await self.look("calibrate", goal)
+        fit = await self.worked(measure.calibrate, view, Board(columns, rows, square, x, y))
+        self.calibration = fit
+        self.keep(fit, goal)
+        where = (round(float(value), 3) for value in fit.pose.place_mm)
+        tilt = round(fit.pose.tilt_deg, 3)
+        return {"rms": round(fit.rms_px, 4), **dict(zip("xyz", where, strict=True)), "tilt": tilt}
+
+    async def locate_point(
+        self, goal: GoalContext, *, u: float, v: float, height: float | None = None
+    ) -> dict[str, Any]:
+        fit = self.need_calibration()
+        view = await self.look("locate_point", goal)
+        return await self.worked(measure.locate, view, fit, u, v, height)
+
+    async def locate_samples(
+        self,
+        goal: GoalContext,
+        *,
+        min_height: float = 3.0,
+        min_area: float = 100.0,
+        flat: bool = True,
+    ) -> dict[str, Any]:
+        fit = self.need_calibration()
+        view = await self.look("locate_samples", goal)
+        return {
+            "samples": await self.worked(measure.outlines, view, fit, min_height, min_area, flat)
+        }
+
+
+def _give(goal: GoalContext, name: str, path: str, data: bytes) -> None:
+    goal.files[name] = FileContent(path=path, sha256=sha256(data).hexdigest(), data=data)

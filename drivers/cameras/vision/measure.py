@@ -1,0 +1,83 @@
+"""The answers of a camera, measured in one look: each function answers one question.
+
+A driver calls these in a thread, as they take a processor for a second.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from ...driver import ActionFailed
+from .board import Board
+from .view import View
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from .pose import Calibration
+
+TENTH_MM = 10  # depth maps are stored in 0.1 mm
+
+
+def calibrate(view: View, board: Board) -> "Calibration":
+    """Where the eye is, from the board; raises ActionFailed."""
+    from .pose import fit_pose
+
+    corners = view.corners(board)
+    fit = fit_pose(corners, board, view.eye)
+    view.check(corners, board, fit.pose)
+    return fit
+
+
+def locate(
+    view: View, fit: "Calibration", u: float, v: float, height_mm: float | None
+) -> dict[str, float]:
+    """Where the thing at one pixel is, by its known height or by depth; raises ActionFailed."""
+    import numpy as np
+
+    from .depth import depth_around
+    from .pixel_position import point_at_depth, point_at_height, uncertainty_mm
+
+    eye = view.eye
+    if not eye.holds(u, v):
+        size = f"{eye.width} x {eye.height}"
+        raise ActionFailed("OutsidePicture", f"pixel {u:g}, {v:g} is not in a picture of {size}")
+    if height_mm is not None:
+        point = point_at_height(fit.pose, eye, u, v, height_mm)
+        ahead, off = float((point - fit.pose.place_mm) @ fit.pose.turn[2]), 0.0
+    else:
+        ahead, spread = depth_around(view.depth, u, v)
+        off = view.depth_sd_mm(ahead, spread)
+        point = point_at_depth(fit.pose, eye, u, v, ahead)
+    around = uncertainty_mm(fit, eye, u, v, height_mm, ahead, off)
+    x, y, z = np.round(point, 3).tolist()
+    return {"x": x, "y": y, "z": z, "uncertainty": round(around, 3)}
+
+
+def outlines(
+    view: View, fit: "Calibration", min_height_mm: float, min_area_mm2: float, flat: bool
+) -> list[dict[str, Any]]:
+    """The things on the bench; `flat`: also those that do not stand out from it. Raises ActionFailed."""
+    from .samples import find_samples
+
+    return find_samples(view, fit, min_height_mm, min_area_mm2, flat)
+
+
+def picture_png(view: View) -> bytes:
+    """The picture."""
+    return _png(view.picture)
+
+
+def depth_png(view: View) -> bytes:
+    """The depth map in 0.1 mm, 16 bit, 0 where unknown; raises ActionFailed."""
+    import numpy as np
+
+    depth = np.nan_to_num(view.depth * TENTH_MM)
+    return _png(np.clip(np.round(depth), 0, 65_535).astype(np.uint16))
+
+
+def _png(picture: "np.ndarray") -> bytes:
+    import cv2
+
+    done, data = cv2.imencode(".png", picture)
+    if not done:
+        raise ActionFailed("CameraLost", "the picture could not be written as PNG")
+    return data.tobytes()

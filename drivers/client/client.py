@@ -1,0 +1,177 @@
+"""The engine's side of the wire: hold leases, follow goals, never guess how a goal ended."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from pydantic import ValidationError
+
+from ...schemas.messages import (
+    ENDED,
+    DeviceDescription,
+    Goal,
+    GoalReport,
+    QueryAnswer,
+    ServerDescription,
+)
+from .goal_watch import GoalWatch
+from .lease_keeper import LeaseHeld, LeaseKeeper
+from .link import Answer, Link, LinkDown, ServerUnreachable, accepted
+from .outcome import Outcome, refused
+
+__all__ = ["DeviceClient", "LeaseHeld", "Outcome", "ServerUnreachable"]
+
+MAX_FILES_BYTES = 60_000_000
+LINK_S = 5.0
+
+
+class DeviceClient:
+    """One device server, as the engine uses it; it reconnects by itself."""
+
+    def __init__(
+        self,
+        url: str,
+        token: str | None = None,
+        *,
+        lost_after_s: float = 60.0,
+        on_status: Callable[[str, dict[str, Any]], None] | None = None,
+        on_link: Callable[[bool], None] | None = None,
+    ) -> None:
+        self.url = url.rstrip("/")
+        self.boot = ""
+        self.ledger = ""
+        self.devices: dict[str, DeviceDescription] = {}
+        self._on_status = on_status
+        self._on_link = on_link
+        events = {"update": self._update, "status": self._status}
+        self._link = Link(self.url, token, events, self._link_up, self._link_down)
+        self._lease_keeper = LeaseKeeper(self._link)
+        self._goal_watch = GoalWatch(self._link, lost_after_s)
+
+    async def open(self, timeout_s: float = 60.0) -> ServerDescription:
+        """Connect and learn what the server serves; raises ServerUnreachable.
+
+        `timeout_s` is for a server that is there and slow; one that refuses is given up sooner.
+        """
+        await self._link.open(timeout_s)
+        self._goal_watch.open()
+        return ServerDescription(boot=self.boot, ledger=self.ledger, devices=self.devices)
+
+    async def close(self) -> None:
+        """Disconnect; leases that were not released lapse on their own."""
+        await self._lease_keeper.close()
+        await self._link.close()
+        await self._goal_watch.close()
+
+    async def take_lease(self, device: str, owner: str, ttl_s: float = 30.0) -> int:
+        """Take a lease and return its epoch; it is renewed until released. Raises LeaseHeld.
+
+        If the connection breaks meanwhile, waits up to LINK_S for it.
+        """
+        try:
+            async with asyncio.timeout(LINK_S):
+                return await self._lease_keeper.take(device, owner, ttl_s)
+        except TimeoutError:
+            raise ServerUnreachable(self.url, self._link.refusal or "no answer") from None
+
+    async def release(self, device: str) -> None:
+        """Release the lease; if the server is unreachable, it lapses on its own."""
+        await self._lease_keeper.release(device)
+
+    def epoch(self, device: str) -> int:
+        """The epoch of the lease held on a device; KeyError if there is none."""
+        return self._lease_keeper.epoch(device)
+
+    async def follow(
+        self,
+        goal: Goal,
+        on_report: Callable[[GoalReport], None] = lambda report: None,
+        *,
+        send: bool = True,
+    ) -> Outcome:
+        """Send a goal and wait for its end, whatever happens to the connection and server meanwhile.
+
+        Without `send` the goal is only queried; one that never arrived gets a tombstone, so that
+        no late copy of it can start. A goal from an earlier boot is never sent either.
+        Cancelling the wait does not affect the goal; call `cancel` to end it.
+        """
+        size = sum(len(file.data) for file in goal.files.values())
+        if size > MAX_FILES_BYTES:
+            return refused("INVALID", f"{size} bytes of files are too many for one goal", self.boot)
+        return await self._goal_watch.follow(goal, on_report, send=send)
+
+    async def keep(self, goal: Goal) -> bool:
+        """Resend a goal, which holds a jog; False once it has ended.
+
+        It starts nothing twice: the same id is the same goal. While the connection is down nothing
+        is queued, and no goal from an earlier boot is sent. Raises ServerUnreachable.
+        """
+        try:
+            answer = await self._link.call("goal", goal.model_dump(exclude_defaults=True))
+        except LinkDown as fault:
+            raise ServerUnreachable(self.url, str(fault)) from fault
+        return bool(answer.get("ok")) and answer.get("state") not in ENDED
+
+    async def cancel(self, goal_id: str) -> None:
+        """Ask the server to end a goal; for a goal that is being followed, repeat until it worked."""
+        try:
+            await self._goal_watch.cancel(goal_id)
+        except LinkDown as fault:
+            raise ServerUnreachable(self.url, str(fault)) from fault
+
+    async def query(self, ids: list[str]) -> QueryAnswer:
+        """What the server knows about goals; raises ServerUnreachable."""
+        try:
+            return await self._goal_watch.query(ids)
+        except LinkDown as fault:
+            raise ServerUnreachable(self.url, str(fault)) from fault
+
+    async def stop(
+        self, device: str | None = None, timeout_s: float = 10.0
+    ) -> dict[str, tuple[bool, str]]:
+        """Bring one device or all into the safe state; device -> (confirmed, message)."""
+        # The server gives up a little earlier than we do, so that its own message arrives.
+        request: Answer = {"timeout_s": 0.9 * timeout_s}
+        if device is not None:
+            request["device"] = device
+        names = [device] if device is not None else list(self.devices)
+        try:
+            async with asyncio.timeout(timeout_s):
+                await self._link.up.wait()
+                answer = await self._link.call("stop", request, timeout_s)
+        except (LinkDown, TimeoutError) as fault:
+            words = str(fault) or f"no response from {self.url} within {timeout_s:g} s"
+            return dict.fromkeys(names, (False, words))
+        if not answer.get("ok"):
+            return dict.fromkeys(names, (False, str(answer.get("message"))))
+        return {name: (told["safe"], told["message"]) for name, told in answer["devices"].items()}
+
+    async def _link_up(self) -> None:
+        """On every new connection: check which server it is and that our leases are still ours."""
+        answer = accepted(await self._link.call("describe", {}), self.url)
+        try:
+            described = ServerDescription.model_validate(answer)
+        except ValidationError as fault:
+            raise ServerUnreachable(
+                self.url, "it runs an incompatible version of labrun"
+            ) from fault
+        restarted = described.boot != self.boot
+        self.boot = self._goal_watch.boot = described.boot
+        self.ledger, self.devices = described.ledger, described.devices
+        await self._lease_keeper.confirm(restarted=restarted)
+        self._goal_watch.doubt_all()
+        if self._on_link is not None:
+            self._on_link(True)
+
+    def _link_down(self) -> None:
+        self._goal_watch.doubt_all()
+        if self._on_link is not None:
+            self._on_link(False)
+
+    def _update(self, data: Answer) -> None:
+        self._goal_watch.update(data)
+
+    def _status(self, data: Answer) -> None:
+        if self._on_status is not None:
+            status = dict(data)
+            self._on_status(str(status.pop("device", "")), status)

@@ -1,0 +1,146 @@
+"""Start a device server as a child process, and stop it again."""
+
+import asyncio
+import contextlib
+import json
+import os
+import subprocess
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...system.process import AT_ONCE, PLEASE_END, Process, alive, start_python, stop
+from ..server.server_file import FILE, fingerprint
+from ..server.settings import ServerSettings
+from .client import DeviceClient
+from .link import ServerUnreachable
+
+LOOK_S = 0.05
+GREETING_S = 2.0
+END_S = 5.0
+
+
+class ServerFailed(Exception):
+    """A device server that did not start, with its own error message."""
+
+
+@dataclass(slots=True)
+class RunningServer:
+    """A device server that responds; `process` is None if an earlier engine started it."""
+
+    process: Process | None
+    url: str
+    devices: list[str]
+    pid: int
+
+    async def stop(self, timeout_s: float = END_S) -> None:
+        """Let it bring its devices into the safe state and exit; after `timeout_s` it is killed."""
+        if self.process is not None:
+            await stop(self.process, timeout_s)
+            return
+        for number in (PLEASE_END, AT_ONCE):
+            with contextlib.suppress(ProcessLookupError, PermissionError, TimeoutError):
+                os.kill(self.pid, number)
+                async with asyncio.timeout(timeout_s):
+                    await self.ended()
+                break
+
+    async def ended(self) -> None:
+        """Wait until the process has ended."""
+        if self.process is not None:
+            await self.process.wait()
+        else:
+            while alive(self.pid):  # noqa: ASYNC110 - another process's child cannot be awaited
+                await asyncio.sleep(LOOK_S)
+
+
+async def start_server(
+    config: dict[str, Any], folder: Path, *, timeout_s: float = 60
+) -> RunningServer:
+    """Start a server with these settings (see `settings.py`); raises ServerFailed.
+
+    `folder` keeps its settings and its log, and its ledger unless the settings name another. A
+    server that an engine left behind here with the same settings is reused: it knows its goals.
+    If its owner is still running, it is left alone and no new one is started.
+    """
+    try:
+        return await _start_or_adopt(config, folder, timeout_s)
+    except OSError as fault:
+        words = f"{fault.strerror or fault}: {fault.filename or folder}"
+        raise ServerFailed(f"the device server cannot be started: {words}") from fault
+
+
+async def _start_or_adopt(config: dict[str, Any], folder: Path, timeout_s: float) -> RunningServer:
+    await asyncio.to_thread(folder.mkdir, parents=True, exist_ok=True)
+    settings: dict[str, Any] = {"folder": str(folder), **config}
+    left = await _left_behind(Path(settings["folder"]), settings.get("token"))
+    if left is not None:
+        if left.owner != os.getpid() and alive(left.owner):
+            raise ServerFailed(
+                f"{', '.join(left.devices)} at {left.url} is already served from {settings['folder']}, "
+                f"by process {left.owner}; stop that process first, or choose another folder"
+            )
+        if left.same(fingerprint(ServerSettings.model_validate(settings)), settings.get("port")):
+            return RunningServer(None, left.url, left.devices, left.pid)
+        await RunningServer(None, left.url, left.devices, left.pid).stop()
+    path = folder / "server_settings.json"
+    path.write_text(json.dumps(settings), encoding="utf-8")
+    return await _start(path, folder / "server.log", timeout_s)
+
+
+async def _start(settings: Path, log: Path, timeout_s: float) -> RunningServer:
+    with log.open("ab") as sink:
+        process = await start_python(
+            "labrun.drivers.server.serve", str(settings), stdout=subprocess.PIPE, stderr=sink
+        )
+    try:
+        async with asyncio.timeout(timeout_s):
+            assert process.stdout is not None
+            line = await process.stdout.readline()
+            said = json.loads(line) if line.strip() else {}
+    except (TimeoutError, ValueError):
+        said = {"error": f"it did not report ready within {timeout_s:g} s"}
+    except BaseException:  # a cancel as well
+        await stop(process, END_S)
+        raise
+    if said.get("ready"):
+        return RunningServer(process, str(said["url"]), list(said["devices"]), process.pid)
+    await stop(process, END_S)
+    reason = said.get("error") or f"it exited at once; the end of its log: {_tail(log)}"
+    raise ServerFailed(f"the device server did not start: {reason}")
+
+
+def _tail(log: Path, lines: int = 3) -> str:
+    with log.open(encoding="utf-8", errors="replace") as file:
+        return " | ".join(line.strip() for line in deque(file, lines)) or "(empty)"
+
+
+@dataclass(frozen=True, slots=True)
+class _Left:
+    pid: int
+    url: str
+    devices: list[str]
+    settings: str
+    owner: int | None
+
+    def same(self, fingerprint: str, port: int | None) -> bool:
+        return self.settings == fingerprint and (not port or self.url.endswith(f":{port}"))
+
+
+async def _left_behind(folder: Path, token: str | None) -> _Left | None:
+    """The server that still serves this folder, if one responds."""
+    try:
+        words = json.loads((folder / FILE).read_bytes())
+        left = _Left(
+            words["pid"], words["url"], words["devices"], words["settings"], words.get("owner")
+        )
+        client = DeviceClient(left.url, token)
+        try:
+            # The boot distinguishes our server from another one that has since got the same port.
+            found = await client.open(GREETING_S)
+        finally:
+            await client.close()
+    except (OSError, ValueError, KeyError, ServerUnreachable):
+        return None
+    return left if found.boot == words["boot"] else None

@@ -1,0 +1,298 @@
+"""What every gantry behind GRBL shares, whatever carries its lines: ranges, positions, messages."""
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, ClassVar, Protocol
+
+from ...schemas.contract import Happened
+from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
+from ..simulated.twins.world import World
+from .bench import AXES, Bench, Point, place_words, read_bench, whole_limits
+from .config import check_config
+from .faults import GrblFault, NotConnected
+from .settings import Settings
+
+MODES = "G21G90G94"
+"""Millimetres, absolute, per minute: in every line, since a reset or another program may unset it."""
+
+
+class Known(Protocol):
+    """What is known of a controller, whatever carries its lines.
+
+    `homed`: its position is trusted; `alarm`: the alarm that it has to be homed or unlocked after;
+    `lost`: why nothing can be sent. Both are empty if there is nothing.
+    """
+
+    homed: bool
+    alarm: str
+
+    @property
+    def lost(self) -> str: ...
+
+
+class GantryBase(Driver):
+    """The part of gantry@1 that is the same over a serial port and through OpenBuilds CONTROL."""
+
+    contract: ClassVar[str] = "gantry@1"
+    options: ClassVar[tuple[str, ...]] = ()
+    when_lost: ClassVar[str] = ""
+    known: Known
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        check_config(place.device, place.config, self.options)
+        self.limits = whole_limits(place)
+        self.bench: Bench = read_bench(place.config, self.limits, Settings())
+        self.world = World(place.world)
+        self._published: Point | None = None
+        self._by_hand: dict[str, Any] = {"goal_id": None}
+        self._doing: str | None = None
+        self._stopped = False
+
+    @property
+    def homed(self) -> bool:
+        """Whether the position is trusted."""
+        return self.known.homed
+
+    @abstractmethod
+    async def _home(self, goal: GoalContext) -> None:
+        """Find the machine's zero; raises GrblFault."""
+
+    @abstractmethod
+    async def _hold(self) -> None:
+        """Brake the move under way, which `_resume` continues; raises GrblFault."""
+
+    @abstractmethod
+    async def _resume(self) -> None:
+        """Continue from a hold; raises GrblFault."""
+
+    @abstractmethod
+    async def _stop(self) -> None:
+        """Stop the axes, with nothing queued; raises GrblFault."""
+
+    @abstractmethod
+    def _name(self) -> str:
+        """The device's name in messages."""
+
+    @abstractmethod
+    async def _look(self) -> None:
+        """Query its state, if it has to be queried; raises GrblFault."""
+
+    @abstractmethod
+    def _locked(self) -> bool:
+        """Whether the controller accepts no motion until it is homed or unlocked."""
+
+    @abstractmethod
+    def _held_in(self) -> str:
+        """The state that it has to be resumed or halted in; empty if there is none."""
+
+    @abstractmethod
+    def _place_known(self) -> Point | None:
+        """The machine position that it reported last."""
+
+    @abstractmethod
+    async def _machine(self) -> Point:
+        """Its current position, freshly queried; raises GrblFault."""
+
+    @abstractmethod
+    def _offset(self) -> Point | None:
+        """The work zero in machine coordinates; None while unknown."""
+
+    @abstractmethod
+    async def _drive(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point:
+        """Make a move, prove that it ended, and verify it: `end` by machine axis, in mm."""
+
+    @abstractmethod
+    async def _set_zero(self, line: str) -> None:
+        """Send a `G10 L20`, and read the new offset."""
+
+    async def safe(self) -> None:
+        self._stopped = True
+        try:
+            await self._stop()
+        except GrblFault as fault:
+            raise OSError(f"{self._name()}: {fault}") from fault
+
+    async def home(self, goal: GoalContext) -> dict[str, Any]:
+        self._check_connected("home")
+        try:
+            await self._home(goal)
+        except GrblFault as fault:
+            error = "Offline" if isinstance(fault, NotConnected) else "HomingFailed"
+            message = f"{self._name()} was asked to home (`$H`); {fault}"
+            raise ActionFailed(error, message, fault.happened) from fault
+        return {}
+
+    async def hold(self, goal: GoalContext) -> dict[str, Any]:
+        self._check_connected("hold")
+        with self._telling("hold (`!`)"):
+            if self._doing == "move":
+                await self._hold()
+        return {}
+
+    async def resume(self, goal: GoalContext) -> dict[str, Any]:
+        self._check_connected("resume")
+        with self._telling("resume (`~`)"):
+            await self._resume()
+        return {}
+
+    async def halt(self, goal: GoalContext) -> dict[str, Any]:
+        self._check_connected("halt")
+        with self._telling("halt"):
+            await self._stop()
+        return {}
+
+    async def move_to(
+        self,
+        goal: GoalContext,
+        *,
+        x: float | None = None,
+        y: float | None = None,
+        z: float | None = None,
+        feed: float | None = None,
+    ) -> dict[str, Any]:
+        given = zip(AXES, (x, y, z), strict=True)
+        wanted = {axis: float(value) for axis, value in given if value is not None}
+        return await self._go(goal, wanted, feed)
+
+    async def go_to_zero(
+        self, goal: GoalContext, *, axes: list[str] | None = None, feed: float | None = None
+    ) -> dict[str, Any]:
+        await self._ready()
+        self._check_homed("go to the work zero")
+        offset = self._offset()
+        if offset is None:
+            raise ActionFailed(
+                "Offline", f"{self._name()} has not reported its work zero yet", "no"
+            )
+        zero = dict(zip(AXES, self.bench.to_bench(offset), strict=True))
+        return await self._go(goal, {axis: zero[axis] for axis in axes or AXES}, feed)
+
+    async def set_zero(self, goal: GoalContext, *, axes: list[str] | None = None) -> dict[str, Any]:
+        await self._ready()
+        self._check_homed("set the work zero")
+        letters = ("XYZ"[self.bench.index[AXES.index(axis)]] for axis in axes or AXES)
+        line = "G10L20P0" + "".join(f"{letter}0" for letter in sorted(letters))
+        with self._telling(line):
+            self._by_hand = {"goal_id": goal.id}
+            await self._set_zero(line)
+            offset = self._offset()
+            zero = self._place(await self._machine() if offset is None else offset)
+        self._by_hand |= zero
+        return zero
+
+    async def last_by_hand(self, goal: GoalContext) -> dict[str, Any]:
+        return self._by_hand
+
+    async def _go(
+        self, goal: GoalContext, wanted: dict[str, float], feed: float | None
+    ) -> dict[str, Any]:
+        self.bench.check_range(wanted, self._name())
+        if feed is not None and not 0 < feed < math.inf:
+            raise ActionFailed("SoftLimit", f"a feed of {feed:g} mm/min is not possible", "no")
+        await self._ready()
+        if not self.homed and self.place.config.get("home_first"):
+            await self.home(goal)
+            self.bench.check_range(
+                wanted, self._name()
+            )  # homing may have given the machine's range
+        self._check_homed("move")
+        with self._telling(f"move to {_axes_words(wanted)}", before=True):
+            start = await self._machine()
+        here = dict(zip(AXES, self.bench.to_bench(start), strict=True))
+        there = here | wanted
+        self.bench.check_path(
+            self.bench.to_bench(start), (there["x"], there["y"], there["z"]), self._name()
+        )
+        end = dict(self.bench.to_machine(AXES.index(axis), v) for axis, v in wanted.items())
+        line = _line(end, feed)
+        with self._telling(f"move to {_axes_words(wanted)} (`{line}`)"):
+            return self._place(await self._drive(goal, line, end))
+
+    def _check_connected(self, asked: str) -> None:
+        if self.known.lost:
+            words = f"{self._name()} was asked to {asked}, but {self.known.lost}{self.when_lost}"
+            raise ActionFailed("Offline", words, "no")
+
+    async def _ready(self) -> None:
+        """Query its state; raise ActionFailed if no motion may begin."""
+        self._check_connected("move")
+        with self._telling("report its state (`?`)", before=True):
+            await self._look()
+        if self.known.alarm:
+            words = f"{self._name()} was not moved: {self.known.alarm}"
+            raise ActionFailed("Alarm", words, "no")
+        if state := self._held_in():
+            words = f"it is in state {state}; resume or halt it first"
+            raise ActionFailed("Held", f"{self._name()} was not moved: {words}", "no")
+
+    @contextmanager
+    def _under_way(self, doing: str) -> Iterator[None]:
+        """Around a motion: until it ends, a stop ends it."""
+        self._doing, self._stopped = doing, False
+        try:
+            yield
+        finally:
+            self._doing = None
+
+    def _ended(self, goal: GoalContext) -> Callable[[], bool]:
+        """Whether a cancel or a stop wants the motion to end."""
+        return lambda: goal.cancelled.is_set() or self._stopped
+
+    def _ending(self, goal: GoalContext, error: str, happened: Happened) -> Exception:
+        """How a motion that was ended early is reported."""
+        machine = self._place_known()
+        where = place_words(self.bench.to_bench(machine)) if machine else "an unknown position"
+        if goal.cancelled.is_set():
+            return ActionCanceled(f"stopped at {where}")
+        words = f"a stop ended the motion of {self._name()} at {where}"
+        return ActionFailed(error, words, happened)
+
+    def _check_homed(self, asked: str) -> None:
+        if not self.homed:
+            raise ActionFailed(
+                "NotHomed",
+                f"{self._name()} cannot {asked}: its position is unknown; home it first "
+                f"(or write `home_first: true` in its config, and the first move will)",
+                "no",
+            )
+
+    @contextmanager
+    def _telling(self, asked: str, *, before: bool = False) -> Iterator[None]:
+        """Turn errors within into those of the contract; `before`: nothing has been sent."""
+        try:
+            yield
+        except GrblFault as fault:
+            in_alarm = bool(self.known.alarm) or self._locked()
+            error = "Offline" if before and not in_alarm else fault.error
+            words = f"{self._name()} was asked to {asked}; {fault}"
+            raise ActionFailed(error, words, "no" if before else fault.happened) from fault
+
+    def _place(self, machine: Point) -> dict[str, float]:
+        x, y, z = (round(value, 4) + 0.0 for value in self.bench.to_bench(machine))
+        return {"x": x, "y": y, "z": z}
+
+    def _from_zero(self, work: Point | None) -> dict[str, float]:
+        """The position relative to the work zero, along the bench's axes."""
+        if work is None:
+            return {}
+        signed = (self.bench.sign[i] * work[self.bench.index[i]] for i in range(len(AXES)))
+        return {f"work_{a}": round(v, 4) + 0.0 for a, v in zip(AXES, signed, strict=True)}
+
+    def _publish(self, machine: Point) -> None:
+        """Publish its position to simulated instruments that ride on a real gantry."""
+        if machine != self._published:
+            self._published = machine
+            self.world.publish(self.place.device, self._place(machine))
+
+
+def _line(end: dict[int, float], feed: float | None) -> str:
+    """A straight move in machine coordinates, whatever work zero is set."""
+    words = "".join(f"{'XYZ'[axis]}{value:.4f}" for axis, value in sorted(end.items()))
+    return f"{MODES}G53G0{words}" if feed is None else f"{MODES}G53G1{words}F{feed:.3f}"
+
+
+def _axes_words(wanted: dict[str, float]) -> str:
+    return " ".join(f"{axis} {value:g}" for axis, value in wanted.items()) + " mm"

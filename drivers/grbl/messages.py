@@ -1,0 +1,78 @@
+"""The meaning of GRBL's error and alarm numbers, each with what to do.
+
+From the list of GRBL 1.1 (doc/csv of the firmware); the numbers above it are grblHAL's.
+"""
+
+ERRORS: dict[int, str] = {
+    1: "a letter was expected; noise on the line, or another program wrote to the port",
+    2: "a number is missing or unreadable; noise on the line",
+    3: "unknown `$` command",
+    4: "a negative value where only a positive one is allowed",
+    5: "homing is off ($22=0): `$22=1` turns it on if limit switches are wired",
+    6: "the step pulse is shorter than 3 microseconds ($0)",
+    7: "its stored settings could not be read: check all `$` settings",
+    8: "this is allowed only when it is idle and not locked",
+    9: "it is locked by an alarm or in a jog: home or unlock it first",
+    10: "soft limits ($20=1) need homing ($22=1)",
+    11: "the line is too long",
+    12: "the step rate is higher than it can generate: lower $110 to $112",
+    13: "the safety door is open: close it",
+    14: "the line is too long for its start-up memory",
+    15: "the jog would leave the machine's travel ($130 to $132)",
+    16: "a jog without `=` or with a command that a jog does not allow",
+    17: "laser mode ($32=1) needs a spindle with PWM",
+    20: "unknown G-code",
+    21: "two G-codes of the same group in one line",
+    22: "no feed rate was set",
+    23: "a whole number is needed",
+    24: "two commands that both use the axes in one line",
+    25: "a G-code word appears twice",
+    26: "no axis is named",
+    27: "the line number is out of range",
+    28: "a G-code word that the command needs is missing",
+    29: "work coordinates G59.1 to G59.3 are not supported",
+    30: "G53 works with G0 and G1 only",
+    31: "axes are named that the command does not use",
+    32: "an arc names no axis of its plane",
+    33: "the arc cannot be drawn",
+    34: "the arc's radius is not possible",
+    35: "the arc names no centre",
+    36: "unused G-code words were left over",
+    37: "the tool length offset is for the Z axis only",
+    38: "the tool number is too high",
+    39: "a parameter is out of range",
+    40: "a tool change is waiting",
+    45: "a limit switch is engaged: move off it first",
+    46: "it must be homed before anything else",
+    60: "no memory card is inserted",
+    79: "the emergency stop is pressed: release it, then unlock",
+}
+
+ALARMS: dict[int, str] = {
+    1: "a limit switch was hit; the motor was cut off in mid-step and the position is lost. "
+    "Check what is in the way, unlock, jog off the switch, home",
+    2: "the move would have left the machine's travel (soft limit). Unlock, and home",
+    3: "it was reset while it moved; steps may be lost. Home it",
+    4: "the probe was not in the state that probing starts from",
+    5: "the probe made no contact within its travel",
+    6: "homing was aborted by a reset",
+    7: "homing was aborted: the safety door is open. Close it, home again",
+    8: "homing could not get off the limit switch: raise the pull-off ($27) or check the wiring",
+    9: "homing did not find the limit switch: check the switch, its wiring ($5) and $130 to $132",
+    10: "the emergency stop is pressed. Release it, unlock, home",
+    11: "it must be homed. Home it",
+    12: "a limit switch is engaged. Move off it, home",
+    14: "the spindle did not answer",
+    15: "the second limit switch of an axis failed",
+    17: "a motor driver reports a fault: switch the motors' power off and on",
+}
+
+
+def error_words(code: int) -> str:
+    """`error:9` with its meaning."""
+    return f"error:{code} ({ERRORS.get(code, 'a number that GRBL 1.1 and grblHAL do not list')})"
+
+
+def alarm_words(code: int) -> str:
+    """`ALARM:1` with its meaning and what to do."""
+    return f"ALARM:{code}: {ALARMS.get(code, 'a number that GRBL 1.1 and grblHAL do not list')}"

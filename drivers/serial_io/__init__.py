@@ -1,0 +1,4 @@
+"""Lines of text over a serial port, off the event loop.
+
+Never shares a port with another program.
+"""

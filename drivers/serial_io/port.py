@@ -1,0 +1,96 @@
+"""The serial port of a device, as configured in its lab, and the messages for when it fails.
+
+Configuration of every device on a serial line: `port` (/dev/ttyUSB0, COM3), `baud`, `bits`,
+`parity` (N, E or O), `stop_bits`.
+"""
+
+import errno
+from dataclasses import dataclass
+from typing import Any
+
+from ..driver import Place
+
+OPTIONS = ("port", "baud", "bits", "parity", "stop_bits")
+IN_USE = {errno.EAGAIN, errno.EACCES, errno.EBUSY, errno.EWOULDBLOCK}
+
+
+@dataclass(frozen=True, slots=True)
+class SerialPort:
+    """A port's name, its framing, and its device."""
+
+    device: str
+    name: str
+    framing: dict[str, Any]
+
+    def __str__(self) -> str:
+        bits, parity, stop = (self.framing[name] for name in ("bytesize", "parity", "stopbits"))
+        return f"{self.name} ({self.framing['baudrate']} baud, {bits}{parity}{stop})"
+
+    def asked_and_answered(self, asked: str, answer: str) -> str:
+        """The command and its answer, as the beginning of a message."""
+        return f"{self.device} on {self} was sent {asked!r} and answered {answer[:60]!r}"
+
+    def no_answer(self, asked: str, heard: list[str], language: str) -> str:
+        """The message for a missing answer: what came instead, and what to do."""
+        if not heard:
+            return (
+                f"{self.device} on {self} was sent {asked!r} and was silent: is it on, is the cable "
+                "plugged in, are its port and baud rate correct?"
+            )
+        start = f"{self.asked_and_answered(asked, heard[-1])}, which is not {language}:"
+        if "\\x" in "".join(heard):
+            return f"{start} its baud rate, bits or parity may be different, or another device is there"
+        return f"{start} another device may be there, or its menu is set to another language"
+
+    def unplugged(self, fault: object) -> OSError:
+        """The error for a pulled cable or a missing adapter."""
+        return OSError(
+            f"{self.device}: {self.name} is gone ({fault}); plug it in, the next action reopens it"
+        )
+
+    def why_not(self, fault: Exception) -> OSError:
+        """The error for a port that cannot be opened."""
+        number = getattr(fault, "errno", None)
+        if number == errno.ENOENT or "FileNotFoundError" in str(fault):
+            from serial.tools.list_ports import comports
+
+            there = ", ".join(sorted(found.device for found in comports())) or "none"
+            return OSError(f"there is no port {self.name}; ports of this machine: {there}")
+        if number == errno.EACCES and "lock" not in str(fault):
+            return OSError(
+                f"you may not use {self.name}: run `sudo usermod -aG dialout $USER` and log in again"
+            )
+        if number in IN_USE or "PermissionError" in str(fault):
+            return OSError(
+                f"{self.name} is in use by another program: close that (`fuser {self.name}` names it)"
+            )
+        return OSError(f"{self.name} cannot be opened as a serial port: {fault}")
+
+
+def read_port(place: Place, options: tuple[str, ...] = ()) -> SerialPort:
+    """The port in a device's configuration; `options` are the driver's other keys.
+
+    Raises ValueError for an unknown or missing key, or an invalid rate, framing or parity.
+    """
+    from serial import Serial
+
+    config, known = place.config, (*OPTIONS, *options)
+    if unknown := sorted(set(config) - set(known)):
+        raise ValueError(
+            f"config has no key {', '.join(unknown)}; its keys are: {', '.join(known)}"
+        )
+    if not isinstance(config.get("port"), str):
+        raise ValueError(
+            "config has no port: give the port that it is plugged into, such as port: /dev/ttyUSB0"
+        )
+    framing = {
+        "baudrate": config.get("baud", 9600),
+        "bytesize": config.get("bits", 8),
+        "parity": config.get("parity", "N"),
+        "stopbits": config.get("stop_bits", 1),
+    }
+    try:
+        Serial(**framing)  # without a port it opens none
+    except ValueError as fault:
+        raise ValueError(f"config: baud, bits, parity or stop_bits will not do: {fault}") from fault
+    return SerialPort(place.device, config["port"], framing)

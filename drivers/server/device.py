@@ -1,0 +1,247 @@
+"""A device on its server: one driver, its contract, its lease and its goals."""
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable
+from typing import Any
+
+from ...schemas.contract import Contract
+from ...schemas.messages import DeviceDescription, Goal, GoalReport, GoalState, LeaseRequest
+from ...system.tasks import spawn
+from ..driver import Driver, Place
+from .arguments import Arguments
+from .execution import Ending, Execution, never_started, not_begun
+from .lease import Lease, Refused
+from .ledger import Ledger, LedgerFault
+from .owner import Owner
+from .status import StatusWatch
+from .wire import Tell, wire
+
+STOP_S = 10.0
+"""How long a stop waits for the driver to confirm the safe state."""
+
+WIND_DOWN_S = 5.0
+RECORD_AGAIN_S = 1.0
+LOG = logging.getLogger("labrun")
+
+
+class ServedDevice:
+    """Everything about one device that outlives a single goal."""
+
+    def __init__(
+        self, place: Place, driver: Driver, contract: Contract, ledger: Ledger, tell: Tell
+    ) -> None:
+        self.name = place.device
+        self._limits = place.limits
+        self._driver = driver
+        self._contract = contract
+        self._ledger = ledger
+        self._tell = tell
+        self._arguments = {
+            name: Arguments(f"{self.name}.{name}", action, place.limits)
+            for name, action in contract.actions.items()
+        }
+        self._status = StatusWatch(driver, self._tell_status)
+        self._owner = Owner(self.name, driver, contract, self._status.changed, self._unlease)
+        self.running = self._owner.goals
+        self.lease = Lease(self.name, ledger, self._owner.lapse)
+        self._owning: asyncio.Task[None] | None = None
+        self._closed_to_goals: str | None = None
+        self._admitting = asyncio.Lock()
+
+    async def open(self, *, make_safe: bool) -> None:
+        """Connect to the hardware; if an earlier server was cut off during an action, make it safe first."""
+        await self._driver.open()
+        if make_safe:
+            await self._owner.safe()
+            self._unlease()
+        await self._status.open()
+        self._owning = self._owner.open()
+
+    async def wind_down(self, timeout_s: float = WIND_DOWN_S) -> None:
+        """Accept no more goals, go to the safe state, and end every running goal."""
+        self._owner.end()
+        self.lease.close()
+        safe, _ = await self.stop(timeout_s)
+        ends = [execution.task for execution in self.running.values() if execution.task is not None]
+        if ends:
+            await asyncio.wait(ends, timeout=timeout_s)
+        if safe:
+            self._unlease()
+
+    async def close(self, timeout_s: float = WIND_DOWN_S) -> None:
+        """Release the hardware; nothing is left running."""
+        await self._status.close()
+        left = [
+            t for t in (self._owning, *(e.task for e in self.running.values())) if t is not None
+        ]
+        for task in left:
+            task.cancel()
+        if left:  # not for ever: what a driver does when it is cancelled is its own matter
+            await asyncio.wait(left, timeout=timeout_s)
+        try:
+            async with asyncio.timeout(timeout_s):
+                await self._driver.close()
+        except Exception:  # the other devices still have to be closed
+            LOG.exception("%s could not be closed", self.name)
+
+    def describe(self) -> DeviceDescription:
+        """What clients need to know to use it."""
+        limits = self._limits.items()
+        return DeviceDescription(
+            contract=self._contract.model_dump(),
+            driver=type(self._driver).__name__,
+            versions=dict(self._driver.versions),
+            limits={name: {"minimum": low, "maximum": high} for name, (low, high) in limits},
+            status=self._status.latest,
+        )
+
+    @property
+    def calm(self) -> bool:
+        """True if it has no lease holder, nothing runs on it and it is not being made safe."""
+        return self.lease.holder is None and not self.running and self._owner.at_rest
+
+    async def take_lease(self, request: LeaseRequest, session: str) -> int:
+        """Grant or renew the lease; taking it deliberately also ends the hold after a stop."""
+        before = self.lease.holder.epoch if self.lease.holder is not None else None
+        closed = self._closed_to_goals
+        epoch = await self.lease.take(request, session)
+        if epoch != before and not request.again and self._closed_to_goals is closed:
+            self._closed_to_goals = None  # but a stop that came meanwhile holds
+        return epoch
+
+    async def release(self, owner: str, epoch: int | None) -> bool:
+        """End the lease; if a goal is still running the device is made safe, as on a lapse."""
+        over = await self.lease.release(owner, epoch)
+        if over is not None and self.running:
+            self._owner.lapse(over)
+        elif over is not None:
+            self._owner.fence(over)
+            self._unlease()
+        return over is not None
+
+    async def accept(self, goal: Goal, session: str) -> Execution:
+        """Start a goal; raises Refused if it must not start, and then nothing has happened."""
+        action = self._contract.actions.get(goal.action)
+        if action is None:
+            raise Refused("INVALID", f"{self.name} has no action {goal.action!r}")
+        arguments = self._arguments[goal.action]
+        async with self._admitting:  # until it is in the ledger, none is checked against what runs
+            self._check(goal, arguments)
+            state: GoalState = "EXECUTING" if self._owner.at_rest else "ACCEPTED"
+            stops = self._owner.stops
+            try:
+                seq = await self._ledger.queued(self._ledger.admit, goal, state)
+            except LedgerFault as fault:
+                raise Refused("REJECTED", f"{fault}; nothing was started") from fault
+            execution = Execution(goal, action, state, seq, self._ledger.boot, self._tell_progress)
+            execution.followers.add(session)
+            self.running[goal.id] = execution
+        if self._owner.stops != stops:
+            execution.interrupt()
+        execution.task = spawn(f"goal {goal.id}", self._run(execution, arguments))
+        return execution
+
+    def _check(self, goal: Goal, arguments: Arguments) -> None:
+        self.lease.check(goal.epoch)
+        if self._closed_to_goals is not None:
+            raise Refused("REJECTED", self._closed_to_goals)
+        wrong = arguments.fault_in(goal)
+        if wrong is not None:
+            raise Refused("INVALID", wrong)
+        meanwhile = self._contract.concurrent or self._contract.actions[goal.action].meanwhile
+        if self.running and not meanwhile:
+            raise Refused("BUSY", f"{self.name} is busy with {next(iter(self.running))}")
+
+    async def _run(self, execution: Execution, arguments: Arguments) -> None:
+        try:
+            ending = await self._perform(execution, arguments)
+        finally:
+            self._owner.returned(execution)
+        execution.over = True
+        report = await self._record(execution, ending)
+        del self.running[execution.goal.id]
+        self._tell("update", wire(report), execution.followers)
+        self._status.changed()
+
+    async def _perform(self, execution: Execution, arguments: Arguments) -> Ending:
+        while await self._owner.turn(execution):
+            if execution.state != "ACCEPTED":
+                return await execution.perform(self._driver, arguments)
+            self._owner.returned(execution)  # first to disk, and a stop does not wait for disks
+            try:
+                await self._ledger.queued(self._ledger.begin, execution.goal.id)
+            except LedgerFault as fault:
+                return not_begun(str(fault))
+            if execution.state == "ACCEPTED":
+                execution.state = "EXECUTING"
+                self._tell_progress(execution)
+        return never_started(cancelled=execution.context.cancelled.is_set())
+
+    async def _record(self, execution: Execution, ending: Ending) -> GoalReport:
+        """Write the outcome to disk; until the disk accepts it the goal has not ended."""
+        goal_id, state, result, error = execution.goal.id, ending.state, ending.result, ending.error
+        while True:
+            try:
+                seq = await self._ledger.queued(
+                    self._ledger.end, goal_id, state, result, error, ending.files
+                )
+            except LedgerFault as fault:
+                execution.message = f"waiting to record the outcome: {fault}"
+                self._tell_progress(execution)
+                await asyncio.sleep(RECORD_AGAIN_S)
+            else:
+                return GoalReport(
+                    id=goal_id, state=state, seq=seq, boot=self._ledger.boot,
+                    result=result, error=error, files=ending.files,
+                )  # fmt: skip
+
+    def _tell_progress(self, execution: Execution) -> None:
+        execution.seq = self._ledger.next_seq()
+        self._tell("update", wire(execution.report()), execution.followers)
+
+    def _tell_status(self, status: dict[str, Any]) -> None:
+        self._tell("status", {"device": self.name, **status}, set())
+
+    def beat(self) -> None:
+        """Send a sign of life for every running goal."""
+        for execution in self.running.values():
+            if not execution.over:  # its outcome has the next number
+                self._tell_progress(execution)
+
+    async def stop(self, timeout_s: float = STOP_S, *, by_others: bool = False) -> tuple[bool, str]:
+        """Go to the safe state now: goals are aborted, the driver is called at once.
+
+        After a stop by others the device takes no more goals until its lease is taken again, since
+        its holder does not know about the stop and would send the next goal milliseconds later; the
+        same goes for a holder whose lease has lapsed and who is about to come back.
+        """
+        if by_others:
+            self._closed_to_goals = (
+                f"{self.name} was stopped by another client at {time.strftime('%H:%M:%S')}; "
+                f"take its lease again to continue"
+            )
+            # If this is not written, a run that is resumed later does not see this stop. The stop
+            # does not wait for it, but any later lease does.
+            self._note(self._ledger.skip_epoch)
+        answer = self._owner.stop()
+        self._status.changed()
+        done, _ = await asyncio.wait({answer}, timeout=timeout_s)
+        if not done:
+            return False, f"{self.name} did not confirm its safe state within {timeout_s:g} s"
+        return answer.result()
+
+    def _unlease(self) -> None:
+        # If this is not written, it only costs one more safe state when the server restarts.
+        if self.lease.is_free:
+            self._note(self._ledger.unlease)
+
+    def _note(self, write: Callable[[str], None]) -> None:
+        """Write in the background, but before everything that is written later."""
+        self._ledger.queued(write, self.name).add_done_callback(_heard)
+
+
+def _heard(written: asyncio.Future[None]) -> None:
+    if not written.cancelled() and (fault := written.exception()) is not None:
+        LOG.warning("%s", fault, exc_info=fault)

@@ -1,0 +1,195 @@
+"""One goal's execution by a driver, from acceptance to outcome."""
+
+import asyncio
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from ...schemas.contract import Action
+from ...schemas.messages import FileContent, Goal, GoalError, GoalReport, GoalState
+from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext
+from .arguments import Arguments
+from .ledger import NEVER_STARTED
+
+CANCEL_GRACE_S = 3.0
+"""How long a driver has to end a cancelled action by itself."""
+
+FEEDBACK_PAUSE_S = 0.05
+"""Of faster feedback only the latest is sent."""
+
+LOG = logging.getLogger("labrun")
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How a goal ended: what goes into the ledger and over the wire."""
+
+    state: GoalState
+    result: dict[str, Any] | None = None
+    error: GoalError | None = None
+    files: dict[str, FileContent] = field(default_factory=dict)
+
+
+class Execution:
+    """A goal that a device server has accepted and that has not ended yet."""
+
+    def __init__(
+        self,
+        goal: Goal,
+        action: Action,
+        state: GoalState,
+        seq: int,
+        boot: str,
+        tell: Callable[["Execution"], None],
+    ) -> None:
+        self.goal = goal
+        self.action = action
+        self.state: GoalState = state
+        self.seq = seq
+        self.boot = boot
+        self.followers: set[str] = set()
+        self.progress: float | None = None
+        self.message = ""
+        self.context = GoalContext(goal.id, files=dict(goal.files), tell=self._feedback)
+        self.task: asyncio.Task[None] | None = None
+        self.turn: asyncio.Future[bool] | None = None
+        self.over = False
+        self._tell = tell
+        self._loop = asyncio.get_running_loop()
+        self._thread = threading.get_ident()
+        self._interruptible = False
+        self._kill_timer: asyncio.TimerHandle | None = None
+        self._feedback_timer: asyncio.TimerHandle | None = None
+        self._untold = False
+
+    def report(self) -> GoalReport:
+        """The current report on it."""
+        return GoalReport(
+            id=self.goal.id,
+            state=self.state,
+            seq=self.seq,
+            boot=self.boot,
+            progress=self.progress,
+            message=self.message,
+        )
+
+    @property
+    def acts(self) -> bool:
+        """Its code may act on the device: from the owner's word until it has returned."""
+        return self.turn is not None and self.turn.done() and self.turn.result()
+
+    def let_begin(self, may: bool) -> None:
+        """The owner's word, if it still waits for one."""
+        if self.turn is not None and not self.turn.done():
+            self.turn.set_result(may)
+
+    async def perform(self, driver: Driver, arguments: Arguments) -> Ending:
+        """Call the driver, and turn whatever it does into an ending."""
+        self._interruptible = True
+        try:
+            result = await getattr(driver, self.goal.action)(self.context, **self.goal.params)
+            return self._answered(result, arguments)
+        except ActionFailed as failure:
+            happened = failure.happened or self.action.happened(failure.name)
+            return _aborted(failure.name, failure.message, happened)
+        except ActionCanceled:
+            return Ending("CANCELED")
+        except asyncio.CancelledError:
+            return self._broken_off()
+        except Exception as fault:  # a driver may be third-party code; what it raises is reported
+            LOG.exception("%s", arguments.place)
+            return _fault(f"{arguments.place}: {type(fault).__name__}: {fault}")
+        finally:
+            self._interruptible = False
+            self._forgive()
+            self._stop_timers()
+
+    def _answered(self, result: Any, arguments: Arguments) -> Ending:
+        files = {n: f for n, f in self.context.files.items() if n in arguments.returned}
+        wrong = arguments.fault_out(result, files)
+        return _fault(wrong) if wrong is not None else Ending("SUCCEEDED", result, None, files)
+
+    def _broken_off(self) -> Ending:
+        if not self.context.cancelled.is_set():
+            return _fault("the driver was cancelled from within")
+        if self.action.cancel:
+            return Ending("CANCELED")
+        return _aborted(
+            "Stopped", "a stop aborted the action; how far it got is unknown", "unknown"
+        )
+
+    def _forgive(self) -> None:
+        """The interruption was meant for the driver, not for the task that reports it."""
+        task = asyncio.current_task()
+        while task is not None and task.cancelling():
+            task.uncancel()
+
+    def cancel(self) -> GoalState:
+        """Ask the driver to end it; an action that its contract does not let cancel runs to its end."""
+        if self.action.cancel or self.state == "ACCEPTED":
+            self.interrupt()
+        return self.state
+
+    def interrupt(self) -> None:
+        """Make the driver end it, whatever the contract says, and abort it if it does not."""
+        if self.over:
+            return
+        self.context.cancelled.set()
+        self.let_begin(False)
+        if self.action.cancel or self.state == "ACCEPTED":
+            self.state = "CANCELING"
+        if self._kill_timer is None:
+            self._kill_timer = self._loop.call_later(CANCEL_GRACE_S, self._kill)
+        self._tell(self)
+
+    def _kill(self) -> None:
+        if self.task is not None and self._interruptible:
+            self.task.cancel()
+
+    def _feedback(self, progress: float | None, message: str) -> None:
+        if threading.get_ident() == self._thread:
+            self._note(progress, message)
+        else:
+            self._loop.call_soon_threadsafe(self._note, progress, message)
+
+    def _note(self, progress: float | None, message: str) -> None:
+        if not self._interruptible:
+            return  # a driver's thread that still reports after the action has ended
+        self.progress = None if progress is None else float(progress)
+        self.message = str(message)
+        self._untold = True
+        if self._feedback_timer is None:
+            self._tell_feedback()
+
+    def _tell_feedback(self) -> None:
+        self._feedback_timer = None
+        if self._untold:
+            self._untold = False
+            self._tell(self)
+            self._feedback_timer = self._loop.call_later(FEEDBACK_PAUSE_S, self._tell_feedback)
+
+    def _stop_timers(self) -> None:
+        for timer in (self._kill_timer, self._feedback_timer):
+            if timer is not None:
+                timer.cancel()
+
+
+def never_started(*, cancelled: bool) -> Ending:
+    """The ending of a goal that was cancelled, or whose lease was over, before it could begin."""
+    return Ending("CANCELED" if cancelled else "ABORTED", error=NEVER_STARTED)
+
+
+def not_begun(reason: str) -> Ending:
+    """The ending of an accepted goal whose driver could not be called."""
+    return _aborted("Rejected", f"{reason}; nothing was started", "no")
+
+
+def _aborted(name: str, message: str, happened: Any) -> Ending:
+    word = happened if happened in ("no", "yes") else "unknown"
+    return Ending("ABORTED", error=GoalError(name=str(name), message=str(message), happened=word))
+
+
+def _fault(message: str) -> Ending:
+    return _aborted("Fault", message, "unknown")

@@ -1,0 +1,122 @@
+"""A device server in the running event loop: create, open and serve devices, and leave them safe."""
+
+import contextlib
+import ipaddress
+import socket
+import ssl
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from ...schemas.contract import Contract
+from ..driver import Place
+from ..find import DriverFault, check_driver, find_driver
+from .arguments import LimitFault, read_limits
+from .device import ServedDevice
+from .ledger import Ledger, LedgerFault
+from .listen import bind, listening
+from .server import DeviceClosed, DeviceServer
+from .settings import DeviceSettings, ServerSettings, TlsFiles
+
+
+class ServeFault(Exception):
+    """A server that cannot start, with the reason."""
+
+
+def make_device(
+    name: str, device: DeviceSettings, settings: ServerSettings, server: DeviceServer
+) -> ServedDevice:
+    """A device with its driver, not opened yet; raises ServeFault if they do not match."""
+    folder = Path(settings.folder) / name
+    try:
+        contract = Contract.model_validate(device.contract)
+        driver_class = find_driver(device.driver, Path(settings.base))
+        check_driver(driver_class, contract)
+        limits = read_limits(device.limits, contract)
+        folder.mkdir(parents=True, exist_ok=True)
+        world = Path(settings.world or settings.folder)
+        world.mkdir(parents=True, exist_ok=True)
+        place = Place(name, device.config, limits, folder, world, contract)
+        return ServedDevice(place, driver_class(place), contract, server.ledger, server.tell)
+    except ValidationError as fault:
+        raise ServeFault(f"device {name}: its contract: {first_fault(fault)}") from fault
+    except (DriverFault, LimitFault, OSError) as fault:
+        raise ServeFault(f"device {name}: {fault}") from fault
+    except Exception as fault:  # a driver's own __init__ may raise anything about its config
+        raise ServeFault(f"device {name}: {type(fault).__name__}: {fault}") from fault
+
+
+@asynccontextmanager
+async def serving(settings: ServerSettings) -> AsyncIterator[tuple[DeviceServer, str]]:
+    """A device server and its address, for as long as the block lasts; raises ServeFault."""
+    if settings.token is None and not _is_loopback(settings.host):
+        raise ServeFault(
+            f"{settings.host} can be reached from other machines, so a token is required; "
+            f"give `token`, or serve on 127.0.0.1"
+        )
+    tls = None if settings.tls is None else _certificate(settings.tls)
+    try:
+        ledger = Ledger(Path(settings.folder) / "ledger.sqlite")
+    except LedgerFault as fault:
+        raise ServeFault(str(fault)) from fault
+    server = DeviceServer(ledger, settings.token)
+    try:
+        devices = [make_device(n, d, settings, server) for n, d in settings.devices.items()]
+        listener = _bind(settings)
+        scheme = "https" if tls else "http"
+        url = f"{scheme}://{_host_text(settings.host)}:{listener.getsockname()[1]}"
+        try:
+            await server.open(devices)
+            async with listening(server.app, listener, tls):
+                try:
+                    yield server, url
+                finally:
+                    await server.make_safe()
+        except DeviceClosed as fault:
+            raise ServeFault(str(fault)) from fault
+        finally:
+            listener.close()
+    finally:
+        await server.close()
+
+
+def _certificate(files: TlsFiles) -> tuple[str, str]:
+    try:
+        ssl.create_default_context(ssl.Purpose.CLIENT_AUTH).load_cert_chain(
+            files.certificate, files.key
+        )
+    except OSError as fault:  # ssl.SSLError is one, too
+        raise ServeFault(
+            f"the certificate {files.certificate} with the key {files.key} cannot be used: {fault}"
+        ) from fault
+    return files.certificate, files.key
+
+
+def _bind(settings: ServerSettings) -> socket.socket:
+    try:
+        return bind(settings.host, settings.port)
+    except OSError as fault:
+        raise ServeFault(
+            f"port {settings.port} on {settings.host} cannot be used: {fault.strerror or fault}; "
+            f"another server may be on it"
+        ) from fault
+
+
+def _is_loopback(host: str) -> bool:
+    with contextlib.suppress(ValueError):
+        return ipaddress.ip_address(host).is_loopback
+    return host == "localhost"
+
+
+def _host_text(host: str) -> str:
+    if host in ("0.0.0.0", "::", ""):  # an address to listen on, not one to call
+        return "127.0.0.1" if host != "::" else "[::1]"
+    return f"[{host}]" if ":" in host else host
+
+
+def first_fault(fault: ValidationError) -> str:
+    """The first of a model's validation errors, with its place."""
+    first = fault.errors()[0]
+    return f"{'.'.join(str(part) for part in first['loc'])}: {first['msg']}"

@@ -1,0 +1,292 @@
+"""The durable memory of a device server: every goal, before and after it touches a device.
+
+A goal is on disk before the driver is called, its outcome before it is reported; so after a crash
+the server can state for every goal whether it never began, was interrupted, or how it ended.
+"""
+
+import asyncio
+import itertools
+import json
+import secrets
+import sqlite3
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any, TypeVar, TypeVarTuple
+
+from ...schemas.messages import FileContent, Goal, GoalError, GoalReport, GoalState
+
+Args = TypeVarTuple("Args")
+T = TypeVar("T")
+
+KEPT_FILES = 64
+"""Goals whose files stay in the ledger; of older goals only the result is kept."""
+
+LOCK_S = 2.0
+"""How long to wait for a server that is shutting down to release the file."""
+
+OPEN = ("ACCEPTED", "EXECUTING", "CANCELING")
+
+TABLES = """
+CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS goals (
+    id TEXT PRIMARY KEY, seq INTEGER NOT NULL, device TEXT NOT NULL, action TEXT NOT NULL,
+    boot TEXT NOT NULL, state TEXT NOT NULL, result TEXT, error TEXT
+) WITHOUT ROWID;
+CREATE INDEX IF NOT EXISTS goals_by_seq ON goals (seq);
+CREATE INDEX IF NOT EXISTS open_goals ON goals (device)
+    WHERE state IN ('ACCEPTED', 'EXECUTING', 'CANCELING');
+CREATE TABLE IF NOT EXISTS files (
+    goal TEXT NOT NULL, seq INTEGER NOT NULL, name TEXT NOT NULL, path TEXT NOT NULL,
+    sha256 TEXT NOT NULL, data BLOB NOT NULL, PRIMARY KEY (goal, name)
+);
+CREATE TABLE IF NOT EXISTS epochs (
+    device TEXT PRIMARY KEY, epoch INTEGER NOT NULL, holder TEXT NOT NULL
+) WITHOUT ROWID;
+"""
+ROW = "SELECT id, seq, boot, state, result, error FROM goals "
+
+
+class LedgerFault(Exception):
+    """The ledger cannot be opened or written; the text says where and why."""
+
+
+class Ledger:
+    """One SQLite file, owned by one server at a time, fully synced at every change.
+
+    A sync may take as long as a disk likes, so an event loop calls its methods through `queued`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._thread: ThreadPoolExecutor | None = None
+        self._disk = self._open()
+        self.id = self._fact("ledger", secrets.token_hex(6))
+        # A boot contains its ledger's id, so that a client can see from a goal's boot alone
+        # whether a server that does not know the goal ought to know it.
+        self.boot = f"{self.id}.{secrets.token_hex(4)}"
+        newest = self._disk.execute("SELECT coalesce(max(seq), 0) FROM goals").fetchone()[0]
+        self._numbers = itertools.count(newest + 1)
+        self._with_files: list[str] = [
+            row[0]
+            for row in self._disk.execute("SELECT goal FROM files GROUP BY goal ORDER BY seq")
+        ]
+        self.touched = self._close_open_goals()
+
+    def queued(self, work: Callable[[*Args], T], *args: *Args) -> asyncio.Future[T]:
+        """Let a method of this ledger do its work after everything that was queued before it.
+
+        It works in the ledger's own thread; one in memory has nothing to wait for, and works now.
+        """
+        loop = asyncio.get_running_loop()
+        if str(self.path) != ":memory:":
+            if self._thread is None:
+                self._thread = ThreadPoolExecutor(1, thread_name_prefix="ledger")
+            return loop.run_in_executor(self._thread, work, *args)
+        done: asyncio.Future[T] = loop.create_future()
+        try:
+            done.set_result(work(*args))
+        except LedgerFault as fault:
+            done.set_exception(fault)
+        return done
+
+    def _open(self) -> sqlite3.Connection:
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with ExitStack() as on_failure:
+                disk = sqlite3.connect(
+                    self.path, isolation_level=None, timeout=LOCK_S, check_same_thread=False
+                )
+                on_failure.callback(disk.close)
+                # It refuses a second server, and needs no shared memory.
+                disk.execute("PRAGMA locking_mode = EXCLUSIVE")
+                disk.execute("PRAGMA journal_mode = WAL")
+                disk.execute("PRAGMA synchronous = FULL")
+                disk.executescript(TABLES)
+                on_failure.pop_all()
+            return disk
+        except (OSError, sqlite3.Error) as fault:
+            if isinstance(fault, sqlite3.OperationalError) and "locked" in str(fault):
+                raise LedgerFault(
+                    f"another device server is using {self.path}; stop it, or give this one "
+                    f"another folder"
+                ) from fault
+            raise LedgerFault(f"the ledger {self.path} cannot be opened: {fault}") from fault
+
+    def _fact(self, name: str, value: str) -> str:
+        self._disk.execute("INSERT OR IGNORE INTO facts VALUES (?, ?)", (name, value))
+        return self._disk.execute("SELECT value FROM facts WHERE name = ?", (name,)).fetchone()[0]
+
+    def _close_open_goals(self) -> set[str]:
+        """Settle every goal that an earlier boot left open; returns the devices they were on."""
+        rows = self._disk.execute(
+            f"SELECT id, state, device FROM goals WHERE state IN {OPEN}"
+        ).fetchall()
+        with self.writing():
+            for goal_id, state, _ in rows:
+                error = NEVER_STARTED if state == "ACCEPTED" else INTERRUPTED
+                self._end(goal_id, "ABORTED", None, error)
+        return {device for _, state, device in rows if state != "ACCEPTED"}
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """One transaction, with one sync; raises LedgerFault where the disk does not take it."""
+        try:
+            self._disk.execute("BEGIN IMMEDIATE")
+            yield
+            self._disk.execute("COMMIT")
+        except BaseException as fault:
+            if self._disk.in_transaction:
+                self._disk.execute("ROLLBACK")
+            if isinstance(fault, sqlite3.Error):
+                raise LedgerFault(f"the ledger {self.path} cannot be written: {fault}") from fault
+            raise
+
+    def next_seq(self) -> int:
+        """The number of the next change; grows for as long as the ledger exists, in any thread."""
+        return next(self._numbers)
+
+    def admit(self, goal: Goal, state: GoalState) -> int:
+        """Write a new goal to disk, before anything else is done with it."""
+        seq = self.next_seq()
+        with self.writing():
+            self._disk.execute(
+                "INSERT INTO goals (id, seq, device, action, boot, state) VALUES (?, ?, ?, ?, ?, ?)",
+                (goal.id, seq, goal.device, goal.action, self.boot, state),
+            )
+        return seq
+
+    def begin(self, goal_id: str) -> None:
+        """Record on disk that an accepted goal's driver is about to be called."""
+        with self.writing():
+            self._disk.execute(
+                "UPDATE goals SET state = 'EXECUTING', seq = ? WHERE id = ?",
+                (self.next_seq(), goal_id),
+            )
+
+    def bury(self, goal_id: str) -> None:
+        """A tombstone for a goal that was cancelled before it arrived: it can never start."""
+        with self.writing():
+            self._disk.execute(
+                "INSERT INTO goals VALUES (?, ?, '', '', ?, 'CANCELED', NULL, ?)",
+                (goal_id, self.next_seq(), self.boot, NEVER_STARTED.model_dump_json()),
+            )
+
+    def end(
+        self,
+        goal_id: str,
+        state: GoalState,
+        result: dict[str, Any] | None = None,
+        error: GoalError | None = None,
+        files: dict[str, FileContent] | None = None,
+    ) -> int:
+        """Write a goal's outcome to disk, before it is reported."""
+        with self.writing():
+            seq = self._end(goal_id, state, result, error)
+            kept = self._keep_files(goal_id, seq, files) if files else self._with_files
+        self._with_files = kept
+        return seq
+
+    def _end(
+        self,
+        goal_id: str,
+        state: GoalState,
+        result: dict[str, Any] | None,
+        error: GoalError | None,
+    ) -> int:
+        seq = self.next_seq()
+        result_text = None if result is None else json.dumps(result)
+        error_text = None if error is None else error.model_dump_json()
+        self._disk.execute(
+            "UPDATE goals SET state = ?, seq = ?, boot = ?, result = ?, error = ? WHERE id = ?",
+            (state, seq, self.boot, result_text, error_text, goal_id),
+        )
+        return seq
+
+    def _keep_files(self, goal_id: str, seq: int, files: dict[str, FileContent]) -> list[str]:
+        """Write them, delete those of the oldest goals; returns the goals that still have theirs."""
+        self._disk.executemany(
+            "INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?)",
+            [(goal_id, seq, n, f.path, f.sha256, f.data) for n, f in files.items()],
+        )
+        kept = [known for known in self._with_files if known != goal_id] + [goal_id]
+        for old in kept[:-KEPT_FILES]:
+            self._disk.execute("DELETE FROM files WHERE goal = ?", (old,))
+        return kept[-KEPT_FILES:]
+
+    def report(self, goal_id: str) -> GoalReport | None:
+        """What is known about a goal; None if it was never seen."""
+        row = self._disk.execute(ROW + "WHERE id = ?", (goal_id,)).fetchone()
+        return None if row is None else self._report(row)
+
+    def reports_since(self, seq: int, limit: int = 1000) -> Iterable[GoalReport]:
+        """Goals that changed after change `seq`, oldest first, without their files."""
+        rows = self._disk.execute(ROW + "WHERE seq > ? ORDER BY seq LIMIT ?", (seq, limit))
+        return [self._report(row, files=False) for row in rows.fetchall()]
+
+    def _report(self, row: tuple[Any, ...], *, files: bool = True) -> GoalReport:
+        goal_id, seq, boot, state, result, error = row
+        return GoalReport(
+            id=goal_id,
+            state=state,
+            seq=seq,
+            boot=boot,
+            result=None if result is None else json.loads(result),
+            error=None if error is None else GoalError.model_validate_json(error),
+            files=self._files(goal_id) if files and goal_id in self._with_files else {},
+        )
+
+    def _files(self, goal_id: str) -> dict[str, FileContent]:
+        rows = self._disk.execute(
+            "SELECT name, path, sha256, data FROM files WHERE goal = ?", (goal_id,)
+        )
+        return {name: FileContent(path=p, sha256=s, data=d) for name, p, s, d in rows}
+
+    def epoch(self, device: str) -> int:
+        """The latest epoch of a device; 0 before its first lease."""
+        row = self._disk.execute("SELECT epoch FROM epochs WHERE device = ?", (device,)).fetchone()
+        return 0 if row is None else row[0]
+
+    def lease(self, device: str, holder: str) -> int:
+        """A new epoch for a new lease; on disk before it is sent to the holder."""
+        epoch = self.epoch(device) + 1
+        with self.writing():
+            self._disk.execute(
+                "INSERT OR REPLACE INTO epochs VALUES (?, ?, ?)", (device, epoch, holder)
+            )
+        return epoch
+
+    def skip_epoch(self, device: str) -> None:
+        """Skip a number, so that the next holder sees that another client intervened."""
+        with self.writing():
+            self._disk.execute("UPDATE epochs SET epoch = epoch + 1 WHERE device = ?", (device,))
+
+    def unlease(self, device: str) -> None:
+        """Record that the device has no holder and is in order."""
+        with self.writing():
+            self._disk.execute("UPDATE epochs SET holder = '' WHERE device = ?", (device,))
+
+    def abandoned(self) -> set[str]:
+        """Devices whose lease had neither been released nor lapsed when the last boot ended."""
+        return {
+            row[0] for row in self._disk.execute("SELECT device FROM epochs WHERE holder != ''")
+        }
+
+    def close(self) -> None:
+        """Leave the file complete and unlocked for the next server; what is queued is written."""
+        if self._thread is not None:
+            self._thread.shutdown()
+        self._disk.close()
+
+
+INTERRUPTED = GoalError(
+    name="INTERRUPTED",
+    message="the device server ended during the action; its outcome is unknown",
+    happened="unknown",
+)
+NEVER_STARTED = GoalError(
+    name="NEVER_STARTED",
+    message="the action ended before its driver was called",
+    happened="no",
+)

@@ -1,0 +1,79 @@
+"""Serve an ASGI app on our own socket, in the running event loop, without signal handlers."""
+
+import asyncio
+import contextlib
+import socket
+import ssl
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager
+from typing import Any
+
+import uvicorn
+
+from ...system import WINDOWS
+from ...system.tasks import spawn
+from .server import MAX_MESSAGE_BYTES
+
+START_S = 10.0
+
+
+class _Server(uvicorn.Server):
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Leave signals to the process, which must make its devices safe first."""
+        yield
+
+
+def bind(host: str, port: int) -> socket.socket:
+    """A listening socket; port 0 chooses a free one. Raises OSError if it is taken."""
+    family, kind, protocol, _, address = socket.getaddrinfo(
+        host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+    )[0]
+    listener = socket.socket(family, kind, protocol)
+    try:
+        # A server that was killed leaves its port in TIME_WAIT; on Windows the same option would
+        # let a second server take a port that is in use.
+        if not WINDOWS:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind(address)
+        listener.listen(128)
+        listener.setblocking(False)
+    except OSError:
+        listener.close()
+        raise
+    return listener
+
+
+@asynccontextmanager
+async def listening(
+    app: Any, listener: socket.socket, tls: tuple[str, str] | None = None
+) -> AsyncIterator[None]:
+    """Serve for as long as the block lasts; `tls` is a certificate file and its key file."""
+    config = uvicorn.Config(
+        app,
+        ws="websockets-sansio",
+        ws_max_size=MAX_MESSAGE_BYTES,
+        ws_ping_interval=None,  # Socket.IO sends its own pings
+        ws_per_message_deflate=False,  # compression costs more than it saves on loopback and LAN
+        lifespan="off",
+        log_level="warning",
+        log_config=None,
+        access_log=False,
+        timeout_graceful_shutdown=1,
+        ssl_certfile=tls[0] if tls else None,
+        ssl_keyfile=tls[1] if tls else None,
+        ssl_version=ssl.PROTOCOL_TLS_SERVER,
+    )
+    server = _Server(config)
+    serving = spawn("listener", server.serve(sockets=[listener]))
+    try:
+        async with asyncio.timeout(START_S):
+            while not server.started and not serving.done():  # noqa: ASYNC110 - uvicorn has no event for it
+                await asyncio.sleep(0.005)
+        if serving.done():
+            serving.result()
+        yield
+    finally:
+        server.should_exit = True
+        await serving
+        listener.close()

@@ -1,0 +1,86 @@
+"""Serve devices in a separate process: `python -m labrun.drivers.server.serve SETTINGS.json`.
+
+One JSON line on stdout reports the start; all other output goes to stderr.
+"""
+
+import asyncio
+import contextlib
+import json
+import logging
+import sys
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from ...system.process import alive
+from ...system.signals import until_end
+from .host import ServeFault, first_fault, serving
+from .server import DeviceServer
+from .server_file import ServerFile
+from .settings import ServerSettings
+
+__all__ = ["ServeFault", "main", "read_settings", "serve", "serving"]
+
+NOT_STARTED = 4
+LOOK_S = 0.25
+
+
+def read_settings(path: Path) -> ServerSettings:
+    """Settings from a JSON file; raises ServeFault with the first error in it."""
+    try:
+        return ServerSettings.model_validate(json.loads(path.read_bytes()))
+    except (OSError, ValueError) as fault:
+        words = first_fault(fault) if isinstance(fault, ValidationError) else str(fault)
+        raise ServeFault(f"settings {path}: {words}") from fault
+
+
+async def serve(settings: ServerSettings) -> None:
+    """Serve until a signal comes or the server is no longer needed."""
+    ended = until_end()
+    async with serving(settings) as (server, url):
+        present = ServerFile(settings, server.ledger.boot, url)
+        present.announce()
+        try:
+            devices = list(server.devices)
+            say({"ready": True, "url": url, "boot": server.ledger.boot, "devices": devices})
+            await _until_needless(server, settings, ended)
+        finally:
+            present.leave()
+
+
+async def _until_needless(
+    server: DeviceServer, settings: ServerSettings, ended: asyncio.Event
+) -> None:
+    clock = asyncio.get_running_loop().time
+    needed_at = clock()
+    while not ended.is_set():
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(LOOK_S):
+                await ended.wait()
+        if not server.calm or alive(settings.owner_pid):
+            needed_at = clock()
+        elif settings.idle_exit_s is not None and clock() - needed_at >= settings.idle_exit_s:
+            return
+
+
+def say(line: dict[str, Any]) -> None:
+    """The one line on stdout."""
+    print(json.dumps(line), flush=True)
+
+
+def main(arguments: list[str]) -> int:
+    """Exit status: 0 after an orderly end, 4 where the server could not start."""
+    logging.basicConfig(stream=sys.stderr, level=logging.WARNING)
+    try:
+        if len(arguments) != 1:
+            raise ServeFault("usage: python -m labrun.drivers.server.serve SETTINGS.json")
+        asyncio.run(serve(read_settings(Path(arguments[0]))))
+    except ServeFault as fault:
+        say({"ready": False, "error": str(fault)})
+        return NOT_STARTED
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,113 @@
+"""A simulated balance: it drifts, flickers, needs time to settle, and weighs what is dropped on it.
+
+Configuration: `load_g` (the initial load on the pan), `pipette` (the device whose drops fall on the
+pan, by its name in the lab).
+"""
+
+import math
+from random import Random
+from typing import Any, ClassVar
+
+from ..driver import ActionCanceled, ActionFailed, GoalContext, Place
+from .twins.twin import Twin
+
+RANGE_G = 220.0
+ZERO_RANGE_G = 0.02 * RANGE_G
+RESOLUTION_G = 0.0001
+NOISE_G = 0.00005
+DRIFT_G, DRIFT_S = 0.0004, 1800.0  # how far the reading wanders, and how slowly
+LAG_S, TICK_S = 0.7, 0.25
+STILL, STILL_G = 4, 0.0004  # so many readings within so little are a stable one
+PATIENCE_S = 10.0
+
+
+class SimBalance(Twin):
+    """Implements balance@1; zero and tare outlive its server, as they would in the instrument."""
+
+    contract: ClassVar[str] = "balance@1"
+    options: ClassVar[tuple[str, ...]] = ("load_g", "pipette")
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.zero_g = self.tare_g = 0.0
+        self.lagging_g = 0.0
+        self.stable = True
+
+    async def open(self) -> None:
+        await super().open()
+        kept = self.world.look(self.place.device) or {"zero_g": 0.0, "tare_g": 0.0}
+        self.zero_g, self.tare_g = kept["zero_g"], kept["tare_g"]
+        self.lagging_g = self._load()
+
+    async def status(self) -> dict[str, Any]:
+        mass = self.lagging_g + self._drift() - self.zero_g - self.tare_g
+        return {"mass": _rounded(mass), "stable": self.stable, "tared": self.tare_g != 0}
+
+    async def zero(self, goal: GoalContext) -> dict[str, Any]:
+        with self.failing("zero", goal):
+            gross = await self._still(goal)
+            if abs(gross) > ZERO_RANGE_G:
+                raise ActionFailed(
+                    "NotEmpty", f"{gross:.4f} g on the pan; up to {ZERO_RANGE_G:g} g can be zeroed"
+                )
+            self._keep(goal, "zero", zero_g=gross, tare_g=0.0)
+        return {}
+
+    async def tare(self, goal: GoalContext) -> dict[str, Any]:
+        with self.failing("tare", goal):
+            gross = await self._still(goal)
+            self._keep(goal, "tare", zero_g=self.zero_g, tare_g=gross - self.zero_g)
+        return {"tare": _rounded(self.tare_g)}
+
+    async def weigh(self, goal: GoalContext, *, patience: float = PATIENCE_S) -> dict[str, Any]:
+        with self.failing("weigh", goal):
+            gross, self.stable = await self._settle(goal, patience)
+            mass = _rounded(gross - self.zero_g - self.tare_g)
+            self.truth.append("weigh", goal=goal.id, load_g=self._load(), shown_g=mass)
+        return {"mass": mass, "stable": self.stable}
+
+    async def _still(self, goal: GoalContext) -> float:
+        gross, self.stable = await self._settle(goal, PATIENCE_S)
+        if not self.stable:
+            raise ActionFailed("Unstable", f"no stable reading within {PATIENCE_S:g} s")
+        return gross
+
+    async def _settle(self, goal: GoalContext, patience_s: float) -> tuple[float, bool]:
+        """The newest reading, and whether the last few were the same."""
+        random = Random(f"{self.seed}/{goal.id}")
+        readings: list[float] = []
+        for tick in range(max(1, math.ceil(patience_s / TICK_S))):
+            await self.clock.sleep(TICK_S)
+            if goal.cancelled.is_set():
+                raise ActionCanceled("the reading was stopped")
+            readings.append(self._reading(random))
+            goal.feedback(None, f"{readings[-1] - self.zero_g - self.tare_g:.4f} g")
+            newest = readings[-STILL:]
+            if tick + 1 >= STILL and max(newest) - min(newest) <= STILL_G:
+                return sum(newest) / STILL, True
+        return readings[-1], False
+
+    def _reading(self, random: Random) -> float:
+        load = self._load()
+        if load > RANGE_G:
+            raise ActionFailed("Overload", f"{load:.1f} g on the pan; the range is {RANGE_G:g} g")
+        self.lagging_g += (load - self.lagging_g) * (1 - math.exp(-TICK_S / LAG_S))
+        return self.lagging_g + self._drift() + random.gauss(0, NOISE_G)
+
+    def _drift(self) -> float:
+        return DRIFT_G * math.sin(2 * math.pi * self.clock.elapsed_s / DRIFT_S)
+
+    def _load(self) -> float:
+        """The true load on the pan."""
+        pipette = self.world.look(self.config.get("pipette", "pipette")) or {"dropped_mg": 0.0}
+        return float(self.config.get("load_g", 0.0)) + pipette["dropped_mg"] / 1000
+
+    def _keep(self, goal: GoalContext, what: str, *, zero_g: float, tare_g: float) -> None:
+        self.zero_g, self.tare_g = zero_g, tare_g
+        self.truth.append(what, goal=goal.id, load_g=self._load())
+        self.world.publish(self.place.device, {"zero_g": zero_g, "tare_g": tare_g})
+
+
+def _rounded(mass_g: float) -> float:
+    """As the display shows it; never -0.0."""
+    return round(round(mass_g / RESOLUTION_G) * RESOLUTION_G, 4) + 0.0

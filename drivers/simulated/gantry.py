@@ -1,0 +1,277 @@
+"""A simulated gantry: it moves as the real one does, in whole steps and in real time.
+
+Configuration: `homed` (ready without homing), `lost_steps` (the probability that a move loses
+steps: the gantry's true position then differs from the reported one, until it is homed).
+"""
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from ..driver import ActionCanceled, ActionFailed, GoalContext, Place
+from .twins.axis import STEPS_PER_MM, Point, Steps, to_mm
+from .twins.carriage import Carriage
+from .twins.faults import chance
+from .twins.travel import Ride, lapsed
+from .twins.twin import Twin
+
+AXES = "xyz"
+# Homing lifts the tool before it goes to the corner, so that nothing is dragged over the bench.
+HOME: Point = (0.0, 0.0, 100.0)
+SEEK_S = 4.0  # touching each switch a second time, slowly
+
+
+class SimGantry(Twin):
+    """Implements gantry@1. Its true position is kept in the world, even across a kill."""
+
+    contract: ClassVar[str] = "gantry@1"
+    options: ClassVar[tuple[str, ...]] = ("homed", "lost_steps")
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.alarm = ""
+        self.by_hand: dict[str, Any] = {"goal_id": None}
+        self.carriage = Carriage(self.world, place.device, bool(self.config.get("homed", False)))
+        self.ride = Ride(self.clock, self.carriage)
+
+    async def open(self) -> None:
+        await super().open()
+        self.carriage.recall()
+
+    async def status(self) -> dict[str, Any]:
+        zero = to_mm(self.carriage.zero)
+        work = zip(AXES, self.carriage.believed_mm, zero, strict=True)
+        return {
+            "state": self._state(),
+            "homed": self.carriage.homed,
+            **self._where(),
+            **{f"work_{axis}": round(at - from_, 4) for axis, at, from_ in work},
+            "feed": round(self.ride.feed_mm_per_min, 3),
+            "alarm": self.alarm,
+        }
+
+    async def safe(self) -> None:
+        self.ride.stop = True  # a move under way ends by itself, here and now
+
+    async def home(self, goal: GoalContext) -> dict[str, Any]:
+        self.carriage.homed = False
+        with self.failing("home", goal):
+            self.carriage.find_switches()
+            x, y, _ = self.carriage.believed_mm
+            await self._go(goal, (x, y, HOME[2]), None, "homing")
+            await self._go(goal, HOME, None, "homing")
+            await self._touch_switches(goal)
+            self.carriage.homed, self.alarm = True, ""
+            self.carriage.publish()
+        return {}
+
+    async def move_to(
+        self,
+        goal: GoalContext,
+        *,
+        x: float | None = None,
+        y: float | None = None,
+        z: float | None = None,
+        feed: float | None = None,
+    ) -> dict[str, Any]:
+        self._check_ready()
+        self._check_limits(x=x, y=y, z=z)
+        here = self.carriage.believed_mm
+        there = (
+            here[0] if x is None else float(x),
+            here[1] if y is None else float(y),
+            here[2] if z is None else float(z),
+        )
+        return await self._moved("move_to", goal, there, feed)
+
+    async def jog(
+        self,
+        goal: GoalContext,
+        *,
+        axis: str,
+        distance: float | None = None,
+        direction: str | None = None,
+        feed: float = 600.0,
+        lease: float = 0.3,
+    ) -> dict[str, Any]:
+        self._check_ready()
+        there = list(self.carriage.believed_mm)
+        i = AXES.index(axis)
+        if distance is not None:
+            there[i] += distance
+            self._check_limits(**{axis: there[i]})
+            over = None
+        else:
+            low, high = self._range(axis)
+            if self.clock.leaps:  # no hand is on a clock that leaps: it lets go at once
+                way = feed / 60 * lease
+                low, high = max(low, there[i] - way), min(high, there[i] + way)
+            there[i] = high if direction == "+" else low
+            over = lapsed(lambda: goal.wanted_at, lease)
+        self.by_hand = {"goal_id": goal.id}
+        place = await self._moved("jog", goal, (there[0], there[1], there[2]), feed, over)
+        self.by_hand |= place
+        return place
+
+    async def hold(self, goal: GoalContext) -> dict[str, Any]:
+        if self.ride.state == "moving":
+            self.ride.hold = True
+        return {}
+
+    async def resume(self, goal: GoalContext) -> dict[str, Any]:
+        self.ride.hold = False
+        return {}
+
+    async def set_zero(self, goal: GoalContext, *, axes: list[str] | None = None) -> dict[str, Any]:
+        self._check_ready()
+        now = zip(AXES, self.carriage.steps, self.carriage.zero, strict=True)
+        x, y, z = (at if axis in (axes or AXES) else old for axis, at, old in now)
+        self.carriage.zero = (x, y, z)
+        self.carriage.publish()
+        place = _named(self.carriage.zero)
+        self.truth.append("zero", goal=goal.id, **place)
+        self.by_hand = {"goal_id": goal.id, **place}
+        return place
+
+    async def last_by_hand(self, goal: GoalContext) -> dict[str, Any]:
+        return self.by_hand
+
+    async def go_to_zero(
+        self, goal: GoalContext, *, axes: list[str] | None = None, feed: float | None = None
+    ) -> dict[str, Any]:
+        self._check_ready()
+        zero, here = to_mm(self.carriage.zero), self.carriage.believed_mm
+        there = zip(AXES, zero, here, strict=True)
+        x, y, z = (to if axis in (axes or AXES) else at for axis, to, at in there)
+        return await self._moved("go_to_zero", goal, (x, y, z), feed)
+
+    async def halt(self, goal: GoalContext) -> dict[str, Any]:
+        return {}  # one goal at a time: nothing moves when this one begins
+
+    async def unlock(self, goal: GoalContext) -> dict[str, Any]:
+        if self.alarm:
+            self.carriage.homed = False
+        self.alarm = ""
+        self.carriage.publish()
+        return {}
+
+    async def _moved(
+        self,
+        action: str,
+        goal: GoalContext,
+        there: Point,
+        feed: float | None,
+        over: Callable[[], bool] | None = None,
+    ) -> dict[str, Any]:
+        """A motion that may have an injected fault, and that may lose steps."""
+        try:
+            with self.failing(action, goal):
+                await self._go(goal, there, feed, "moving", over)
+        except ActionFailed as failure:
+            self._after(failure)
+            raise
+        self._lose_steps(goal)
+        return self._where()
+
+    async def _go(
+        self,
+        goal: GoalContext,
+        end: Point,
+        feed: float | None,
+        state: str,
+        over: Callable[[], bool] | None = None,
+    ) -> None:
+        """Move, report progress, and stop on a cancel, a stop, or when it is `over`."""
+        start = self.carriage.true
+        ended = _either(goal.cancelled.is_set, over)
+        arrived = False
+        try:
+            arrived = await self.ride.go(
+                end, feed, state, ended, lambda part: goal.feedback(part, self.carriage.words())
+            )
+        finally:
+            self._stand(goal, start)
+        if not arrived and (goal.cancelled.is_set() or self.ride.stop):
+            self._stopped_early(goal)
+
+    async def _touch_switches(self, goal: GoalContext) -> None:
+        left = SEEK_S
+        while left > 0:
+            pace = min(self.clock.tick_s, left)
+            await self.clock.sleep(pace)
+            left -= pace
+            if goal.cancelled.is_set() or self.ride.stop:
+                self._stopped_early(goal)
+
+    def _state(self) -> str:
+        return "alarm" if self.alarm and self.ride.state == "idle" else self.ride.state
+
+    def _stand(self, goal: GoalContext, start: Steps) -> None:
+        """Come to rest, for the world to see."""
+        self.carriage.publish()
+        self.truth.append(
+            "move",
+            goal=goal.id,
+            start=_rounded(start),
+            end=_rounded(self.carriage.true),
+            elapsed_s=round(self.clock.elapsed_s, 3),
+        )
+
+    def _stopped_early(self, goal: GoalContext) -> None:
+        place = self.carriage.words()
+        if goal.cancelled.is_set():
+            raise ActionCanceled(f"stopped at {place}")
+        raise ActionFailed("Alarm", f"a stop ended the move at {place}", "yes")
+
+    def _check_ready(self) -> None:
+        if self.alarm:
+            raise ActionFailed("Alarm", "the gantry is in alarm: unlock or home it first", "no")
+        if not self.carriage.homed:
+            raise ActionFailed("NotHomed", "the gantry's position is unknown: home it first")
+
+    def _range(self, axis: str) -> tuple[float, float]:
+        """The range of the axis on this bench."""
+        schema = self.faults.contract.actions["move_to"].param_schemas()[axis]
+        low, high = self.place.limits.get(axis, (None, None))
+        return (
+            schema["minimum"] if low is None else low,
+            schema["maximum"] if high is None else high,
+        )
+
+    def _check_limits(self, **wanted: float | None) -> None:
+        for axis, value in wanted.items():
+            low, high = self._range(axis)
+            if value is not None and not low <= value <= high:
+                message = f"{axis} {value:g} mm is outside {low:g} to {high:g} mm"
+                raise ActionFailed("SoftLimit", message)
+
+    def _after(self, failure: ActionFailed) -> None:
+        """An injected alarm locks the gantry; a stop does not."""
+        if failure.name == "Alarm" and failure.happened is None:
+            self.alarm = f"{failure.message}. Unlock it, or home it"
+        if failure.name == "NotHomed":
+            self.carriage.homed = False
+        self.carriage.publish()
+
+    def _lose_steps(self, goal: GoalContext) -> None:
+        if chance(self.seed, "lost_steps", goal.id) >= float(self.config.get("lost_steps", 0)):
+            return
+        lost = 2 + round(38 * chance(self.seed, "how many", goal.id))  # 0.01 to 0.2 mm
+        x, y, z = self.carriage.slip
+        self.carriage.slip = (x - lost, y, z)
+        self.carriage.publish()
+        self.truth.append("lost_steps", goal=goal.id, x_mm=round(-lost / STEPS_PER_MM, 4))
+
+    def _where(self) -> dict[str, float]:
+        return _named(self.carriage.steps)
+
+
+def _rounded(steps: Steps) -> list[float]:
+    return [round(value, 4) for value in to_mm(steps)]
+
+
+def _named(steps: Steps) -> dict[str, float]:
+    return dict(zip(AXES, _rounded(steps), strict=True))
+
+
+def _either(first: Callable[[], bool], second: Callable[[], bool] | None) -> Callable[[], bool]:
+    return first if second is None else lambda: first() or second()

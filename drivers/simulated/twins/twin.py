@@ -1,0 +1,54 @@
+"""What all simulated devices have: a clock, a world, a log of the truth and injected faults.
+
+Configuration that every one of them takes: `clock: real|fast|20` (20 times faster than real),
+`seed`, `faults`.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, ClassVar
+
+from ....schemas.contracts import shipped_contracts
+from ...driver import Driver, GoalContext, Place
+from .clock import Clock
+from .faults import Faults
+from .world import World
+
+SHARED = ("clock", "seed", "faults")
+
+
+class Twin(Driver):
+    """A driver without hardware; `options` are the names of its own configuration."""
+
+    options: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.config: dict[str, Any] = place.config
+        known = (*SHARED, *self.options)
+        if unknown := sorted(set(self.config) - set(known)):
+            raise ValueError(
+                f"{place.device}: config has no key {', '.join(unknown)}; its keys are: {', '.join(known)}"
+            )
+        self.seed = int(self.config.get("seed", 1))
+        self.clock = Clock(self.config.get("clock", "real"))
+        contract = place.contract or shipped_contracts()[self.contract]
+        self.faults = Faults(self.config.get("faults", {}), contract, self.seed)
+        self.world = World(place.world)
+        self.truth = self.world.truth(place.device)
+
+    async def open(self) -> None:
+        self.truth.open()
+
+    async def close(self) -> None:
+        self.truth.close()
+
+    @contextmanager
+    def failing(self, action: str, goal: GoalContext) -> Iterator[None]:
+        """Around the instant when the action happens: it fails before, after or not at all."""
+        fault = self.faults.drawn(action, goal.id)
+        if fault is not None and not fault.after:
+            raise fault.failure()
+        yield
+        if fault is not None:
+            raise fault.failure()

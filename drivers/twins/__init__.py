@@ -1,1 +1,0 @@
-"""What the simulated devices obey: time, motion, mass, rock, plasma and light."""

@@ -1,1 +1,0 @@
-"""What a camera above a bench can know: where it is, how deep things lie, where a pixel points."""

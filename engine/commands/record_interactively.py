@@ -1,0 +1,89 @@
+"""`labrun record-buttons` at a terminal: a person points at each button with the mouse."""
+
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from ..exit_status import FAILED, PROBLEMS, SUCCEEDED
+from .options import say
+from .screen_picture import recorded
+
+GROUPS = {
+    "main": "Bring the analyser's program to the front, next to this terminal, and leave it idle.",
+    "busy": "Start a measurement if a sign appears while it runs; otherwise skip.",
+    "dialog": "Open the export dialog. For a box's `.on`, tick it first; for delete_yes, press delete.",
+    "error": "Cause an error message, or skip.",
+}
+FIELDS = ("sample_name", "folder")
+
+
+def record_asked(output: Path, title: str | None) -> int:
+    """Ask for every known button in turn; each is saved as soon as it is found again."""
+    from ...drivers.sciaps_gui.hands import Hands
+    from ...drivers.sciaps_gui.recording import KNOWN
+
+    hands = Hands()
+    if title is None:
+        title = _asked("Part of the title of the program's window (Enter: the whole screen)")
+    done, group = 0, ""
+    for name, known in KNOWN.items():
+        if known.where != group:
+            group = known.where
+            typer.echo(f"\n{GROUPS[group]}")
+        answer = _asked(
+            f"{name}, {known.words}: mouse on its upper left corner, then Enter (s: skip, q: end)"
+        )
+        if answer == "q":
+            break
+        if answer != "s":
+            done += _one(hands, output, name, title) == SUCCEEDED
+    if not done:
+        say("nothing was recorded")
+        return PROBLEMS
+    return _complete(output)
+
+
+def _one(hands: Any, output: Path, name: str, title: str) -> int:
+    """Record a button: two corners, for a field where to click, and the picture without the mouse."""
+    from ...drivers.sciaps_gui.buttons import ButtonsFault
+    from ...drivers.sciaps_gui.recording import Marked
+
+    left, top = hands.where()
+    _asked("  mouse on its lower right corner, then Enter")
+    right, bottom = hands.where()
+    box = (min(left, right), min(top, bottom), abs(right - left), abs(bottom - top))
+    at = {}
+    if name in FIELDS:
+        _asked("  mouse into the field beside it, then Enter")
+        x, y = hands.where()
+        at[name] = (x - box[0] - box[2] // 2, y - box[1] - box[3] // 2)
+    _asked("  mouse away from it, then Enter")
+    picture = hands.picture()
+    ratio = hands.picture_scale(picture)
+    scaled = tuple(round(n * ratio) for n in box)
+    at = {n: (round(dx * ratio), round(dy * ratio)) for n, (dx, dy) in at.items()}
+    try:
+        return recorded(output, picture, Marked({name: scaled}, at), title)  # type: ignore[dict-item]
+    except ButtonsFault as fault:
+        say(f"{fault}; it was not recorded")
+        return FAILED
+
+
+def _complete(output: Path) -> int:
+    """Report whether a driver can start with what was recorded."""
+    from ...drivers.sciaps_gui.buttons import ButtonsFault, read_buttons
+
+    try:
+        read_buttons(output)
+    except ButtonsFault as fault:
+        say(str(fault))
+        return FAILED
+    return SUCCEEDED
+
+
+def _asked(question: str) -> str:
+    try:
+        return input(f"{question}: ").strip()
+    except EOFError:
+        return "q"

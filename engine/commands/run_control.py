@@ -1,0 +1,27 @@
+"""Send a request to a live run from another shell, and show its answer."""
+
+from pathlib import Path
+
+import typer
+
+from ..exit_status import FAILED, PROBLEMS
+from .options import say
+
+
+def tell_run(runs: Path, name: str, **request: str) -> None:
+    """Ask the run's control endpoint; the exit status shows whether it complied."""
+    from ..control.server import NotLive, ask_run
+    from ..run.folder import FolderFault, find_run
+
+    try:
+        ok, text = ask_run(find_run(runs, name), request)
+    except FolderFault as fault:
+        say(str(fault))
+        raise typer.Exit(PROBLEMS) from None
+    except NotLive as fault:
+        say(f"{fault}; `labrun resume` continues it")
+        raise typer.Exit(FAILED) from None
+    if not ok:
+        say(text)
+        raise typer.Exit(PROBLEMS)
+    typer.echo(text)

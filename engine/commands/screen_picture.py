@@ -1,0 +1,88 @@
+"""What `record-buttons` and `find-buttons` share: a picture of the screen, or one from a file."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ..exit_status import FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
+from .options import WrongUsage, say
+
+Image = Annotated[
+    Path | None,
+    typer.Option("--image", metavar="PNG", help="Use this picture instead of the screen."),
+]
+Title = Annotated[
+    str | None,
+    typer.Option("--title", help="Part of the title of the analyser's window."),
+]
+
+
+def picture_in(path: Path) -> Any:
+    """The picture in a file, rows x columns x 3; raises WrongUsage."""
+    import numpy as np
+    from PIL import Image as Images
+
+    try:
+        with Images.open(path) as image:
+            return np.asarray(image.convert("RGB"))
+    except (OSError, ValueError) as fault:
+        raise WrongUsage(f"--image {path}: it cannot be read as a picture: {fault}") from fault
+
+
+def view_of_image(path: Path) -> Any:
+    """A view of a picture from a file, as if it were the screen."""
+    from ...drivers.sciaps_gui.view import View
+
+    return View(picture_in(path), (0, 0), 1.0, None, (), "")
+
+
+def view_of_screen(title: str) -> Any:
+    """The screen, cut to the window of that title; raises NoScreen or Trouble."""
+    from ...drivers.sciaps_gui.desktop import open_windows
+    from ...drivers.sciaps_gui.hands import Hands
+    from ...drivers.sciaps_gui.view import view_of
+
+    hands, windows = Hands(), open_windows()
+    try:
+        picture = hands.picture()
+        return view_of(title, windows, picture, hands.picture_scale(picture))
+    finally:
+        windows.close()
+
+
+def told_plainly(act: Callable[[], int]) -> None:
+    """Run a command's work; report a fault of the screen or of its files in one line."""
+    from ...drivers.sciaps_gui.buttons import ButtonsFault
+    from ...drivers.sciaps_gui.hands import NotClicked
+    from ...drivers.sciaps_gui.view import Trouble
+    from ...drivers.sciaps_gui.windows import NoScreen
+
+    try:
+        status = act()
+    except (WrongUsage, ButtonsFault) as fault:
+        say(str(fault))
+        raise typer.Exit(PROBLEMS) from None
+    except (NoScreen, Trouble, NotClicked) as fault:
+        say(str(fault))
+        raise typer.Exit(NOT_REACHED) from None
+    except ImportError as fault:
+        say(f"{fault}; install what is needed with `python -m pip install 'labrun[gui]'`")
+        raise typer.Exit(PROBLEMS) from None
+    raise typer.Exit(status)
+
+
+def recorded(output: Path, picture: Any, marked: Any, title: str) -> int:
+    """Cut buttons out, look for them, save those that are found; returns the exit status."""
+    from ...drivers.sciaps_gui.recording import cut, found_again, save
+
+    templates = cut(picture, marked)
+    wrong = found_again(picture, marked, templates)
+    for name, words in wrong.items():
+        say(f"{name} was not recorded, because it would not be found again: {words}")
+    good = {name: template for name, template in templates.items() if name not in wrong}
+    if good:
+        save(output, good, marked, title, picture)
+        say(f"{output} holds {', '.join(good)}; `labrun find-buttons {output}` looks for them")
+    return FAILED if wrong else SUCCEEDED

@@ -1,0 +1,187 @@
+"""Reach every device that a run uses: start the servers that belong to it, connect, take leases."""
+
+import asyncio
+import contextlib
+import os
+import socket
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ...drivers.client.client import DeviceClient, LeaseHeld, ServerUnreachable
+from ...drivers.client.launch import RunningServer, ServerFailed, start_server
+from ...schemas.lab import LabDevice
+from ...system.tasks import end, spawn
+from ..lab.bind import BoundRole
+from ..lab.lab import LoadedLab
+
+STARTS_AGAIN = 20
+"""How often a run's server is restarted in one engine session."""
+IDLE_EXIT_S = 90.0
+"""Servers that a run started end when its engine has been gone for this long."""
+
+
+class NotReached(Exception):
+    """A device or its server could not be reached; the text names device, address and reason."""
+
+
+@dataclass(slots=True)
+class Connections:
+    """The clients by device, and the servers that this run started or found again."""
+
+    folder: Path
+    clients: dict[str, DeviceClient] = field(default_factory=dict)
+    started: dict[str, RunningServer] = field(default_factory=dict)
+    leased: list[str] = field(default_factory=list)
+    keeping: list[asyncio.Task[None]] = field(default_factory=list)
+    say: Callable[[str], None] = lambda text: None
+
+    async def close(self) -> None:
+        """Give the leases back, disconnect, and end the servers that belong to the run."""
+        await end(*self.keeping)
+        for device in self.leased:
+            with contextlib.suppress(ServerUnreachable, LeaseHeld, OSError, TimeoutError):
+                await self.clients[device].release(device)
+        await asyncio.gather(*(c.close() for c in set(self.clients.values())))
+        await asyncio.gather(*(server.stop() for server in self.started.values()))
+
+
+def servers_folder(run_folder: Path) -> Path:
+    """Where the run's own servers keep ledgers, logs and the simulated world."""
+    return run_folder / "servers"
+
+
+async def connect(
+    roles: dict[str, BoundRole], lab: LoadedLab, run_folder: Path, owner: str
+) -> Connections:
+    """Clients for every device that plays a role, leases taken; raises NotReached."""
+    connections = Connections(servers_folder(run_folder))
+    devices = sorted({role.device for role in roles.values()})
+    try:
+        reached = await asyncio.gather(
+            *(_reach(name, lab, connections) for name in devices), return_exceptions=True
+        )
+        for fault in reached:
+            if isinstance(fault, BaseException):
+                raise fault
+        for role in roles.values():
+            _check_contract(role, connections.clients[role.device])
+        for device in devices:
+            await _lease(device, connections, owner)
+    except BaseException:
+        await connections.close()
+        raise
+    return connections
+
+
+async def _reach(name: str, lab: LoadedLab, connections: Connections) -> None:
+    device = lab.lab.devices[name]
+    if device.url is not None:
+        await _open(name, device.url, device.token, lab, connections)
+    elif device.port is not None and listens(device.port):
+        url = f"http://127.0.0.1:{device.port}"
+        await _open(name, url, device.token, lab, connections)
+    else:
+        await _start(name, device, lab, connections)
+
+
+async def _open(
+    name: str, url: str, token: str | None, lab: LoadedLab, connections: Connections
+) -> None:
+    client = DeviceClient(url, token)
+    try:
+        await client.open(lab.lab.start_timeout_s)
+    except ServerUnreachable as fault:
+        await client.close()
+        raise NotReached(f"device {name!r} at {url}: {fault}") from fault
+    if name not in client.devices:
+        await client.close()
+        served = ", ".join(client.devices) or "nothing"
+        raise NotReached(f"the server at {url} does not serve {name!r}; it serves {served}")
+    connections.clients[name] = client
+
+
+async def _start(name: str, device: LabDevice, lab: LoadedLab, connections: Connections) -> None:
+    config = server_config({name: device}, lab, connections.folder)
+    config["port"] = device.port or 0
+    config["idle_exit_s"] = IDLE_EXIT_S
+    config["owner_pid"] = os.getpid()
+    try:
+        server = await start_server(
+            config, connections.folder / name, timeout_s=lab.lab.start_timeout_s
+        )
+    except ServerFailed as fault:
+        raise NotReached(f"device {name!r} ({device.driver}): {fault}") from fault
+    connections.started[name] = server
+    await _open(name, server.url, None, lab, connections)
+    keeping = _keep(name, config, connections, lab.lab.start_timeout_s)
+    connections.keeping.append(spawn(f"keep the server of {name}", keeping))
+
+
+async def _keep(
+    name: str, config: dict[str, Any], connections: Connections, timeout_s: float
+) -> None:
+    """Restart a server of this run, at its address, when it has ended: its ledger is still there."""
+    for _ in range(STARTS_AGAIN):
+        server = connections.started[name]
+        await server.ended()
+        connections.say(f"the server of {name} ended and is being restarted")
+        port = int(server.url.rpartition(":")[2])
+        try:
+            connections.started[name] = await start_server(
+                {**config, "port": port}, connections.folder / name, timeout_s=timeout_s
+            )
+        except ServerFailed as fault:
+            connections.say(f"the server of {name} could not be restarted: {fault}")
+            return
+
+
+def server_config(devices: dict[str, LabDevice], lab: LoadedLab, folder: Path) -> dict[str, Any]:
+    """The configuration of a server process: its devices with their contracts, and its folders."""
+    first = next(iter(devices))
+    return {
+        "devices": {
+            name: {
+                "contract": lab.contracts[device.contract].model_dump(mode="json"),
+                "driver": device.driver,
+                "config": device.config,
+                "limits": {k: v.model_dump(mode="json") for k, v in device.limits.items()},
+            }
+            for name, device in devices.items()
+        },
+        "folder": str(folder / (first if len(devices) == 1 else "served")),
+        "world": str(folder / "world"),
+        "base": str(lab.path.parent.resolve()) if lab.path is not None else ".",
+        "host": "127.0.0.1",
+    }
+
+
+def _check_contract(role: BoundRole, client: DeviceClient) -> None:
+    served = client.devices[role.device].contract.get("type")
+    if served != role.contract.type:
+        raise NotReached(
+            f"device {role.device!r} at {client.url} keeps {served}, "
+            f"but the protocol needs {role.contract.type} for {role.role!r}"
+        )
+
+
+async def _lease(device: str, connections: Connections, owner: str) -> None:
+    client = connections.clients[device]
+    try:
+        await client.take_lease(device, owner)
+    except LeaseHeld as fault:
+        raise NotReached(
+            f"device {device!r} at {client.url} is held by {fault.holder}; "
+            "wait until that run is over, or abort it"
+        ) from fault
+    except ServerUnreachable as fault:
+        raise NotReached(f"device {device!r} at {client.url}: {fault}") from fault
+    connections.leased.append(device)
+
+
+def listens(port: int) -> bool:
+    """Whether something answers at a port of this machine."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.settimeout(0.5)
+        return probe.connect_ex(("127.0.0.1", port)) == 0

@@ -1,0 +1,32 @@
+"""A device as the engine reaches it: over the wire in a run, in this process in a rehearsal."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from ...drivers.client.client import Outcome
+from ...schemas.messages import Goal, GoalReport
+
+
+class DeviceHandle(Protocol):
+    """What the engine needs from a device's server."""
+
+    boot: str
+    ledger: str
+
+    def epoch(self, device: str) -> int:
+        """The epoch of the lease that is held on a device."""
+        ...
+
+    async def follow(
+        self, goal: Goal, on_report: Callable[[GoalReport], None], *, send: bool = True
+    ) -> Outcome:
+        """Send a goal, or only ask about it, and wait for its end."""
+        ...
+
+    async def cancel(self, goal_id: str) -> None:
+        """Cancel a goal."""
+        ...
+
+    async def stop(self, device: str | None = None) -> dict[str, tuple[bool, str]]:
+        """Bring a device to its safe state; device -> (confirmed, message)."""
+        ...

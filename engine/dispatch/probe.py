@@ -1,0 +1,68 @@
+"""The fate of an action whose end was not seen: a question to its device, and what it proves.
+
+A contract's probe is a pure action that reports the last time the action was done and, in the result
+`goal_id`, the goal that requested it. Our goal: it happened, and the probe's other fields are the
+result. Another goal, or empty for a device that certainly never did it: it did not happen. Null, for
+a device that does not remember the goal, proves nothing; nor does an execution that may hide an
+earlier one.
+"""
+
+from typing import Any
+
+from ..journal.history import History
+from ..lab.bind import BoundRole
+from .request import Request
+
+PROBE_TIMEOUT_S = 60.0
+
+
+def probe_path(goal_id: str) -> str:
+    """The path of a goal's probes in the run."""
+    return f"{goal_id.partition('/')[2]}/probe"
+
+
+def unknown_path(goal_id: str) -> str:
+    """The path of the question to a person about a goal's fate."""
+    return f"{goal_id.partition('/')[2]}/unknown"
+
+
+def probe_request(history: History, role: BoundRole, goal_id: str, action: str) -> Request | None:
+    """The next probe of a goal's fate; None if its action has none."""
+    name = role.contract.actions[action].probe
+    if name is None:
+        return None
+    path = probe_path(goal_id)
+    attempt = 1 + max(history.past.goals.get(path, {0: None}))
+    return Request(
+        goal_id=f"{goal_id.partition('/')[0]}/{path}/{attempt}", path=path, role=role,
+        action_name=name, action=role.contract.actions[name], params={},
+        timeout_s=PROBE_TIMEOUT_S,
+    )  # fmt: skip
+
+
+def told_before(history: History, goal_id: str) -> dict[str, Any] | None:
+    """What a probe of this goal has already reported: it was asked in time, and is valid."""
+    past = history.past.newest_success(probe_path(goal_id))
+    return past.ended.result if past is not None and past.ended is not None else None
+
+
+def what_it_proves(
+    history: History, device: str, goal_id: str, epoch: int, told: dict[str, Any] | None
+) -> bool | None:
+    """Whether a goal's action happened; None if the answer proves nothing.
+
+    A newer execution may hide an earlier one: it may be our own, requested later, or that of another
+    client, which may have held the device in between.
+    """
+    if told is None or told.get("goal_id") is None:
+        return None
+    newest = str(told["goal_id"])
+    if newest == goal_id:
+        return True
+    if not newest:
+        return False
+    if newest.partition("/")[0] == goal_id.partition("/")[0]:
+        earlier = history.was_before(device, newest, goal_id)
+    else:
+        earlier = history.held_since(device, epoch)
+    return False if earlier else None

@@ -1,0 +1,75 @@
+"""One action on its way: requested by a leaf of the tree, carried out by the dispatcher."""
+
+import json
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any
+
+from ...drivers.client.client import Outcome
+from ...schemas.contract import Action
+from ...schemas.messages import GoalError
+from ..journal.past import PastGoal
+from ..lab.bind import BoundRole
+
+CANCELED_BEFORE_SENDING = Outcome(
+    state="CANCELED",
+    result=None,
+    error=GoalError(name="Canceled", message="withdrawn before it was sent", happened="no"),
+    files={},
+    boot="",
+)
+
+
+@dataclass(slots=True, eq=False)
+class Request:
+    """An attempt at one action; `outcome` is None until it is over.
+
+    `within`: the path of the iteration, or the phase, that it belongs to. `epoch`: that of the lease
+    under which it was sent. `adopt`: the goal of an earlier engine session that is asked about under
+    its own id.
+    """
+
+    goal_id: str
+    path: str
+    role: BoundRole
+    action_name: str
+    action: Action
+    params: dict[str, Any]
+    timeout_s: float | None
+    within: str = ""
+    epoch: int = 0
+    adopt: PastGoal | None = None
+    outcome: Outcome | None = None
+    sent_at: float | None = None
+    canceled_at: float | None = None
+    expired: bool = False
+    withdrawn: bool = False
+
+    @property
+    def device(self) -> str:
+        """The lab's device that does it."""
+        return self.role.device
+
+    @property
+    def label(self) -> str:
+        """`gantry.move_to`, as people name it."""
+        return f"{self.role.role}.{self.action_name}"
+
+    def means(self) -> str:
+        """A hash of what is requested: if it is equal, finished work counts as done."""
+        return means(self.role, self.action_name, self.params)
+
+
+def means(role: BoundRole, action_name: str, params: dict[str, Any]) -> str:
+    """The hash over contract, role, action and resolved parameters that the journal keeps."""
+    what = [role.contract.type, role.role, action_name, params]
+    return sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def outcome_of(past: PastGoal) -> Outcome:
+    """The outcome of a goal of an earlier engine session, from the journal."""
+    assert past.ended is not None
+    return Outcome(
+        state=past.ended.state, result=past.ended.result, error=past.ended.error, files={},
+        boot=past.sent.boot,
+    )  # fmt: skip

@@ -1,0 +1,50 @@
+"""Values of a run as JSON and back: quantities keep their unit."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ...schemas.quantity import is_quantity, quantity
+
+QUANTITY_KEY = "$quantity"
+
+
+def encode(value: Any) -> Any:
+    """A value as plain JSON data."""
+    if is_quantity(value):
+        return {QUANTITY_KEY: [value.magnitude, f"{value.units:~}"]}
+    if isinstance(value, Mapping):
+        return {str(key): encode(item) for key, item in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str | bytes):
+        return [encode(item) for item in value]
+    if value is None or isinstance(value, str | int | float | bool):
+        return value
+    return str(value)
+
+
+def decode(value: Any) -> Any:
+    """A value from its plain JSON data."""
+    if isinstance(value, dict):
+        if QUANTITY_KEY in value:
+            magnitude, unit = value[QUANTITY_KEY]
+            return quantity(magnitude, unit)
+        return {key: decode(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [decode(item) for item in value]
+    return value
+
+
+def with_units(value: Any, schema: Mapping[str, Any]) -> Any:
+    """A device's result with the units of its contract's `returns` put to its bare numbers."""
+    if value is None:
+        return None
+    unit = schema.get("unit")
+    if unit and isinstance(value, int | float) and not isinstance(value, bool):
+        return quantity(value, unit)
+    if isinstance(value, dict):
+        properties = schema.get("properties", {})
+        rest = schema.get("additionalProperties")
+        other = rest if isinstance(rest, dict) else {}
+        return {key: with_units(item, properties.get(key, other)) for key, item in value.items()}
+    if isinstance(value, list) and isinstance(schema.get("items"), dict):
+        return [with_units(item, schema["items"]) for item in value]
+    return value

@@ -1,0 +1,224 @@
+"""What has happened, as the journal says it: the memory of a run, living or resumed.
+
+Recording is learning. `History.take` is the only way in: a living run takes each record as it writes
+it, a resumed one takes them all from the disk, and both know the same.
+"""
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+from ...schemas import journal as j
+from .journal import JournalFault
+from .past import Past, PastGoal
+
+RESTARTED = "its server was restarted"
+STRANGER = "another client held or stopped it in between"
+LAPSED = (
+    "no engine was in contact for as long as its lease: its server brought it to its safe state"
+)
+ORDER_KEPT = 1000
+REFUSALS = ("no", "stop")
+MAIN = "main/"
+"""Goals elsewhere (in `on_resume` and `finally`) move devices outside the protocol's own order."""
+
+
+@dataclass(slots=True)
+class History:
+    """The run as a whole, its work by path (`past`), and its devices.
+
+    `cleaned_up`: the engine session before the newest one, which left at `left_at`, had ended by
+    itself. `touched`: device -> the record since which what steps had set on it may be lost.
+    """
+
+    past: Past = field(default_factory=Past)
+    started: j.Started | None = None
+    finished: j.Finished | None = None
+    resumes: int = 0
+    resumed_n: int = 0
+    cleaned_up: bool = False
+    left_at: str = ""
+    finals: int = 0
+    holes: int = 0
+    last_n: int = 0
+    last_at: str = ""
+    order: dict[str, deque[str]] = field(default_factory=dict)
+    epochs: dict[str, set[int]] = field(default_factory=dict)
+    leased_n: dict[str, int] = field(default_factory=dict)
+    touched: dict[str, int] = field(default_factory=dict)
+    boots: dict[str, str] = field(default_factory=dict)
+
+    # --- learning
+
+    def take(self, record: j.Record) -> None:
+        """Learn what one record says, after all those before it."""
+        match record:
+            case j.Started():
+                self.started = record
+            case j.Resumed():
+                self._take_resumed(record)
+            case j.Again():
+                self._spend()
+            case j.Changed():
+                self.past.changed = record
+            case j.Phase():
+                self._take_phase(record.phase)
+            case j.GoalSent():
+                self._take_sent(record)
+            case j.GoalEnded():
+                self._take_ended(record)
+            case j.IterationEnded():
+                self._take_iteration(record)
+            case j.StepEnded():
+                self.past.steps[record.path] = record
+            case j.Turned():
+                self.past.turned[record.path] = record
+            case j.Answered():
+                self.past.answers[record.path] = record
+            case j.Leased():
+                self.epochs.setdefault(record.device, set()).add(record.epoch)
+                self.leased_n[record.device] = record.n
+            case j.SafeState() | j.Touched():
+                self.touched[record.device] = record.n
+            case j.Finished():
+                self.finished = record
+            case _:
+                pass
+        self.last_n = record.n
+        if not isinstance(record, j.Changed):  # written by the resume command, not by an engine
+            self.last_at = record.at
+
+    def _take_resumed(self, record: j.Resumed) -> None:
+        self.resumes, self.resumed_n, self.left_at = record.count, record.n, self.last_at
+        self.cleaned_up = self.finished is not None
+        if self.cleaned_up:
+            self._spend()
+        self.finished = None
+
+    def _take_phase(self, phase: str) -> None:
+        name, _, number = phase.partition(":")
+        if name == "resume":
+            self.resumes = max(self.resumes, int(number))
+        elif name == "finally":
+            self.finals += 1
+
+    def _take_sent(self, record: j.GoalSent) -> None:
+        path, attempt = split_goal_id(record.id)
+        self.past.goals.setdefault(path, {})[attempt] = PastGoal(record)
+        self.boots[record.device] = record.boot
+        if record.effect == "once":
+            self.order.setdefault(record.device, deque(maxlen=ORDER_KEPT)).append(record.id)
+        if not path.startswith(MAIN):
+            self.touched[record.device] = record.n
+
+    def _take_ended(self, record: j.GoalEnded) -> None:
+        path, attempt = split_goal_id(record.id)
+        past = self.past.goal(path, attempt)
+        if past is None:  # it outlived its iteration, which is over and forgotten
+            return
+        sent = past.sent
+        # Asked about under a later lease: it may have ended right after it was sent.
+        asked = sent.n < self.leased_n.get(sent.device, 0)
+        # Lost with the engine that had sent it: the step is unfinished, and has not failed.
+        lost = record.error is not None and record.error.name == "Lost" and sent.n < self.resumed_n
+        self.past.goals[path][attempt] = replace(
+            past, ended=record, state_n=sent.n if asked else record.n, spent=lost
+        )
+
+    def _take_iteration(self, record: j.IterationEnded) -> None:
+        if self.past.comparing:
+            self.past.gone_through.add(f"{record.loop}/{record.key}")
+            return
+        self.past.forget(f"{record.loop}/{record.key}/")
+        self.holes += record.fate == "failed"
+        self.past.iterations.setdefault(record.loop, {})[record.key] = record.fate
+        if record.sets:
+            self.past.sets.setdefault(record.loop, {}).update(record.sets)
+
+    def _spend(self) -> None:
+        """Close past failures: what failed has all its attempts again, under new numbers.
+
+        The branch that a retried group or a fallback took is kept: what was done there is done. So
+        are a person's answers, except to stop.
+        """
+        past = self.past
+        past.begun_anew, past.spent_n = True, self.last_n
+        for device in self._cleaned_by_use():
+            self.touched[device] = self.last_n + 1
+        past.answers = {p: a for p, a in past.answers.items() if a.choice not in REFUSALS}
+        past.steps = {p: step for p, step in past.steps.items() if step.fate == "succeeded"}
+        for path, tries in past.goals.items():
+            past.goals[path] = {
+                attempt: replace(goal, spent=goal.ended is not None and not goal.succeeded)
+                for attempt, goal in tries.items()
+            }
+
+    def _cleaned_by_use(self) -> set[str]:
+        """Devices that were used by the `finally` of a used protocol that had failed."""
+        used = tuple(path[:-1] + "finally:" for path in self.past.turned if path.endswith("/e"))
+        return {
+            goal.sent.device
+            for path, tries in self.past.goals.items()
+            if path.startswith(used)
+            for goal in tries.values()
+        }
+
+    # --- devices
+
+    def was_before(self, device: str, goal_id: str, other: str) -> bool:
+        """True if `goal_id` was certainly requested of the device before `other`."""
+        order = self.order.get(device, deque())
+        if other not in order:
+            return False
+        return goal_id not in order or order.index(goal_id) < order.index(other)
+
+    def held_since(self, device: str, epoch: int) -> bool:
+        """True if no other client has held a device since that epoch."""
+        ours = self.epochs.get(device, set())
+        return epoch in ours and all(e in ours for e in range(epoch, max(ours) + 1))
+
+    def somebody_was_there(self, device: str, epoch: int) -> bool:
+        """True if a new lease does not directly follow this run's last one on a device."""
+        ours = self.epochs.get(device)
+        return bool(ours) and epoch not in (max(ours or {0}), max(ours or {0}) + 1)
+
+    def is_stale(self, past: PastGoal) -> bool:
+        """True when the device was touched since this goal ended, so its state may be lost."""
+        return self.touched.get(past.sent.device, 0) > past.state_n
+
+
+def split_goal_id(goal_id: str) -> tuple[str, int]:
+    """`run/main/scan/0,0/shoot/2` -> its path without the run, and the attempt."""
+    path, _, attempt = goal_id.partition("/")[2].rpartition("/")
+    return path, int(attempt)
+
+
+def read_history(records: Iterable[j.JournalRecord], *, comparing: bool = False) -> History:
+    """What all records of a journal say.
+
+    Iterations that a change of the protocol has reopened since are not finished.
+    """
+    records = list(records)
+    history = History(Past(comparing=comparing))
+    again = reopened(records)
+    for record in records:
+        match record:
+            case j.IterationEnded(n=n, loop=loop, key=key) if n < again.get(f"{loop}/{key}", 0):
+                is_done = comparing
+            case _:
+                is_done = True
+        if is_done:
+            history.take(record)
+    if history.started is None:
+        raise JournalFault("the journal has no start of a run: there is nothing to resume")
+    return history
+
+
+def reopened(records: Sequence[j.JournalRecord]) -> dict[str, int]:
+    """Iterations reopened by a change -> the record since which they are unfinished."""
+    return {
+        path: record.n
+        for record in records
+        if isinstance(record, j.Changed)
+        for path in record.reopened
+    }

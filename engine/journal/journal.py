@@ -1,0 +1,167 @@
+"""The journal: append-only records on disk, each chained to the last by a hash."""
+
+import errno
+import os
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from hashlib import blake2b
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import ValidationError
+
+from ...schemas.journal import FORMAT, RECORD, JournalRecord, Record
+from ...system.files import BINARY
+
+R = TypeVar("R", bound=Record)
+RESERVE_BYTES = 256 * 1024
+"""Space set aside at the start, so that a run on a full disk can still write how it ended."""
+
+
+class JournalFault(Exception):
+    """The journal cannot be read or written; the text says where and what to do."""
+
+
+class DiskFull(JournalFault):
+    """No space for the next record; the reserve was released, so the run can still be ended."""
+
+
+def chain(previous: str, body: str) -> str:
+    """The hash of a record: over the hash of the last one and the record without its own."""
+    return blake2b(f"{previous}{body}".encode(errors="surrogateescape"), digest_size=16).hexdigest()
+
+
+class Journal:
+    """Records are appended to a buffer; `flush` makes them durable, all with one fsync."""
+
+    def __init__(
+        self, path: Path, *, count: int = 0, last_hash: str = "", sync: bool = True
+    ) -> None:
+        self.path = path
+        self.count = count
+        self.sync = sync
+        self.full = False
+        self._hash = last_hash
+        self._lines: list[str] = []
+        self._reserve = path.with_name("journal.reserve")
+        try:
+            self._reserve.write_bytes(b"\0" * RESERVE_BYTES)
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | BINARY, 0o644)
+        except OSError as fault:
+            raise JournalFault(f"cannot start the journal {path}: {fault.strerror}") from fault
+
+    def append(self, record: R) -> R:
+        """Put a record into the buffer, and return it with its number, time and hash."""
+        self.count += 1
+        at = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        rest = record.model_dump_json(exclude={"n", "at", "hash"}, exclude_none=True)
+        body = f'{{"n":{self.count},"at":"{at}",{rest[1:-1]}'
+        self._hash = chain(self._hash, body)
+        self._lines.append(f'{body},"hash":"{self._hash}"}}\n')
+        return record.model_copy(update={"n": self.count, "at": at, "hash": self._hash})
+
+    def flush(self) -> None:
+        """Make every record appended so far durable; raises DiskFull if there is no space.
+
+        After DiskFull the records are still on disk, in the space of the reserve.
+        """
+        if not self._lines:
+            return
+        data = "".join(self._lines).encode()
+        start = os.fstat(self._file).st_size
+        try:
+            self._write(data)
+        except OSError as fault:
+            # The records stay in the buffer: those that follow are chained to them.
+            os.ftruncate(self._file, start)
+            if fault.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+                raise JournalFault(f"cannot write {self.path}: {fault.strerror}") from fault
+            self._use_reserve(data, fault)
+        self._lines.clear()
+
+    def _use_reserve(self, data: bytes, fault: OSError) -> None:
+        message = f"no space left for the journal {self.path}: {fault.strerror}"
+        self.full = True
+        if not self._reserve.exists():
+            raise JournalFault(message) from fault
+        self._reserve.unlink()
+        try:
+            self._write(data)
+        except OSError as again:
+            raise JournalFault(message) from again
+        self._lines.clear()
+        raise DiskFull(message) from fault
+
+    def _write(self, data: bytes) -> None:
+        view = memoryview(data)
+        while view:
+            view = view[os.write(self._file, view) :]
+        if self.sync:
+            os.fdatasync(self._file) if hasattr(os, "fdatasync") else os.fsync(self._file)
+
+    def close(self) -> None:
+        """Write what is left and close the file."""
+        try:
+            self.flush()
+        finally:
+            os.close(self._file)
+            self._reserve.unlink(missing_ok=True)
+
+
+def read_records(path: Path) -> Iterator[JournalRecord]:
+    """Every whole record of a journal, in order; a torn last line is left out.
+
+    Raises JournalFault if the chain is broken, naming the record.
+    """
+    previous = ""
+    try:
+        with path.open(encoding="utf-8", errors="surrogateescape", newline="\n") as lines:
+            for number, line in enumerate(lines, start=1):
+                if not line.endswith("\n"):
+                    return
+                record = _parse(line, number, previous, path)
+                previous = record.hash
+                yield record
+    except OSError as fault:
+        raise JournalFault(f"cannot read the journal {path}: {fault.strerror}") from fault
+
+
+def _parse(line: str, number: int, previous: str, path: Path) -> JournalRecord:
+    body, mark, tail = line.rstrip("\n").rpartition(',"hash":"')
+    written = tail.removesuffix('"}')
+    if not mark or chain(previous, body) != written:
+        raise JournalFault(
+            f"{path}: the chain breaks at record {number}: it, or a record before it, was "
+            "changed. Nothing was sent. Restore the journal from a copy, or start a new run."
+        )
+    if number == 1 and (newer := _newer_format(body)):
+        raise JournalFault(
+            f"{path} is written in journal format {newer}; this labrun reads format {FORMAT}. "
+            "Resume it with the labrun that wrote it, or a newer one."
+        )
+    try:
+        return RECORD.validate_json(line)
+    except ValidationError as fault:
+        raise JournalFault(f"{path}: record {number} cannot be understood: {fault}") from fault
+
+
+def _newer_format(body: str) -> int | None:
+    import json
+
+    written = json.loads(body + "}").get("format", FORMAT)
+    return written if written > FORMAT else None
+
+
+def reopen(path: Path) -> tuple[Journal, list[JournalRecord], int]:
+    """A journal to append to, its records, and how many bytes of a torn last line were cut."""
+    records = list(read_records(path))
+    data = path.read_bytes()
+    whole = data.rfind(b"\n") + 1
+    torn = len(data) - whole
+    if torn:
+        with path.open("r+b") as file:
+            file.truncate(whole)
+            os.fsync(file.fileno())
+    last = records[-1] if records else None
+    journal = Journal(path, count=last.n if last else 0, last_hash=last.hash if last else "")
+    return journal, records, torn

@@ -1,0 +1,137 @@
+"""Read a lab: its devices, their contracts, the limits of the bench."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from ...schemas.contract import Contract
+from ...schemas.contracts import ContractFault, read_contract, shipped_contracts
+from ...schemas.lab import Lab, LabDevice
+from ...schemas.problem import Problem
+from ...schemas.quantity import UnitError, magnitude_in, unit_of
+from ..language.shape import read_model
+from ..language.source import Source, parse_source, read_source
+from ..language.suggest import did_you_mean, listed
+
+CODES = {
+    "E130": "a contract of a lab that cannot be used",
+    "E131": "a limit of a lab for an unknown parameter, or in the wrong unit",
+}
+
+
+@dataclass(slots=True)
+class LoadedLab:
+    """A lab with the contracts that its devices may have: those that ship and its own."""
+
+    lab: Lab
+    path: Path | None
+    contracts: dict[str, Contract]
+    source: Source
+
+
+def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:
+    """A lab from its file, or the simulated lab that ships, and the problems found in it."""
+    if path is None:
+        entry = files("labrun.protocols.labs").joinpath("simulated.yaml")
+        name = "labs/simulated.yaml"
+        source, problems = parse_source(entry.read_text(encoding="utf-8"), Path(name), name)
+    else:
+        source, problems = read_source(path)
+    if source is None:
+        return None, problems
+    lab, more = read_model(Lab, source.data, source, (), "a lab")
+    problems += more
+    if lab is None:
+        return None, problems
+    contracts, more = _contracts(lab, source, path)
+    problems += more
+    problems += _check_devices(lab, contracts, source)
+    return LoadedLab(lab, path, contracts, source), problems
+
+
+def _contracts(
+    lab: Lab, source: Source, path: Path | None
+) -> tuple[dict[str, Contract], list[Problem]]:
+    contracts = dict(shipped_contracts())
+    problems = []
+    folder = path.parent if path is not None else Path()
+    for index, name in enumerate(lab.contracts):
+        try:
+            contract = read_contract(folder / name)
+            check_schemas(contract, name)
+        except (ContractFault, ValueError) as fault:
+            problems.append(source.problem(("contracts", index), "E130", str(fault)))
+        else:
+            contracts[contract.type] = contract
+    return contracts, problems
+
+
+def check_schemas(contract: Contract, name: str) -> None:
+    """Raise ContractFault for an invalid schema or an unknown unit in a contract."""
+    from jsonschema import Draft202012Validator, SchemaError
+
+    for action_name, action in contract.actions.items():
+        for part, schema in (("params", action.params), ("returns", action.returns)):
+            where = f"{name}: {action_name}.{part}"
+            try:
+                Draft202012Validator.check_schema(schema)
+                for unit in _units(schema):
+                    unit_of(unit)
+            except SchemaError as fault:
+                raise ContractFault(
+                    f"{where} is not a valid JSON Schema: {fault.message}"
+                ) from fault
+            except UnitError as fault:
+                raise ContractFault(f"{where}: {fault}") from fault
+
+
+def _units(schema: Any) -> Iterator[str]:
+    """Every `unit` beside a `type` in a schema."""
+    if isinstance(schema, dict):
+        if "unit" in schema and "type" in schema:
+            yield str(schema["unit"])
+        for inner in schema.values():
+            yield from _units(inner)
+    elif isinstance(schema, list):
+        for inner in schema:
+            yield from _units(inner)
+
+
+def _check_devices(lab: Lab, contracts: dict[str, Contract], source: Source) -> Iterator[Problem]:
+    for name, device in lab.devices.items():
+        contract = contracts.get(device.contract)
+        if contract is None:
+            message = (
+                f"there is no contract {device.contract}{did_you_mean(device.contract, contracts)}"
+            )
+            hint = f"known: {listed(contracts)}; `contracts:` lists a lab's own"
+            yield source.problem(("devices", name, "contract"), "E130", message, hint)
+        else:
+            yield from _check_limits(name, device, contract, source)
+
+
+def _check_limits(
+    name: str, device: LabDevice, contract: Contract, source: Source
+) -> Iterator[Problem]:
+    schemas = {
+        param: schema
+        for action in contract.actions.values()
+        for param, schema in action.param_schemas().items()
+    }
+    for param, limit in device.limits.items():
+        place = ("devices", name, "limits", param)
+        if param not in schemas:
+            message = f"no action of {device.contract} has a parameter {param}"
+            hint = f"it has {listed(schemas)}"
+            yield source.problem(
+                place, "E131", message + did_you_mean(param, schemas), hint, key=True
+            )
+            continue
+        unit = schemas[param].get("unit", "")
+        for bound in ("minimum", "maximum"):
+            try:
+                magnitude_in(getattr(limit, bound) or 0, unit)
+            except UnitError as fault:
+                yield source.problem((*place, bound), "E131", f"{param}: {fault}")

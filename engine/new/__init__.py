@@ -1,0 +1,4 @@
+"""New protocols and devices from templates.
+
+Never overwrites a file.
+"""

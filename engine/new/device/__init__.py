@@ -1,0 +1,4 @@
+"""A new device: contract, driver, simulated twin and their contract test, ready to be changed.
+
+Does not need the instrument.
+"""

@@ -1,0 +1,80 @@
+"""Make the files of `labrun new device`, and reject unsuitable names and contracts."""
+
+import keyword
+import re
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+from ....schemas.contract import Contract
+from ....schemas.contracts import ContractFault, parse_contract, read_contract, shipped_contracts
+from ...lab.lab import check_schemas
+from ...language.suggest import did_you_mean, listed
+from ..protocol import CannotMake
+from . import render
+
+NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
+LAB = "lab.yaml"
+
+
+@dataclass(frozen=True, slots=True)
+class NewDevice:
+    """Files to be written, and the lines to add to an existing lab."""
+
+    files: dict[str, str]
+    device: str
+    contract_file: str | None
+
+
+def device_name(name: str) -> str:
+    """The name, if files, classes and labs can have it; otherwise raises CannotMake."""
+    if NAME.fullmatch(name) is None or keyword.iskeyword(name):
+        if keyword.iskeyword(name):
+            raise CannotMake(f"{name!r} is a Python keyword; choose another name")
+        better = re.sub(r"\W+", "_", name.lower()).strip("_")
+        guess = f"; {better!r} would do" if NAME.fullmatch(better) else ""
+        raise CannotMake(
+            f"{name!r} is not a valid device name: lower-case letters, digits and _, a letter first{guess}"
+        )
+    if not Path(f"{name}.py").exists() and find_spec(name) is not None:
+        raise CannotMake(
+            f"there is already a Python module {name!r}, which {name}.py would hide; choose another name"
+        )
+    return name
+
+
+def new_device(name: str, wanted: str | None, *, with_lab: bool) -> NewDevice:
+    """The files of a device; `wanted` is a contract that ships, a contract file, or None for a new one.
+
+    Raises CannotMake for an unsuitable name or contract.
+    """
+    contract, contract_file, files = _contract(device_name(name), wanted)
+    files |= render.python_texts(name, contract, contract_file)
+    if with_lab:
+        files[LAB] = render.lab_text(name, contract, contract_file)
+    return NewDevice(files, render.device_text(name, contract), contract_file)
+
+
+def _contract(name: str, wanted: str | None) -> tuple[Contract, str | None, dict[str, str]]:
+    shipped = shipped_contracts()
+    if wanted is None:
+        if f"{name}@1" in shipped:
+            raise CannotMake(
+                f"there is already a contract {name}@1: use it with --contract {name}@1, or choose "
+                "another name"
+            )
+        text, file = render.contract_text(name), f"{name}.yaml"
+        return parse_contract(text, file), file, {file: text}
+    if wanted in shipped:
+        return shipped[wanted], None, {}
+    if not wanted.endswith((".yaml", ".yml")):
+        raise CannotMake(
+            f"there is no contract {wanted}{did_you_mean(wanted, shipped)}; there is {listed(shipped)}, "
+            "or give your own as a file, --contract ./furnace.yaml"
+        )
+    try:
+        contract = read_contract(Path(wanted))
+        check_schemas(contract, wanted)
+    except ContractFault as fault:
+        raise CannotMake(str(fault)) from fault
+    return contract, Path(wanted).as_posix().removeprefix("./"), {}

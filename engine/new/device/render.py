@@ -1,0 +1,96 @@
+"""Render the files of a new device: its contract put into templates."""
+
+from importlib.resources import files
+from pprint import pformat
+from string import Template
+from typing import Any
+
+from ....schemas.contract import Contract
+from . import parts, pieces
+
+
+def contract_text(name: str) -> str:
+    """A contract to start from."""
+    return _render("contract", _names(name) | {"contract": f"{name}@1"})
+
+
+def python_texts(name: str, contract: Contract, contract_file: str | None) -> dict[str, str]:
+    """File name -> text, of driver, twin and their test."""
+    words = _words(name, contract, contract_file)
+    return {
+        f"{name}.py": _render("driver", words),
+        f"sim_{name}.py": _render("twin", words),
+        f"test_{name}.py": _render("test", words),
+    }
+
+
+def device_text(name: str, contract: Contract) -> str:
+    """The lines of a lab for the new device."""
+    return _render("device", _names(name) | {"contract": contract.type})
+
+
+def lab_text(name: str, contract: Contract, contract_file: str | None) -> str:
+    """A lab with only this device."""
+    simple = [n for n, a in contract.actions.items() if not parts.good_call(a)]
+    quiet = min(simple or contract.actions, key=lambda n: contract.actions[n].effect != "pure")
+    own = "" if contract_file is None else f"contracts: [./{contract_file}]\n"
+    more = {"quiet": quiet, "contracts": own, "device": device_text(name, contract).rstrip()}
+    return _render("lab", _names(name) | more)
+
+
+def class_name(name: str) -> str:
+    """`hot_plate` -> `HotPlate`."""
+    return "".join(part.capitalize() for part in name.split("_"))
+
+
+def _names(name: str) -> dict[str, str]:
+    return {"name": name, "Class": class_name(name), "Words": name.replace("_", " ").capitalize()}
+
+
+def _words(name: str, contract: Contract, contract_file: str | None) -> dict[str, str]:
+    """The values for all placeholders of the Python templates."""
+    actions = contract.actions
+    sends = any(action.path_params()[0] for action in actions.values())
+    gets = any(action.returned_paths() for action in actions.values())
+    longest = parts.lasting(contract)
+    base64 = [word for word, used in (("b64decode", gets), ("b64encode", sends)) if used]
+    base64_import = f"from base64 import {', '.join(base64)}\n" if base64 else ""
+    sha_import = "from hashlib import sha256\n" if gets else ""
+    message = "from labrun.schemas.messages import FileContent\n"
+    return _names(name) | {
+        "contract": contract.type,
+        "action": longest,
+        "lasting": longest,
+        "slow": f"{parts.slow_clock(contract):g}",
+        "base64_driver": base64_import,
+        "sha_driver": sha_import,
+        "message_import": message if gets else "",
+        "driver_actions": "\n".join(pieces.driver_action(n, a) for n, a in actions.items()),
+        "send_files": pieces.SEND_FILES if sends else "",
+        "answer": pieces.GET_FILES if gets else pieces.NO_FILES,
+        "twin_imports": f"{sha_import}\n" if gets else "",
+        "state": _entries(parts.memory(contract), 12),
+        "shown": "[" + ", ".join(f'"{n}"' for n in contract.status.get("properties", {})) + "]",
+        "twin_actions": "\n".join(pieces.twin_action(n, a) for n, a in actions.items()),
+        "file_method": pieces.FILE_METHOD if gets else "",
+        "base64_import": "from base64 import b64decode, b64encode\n" if gets and sends else (
+            "from base64 import b64encode\n" if gets else
+            "from base64 import b64decode\n" if sends else ""),
+        "sha_import": "from hashlib import sha256\n" if sends else "",
+        "test_message_import": message if sends else "",
+        "good": _entries({n: parts.good_call(a) for n, a in actions.items()}, 4),
+        "contract_file": "None" if contract_file is None else f'HERE / "{contract_file}"',
+        "files": pieces.sent_files(contract),
+        "take_files": pieces.TAKE_FILES if sends else "",
+        "give_files": pieces.GIVE_FILES if gets else "",
+    }  # fmt: skip
+
+
+def _entries(values: dict[str, Any], indent: int) -> str:
+    lines = (f'{" " * indent}"{n}": {pformat(v, width=1000)},' for n, v in values.items())
+    return "\n".join(lines).replace("'", '"')
+
+
+def _render(template: str, words: dict[str, str]) -> str:
+    text = files("labrun.engine.new.device").joinpath(f"{template}.txt").read_text(encoding="utf-8")
+    return Template(text).substitute(words)

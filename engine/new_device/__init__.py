@@ -1,1 +1,0 @@
-"""A new device: contract, driver, simulated twin and their contract test, ready to be changed."""

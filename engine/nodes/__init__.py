@@ -1,1 +1,0 @@
-"""The nodes of a run's tree, one kind a file."""

@@ -1,1 +1,0 @@
-"""Pages of the manual for problems that are found while a file is read; checks have their own."""

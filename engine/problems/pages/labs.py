@@ -1,0 +1,79 @@
+"""The lab has a device for every role, and its settings agree with the contracts of its devices.
+
+E130. A contract of the lab's own is a YAML file in the same form as every contract, and every
+device has a known contract.
+
+Passes as a lab:
+
+    devices:
+      gantry: {contract: gantry@1, driver: sim_gantry}
+
+Fails as a lab:
+
+    devices:
+      gantry: {contract: gantrie@1, driver: sim_gantry}
+
+E131. `limits` narrow what a contract allows on this bench. A limit on a parameter that no action
+has, or in a unit of another dimension, would protect nothing.
+
+Passes as a lab:
+
+    devices:
+      gantry: {contract: gantry@1, driver: sim_gantry, limits: {x: {maximum: 40 cm}}}
+
+Fails as a lab:
+
+    devices:
+      gantry: {contract: gantry@1, driver: sim_gantry, limits: {x: {maximum: 40 s}}}
+
+E208. A contract is named with its version, such as gantry@1, and must be one that ships with
+labrun or one of the lab's own.
+
+Passes:
+
+    devices: {gantry: gantry@1}
+    steps:
+      - do: gantry.home
+
+Fails:
+
+    devices: {gantry: gantrie@1}
+    steps:
+      - do: gantry.home
+
+E209. A role is played by the device of the same name, or by the only device of the lab with that
+contract. If there is none, or more than one, a person must choose the device.
+
+Passes with --bind left=back:
+
+    devices: {left: gantry@1}
+    steps:
+      - do: left.home
+
+Fails:
+
+    devices: {left: gantry@1}
+    steps:
+      - do: left.home
+
+Beside it, lab.yaml:
+
+    devices:
+      front: {contract: gantry@1, driver: sim_gantry}
+      back: {contract: gantry@1, driver: sim_gantry}
+
+E210. `--bind ROLE=DEVICE` names a role of the protocol and a device of the lab that has the
+role's contract.
+
+Passes with --bind stage=gantry:
+
+    devices: {stage: gantry@1}
+    steps:
+      - do: stage.home
+
+Fails with --bind stage=libs:
+
+    devices: {stage: gantry@1}
+    steps:
+      - do: stage.home
+"""

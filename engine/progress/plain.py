@@ -1,0 +1,66 @@
+"""Progress as plain lines: for logs, pipes and simple terminals."""
+
+import sys
+import time
+from typing import TextIO
+
+from ...schemas.event import Event
+from .progress import Progress, duration_text, ending_lines, ending_text, rate_text
+
+EVERY_S = 5.0
+
+
+class PlainWatch:
+    """A line for each thing a person must know, and one every few seconds for the rest."""
+
+    def __init__(self, out: TextIO | None = None) -> None:
+        self.out = out or sys.stdout
+        self.progress = Progress()
+        self.name = ""
+        self.said_at = time.monotonic()
+
+    def __call__(self, event: Event) -> None:
+        self.progress.take(event)
+        line = self._line(event)
+        if line:
+            print(line, file=self.out, flush=True)
+
+    def _line(self, event: Event) -> str:
+        match event.event:
+            case "run":
+                self.name = event.path.rpartition("_")[2]
+                return f"run {event.path}"
+            case "log":
+                return event.text
+            case "question" if event.state == "open":
+                choices = "/".join(event.data["choices"])
+                answer = f"labrun answer {self.name} {event.data['id']} CHOICE"
+                return f"? {event.text} [{choices}]  ({answer})"
+            case "answer":
+                return f"  {event.path}: {event.state} ({event.data.get('by', '')})"
+            case "control":
+                return f"{event.state} ({event.text})"
+            case "phase" if event.path != "main":
+                return f"{event.path.partition(':')[0]} ..."
+            case "report":
+                return f"made {event.text}"
+            case "finished":
+                return "\n".join([ending_text(event), *ending_lines(event)])
+            case "iteration" | "goal":
+                return self._now_and_then()
+            case _:
+                return ""
+
+    def _now_and_then(self) -> str:
+        if time.monotonic() - self.said_at < EVERY_S or not self.progress.loops:
+            return ""
+        now = self.progress.now()
+        if not now:
+            return ""  # between two actions: the next event says more
+        self.said_at = time.monotonic()
+        loop = next(iter(self.progress.loops.values()))
+        share = f" ({100 * loop.done / loop.total:.0f} %)" if loop.total else ""
+        return (
+            f"{loop.done_text} points{share}, {rate_text(loop.rate)}, "
+            f"{duration_text(loop.left_s)} left, {loop.failed} failed; now {now}"
+        )

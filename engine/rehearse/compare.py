@@ -1,0 +1,178 @@
+"""Compare a changed protocol with finished work: replayed in memory, nothing is sent.
+
+The changed protocol's own tree is run against the journal. Each finished action counts as done,
+and how it was done is compared with what the changed protocol asks for.
+"""
+
+import asyncio
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ...drivers.client.client import Outcome
+from ...schemas import journal as j
+from ..check import Checked
+from ..control.control import Control
+from ..dispatch.dispatcher import Dispatcher
+from ..dispatch.request import Request
+from ..journal.history import read_history
+from ..journal.journal import Journal, R
+from ..journal.past import PastGoal
+from ..run.clock import RunClock
+from ..run.frame import Frame, Scope
+from ..run.questions import Questions
+from ..run.run import Run
+from ..tree.compile import TreeCompiler
+from ..tree.tick import run_tree
+from .twin_choice import plainest
+from .virtual_time import VirtualLoop
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One finished action that differs in the changed protocol, or one that is new."""
+
+    path: str
+    within: str
+    label: str
+    effect: str
+    was: dict[str, Any] | None
+    now: dict[str, Any]
+
+    def words(self) -> str:
+        """`libs.measure: power 10 -> 12`."""
+        if self.was is None:
+            return f"{self.label} is new"
+        names = sorted({*self.was, *self.now})
+        changed = [
+            f"{name} {self.was.get(name, 'not given')} -> {self.now.get(name, 'not given')}"
+            for name in names
+            if self.was.get(name) != self.now.get(name)
+        ]
+        return f"{self.label}: {', '.join(changed) or 'different contract or role'}"
+
+
+@dataclass(slots=True)
+class Comparison:
+    """What was found: differences, in order, and what they mean for finished work."""
+
+    agreeing: int = 0
+    differences: list[Difference] = field(default_factory=list)
+    undone: list[Difference] = field(default_factory=list)
+    """Finished `once` actions that differ in the changed protocol: they prevent the resume."""
+    doubtful: list[tuple[Difference, str]] = field(default_factory=list)
+    """Finished `once` actions, by path, that followed an action which differs now."""
+    reopened: list[str] = field(default_factory=list)
+
+
+def compare(checked: Checked, run_id: str, records: Sequence[j.JournalRecord]) -> Comparison:
+    """Compare a changed protocol with a journal."""
+    with (
+        tempfile.TemporaryDirectory(prefix="labrun-compare-") as folder,
+        asyncio.Runner(loop_factory=VirtualLoop) as runner,
+    ):
+        return runner.run(_compare(checked, run_id, records, Path(folder)))
+
+
+async def _compare(
+    checked: Checked, run_id: str, records: Sequence[j.JournalRecord], folder: Path
+) -> Comparison:
+    assert checked.protocol is not None and checked.lab is not None
+    history = read_history(records, comparing=True)
+    assert history.started is not None
+    journal = _Unwritten(folder / "journal.jsonl", sync=False)
+    clock = RunClock(asyncio.get_running_loop().time)
+    about = {
+        "id": run_id, "name": checked.protocol.name, "simulated": checked.lab.lab.simulated,
+        "started": history.started.began,
+    }  # fmt: skip
+    run = Run(
+        id=run_id, folder=folder, journal=journal, history=history, roles=checked.roles,
+        params=checked.params, about=about, questions=Questions(yes=True), clock=clock,
+        past=history.past.copy(),
+    )  # fmt: skip
+    run.questions.person = lambda question: question.choices[0]
+    dispatcher = _Comparing(run)
+    control = Control(run, dispatcher.wake.set)
+    assert checked.survey is not None
+    compiler = TreeCompiler(run, dispatcher, checked.survey, folder)
+    names = {"params": run.params, "run": about, "csv": checked.survey.tables}
+    frame = Frame.phase("main", names)
+    root = compiler.sequence(checked.protocol.steps, Scope(frame))
+    await run_tree(root, run, dispatcher, control, abortable=False)
+    journal.close()
+    finished = {f"{r.loop}/{r.key}" for r in records if isinstance(r, j.IterationEnded)}
+    return dispatcher.found(finished)
+
+
+class _Unwritten(Journal):
+    """A journal that keeps nothing: a comparison leaves no trace."""
+
+    def append(self, record: R) -> R:
+        self.count += 1
+        return record.model_copy(update={"n": self.count})
+
+
+class _Comparing(Dispatcher):
+    """Sends nothing: notes what was replayed, and counts as done what would have to be sent."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run, {})
+        self._comparison = Comparison()
+
+    def request(self, request: Request, *, first: bool = False) -> Request:
+        open_goal = request.adopt
+        if open_goal is None:
+            self._differs(request, None)
+        elif open_goal.sent.means != request.means():
+            difference = self._differs(request, open_goal.sent.params)
+            if request.action.effect == "once":  # it may have happened as it was requested
+                self._comparison.undone.append(difference)
+        result = plainest({**request.action.returns, "type": "object"})
+        request.outcome = Outcome("SUCCEEDED", result=result)
+        self.wake.set()
+        self.run.requests.again()
+        return request
+
+    def replayed(self, request: Request, past: PastGoal) -> None:
+        if past.sent.means == request.means():
+            if request.action.effect == "once":
+                self._doubt(request)
+            self._comparison.agreeing += 1
+            return
+        difference = self._differs(request, past.sent.params)
+        happened = past.ended is not None and (
+            past.ended.state == "SUCCEEDED"
+            or (past.ended.error is not None and past.ended.error.happened != "no")
+        )
+        if request.action.effect == "once" and happened:
+            self._comparison.undone.append(difference)
+
+    def _differs(self, request: Request, was: dict[str, Any] | None) -> Difference:
+        difference = Difference(
+            request.path, request.within, request.label, request.action.effect, was,
+            request.params,
+        )  # fmt: skip
+        self._comparison.differences.append(difference)
+        return difference
+
+    def _doubt(self, request: Request) -> None:
+        """A shot after a move that would now go elsewhere: it no longer means the same."""
+        for earlier in self._comparison.differences:
+            if earlier.effect != "pure" and request.path.startswith(f"{earlier.within}/"):
+                self._comparison.doubtful.append((earlier, request.path))
+                return
+
+    def found(self, finished: set[str]) -> Comparison:
+        """The comparison; `finished` are the paths of iterations that had ended."""
+        reopened: dict[str, None] = {}
+        for difference in self._comparison.differences:
+            path = difference.path
+            while path:
+                path = path.rpartition("/")[0]
+                if path in finished:
+                    reopened[path] = None
+        self._comparison.reopened = list(reopened)
+        return self._comparison

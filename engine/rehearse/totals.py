@@ -1,0 +1,141 @@
+"""The result of a rehearsal: how long, how far, how often, and what would go wrong."""
+
+from collections import Counter, defaultdict
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from ...schemas import journal as j
+from ..journal.history import split_goal_id
+
+
+@dataclass(slots=True)
+class Part:
+    """One step of the protocol's top level: when it starts, how long it takes."""
+
+    name: str
+    begins_s: float
+    ends_s: float
+    goals: int = 0
+    iterations: int = 0
+
+    @property
+    def takes_s(self) -> float:
+        """Seconds from its first goal to its last."""
+        return self.ends_s - self.begins_s
+
+
+@dataclass(slots=True)
+class Trouble:
+    """Failures of one kind: which action, how often, where first, and the message."""
+
+    action: str
+    error: str
+    count: int
+    first_at_s: float
+    first_path: str
+    message: str
+
+
+@dataclass(slots=True)
+class Totals:
+    """A rehearsal in figures."""
+
+    fate: str = ""
+    reason: str = ""
+    lasts_s: float = 0.0
+    parts: list[Part] = field(default_factory=list)
+    actions: dict[str, int] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
+    once: dict[str, int] = field(default_factory=dict)
+    path_mm: dict[str, float] = field(default_factory=dict)
+    troubles: list[Trouble] = field(default_factory=list)
+    slow: dict[str, tuple[float, float]] = field(default_factory=dict)
+    sent_again: int = 0
+    holes: int = 0
+    questions: list[str] = field(default_factory=list)
+    players: dict[str, str] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All of it as plain data."""
+        return asdict(self)
+
+
+class Counting:
+    """Listens to a rehearsed run's records, each with its virtual time."""
+
+    def __init__(self, names: list[str]) -> None:
+        self.totals = Totals()
+        self._names = names
+        self._parts: dict[str, Part] = {}
+        self._sent: dict[str, tuple[j.GoalSent, float]] = {}
+        self._busy: dict[str, float] = defaultdict(float)
+        self._counts: Counter[str] = Counter()
+        self._once: Counter[str] = Counter()
+        self._paths: set[str] = set()
+        self._troubles: dict[tuple[str, str], Trouble] = {}
+
+    def record(self, record: j.Record, at_s: float) -> None:
+        """Take note of one record of the journal."""
+        match record:
+            case j.GoalSent():
+                self._goal(record, at_s)
+            case j.GoalEnded():
+                self._ended(record, at_s)
+            case j.IterationEnded():
+                part = self._part(record.loop, at_s)
+                part.iterations += 1
+                self.totals.holes += record.fate == "failed"
+            case j.Asked():
+                self.totals.questions.append(record.text)
+            case j.Finished():
+                self.totals.fate, self.totals.reason = record.fate, record.reason
+            case _:
+                return
+
+    @property
+    def goals(self) -> int:
+        """Goals sent so far."""
+        return self._counts.total()
+
+    def close(self, lasts_s: float) -> Totals:
+        """Return the totals."""
+        totals = self.totals
+        totals.lasts_s = lasts_s
+        totals.parts = list(self._parts.values())
+        totals.actions = dict(self._counts.most_common())
+        totals.seconds = {label: self._busy[label] for label in totals.actions}
+        totals.once = dict(self._once.most_common())
+        totals.troubles = sorted(self._troubles.values(), key=lambda t: t.first_at_s)
+        return totals
+
+    def _goal(self, sent: j.GoalSent, at_s: float) -> None:
+        label = f"{sent.device}.{sent.action}"
+        path, _ = split_goal_id(sent.id)
+        self._sent[sent.id] = (sent, at_s)
+        self._counts[label] += 1
+        self._once[label] += sent.effect == "once"
+        self.totals.sent_again += path in self._paths
+        self._paths.add(path)
+        self._part(path, at_s).goals += 1
+
+    def _ended(self, ended: j.GoalEnded, at_s: float) -> None:
+        sent, began = self._sent.pop(ended.id)
+        label, took = f"{sent.device}.{sent.action}", at_s - began
+        self._busy[label] += took
+        path, _ = split_goal_id(ended.id)
+        self._part(path, at_s)
+        if sent.timeout_s and took > self.totals.slow.get(label, (sent.timeout_s / 2, 0))[0]:
+            self.totals.slow[label] = (took, sent.timeout_s)
+        if ended.error is not None:
+            new = Trouble(label, ended.error.name, 0, at_s, path, ended.error.message)
+            self._troubles.setdefault((label, ended.error.name), new).count += 1
+
+    def _part(self, path: str, at_s: float) -> Part:
+        phase, _, rest = path.partition("/")
+        segment = rest.partition("/")[0]
+        name = segment if phase == "main" else phase.partition(":")[0]
+        if name.isdigit() and int(name) < len(self._names):
+            name = self._names[int(name)]
+        part = self._parts.setdefault(name, Part(name, at_s, at_s))
+        part.ends_s = max(part.ends_s, at_s)
+        return part

@@ -1,0 +1,113 @@
+"""What plays each device in a rehearsal: the lab's own twins, twins of its contracts, or stand-ins."""
+
+import asyncio
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from ...drivers.driver import Driver, GoalContext
+from ...drivers.find import DriverFault, driver_places, find_driver
+from ...drivers.simulated.twins.twin import Twin
+from ...schemas.contract import Contract
+from ...schemas.lab import LabDevice
+from ...schemas.messages import FileContent
+from ...schemas.quantity import seconds
+from ..lab.lab import LoadedLab
+
+REDUCER = "reducer"
+EMPTY = sha256(b"").hexdigest()
+
+
+def player(name: str, lab: LoadedLab) -> tuple[type[Driver], dict[str, Any], str]:
+    """Driver class, its configuration, and a note on what plays this device."""
+    device = lab.lab.devices[name]
+    contract = lab.contracts[device.contract]
+    own = _own(device, lab)
+    if own is not None and issubclass(own, Twin):
+        return own, {**device.config, "clock": "rehearsal"}, f"its own twin, {device.driver}"
+    for known in sorted(driver_places()):
+        found = _found(known)
+        if found is None or getattr(found, "contract", None) != contract.type:
+            continue
+        if issubclass(found, Twin):
+            return found, _configured(found, lab), f"the twin {known}"
+        if known == REDUCER:
+            return found, {}, "the reduction itself"
+    return stand_in(contract), {}, f"a stand-in: no twin keeps {contract.type}"
+
+
+def typical_s(contract: Contract, action: str) -> float:
+    """The duration of an action by its contract; 0 if it gives none."""
+    duration = contract.actions[action].duration
+    return 0.0 if duration is None else seconds(duration)
+
+
+def _own(device: LabDevice, lab: LoadedLab) -> type[Driver] | None:
+    if device.driver is None:
+        return None
+    try:
+        return find_driver(device.driver, lab.path.parent if lab.path else Path())
+    except DriverFault:
+        return None  # not installed here: a rehearsal can do without it
+
+
+def _found(name: str) -> type[Driver] | None:
+    try:
+        return find_driver(name, Path())
+    except DriverFault:
+        return None
+
+
+def _configured(twin: type[Twin], lab: LoadedLab) -> dict[str, Any]:
+    """Twins name the devices that they work with (`gantry`): here, the lab's first of that kind."""
+    kinds: dict[str, str] = {}
+    for name, device in lab.lab.devices.items():
+        kinds.setdefault(device.contract.partition("@")[0], name)
+    return {"clock": "rehearsal"} | {kind: kinds[kind] for kind in twin.options if kind in kinds}
+
+
+def stand_in(contract: Contract) -> type[Driver]:
+    """A driver that takes the typical time and answers with the simplest values allowed."""
+
+    def action(name: str):
+        wanted = contract.actions[name]
+
+        async def perform(self: Driver, goal: GoalContext, **params: Any) -> dict[str, Any]:
+            await asyncio.sleep(typical_s(contract, name))
+            result = {}
+            for field, schema in wanted.returns.get("properties", {}).items():
+                result[field] = plainest(schema, params.get(field))
+                if schema.get("format") == "path":
+                    empty = FileContent(path=str(result[field]), sha256=EMPTY, data=b"")
+                    goal.files[field] = empty
+            return result
+
+        return perform
+
+    methods = {name: action(name) for name in contract.actions}
+    return type("StandIn", (Driver,), {"contract": contract.type, **methods})
+
+
+def plainest(schema: dict[str, Any], given: Any = None) -> Any:
+    """The simplest value that a JSON Schema allows; a value given under that name comes first."""
+    if given is not None:
+        return given
+    for word in ("const", "default", "minimum"):
+        if word in schema:
+            return schema[word]
+    if "enum" in schema:
+        return schema["enum"][0]
+    kind = schema.get("type", "object")
+    kind = kind[0] if isinstance(kind, list) else kind
+    match kind:
+        case "number" | "integer":
+            return min(0, schema.get("maximum", 0))
+        case "string":
+            return "x"
+        case "boolean":
+            return False
+        case "array":
+            return [plainest(schema.get("items", {}))] * schema.get("minItems", 0)
+        case "null":
+            return None
+    return {k: plainest(v) for k, v in schema.get("properties", {}).items()}

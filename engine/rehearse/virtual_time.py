@@ -1,0 +1,56 @@
+"""An event loop whose time jumps: when nothing is left to do, the next timer is due at once."""
+
+import asyncio
+import selectors
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+LONGEST_REAL_S = 300.0
+
+
+class StandsStill(RuntimeError):
+    """Everything waits and nothing is due: in real time this would wait for ever."""
+
+
+class VirtualLoop(asyncio.SelectorEventLoop):
+    """`time()` starts at 0 and jumps from timer to timer; real threads are waited for on request.
+
+    Every timeout, wait and simulated movement uses the loop's time, so an hour takes only as long
+    as the computing in it.
+    """
+
+    def __init__(self) -> None:
+        self._leaping = _LeapingSelector()
+        super().__init__(self._leaping)
+
+    def time(self) -> float:
+        """Seconds of virtual time."""
+        return self._leaping.now
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Let no virtual time pass inside: a thread computes something that is due by now."""
+        self._leaping.holds += 1
+        try:
+            yield
+        finally:
+            self._leaping.holds -= 1
+
+
+class _LeapingSelector(selectors.DefaultSelector):
+    def __init__(self) -> None:
+        super().__init__()
+        self.now = 0.0
+        self.holds = 0
+
+    def select(self, timeout: float | None = None):
+        ready = super().select(0)
+        if ready or timeout == 0:
+            return ready
+        if self.holds or timeout is None:
+            ready = super().select(LONGEST_REAL_S)
+            if not ready:
+                raise StandsStill("the rehearsal waits for something that never comes")
+            return ready
+        self.now += max(0.0, timeout)
+        return ready

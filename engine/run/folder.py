@@ -1,0 +1,221 @@
+"""A run's folder: made, found again, and locked against a second engine."""
+
+import json
+import os
+import re
+import secrets
+import time
+from collections.abc import Iterable
+from datetime import datetime
+from hashlib import sha256
+from pathlib import Path
+from typing import IO
+
+from ruamel.yaml import YAML
+
+from ...schemas.contract import Contract
+from ...schemas.journal import Changed, JournalRecord, Started
+from ...schemas.lab import Lab
+from ..language.used_files import COPIES, USED
+
+JOURNAL = "journal.jsonl"
+PROTOCOL = "protocol.yaml"
+LAB = "lab.yaml"
+CONTRACTS = "contracts"
+SERVERS = "servers"
+ASKED = "run.json"
+LOOK_S = 0.2
+"""A lock is tried for this long: longer than a check whether it is held takes."""
+
+
+class FolderFault(Exception):
+    """A run's folder that cannot be made, found or locked; the text says which and what to do."""
+
+
+def new_run_folder(runs: Path, protocol_name: str) -> Path:
+    """`runs/2026-11-21_pegmatite-map_7f3a91c2/`, new and empty.
+
+    The ids of all its goals start with the name, also on servers shared with other folders of runs.
+    """
+    slug = re.sub(r"[^a-z0-9]+", "-", protocol_name.lower()).strip("-")[:40] or "run"
+    day = datetime.now().astimezone().strftime("%Y-%m-%d")
+    for _ in range(100):
+        folder = runs / f"{day}_{slug}_{secrets.token_hex(4)}"
+        try:
+            folder.mkdir(parents=True)
+            return folder
+        except FileExistsError:
+            continue
+        except OSError as fault:
+            raise FolderFault(f"cannot create a run folder in {runs}: {fault.strerror}") from fault
+    raise FolderFault(f"cannot find a free name for a run folder in {runs}")
+
+
+def keep_inputs(
+    folder: Path, protocol_text: str, protocol_name: str, lab: Lab, lab_folder: Path | None,
+    contracts: dict[str, Contract], asked: dict[str, object],
+) -> None:  # fmt: skip
+    """Copy protocol, lab and contracts into the folder, so that resume needs nothing else."""
+    suffix = ".json" if protocol_name.endswith(".json") else ".yaml"
+    (folder / f"protocol{suffix}").write_text(protocol_text, encoding="utf-8")
+    (folder / CONTRACTS).mkdir(exist_ok=True)
+    names = []
+    for contract in contracts.values():
+        name = f"{CONTRACTS}/{contract.type.replace('@', '-')}.yaml"
+        _dump(folder / name, contract.model_dump(mode="json", exclude_none=True))
+        names.append(f"./{name}")
+    data = lab.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
+    data["contracts"] = names
+    for device in data["devices"].values():
+        driver = device.get("driver", "")
+        if lab_folder is not None and ".py" in driver and not Path(driver).is_absolute():
+            device["driver"] = str((lab_folder / driver).resolve())
+    _dump(folder / LAB, data)
+    if any("token" in device for device in data["devices"].values()):
+        (folder / LAB).chmod(0o600)  # only resume needs the tokens
+    (folder / ASKED).write_text(json.dumps(asked, indent=1) + "\n", encoding="utf-8")
+
+
+def hashes(folder: Path) -> dict[str, str]:
+    """sha256 of every copy that the run uses: protocol, lab, contracts, parameters."""
+    copies = [*folder.glob("protocol.*"), folder / LAB, folder / ASKED, folder / USED]
+    copies += sorted((folder / CONTRACTS).glob("*.yaml"))
+    copies += sorted((folder / COPIES).glob("*"))
+    return {
+        path.relative_to(folder).as_posix(): sha256(path.read_bytes()).hexdigest()
+        for path in copies
+        if path.is_file()
+    }
+
+
+def check_hashes(folder: Path, records: Iterable[JournalRecord]) -> None:
+    """Raise FolderFault if a copy was edited: it would no longer show what was done."""
+    place, written = folder, {}
+    for record in records:
+        if isinstance(record, Started | Changed):
+            place = folder / getattr(record, "folder", ".")
+            written = record.files
+    found = hashes(place)
+    for name, digest in written.items():
+        if found.get(name) != digest:
+            raise FolderFault(
+                f"{place / name} has changed since the run began. Restore it, or give your "
+                f"version as a separate file: labrun resume {folder.name} --changed FILE"
+            )
+
+
+def _dump(path: Path, data: object) -> None:
+    with path.open("w", encoding="utf-8") as file:
+        YAML(typ="safe", pure=True).dump(data, file)
+
+
+def protocol_file(folder: Path) -> Path:
+    """The run's own copy of its protocol."""
+    for name in (PROTOCOL, "protocol.json"):
+        if (folder / name).is_file():
+            return folder / name
+    raise FolderFault(f"{folder} holds no protocol: it is not a run's folder, or it was changed")
+
+
+def is_run(folder: Path) -> bool:
+    """True for a folder that a run has left."""
+    return (folder / JOURNAL).is_file()
+
+
+def all_runs(runs: Path) -> list[Path]:
+    """Every run's folder, oldest first."""
+    if not runs.is_dir():
+        return []
+    found = [folder for folder in runs.iterdir() if folder.is_dir() and is_run(folder)]
+    return sorted(found, key=lambda folder: (folder / JOURNAL).stat().st_ctime_ns)
+
+
+def find_run(runs: Path, name: str) -> Path:
+    """A run by its path, its name, or an end of its name such as `7f3a`; `last` is the newest."""
+    direct = Path(name)
+    if direct.is_dir():
+        direct = direct.resolve()  # `.` has a name, too
+        if is_run(direct):
+            return direct
+        raise FolderFault(f"{direct} is not a run's folder: it holds no {JOURNAL}")
+    found = all_runs(runs)
+    if name == "last" and found:
+        return found[-1]
+    fitting = [folder for folder in found if folder.name == name or folder.name.endswith(name)]
+    if len(fitting) == 1:
+        return fitting[0]
+    if fitting:
+        names = ", ".join(folder.name for folder in fitting)
+        raise FolderFault(f"{name!r} matches several runs: {names}")
+    raise FolderFault(f"no run {name!r} in {runs}; `labrun runs` lists the runs")
+
+
+FAR = 1 << 30
+"""The byte that is locked on Windows: beyond the file's end, since nobody else may read a locked one."""
+
+
+class FolderLock:
+    """The operating system's lock on a run's folder: one engine at a time, gone with its process."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "engine.lock"
+        self._file: IO[str] | None = None
+
+    def take(self) -> None:
+        """Take the lock, or raise FolderFault when another engine holds it."""
+        file = self.path.open("a+")
+        try:
+            _lock_in_time(file)
+        except OSError as fault:
+            file.close()
+            raise FolderFault(
+                f"another engine is running {self.path.parent.name}; "
+                "`labrun runs` shows it, `labrun abort` ends it"
+            ) from fault
+        file.truncate(0)
+        file.write(str(os.getpid()))
+        file.flush()
+        self._file = file
+
+    def release(self) -> None:
+        """Release the folder."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+
+def is_live(folder: Path) -> bool:
+    """True while an engine holds the folder."""
+    lock = FolderLock(folder)
+    if not lock.path.exists():
+        return False
+    try:
+        with lock.path.open("a+") as file:
+            _lock(file)
+        return False
+    except OSError:
+        return True
+
+
+def _lock_in_time(file: IO[str]) -> None:
+    """Lock; `is_live`, which only checks for an engine, holds it for an instant."""
+    until = time.monotonic() + LOOK_S
+    while True:
+        try:
+            return _lock(file)
+        except OSError:
+            if time.monotonic() > until:
+                raise
+        time.sleep(LOOK_S / 20)
+
+
+def _lock(file: IO[str]) -> None:
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        import msvcrt
+
+        file.seek(FAR)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+    else:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,0 +1,100 @@
+"""The rows that a loop collects: one line of a CSV file for each iteration, units in the header."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...schemas.journal import IterationEnded, JournalRecord
+from ...schemas.quantity import is_quantity, magnitude_in, number_text
+from ..journal.encode import decode
+from ..journal.history import reopened
+from ..language.expression import ExpressionError
+from ..language.value import Value
+from .files import NoRoom
+
+
+class Rows:
+    """A table that grows by one row per iteration; it can be recreated from the journal."""
+
+    def __init__(self, path: Path, columns: Mapping[str, Value | None]) -> None:
+        self.path = path
+        self.columns = columns
+        self.units: dict[str, str] = {}
+        self._begun = False
+
+    def evaluate(self, names: Mapping[str, Any]) -> dict[str, Any]:
+        """A row's values; null if a step that it needs did not run or gave no such value."""
+        row: dict[str, Any] = {}
+        for name, value in self.columns.items():
+            try:
+                row[name] = value.evaluate(names) if value is not None else None
+            except ExpressionError:
+                row[name] = None
+        return row
+
+    def write(self, key: str, row: Mapping[str, Any], fate: str) -> None:
+        """Append a row; the first one creates the file. Raises NoRoom."""
+        try:
+            self._write(key, row, fate)
+        except OSError as fault:
+            raise NoRoom(f"cannot write {self.path}: {fault.strerror}") from fault
+
+    def _write(self, key: str, row: Mapping[str, Any], fate: str) -> None:
+        new_units = {
+            name: f"{value.units:~}"
+            for name, value in row.items()
+            if is_quantity(value) and name not in self.units
+        }
+        self.units.update(new_units)
+        if not self._begun or new_units:
+            self._write_header()
+        cells = [key, *(self._cell(name, row.get(name)) for name in self.columns), fate]
+        with self.path.open("a", encoding="utf-8", newline="") as file:
+            file.write(_csv_line(cells))
+
+    def _write_header(self) -> None:
+        names = [name + _suffix(self.units.get(name)) for name in self.columns]
+        header = _csv_line(["key", *names, "fate"])
+        rows = ""
+        if self._begun:  # a unit that the first rows, with nulls, did not show yet
+            rows = self.path.read_text(encoding="utf-8").partition("\n")[2]
+        self.path.write_text(header + rows, encoding="utf-8", newline="")
+        self._begun = True
+
+    def _cell(self, name: str, value: Any) -> str:
+        if value is None:
+            return ""
+        if is_quantity(value):
+            value = magnitude_in(value, self.units[name])
+        if isinstance(value, float):
+            return number_text(value)
+        return str(value)
+
+
+def _suffix(unit: str | None) -> str:
+    if not unit:
+        return ""
+    return "_" + unit.replace(" ", "").replace("/", "_per_").replace("**", "").replace("µ", "u")
+
+
+def _csv_line(cells: list[str]) -> str:
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(cells)
+    return line.getvalue()
+
+
+def restore_rows(
+    folder: Path, records: Sequence[JournalRecord], tables: Mapping[str, Rows]
+) -> None:
+    """Write the tables of a run again from its journal: this repairs a row torn by a crash."""
+    for name in tables:
+        (folder / name).unlink(missing_ok=True)
+    again = reopened(records)
+    for record in records:
+        if not isinstance(record, IterationEnded) or record.row is None:
+            continue
+        left_out = record.n < again.get(f"{record.loop}/{record.key}", 0)
+        if record.file in tables and not left_out:
+            tables[record.file].write(record.row_key, decode(record.row), record.fate)

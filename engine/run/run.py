@@ -1,0 +1,122 @@
+"""One run: what every node of its tree needs."""
+
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+
+from ...schemas import journal as j
+from ...schemas.event import Event, EventKind
+from ..journal.encode import encode
+from ..journal.history import History
+from ..journal.journal import Journal
+from ..journal.past import Past
+from ..lab.bind import BoundRole
+from .clock import RunClock
+from .frame import Frame, Scope
+from .questions import Question, Questions
+from .requests import Requests
+
+
+@dataclass(slots=True)
+class CutOff:
+    """The `finally` of a used protocol, for the end of the run if it was not reached.
+
+    `finals`: how often it was started before; each time has its own path, and so its own ids.
+    """
+
+    build: Callable[[Scope], Behaviour]
+    names: dict[str, Any]
+    frame: Frame
+    finals: int = 0
+
+
+LOG = logging.getLogger("labrun")
+Listener = Callable[[Event], None]
+"""A watcher of a run: it is notified, and the run does not depend on it."""
+
+
+@dataclass(slots=True)
+class Run:
+    """The state that belongs to a whole run."""
+
+    id: str
+    folder: Path
+    journal: Journal
+    history: History
+    """All that has happened, also in this session; only `record` adds to it."""
+    roles: Mapping[str, BoundRole]
+    params: Mapping[str, Any]
+    about: dict[str, Any]
+    questions: Questions
+    clock: RunClock = field(default_factory=RunClock)
+    past: Past = field(default_factory=Past)
+    """What the tree under way found done when it was planted."""
+    listeners: list[Listener] = field(default_factory=list)
+    requests: Requests = field(default_factory=Requests)
+    repeated: set[str] = field(default_factory=set)
+    """Paths of iterations and phases in which finished steps are done again, their device touched."""
+    cut_off: dict[str, CutOff] = field(default_factory=dict)
+    """By path, the used protocols that were entered and have not finished their `finally`."""
+    replaying: bool = False
+    """True while what failed in an earlier engine session is replayed: see nodes/replay_failed.py."""
+
+    def record(self, record: j.Record) -> None:
+        """Put a record into the journal, durable with the next flush, and learn what it says."""
+        self.history.take(self.journal.append(record))
+
+    def tell(
+        self, event: EventKind, path: str = "", state: str = "", text: str = "", **data: Any
+    ) -> None:
+        """Notify the watchers; the run does not depend on it."""
+        if self.listeners:
+            at = datetime.now(UTC).isoformat(timespec="milliseconds")
+            told = Event(
+                event=event, at=at, path=path, state=state, text=text, data=encode(data)
+            )  # fmt: skip
+            for listener in list(self.listeners):
+                self._hear(listener, told)
+
+    def _hear(self, listener: Listener, told: Event) -> None:
+        try:
+            listener(told)
+        except BrokenPipeError:  # `| head`: whoever read has gone, and that is no fault
+            self.listeners.remove(listener)
+        except Exception:  # whatever is wrong with a watcher, nothing of the run depends on it
+            self.listeners.remove(listener)
+            LOG.exception("a watcher of the run failed at %r; it hears nothing more", told.event)
+
+    def log(self, text: str, path: str = "") -> None:
+        """A line for the screen."""
+        self.tell("log", path, text=text)
+
+    def ask(self, question: Question, *, confirm: bool = False) -> Question:
+        """Ask a person; an earlier answer in the journal is used."""
+        past = self.past.answers.get(question.path)
+        if past is not None and past.choice in question.choices:
+            question.choice, question.by = past.choice, past.by
+            return question
+        self.record(
+            j.Asked(
+                path=question.path, id=question.id, text=question.text, choices=question.choices
+            )
+        )
+        self.questions.ask(question, confirm=confirm)
+        self.tell(
+            "question", question.path, "open" if question.choice is None else "answered",
+            question.text, id=question.id, choices=question.choices, confirm=confirm,
+        )  # fmt: skip
+        return question
+
+    def answered(self, question: Question) -> None:
+        """Note an answer in the journal and close its question."""
+        if question.path in self.questions.open:
+            self.record(
+                j.Answered(path=question.path, choice=question.choice or "", by=question.by)
+            )
+            self.questions.close(question.path)
+            self.tell("answer", question.path, question.choice or "", by=question.by)

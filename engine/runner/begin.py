@@ -1,0 +1,86 @@
+"""Start a run: a new one, or one continued from its journal."""
+
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+
+from ... import __version__
+from ...schemas import journal as j
+from ..check import Checked
+from ..control.control import Control
+from ..journal.encode import encode
+from ..journal.history import History
+from ..journal.journal import Journal
+from ..run.clock import RunClock
+from ..run.folder import hashes
+from ..run.questions import Questions
+from ..run.run import Listener, Run
+
+Watcher = Callable[[Run, Control], Listener]
+
+
+@dataclass(slots=True)
+class RunOptions:
+    """What the person who started a run wants besides its protocol."""
+
+    yes: bool = False
+    answers: dict[str, str] = field(default_factory=dict)
+    watchers: list[Watcher] = field(default_factory=list)
+    live_figures: bool = False
+
+
+def new_run(
+    folder: Path, checked: Checked, options: RunOptions, *, journal: Journal | None = None,
+    clock: RunClock | None = None,
+) -> Run:  # fmt: skip
+    """A new run, with its journal open."""
+    assert checked.protocol is not None
+    journal = journal or Journal(folder / "journal.jsonl")
+    run = _run(folder, checked, options, journal, History())
+    run.clock = clock or run.clock
+    run.record(
+        j.Started(
+            run=run.id, protocol=checked.protocol.name, labrun=__version__,
+            python=platform.python_version(), began=run.about["started"], params=encode(checked.params),
+            roles={name: role.device for name, role in checked.roles.items()},
+            files=hashes(folder),
+        )
+    )  # fmt: skip
+    return run
+
+
+def old_run(
+    folder: Path,
+    checked: Checked,
+    options: RunOptions,
+    journal: Journal,
+    history: History,
+    torn: int,
+) -> Run:
+    """A run continued from its journal."""
+    run = _run(folder, checked, options, journal, history)
+    run.record(j.Resumed(count=history.resumes + 1, labrun=__version__, torn=torn))
+    return run
+
+
+def _run(
+    folder: Path, checked: Checked, options: RunOptions, journal: Journal, history: History
+) -> Run:
+    assert checked.protocol is not None and checked.lab is not None
+    about = {
+        "id": folder.name,
+        "name": checked.protocol.name,
+        "simulated": checked.lab.lab.simulated,
+        "started": history.started.began if history.started else _now(),
+    }
+    return Run(
+        id=folder.name, folder=folder, journal=journal, history=history, roles=checked.roles,
+        params=checked.params, about=about,
+        questions=Questions(yes=options.yes, answers=options.answers),
+    )  # fmt: skip
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

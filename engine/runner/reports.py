@@ -1,0 +1,16 @@
+"""Reports and figures of a run: made by the plug-ins registered as `labrun.reports`."""
+
+from importlib.metadata import entry_points
+from pathlib import Path
+
+
+def make_reports(folder: Path) -> tuple[list[Path], list[str]]:
+    """Call every report maker with the run's folder; one that fails is reported in a line."""
+    made: list[Path] = []
+    failed: list[str] = []
+    for point in sorted(entry_points(group="labrun.reports"), key=lambda point: point.name):
+        try:
+            made.extend(point.load()(folder))
+        except Exception as fault:  # a plug-in's fault must not stop the run from ending
+            failed.append(f"report {point.name!r} was not made: {type(fault).__name__}: {fault}")
+    return made, failed

@@ -1,0 +1,88 @@
+"""An engine session from outside: connect, run, end, report; signals abort it."""
+
+import asyncio
+import contextlib
+import shutil
+
+from ...schemas import journal as j
+from ...system.files import sync_files
+from ...system.signals import on_end
+from ..check import Checked
+from ..control.server import ControlServer
+from ..dispatch.connect import connect
+from ..journal.encode import encode
+from ..journal.journal import DiskFull, JournalFault
+from ..run.folder import CONTRACTS, COPIES
+from ..run.run import Run
+from .begin import RunOptions
+from .live_figures import live_figures
+from .reports import make_reports
+from .session import Ending, RunSession
+
+
+async def run_session(
+    run: Run, checked: Checked, options: RunOptions, records: list[j.JournalRecord] | None = None
+) -> Ending:
+    """Connect, run, and end; raises NotReached before anything is sent.
+
+    A new run whose devices cannot be reached leaves no folder behind.
+    """
+    assert checked.lab is not None
+    try:
+        connections = await connect(checked.roles, checked.lab, run.folder, run.id)
+    except BaseException:
+        with contextlib.suppress(JournalFault, DiskFull):
+            run.journal.close()
+        if records is None:
+            shutil.rmtree(run.folder, ignore_errors=True)
+        raise
+    session = RunSession(run, checked, connections.clients)
+    connections.say = run.log
+    run.questions.changed = session.dispatcher.wake.set
+    endpoint = ControlServer(run.folder, session.control, run.questions)
+    deaf = on_end(lambda by: session.control.ask("abort", by))
+    try:
+        await endpoint.open()
+        run.listeners.append(endpoint.publish)
+        for watcher in options.watchers:
+            run.listeners.append(watcher(run, session.control))
+        # From here on the run's name is known to a person, so the run must be durable.
+        run.journal.flush()
+        sync_files(run.folder, CONTRACTS, COPIES)
+        run.tell("run", run.id, "running", checked.protocol.name if checked.protocol else "")
+        async with live_figures(run, options.live_figures):
+            ending = await session.execute(records)
+        await _end(run, session, ending)
+        return ending
+    finally:
+        await endpoint.close()
+        await connections.close()
+        deaf()
+
+
+async def _end(run: Run, session: RunSession, ending: Ending) -> None:
+    """Write the last record, then the reports, which read the journal."""
+    outputs = session.outputs() if ending.fate == "succeeded" else {}
+    try:
+        run.record(
+            j.Finished(
+                fate=ending.fate,
+                reason=ending.reason,
+                holes=run.history.holes,
+                outputs=encode(outputs),
+            )
+        )
+        run.journal.close()
+    except (JournalFault, DiskFull) as fault:
+        ending.reason = (
+            f"{ending.reason}; {fault}" if str(fault) not in ending.reason else ending.reason
+        )
+    made, failed = await asyncio.to_thread(make_reports, run.folder)
+    for path in made:
+        run.tell("report", text=str(path))
+    for line in failed:
+        run.log(line)
+    run.tell(
+        "finished", run.id, ending.fate, ending.reason, holes=run.history.holes, outputs=encode(outputs),
+        folder=str(run.folder),
+    )  # fmt: skip

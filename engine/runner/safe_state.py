@@ -1,0 +1,129 @@
+"""Safe state, and the goals that an earlier engine session left behind."""
+
+from collections.abc import Mapping
+
+from ...drivers.client.client import ServerUnreachable
+from ...schemas import journal as j
+from ..control.control import Control
+from ..dispatch.device_handle import DeviceHandle
+from ..dispatch.dispatcher import Dispatcher
+from ..dispatch.probe import probe_request, told_before, unknown_path
+from ..dispatch.request import Request
+from ..journal.history import LAPSED, RESTARTED, STRANGER
+from ..journal.journal import DiskFull, JournalFault
+from ..journal.past import PastGoal
+from ..run.run import Run
+
+STEP_S = 0.5
+"""How often timeouts are checked while waiting for goals of an earlier engine."""
+LEASE_S = 30.0
+"""A device whose engine was gone for longer was brought to its safe state by its server."""
+
+
+async def to_safe_state(
+    run: Run, dispatcher: Dispatcher, clients: Mapping[str, DeviceHandle]
+) -> None:
+    """Bring every device that was used to its safe state; report which did not confirm."""
+    safe_states = {role.device: role.contract.safe_state for role in run.roles.values()}
+    for device in sorted(run.history.boots):
+        if not safe_states.get(device):
+            continue
+        try:
+            confirmed, message = (await clients[device].stop(device)).get(
+                device, (False, "no answer")
+            )
+        except (ServerUnreachable, OSError, TimeoutError) as fault:
+            confirmed, message = False, str(fault)
+        if not confirmed:
+            run.log(f"{device} did not confirm its safe state: {message}. Go and look.")
+        run.tell("safe", device, "confirmed" if confirmed else "unconfirmed", message)
+        run.record(j.SafeState(device=device, confirmed=confirmed, message=message))
+    try:
+        run.journal.flush()
+    except (DiskFull, JournalFault) as fault:
+        run.log(str(fault))
+
+
+async def resolve_goals_in_flight(run: Run, dispatcher: Dispatcher, control: Control) -> None:
+    """Determine the fate of goals that were in flight when the engine ended, before anything moves.
+
+    Servers are asked for their outcomes; no goal is sent. If the fate of a `once` action is unknown,
+    its probe is sent now: once anything else is done, its answer would prove nothing.
+    """
+    adopted = [_adopt(run, goal) for goal in run.history.past.open_goals()]
+    await _carry(run, dispatcher, control, adopted)
+    probes = [_probe_of(run, goal) for goal in run.history.past.unknown_fates()]
+    await _carry(run, dispatcher, control, [probe for probe in probes if probe is not None])
+
+
+async def _carry(
+    run: Run, dispatcher: Dispatcher, control: Control, requests: list[Request]
+) -> None:
+    """Ask for goals, or do new ones, before anything else; their outcomes are in the journal then."""
+    for request in requests:
+        dispatcher.request(request)
+    while any(request.outcome is None for request in requests) and not control.now:
+        ready = dispatcher.prepare()
+        run.journal.flush()
+        dispatcher.send(ready)
+        if not dispatcher.busy:
+            break
+        if control.aborted_by:
+            dispatcher.withdraw_all()
+        dispatcher.check_time()
+        await dispatcher.drain(STEP_S, stop=lambda: control.now)
+
+
+def _probe_of(run: Run, past: PastGoal) -> Request | None:
+    role = next((r for r in run.roles.values() if r.device == past.sent.device), None)
+    if role is None or past.sent.action not in role.contract.actions:
+        return None
+    error = past.ended.error if past.ended is not None else None
+    known = error is not None and role.contract.actions[past.sent.action].happened(error.name)
+    settled = told_before(run.history, past.sent.id) is not None
+    if known in ("no", "yes") or settled or unknown_path(past.sent.id) in run.history.past.answers:
+        return None
+    return probe_request(run.history, role, past.sent.id, past.sent.action)
+
+
+def others_since(run: Run, clients: Mapping[str, DeviceHandle]) -> set[str]:
+    """Devices that another client has held or stopped since this run's last lease on them."""
+    history = run.history
+    return {d for d, c in clients.items() if history.somebody_was_there(d, c.epoch(d))}
+
+
+def mark_states_lost(
+    run: Run, clients: Mapping[str, DeviceHandle], away_s: float, used_by_others: set[str]
+) -> None:
+    """Mark the devices whose state may have changed while the engine was gone.
+
+    Their servers were restarted, or brought them to their safe state when the lease lapsed, or
+    another client has used them.
+    """
+    for device, boot in run.history.boots.items():
+        client = clients.get(device)
+        if client is None:
+            continue
+        if client.boot != boot:
+            mark_state_lost(run, device, RESTARTED)
+        elif device in used_by_others:
+            mark_state_lost(run, device, STRANGER)
+        elif not 0 <= away_s <= LEASE_S:
+            # A clock that was set back does not show how long it was: it may have been long.
+            mark_state_lost(run, device, LAPSED)
+
+
+def mark_state_lost(run: Run, device: str, reason: str) -> None:
+    """Record that what finished steps had set on a device may be lost."""
+    run.record(j.Touched(device=device, reason=reason))
+
+
+def _adopt(run: Run, past: PastGoal) -> Request:
+    sent = past.sent
+    role = next(role for role in run.roles.values() if role.device == sent.device)
+    path = sent.id.partition("/")[2].rpartition("/")[0]
+    return Request(
+        goal_id=sent.id, path=path, role=role, action_name=sent.action,
+        action=role.contract.actions[sent.action], params=sent.params, timeout_s=sent.timeout_s,
+        adopt=past,
+    )  # fmt: skip

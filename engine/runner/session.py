@@ -1,0 +1,233 @@
+"""One engine's share of a run: the phases from connection to safe state, and resuming from a journal."""
+
+import asyncio
+import contextlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from py_trees.behaviour import Behaviour
+
+from ...schemas import journal as j
+from ...schemas.protocol import Protocol
+from ..check import Checked
+from ..control.control import Control
+from ..dispatch.device_handle import DeviceHandle
+from ..dispatch.dispatcher import Dispatcher
+from ..journal.history import History
+from ..journal.journal import DiskFull, JournalFault, read_records
+from ..language.expression import ExpressionError
+from ..language.value import value_of
+from ..run.files import NoRoom
+from ..run.frame import Frame, Scope
+from ..run.rows import restore_rows
+from ..run.run import Run
+from ..tree.compile import TreeCompiler
+from ..tree.nodes.failure import Failure
+from ..tree.nodes.node import failure_of
+from ..tree.tick import StopNow, run_tree
+from .safe_state import (
+    mark_state_lost,
+    mark_states_lost,
+    others_since,
+    resolve_goals_in_flight,
+    to_safe_state,
+)
+
+LINKS_S = 1.0
+"""Within this time every link to a restarted server has reconnected."""
+FINALLY_S = 600.0
+"""The time limit for all of `finally`."""
+
+
+@dataclass(slots=True)
+class Ending:
+    """How a run ended; `interrupted` when Ctrl-C ended it."""
+
+    fate: j.RunFate
+    reason: str = ""
+    interrupted: bool = False
+
+
+class RunSession:
+    """One engine's share of a run: from its connection to its last record."""
+
+    def __init__(self, run: Run, checked: Checked, clients: Mapping[str, DeviceHandle]) -> None:
+        assert checked.protocol is not None and checked.survey is not None
+        self.run = run
+        self.protocol: Protocol = checked.protocol
+        self.survey = checked.survey
+        self.names = {"params": run.params, "run": run.about, "csv": self.survey.tables}
+        self.clients = clients
+        self.dispatcher = Dispatcher(run, clients)
+        self.control = Control(run, self.dispatcher.wake.set)
+        self.used_by_others: set[str] = set()
+        self._plant()
+
+    def _plant(self) -> None:
+        """Build a new tree, in which everything done in the run's history counts as done."""
+        self.compiler = TreeCompiler(self.run, self.dispatcher, self.survey, self.run.folder)
+        self.main_frame = Frame.phase("main", self.names)
+        self.run.cut_off.clear()
+        self.main = self.compiler.sequence(self.protocol.steps, Scope(self.main_frame))
+
+    async def execute(self, records: list[j.JournalRecord] | None) -> Ending:
+        """Everything from the first phase to the safe state; never leaves a goal under way."""
+        if records is not None:
+            restore_rows(self.run.folder, records, self.compiler.tables)
+        ending = Ending("failed")
+        self.used_by_others = others_since(self.run, self.clients)
+        self.dispatcher.look_anew()
+        try:
+            ending = await self._phases(resumed=records is not None)
+        except StopNow:
+            ending = Ending("aborted", f"stopped at once by {self.control.aborted_by}")
+        except (NoRoom, DiskFull, JournalFault) as fault:
+            ending = await self._out_of_room(str(fault))
+        finally:
+            await self._make_safe()
+            await self.dispatcher.close()
+        ending.interrupted = self.control.aborted_by == "Ctrl-C"
+        return ending
+
+    async def _phases(self, *, resumed: bool) -> Ending:
+        if resumed:
+            history = self.run.history
+            await resolve_goals_in_flight(self.run, self.dispatcher, self.control)
+            mark_states_lost(self.run, self.clients, _away_s(history), self.used_by_others)
+            if not history.cleaned_up:  # the engine was killed
+                await self._finally()
+                await self._make_safe()
+            on_resume = await self._on_resume(history.resumes)
+            if on_resume is not None:
+                return await self._then_finally(on_resume)
+        while True:
+            self.run.past = self.run.history.past.copy()
+            self._begin("main")
+            ended = await run_tree(
+                self.main, self.run, self.dispatcher, self.control, abortable=True, watchful=True
+            )
+            if ended != "state lost":
+                return await self._then_finally(self._ending(ended, "main"))
+            on_resume = await self._take_up_again()
+            if on_resume is not None:
+                return await self._then_finally(on_resume)
+
+    async def _take_up_again(self) -> Ending | None:
+        """A device lost its state under a running engine: continue as after a crash, from the journal.
+
+        Without `finally`, since the engine was never gone: `on_resume`, then the unfinished iterations, in
+        which the finished steps of that device are repeated before anything else is done once.
+        """
+        if self.dispatcher.states_lost():
+            # The links of several devices on one server notice its restart at slightly different times.
+            await asyncio.sleep(LINKS_S)
+        lost = self.dispatcher.states_lost()
+        for device, reason in lost.items():
+            mark_state_lost(self.run, device, reason)
+            self.run.log(f"{device}: {reason}; continuing from the journal")
+        if self.run.requests.take_up:
+            self.run.record(j.Again())
+            self.run.requests.take_up = False
+        self.run.journal.flush()
+        records = list(read_records(self.run.journal.path))
+        self.run.repeated.clear()
+        self.dispatcher.look_anew()
+        self._plant()
+        restore_rows(self.run.folder, records, self.compiler.tables)
+        await resolve_goals_in_flight(self.run, self.dispatcher, self.control)
+        return await self._on_resume(self.run.history.resumes + 1) if lost else None
+
+    async def _on_resume(self, number: int) -> Ending | None:
+        """Run `on_resume`; returns an ending if it did not succeed."""
+        steps = self.protocol.on_resume
+        if not steps:
+            return None
+        phase = f"resume:{number}"
+        self._begin(phase)
+        root = self.compiler.sequence(steps, Scope(Frame.phase(phase, self.names)))
+        ended = await run_tree(root, self.run, self.dispatcher, self.control, abortable=True)
+        if ended == "succeeded":
+            return None
+        return self._ending(ended, phase, failure_of(root))
+
+    def _ending(self, ended: str, phase: str, failure: Failure | None = None) -> Ending:
+        if ended == "aborted":
+            return Ending("aborted", f"aborted by {self.control.aborted_by}")
+        if ended == "failed":
+            failure = failure or failure_of(self.main)
+            reason = failure.sentence() if phase == "main" else f"{phase}: {failure.sentence()}"
+            return Ending("aborted" if failure.stop else "failed", reason)
+        return Ending("succeeded")
+
+    async def _then_finally(self, ending: Ending) -> Ending:
+        failure = await self._finally()
+        if failure is not None:
+            reason = f"finally: {failure}"
+            ending.reason = f"{ending.reason}; {reason}" if ending.reason else reason
+            ending.fate = "failed" if ending.fate == "succeeded" else ending.fate
+        return ending
+
+    async def _finally(self) -> str | None:
+        """Run every `finally` that is due, never cut short by the abort that caused it.
+
+        Those of used protocols that were stopped come first, starting with the innermost. Returns a
+        sentence if one failed; the others still run.
+        """
+        if not self.protocol.finally_ and not self.run.cut_off:
+            return None
+        phase = f"finally:{self.run.history.finals + 1}"
+        self._begin(phase)
+        failures: list[str] = []
+        try:
+            async with asyncio.timeout(FINALLY_S):
+                for root in self._finals(phase):
+                    ended = await run_tree(
+                        root, self.run, self.dispatcher, self.control, abortable=False
+                    )
+                    if ended != "succeeded":
+                        failures.append(failure_of(root).sentence())
+        except TimeoutError:
+            return f"not finished within {FINALLY_S:g} s"
+        return "; ".join(failures) or None
+
+    def _finals(self, phase: str) -> Iterator[Behaviour]:
+        cut_off, self.run.cut_off = self.run.cut_off, {}
+        for path, left in reversed(cut_off.items()):
+            yield left.build(Scope(Frame.phase(f"{phase}/{path}", left.names, left.frame)))
+        if self.protocol.finally_:
+            frame = Frame.phase(phase, self.names, self.main_frame)
+            yield self.compiler.sequence(self.protocol.finally_, Scope(frame))
+
+    def _begin(self, phase: str) -> None:
+        self.run.record(j.Phase(phase=phase))
+        self.run.tell("phase", phase)
+
+    async def _out_of_room(self, reason: str) -> Ending:
+        """The disk is full: end what runs, try `finally` in the space reserved for it."""
+        self.run.log(reason)
+        ending = Ending("failed", reason)
+        with contextlib.suppress(StopNow, NoRoom, DiskFull, JournalFault):
+            await self.dispatcher.drain(60.0, stop=lambda: self.control.now)
+            self.dispatcher.disk_full = ""
+            ending = await self._then_finally(ending)
+        return ending
+
+    async def _make_safe(self) -> None:
+        await to_safe_state(self.run, self.dispatcher, self.clients)
+
+    def outputs(self) -> dict[str, object]:
+        """The protocol's outputs; one that cannot be computed is null."""
+        told: dict[str, object] = {}
+        for name, raw in self.protocol.outputs.items():
+            try:
+                told[name] = value_of(raw).evaluate(self.main_frame.names)
+            except ExpressionError as fault:
+                told[name] = None
+                self.run.log(f"output {name!r}: {fault}")
+        return told
+
+
+def _away_s(history: History) -> float:
+    """How long ago the engine before this one last wrote to the journal."""
+    return (datetime.now(UTC) - datetime.fromisoformat(history.left_at)).total_seconds()

@@ -1,0 +1,4 @@
+"""One walk through a protocol: names, scopes, the protocols it uses.
+
+Never judges what it finds: checks do.
+"""

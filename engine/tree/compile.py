@@ -1,0 +1,329 @@
+"""Compile a protocol into its tree: one small subtree per body, not per point."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Sequence
+
+from ...schemas import protocol as p
+from ...schemas.quantity import seconds
+from ..dispatch.dispatcher import Dispatcher
+from ..language.value import Value, value_of
+from ..run.frame import Scope
+from ..run.rows import Rows
+from ..run.run import Run
+from ..survey.survey import Survey, Used
+from .nodes.action import ActionLeaf, ActionPlan
+from .nodes.action_set import ActionSet
+from .nodes.any_of import AnyOf
+from .nodes.background import Background, Join
+from .nodes.branch import Branch
+from .nodes.fallback import Alternative, Fallback
+from .nodes.immediate import Fail, Log, Require, SetNames
+from .nodes.iterations import ConditionalIterations, CountedIterations, ItemIterations, Iterations
+from .nodes.loop import Loop, LoopPlan
+from .nodes.question import CONFIRM_CHOICES, AskPerson
+from .nodes.retry import Retry, RetryRules
+from .nodes.step import StepNode, StepRules
+from .nodes.use import Use, UsePlan
+from .nodes.wait import Wait
+
+FIRST_TABLE = "data.csv"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a step is compiled: its scope, its path inside the scope's frame, and its loop."""
+
+    scope: Scope
+    path: str
+    in_loop: bool
+    question_id: str
+
+
+@dataclass(slots=True)
+class TreeCompiler:
+    """Turns steps into nodes; `tables` are the CSV files that its loops write.
+
+    `used` are the protocols that steps name. `within` is the path of the loops and uses that are
+    being compiled; `used_in` is the place of a used protocol itself.
+    """
+
+    run: Run
+    dispatcher: Dispatcher
+    survey: Survey
+    folder: Path
+    tables: dict[str, Rows] = field(default_factory=dict)
+    within: str = ""
+    used_in: Place | None = None
+    takes_first: bool = True
+    """Whether `data.csv` is for this protocol: a used one leaves it to the rows of the outer protocol."""
+    used: dict[int, Used] = field(init=False)
+
+    def __post_init__(self) -> None:
+        # Two steps with the same text are two steps: they are distinguished as objects.
+        self.used = {id(used.step): used for used in self.survey.used.values()}
+
+    @property
+    def defaults(self) -> p.Defaults:
+        """What applies unless a step states otherwise."""
+        return self.survey.protocol.defaults
+
+    def _in_loop(self, place: Place) -> bool:
+        """Whether a step is inside an iteration, including one of the protocol that uses this one."""
+        return place.in_loop or (self.used_in is not None and self.used_in.in_loop)
+
+    def sequence(
+        self, steps: list[p.Step], scope: Scope, prefix: str = "", *, in_loop: bool = False
+    ) -> Behaviour:
+        """Steps in sequence; outside loops it waits for the background steps started in it."""
+        joins = not in_loop and any(isinstance(s, p.Do) and s.mode for s in steps)
+        inner = Scope() if joins else scope
+        children: list[Behaviour] = []
+        for index, step in enumerate(steps):
+            name = step.id or str(index)
+            children.append(self.step(step, Place(inner, f"{prefix}{name}", in_loop, name)))
+        body = Sequence(prefix or "steps", memory=True, children=children)
+        return Join(prefix or "steps", self.run, scope, inner, body) if joins else body
+
+    def step(self, step: p.Step, place: Place) -> Behaviour:
+        """One step with everything it states around its kind."""
+        if isinstance(step, p.Do) and step.mode == "background":
+            return self._aside(step, place)
+        ladder = self._ladder(step, place)
+        return StepNode(self.run, place.scope, self._rules(step, place), ladder)
+
+    def _rules(self, step: p.Step, place: Place) -> StepRules:
+        total = None if isinstance(step, p.Do) else step.timeout
+        return StepRules(
+            segment=place.path,
+            id=step.id,
+            when=None if step.when is None else value_of(step.when),
+            timeout_s=None if total is None else value_of(total),
+            on_error=step.on_error or "stop",
+            in_loop=self._in_loop(place),
+        )
+
+    def _aside(self, step: p.Do, place: Place) -> Behaviour:
+        rules = self._rules(step, place)
+        later = StepRules(segment=place.path, id=step.id, on_error=rules.on_error, in_loop=True)
+
+        def build(scope: Scope) -> Behaviour:
+            there = Place(scope, place.path, place.in_loop, place.question_id)
+            return StepNode(self.run, scope, later, self._ladder(step, there))
+
+        begin = Background(place.path, self.run, place.scope, build)
+        guard = StepRules(place.path, when=rules.when, in_loop=place.in_loop, silent=True)
+        return StepNode(self.run, place.scope, guard, begin)
+
+    # --- the ladder: retry, then fallback
+
+    def _ladder(self, step: p.Step, place: Place) -> Behaviour:
+        if not step.fallback:
+            return self._retried(step, place)
+        inner = Scope()
+        primary = self._retried(step, Place(inner, place.path, place.in_loop, place.question_id))
+        alternatives = [self._alternative(item, place) for item in step.fallback]
+        return Fallback(place.path, self.run, primary, inner, alternatives, place.scope)
+
+    def _alternative(self, item: p.Step | list[p.Step], place: Place) -> Alternative:
+        scope = Scope()
+        if isinstance(item, list):
+            return Alternative(self.sequence(item, scope, in_loop=place.in_loop), scope)
+        name = item.id or "0"
+        node = self.step(item, Place(scope, name, place.in_loop, item.id or place.question_id))
+        return Alternative(node, scope, asks=isinstance(item, p.Ask))
+
+    def _retried(self, step: p.Step, place: Place) -> Behaviour:
+        said = step.retry
+        if said is None and isinstance(step, p.Do):
+            said = self.defaults.retry
+        if said is None or isinstance(step, p.Parallel | p.AnyOf):
+            return self._kind(step, place)  # a set hands its retry to its members
+        rules = retry_rules(said)
+        if isinstance(step, p.Do):
+            return Retry(place.path, self.run, rules, self._kind(step, place), place.scope, None)
+        inner = Scope()
+        there = Place(inner, place.path, place.in_loop, place.question_id)
+        return Retry(place.path, self.run, rules, self._kind(step, there), place.scope, inner)
+
+    # --- one method per kind
+
+    def _kind(self, step: p.Step, place: Place) -> Behaviour:
+        compilers: dict[str, Callable[[Any, Place], Behaviour]] = {
+            "do": self._do,
+            "parallel": self._parallel,
+            "any": self._any,
+            "foreach": self._foreach,
+            "repeat": self._repeat,
+            "while": self._while,
+            "if": self._if,
+            "use": self._use,
+            "steps": self._group,
+            "confirm": self._confirm,
+            "ask": self._ask,
+            "wait": self._wait,
+            "set": self._set,
+            "require": self._require,
+            "log": self._log,
+            "fail": self._fail,
+        }
+        return compilers[step.KIND](step, place)
+
+    def _do(self, step: p.Do, place: Place) -> Behaviour:
+        role_name, _, action_name = step.do.partition(".")
+        role = self.survey.roles[role_name]
+        timeout = step.timeout if step.timeout is not None else self.defaults.timeout
+        plan = ActionPlan(
+            segment=place.path,
+            role=role,
+            action_name=action_name,
+            action=role.contract.actions[action_name],
+            arguments=value_of(step.with_),
+            timeout_s=None if timeout is None else value_of(timeout),
+            on_unknown=step.on_unknown or "probe",
+        )
+        return ActionLeaf(self.run, place.scope, self.dispatcher, plan)
+
+    def _parallel(self, step: p.Parallel, place: Place) -> Behaviour:
+        members = self._members(step, place)
+        return ActionSet(place.path, self.run, members, cancel=step.on_failure == "cancel")
+
+    def _any(self, step: p.AnyOf, place: Place) -> Behaviour:
+        return AnyOf(place.path, self.run, place.scope, self._members(step, place))
+
+    def _members(self, step: p.Parallel | p.AnyOf, place: Place) -> list[Behaviour]:
+        members = []
+        for index, member in enumerate(getattr(step, step.KIND)):
+            name = member.id or str(index)
+            there = Place(place.scope, f"{place.path}/{name}", place.in_loop, name)
+            if step.retry is None:
+                members.append(self.step(member, there))
+            else:
+                members.append(self._member_again(member, there, retry_rules(step.retry)))
+        return members
+
+    def _member_again(self, member: p.Step, place: Place, rules: RetryRules) -> Behaviour:
+        """A member of a set that is retried: only what failed is sent again."""
+        inner = Scope()
+        node = self.step(member, Place(inner, place.path, place.in_loop, place.question_id))
+        return Retry(place.path, self.run, rules, node, place.scope, inner)
+
+    def _foreach(self, step: p.Foreach, place: Place) -> Behaviour:
+        ((name, items),) = step.foreach.items()
+        key = None if step.key is None else value_of(step.key)
+        return self._loop(step, place, ItemIterations(name, value_of(items), key))
+
+    def _repeat(self, step: p.Repeat, place: Place) -> Behaviour:
+        return self._loop(step, place, CountedIterations(value_of(step.repeat)))
+
+    def _while(self, step: p.While, place: Place) -> Behaviour:
+        most = None if step.max is None else value_of(step.max)
+        return self._loop(step, place, ConditionalIterations(value_of(step.while_), most))
+
+    def _loop(self, step: p.LoopBase, place: Place, turns: Iterations) -> Behaviour:
+        inner = Scope()
+        rows = self._rows(step, place)
+        outside, self.within = self.within, f"{self.within}{place.path}/"
+        body = self.sequence(step.steps, inner, in_loop=True)
+        self.within = outside
+        plan = LoopPlan(
+            segment=place.path,
+            max_failed=None if step.keep_going is None else value_of(step.keep_going.max_failed),
+            background=self.defaults.background,
+            nested=self._in_loop(place),
+        )
+        return Loop(self.run, place.scope, inner, plan, turns, body, rows)
+
+    def _rows(self, step: p.LoopBase, place: Place) -> Rows | None:
+        if step.collect is None:
+            return None
+        path = f"{self.within}{place.path}".replace("/", "-")
+        is_first = self.takes_first and FIRST_TABLE not in self.tables
+        name = FIRST_TABLE if is_first else f"data-{path}.csv"
+        columns: dict[str, Value | None] = {n: value_of(raw) for n, raw in step.collect.items()}
+        self.tables[name] = Rows(self.folder / name, columns)
+        return self.tables[name]
+
+    def _collects(self) -> bool:
+        steps = (at.step for at in self.survey.steps)
+        return any(isinstance(step, p.LoopBase) and step.collect for step in steps)
+
+    def _group(self, step: p.Group, place: Place) -> Behaviour:
+        return self.sequence(step.steps, place.scope, f"{place.path}/", in_loop=place.in_loop)
+
+    def _if(self, step: p.If, place: Place) -> Behaviour:
+        branches = [
+            self.sequence(steps, place.scope, f"{place.path}/{name}/", in_loop=place.in_loop)
+            for name, steps in (("then", step.then), ("else", step.else_))
+            if steps
+        ]
+        then, otherwise = branches[0], branches[1] if len(branches) > 1 else None
+        return Branch(place.path, self.run, place.scope, value_of(step.if_), then, otherwise)
+
+    def _use(self, step: p.Use, place: Place) -> Behaviour:
+        used = self.used[id(step)]
+        within = f"{self.within}{place.path}/"
+        here = replace(place, in_loop=self._in_loop(place))
+        other = TreeCompiler(
+            self.run, self.dispatcher, used.survey, self.folder, self.tables, within, here,
+            takes_first=self.takes_first and not self._collects(),
+        )  # fmt: skip
+        protocol, inner = used.protocol, Scope()
+        last = partial(other.sequence, protocol.finally_) if protocol.finally_ else None
+        plan = UsePlan(
+            segment=place.path,
+            arguments={name: value_of(raw) for name, raw in step.with_.items()},
+            params=protocol.params,
+            outputs={name: value_of(raw) for name, raw in protocol.outputs.items()},
+            tables=used.survey.tables,
+            last=last,
+        )
+        return Use(self.run, place.scope, inner, plan, other.sequence(protocol.steps, inner))
+
+    def _confirm(self, step: p.Confirm, place: Place) -> Behaviour:
+        return AskPerson(
+            place.path, self.run, place.scope, value_of(step.confirm), CONFIRM_CHOICES,
+            question_id=place.question_id, confirm=True,
+        )  # fmt: skip
+
+    def _ask(self, step: p.Ask, place: Place) -> Behaviour:
+        return AskPerson(
+            place.path, self.run, place.scope, value_of(step.ask), step.choices,
+            question_id=place.question_id, confirm=False,
+        )  # fmt: skip
+
+    def _wait(self, step: p.Wait, place: Place) -> Behaviour:
+        return Wait(place.path, self.run, place.scope, value_of(step.wait))
+
+    def _set(self, step: p.Set, place: Place) -> Behaviour:
+        values = {name: value_of(raw) for name, raw in step.set.items()}
+        return SetNames(place.path, self.run, place.scope, values)
+
+    def _require(self, step: p.Require, place: Place) -> Behaviour:
+        text = str(step.require).strip().removeprefix("${{").removesuffix("}}").strip()
+        return Require(place.path, self.run, place.scope, value_of(step.require), text)
+
+    def _log(self, step: p.Log, place: Place) -> Behaviour:
+        return Log(place.path, self.run, place.scope, value_of(step.log))
+
+    def _fail(self, step: p.Fail, place: Place) -> Behaviour:
+        return Fail(place.path, self.run, place.scope, value_of(step.fail))
+
+
+def retry_rules(said: int | p.Retry) -> RetryRules:
+    """`retry: 3`, or the long form, as rules."""
+    if isinstance(said, int):
+        return RetryRules(attempts=said)
+    return RetryRules(
+        attempts=said.attempts,
+        wait_s=seconds(said.wait),
+        factor=said.factor,
+        max_wait_s=None if said.max_wait is None else seconds(said.max_wait),
+        jitter=said.jitter,
+        on=None if said.on is None else frozenset(said.on),
+    )

@@ -1,0 +1,281 @@
+"""The leaf that does one action: asks the dispatcher, reads the outcome, withdraws when stopped."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from py_trees.common import Status
+
+from ....drivers.client.client import Outcome
+from ....schemas.contract import RESERVED_ERRORS, Action, Happened
+from ....schemas.quantity import seconds
+from ...dispatch.dispatcher import Dispatcher
+from ...dispatch.probe import told_before, what_it_proves
+from ...dispatch.request import Request, means, outcome_of
+from ...journal.encode import with_units
+from ...journal.past import PastGoal
+from ...lab.bind import BoundRole
+from ...language.arguments import ArgumentFaults, resolve_arguments
+from ...language.expression import ExpressionError
+from ...language.operators import words
+from ...language.value import Value
+from ...run.frame import Scope
+from ...run.run import Run
+from .failure import Failure
+from .node import Node
+from .replay_failed import came_to_here
+from .unknown import UnknownFate, Verdict
+
+LOST_AT_MOST = 3
+"""How many times in a row a goal may be lost with its server before the step fails."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActionPlan:
+    """What one `do` requests, as far as it is known before it runs."""
+
+    segment: str
+    role: BoundRole
+    action_name: str
+    action: Action
+    arguments: Value
+    timeout_s: Value | None
+    on_unknown: str = "probe"
+
+    @property
+    def label(self) -> str:
+        """`gantry.move_to`, as people name it."""
+        return f"{self.role.role}.{self.action_name}"
+
+
+class ActionLeaf(Node):
+    """One attempt each time it is entered; finished attempts of earlier sessions count as done."""
+
+    def __init__(self, run: Run, scope: Scope, dispatcher: Dispatcher, plan: ActionPlan) -> None:
+        super().__init__(plan.segment, run)
+        self.scope = scope
+        self.dispatcher = dispatcher
+        self.plan = plan
+        self.request: Request | None = None
+        self.unknown: UnknownFate | None = None
+        self.lost = 0
+        self.repeating = False
+        self.path = ""
+
+    def initialise(self) -> None:
+        self.failure, self.result, self.request, self.unknown = None, None, None, None
+        self.lost, self.repeating = 0, False
+        self.path = f"{self.scope.frame.path}/{self.plan.segment}"
+        try:
+            arguments = self._arguments()
+            timeout_s = self._timeout()
+        except (ExpressionError, ArgumentFaults, ValueError) as fault:
+            self.failure = self._failure("Rejected", str(fault), "no")
+            return
+        self._begin(arguments, timeout_s)
+
+    def update(self) -> Status:
+        if self.failure is not None:
+            return Status.FAILURE
+        if self.unknown is not None:
+            return self._resolve(self.unknown)
+        assert self.request is not None
+        outcome = self.request.outcome
+        return Status.RUNNING if outcome is None else self._take(outcome, self.request)
+
+    def terminate(self, new_status: Status) -> None:
+        if self.status == Status.RUNNING and new_status == Status.INVALID:
+            if self.unknown is not None:
+                self.unknown.withdraw()
+            elif self.request is not None:
+                self.dispatcher.withdraw(self.request)
+
+    # --- starting
+
+    def _arguments(self) -> dict[str, Any]:
+        given = self.plan.arguments.evaluate(self.scope.frame.names)
+        return resolve_arguments(
+            self.plan.action, given, self.plan.role.limits, label=self.plan.label
+        )
+
+    def _timeout(self) -> float | None:
+        if self.plan.timeout_s is not None:
+            return seconds(self.plan.timeout_s.evaluate(self.scope.frame.names))
+        if self.plan.action.duration is not None:
+            # No timeout was given: well past the typical duration in the contract, it has hung.
+            return 10 * seconds(self.plan.action.duration) + 30
+        return None
+
+    def _begin(self, arguments: dict[str, Any], timeout_s: float | None) -> None:
+        frame, done = self.scope.frame, self.run.past
+        attempt = frame.next_attempt(self.path)
+        past = done.goal(self.path, attempt)
+        if done.comparing:
+            past = done.newest_success(self.path) or past
+        wanted = means(self.plan.role, self.plan.action_name, arguments)
+        while past is not None and self._is_behind(past, wanted):
+            if past.ended is not None and past.ended.state == "SUCCEEDED":
+                self.run.repeated.add(frame.owner.path)
+            attempt = frame.next_attempt(self.path)
+            past = done.goal(self.path, attempt)
+        request = Request(
+            goal_id=f"{self.run.id}/{self.path}/{attempt}", path=self.path, role=self.plan.role,
+            action_name=self.plan.action_name, action=self.plan.action, params=arguments,
+            timeout_s=timeout_s, within=frame.owner.path, adopt=past,
+            epoch=past.sent.epoch if past else 0,
+        )  # fmt: skip
+        self.request = request
+        if past is None and self.run.replaying:
+            self._repeat_in_replay(request)
+        elif past is None:
+            self.dispatcher.request(request)
+        elif past.ended is None:
+            if not done.comparing:
+                request.params = past.sent.params
+            self.dispatcher.request(request)
+        elif self._must_not_be_done_anew(past, wanted):
+            said = _changed(past, arguments)
+            self.failure = replace(self._failure("Rejected", said, "yes"), stop=True)
+        else:
+            request.outcome = outcome_of(past)
+            self.dispatcher.replayed(request, past)
+
+    def _repeat_in_replay(self, request: Request) -> None:
+        """Set again what had been set; what was never finished is where the earlier session ended."""
+        if self.run.past.newest_success(self.path) is None:
+            self.failure = came_to_here(self.path)
+            return
+        self.repeating = True
+        self.dispatcher.request(request)
+
+    def _must_not_be_done_anew(self, past: PastGoal, wanted: str) -> bool:
+        """A finished `once` action that differs in a changed protocol: the run cannot continue.
+
+        Under the same protocol only the values it was computed from have changed (a balance was read
+        again): then it is done.
+        """
+        done = self.run.past
+        changed = done.changed is not None and past.sent.n < done.changed.n
+        return changed and past.sent.means != wanted and not done.comparing
+
+    def _is_behind(self, past: PastGoal, wanted: str) -> bool:
+        """True for an earlier attempt that has no bearing on this one."""
+        if past.ended is None or self.run.past.comparing:
+            return False
+        if past.sent.means != wanted:  # the protocol was changed since
+            return self.plan.action.effect != "once" or _happened(past, self.plan.action) == "no"
+        if past.ended.state == "SUCCEEDED":
+            return self.plan.action.effect != "once" and self.run.history.is_stale(past)
+        happened = _happened(past, self.plan.action)
+        if self.plan.action.effect == "once" and happened != "no":
+            # Unknown, or it did happen: never simply sent again, unless a probe shows it did not.
+            return past.spent and happened == "unknown" and self._was_denied(past)
+        return past.spent or past.ended.state == "CANCELED"
+
+    def _was_denied(self, past: PastGoal) -> bool:
+        history, sent = self.run.history, past.sent
+        told = told_before(history, sent.id)
+        return what_it_proves(history, sent.device, sent.id, sent.epoch, told) is False
+
+    # --- ending
+
+    def _take(self, outcome: Outcome, request: Request) -> Status:
+        if outcome.state == "SUCCEEDED":
+            self.result = with_units(outcome.result or {}, self.plan.action.returns)
+            return Status.SUCCESS
+        if self._lost_for_nothing(outcome, request):
+            self._begin(request.params, request.timeout_s)
+            self.run.requests.again()
+            return Status.RUNNING
+        self.failure = replace(self._failure_of(outcome, request), anew=self.repeating)
+        if self.failure.once and self.failure.happened == "unknown":
+            self.unknown = UnknownFate(
+                self.run, self.dispatcher, self.plan.role, request, self.failure,
+                self.plan.on_unknown,
+            )  # fmt: skip
+            self.failure = None
+            return self._resolve(self.unknown)
+        return Status.FAILURE
+
+    def _lost_for_nothing(self, outcome: Outcome, request: Request) -> bool:
+        """True if a server was restarted and the same action may simply be requested again.
+
+        That is not a failure: it does not count against the retries. A server that keeps
+        dying is a failure, and goes up the ladder as `Lost`.
+        """
+        error = outcome.error
+        if outcome.state != "ABORTED" or error is None or error.name != "Lost" or request.expired:
+            return False
+        if self.plan.action.effect == "once" and error.happened != "no":
+            return False
+        self.lost += 1
+        return self.lost <= LOST_AT_MOST
+
+    def _lost_and_not_done(self, unknown: UnknownFate, verdict: Verdict) -> bool:
+        """Lost with its server, and the device reports that it did not happen: unfinished, not failed."""
+        if verdict.skip or verdict.stop or unknown.failure.name != "Lost":
+            return False
+        self.lost += 1
+        return self.lost <= LOST_AT_MOST
+
+    def _failure_of(self, outcome: Outcome, request: Request) -> Failure:
+        error = outcome.error
+        name = error.name if error else outcome.state.capitalize()
+        happened = error.happened if error else "unknown"
+        message = error.message if error else f"{self.plan.label} ended {outcome.state}"
+        if name in self.plan.action.errors and happened == "unknown":
+            happened = self.plan.action.happened(name)
+        elif error is not None and name not in self.plan.action.errors and not _reserved(name):
+            message = f"{message} (an error that {self.plan.role.contract.type} does not declare)"
+        if request.expired:
+            name = "Timeout"
+            message = f"{self.plan.label} took longer than {request.timeout_s:g} s"
+        return self._failure(name, message, happened)
+
+    def _failure(self, name: str, message: str, happened: Happened) -> Failure:
+        return Failure(
+            name, message, step=self.path, device=self.plan.role.device, action=self.plan.label,
+            happened=happened, once=self.plan.action.effect == "once",
+        )  # fmt: skip
+
+    def _resolve(self, unknown: UnknownFate) -> Status:
+        verdict = unknown.advance()
+        if verdict is None:
+            return Status.RUNNING
+        self.unknown = None
+        if verdict.happened:
+            self.result = with_units(verdict.result or {}, self.plan.action.returns)
+            return Status.SUCCESS
+        if verdict.repeat or self._lost_and_not_done(unknown, verdict):
+            request = unknown.request
+            self._begin(request.params, request.timeout_s)
+            self.run.requests.again()
+            return Status.RUNNING
+        return self.fail(
+            replace(unknown.failure, happened="no", skip=verdict.skip, stop=verdict.stop)
+        )
+
+
+OUR_ERRORS = ("Fault", "Canceled", "DiskFull", "Stopped", "NEVER_STARTED")
+"""Names that the protocol with servers itself uses, besides those reserved for every action."""
+
+
+def _reserved(name: str) -> bool:
+    return name in RESERVED_ERRORS or name in OUR_ERRORS
+
+
+def _happened(past: PastGoal, action: Action) -> str:
+    assert past.ended is not None
+    error = past.ended.error
+    if error is None:
+        return "yes" if past.ended.state == "SUCCEEDED" else "unknown"
+    return error.happened if error.happened != "unknown" else action.happened(error.name)
+
+
+def _changed(past: PastGoal, wanted: dict[str, Any]) -> str:
+    was, now = (
+        ", ".join(f"{n} {words(v)}" for n, v in p.items()) for p in (past.sent.params, wanted)
+    )
+    return (
+        f"it was done with {was or 'nothing'}, but the protocol now asks for {now or 'nothing'}; "
+        "it will not be done a second time"
+    )

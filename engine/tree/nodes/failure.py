@@ -1,0 +1,57 @@
+"""Why a step failed, as it travels up the ladder retry, fallback, on_error, keep_going, finally."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ....schemas.contract import Happened
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """One failure; `error` in expressions.
+
+    `skip`: a person chose to leave this iteration out. `stop`: a person chose to end the run;
+    nothing above may continue then. `bygone`: the point that an earlier session had reached when it
+    turned to another branch. `anew`: what had succeeded then, and was repeated, fails now.
+    """
+
+    name: str
+    message: str
+    step: str = ""
+    device: str = ""
+    action: str = ""
+    happened: Happened = "no"
+    once: bool = False
+    skip: bool = False
+    stop: bool = False
+    bygone: bool = False
+    anew: bool = False
+
+    def as_error(self) -> dict[str, Any]:
+        """What `error` holds in an expression."""
+        return {
+            "name": self.name,
+            "message": self.message,
+            "step": self.step,
+            "device": self.device,
+            "action": self.action,
+        }
+
+    @classmethod
+    def from_error(cls, error: dict[str, Any]) -> "Failure":
+        """Recreate a failure from what `as_error` gave."""
+        told = {
+            key: str(error.get(key, "")) for key in ("name", "message", "step", "device", "action")
+        }
+        return cls(
+            told["name"], told["message"], told["step"], told["device"], told["action"]
+        )  # fmt: skip
+
+    def at(self, step: str) -> "Failure":
+        """The same failure, with the step named if none is yet."""
+        return self if self.step else replace(self, step=step)
+
+    def sentence(self) -> str:
+        """One line for a person: where, what."""
+        where = ": ".join(part for part in (self.step, self.action and f"{self.action}") if part)
+        return f"{where}: {self.name}: {self.message}" if where else f"{self.name}: {self.message}"

@@ -1,0 +1,86 @@
+"""The `finally` of used protocols: started by themselves, or at once by the step that stopped them."""
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ....schemas.journal import Turned
+from ...run.frame import Frame, Scope
+from ...run.run import Run
+from .failure import Failure
+from .node import failure_of
+
+
+def finals_before(run: Run, path: str) -> int:
+    """How many times the `finally` of this `use` has finished, its steps tried again since.
+
+    One that was started but has not finished continues under its own ids.
+    """
+    past = run.past.turned.get(f"{path}/e")
+    if past is None:
+        return 0
+    return past.turn if run.past.is_over(past) and not run.replaying else past.turn - 1
+
+
+def begin_finally(run: Run, path: str, *, failure: Failure | None, stopped: bool) -> Frame:
+    """The frame of the next `finally` of this `use`.
+
+    If it failed or was stopped, that is in the journal: if its steps are continued after that,
+    another `finally` is due, not the rest of this one.
+    """
+    left, past = run.cut_off[path], run.past.turned.get(f"{path}/e")
+    if past is not None and past.error is None and not (stopped or run.replaying):
+        left.finals = max(left.finals, past.turn)
+    left.finals += 1
+    known = past is not None and past.turn >= left.finals
+    if (failure is not None or stopped) and not known and not run.replaying:
+        error = None if failure is None else failure.as_error()
+        run.record(Turned(path=f"{path}/e", turn=left.finals, error=error))
+    return Frame.phase(f"{path}/finally:{left.finals}", left.names, left.frame)
+
+
+def end_finally(run: Run, path: str, failure: Failure | None) -> None:
+    """Take a `finally` off the run's list, unless an earlier engine session had not ended it."""
+    if failure is not None and failure.bygone:
+        run.cut_off[path].finals -= 1
+    else:
+        run.cut_off.pop(path, None)
+
+
+class FinallyOfUse:
+    """Runs every `finally` that is due under some paths, the innermost first.
+
+    Each is taken off the run's list when it is over: an abort in between leaves it to the run's end.
+    """
+
+    def __init__(self, run: Run, paths: Iterable[str]) -> None:
+        self.run = run
+        above = tuple(f"{path}/" for path in paths)
+        self.due = deque(p for p in reversed(run.cut_off) if f"{p}/".startswith(above))
+        self.root: Behaviour | None = None
+
+    def tick(self) -> Iterator[Behaviour]:
+        """One tick; over when `due` is empty."""
+        while self.due:
+            path = self.due[0]
+            root = self.root = self.root or self._build(path)
+            yield from root.tick()
+            if root.status == Status.RUNNING:
+                return
+            failure = failure_of(root) if root.status == Status.FAILURE else None
+            if failure is not None:
+                self.run.log(f"finally: {failure.sentence()}", path)
+            end_finally(self.run, path, failure)
+            self.due.popleft()
+            self.root = None
+
+    def stop(self) -> None:
+        """Interrupt what runs."""
+        if self.root is not None and self.root.status == Status.RUNNING:
+            self.root.stop(Status.INVALID)
+
+    def _build(self, path: str) -> Behaviour:
+        frame = begin_finally(self.run, path, failure=None, stopped=True)
+        return self.run.cut_off[path].build(Scope(frame))

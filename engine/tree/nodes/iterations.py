@@ -1,0 +1,148 @@
+"""What a loop iterates over: the items of a list, a number of turns, or turns while a condition holds."""
+
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Protocol
+
+from ...language.value import Value
+from ...run.frame import segment
+
+MANY = 10_000
+
+
+class NotOver(ValueError):
+    """A condition that still holds when all turns are used up."""
+
+
+class Iterations(Protocol):
+    """The turns of a loop; every call gets the names that the loop can see."""
+
+    total: int | None
+    """How many there are; None if that is not known in advance."""
+
+    def begin(self, names: Any) -> None:
+        """Compute what can be computed when the loop is entered; raises ExpressionError, ValueError."""
+        ...
+
+    def more(self, index: int, names: Any) -> bool:
+        """Whether there is a turn of this number."""
+        ...
+
+    def own(self, index: int) -> dict[str, Any]:
+        """The names of this turn alone."""
+        ...
+
+    def key(self, index: int, names: Any) -> str:
+        """The permanent key of the turn; `names` include its own."""
+        ...
+
+
+class ItemIterations:
+    """`foreach`: one turn per item."""
+
+    def __init__(self, name: str, items: Value, key: Value | None) -> None:
+        self.name, self.items_value, self.key_value = name, items, key
+        self.items: Sequence[Any] = ()
+        self.total: int | None = None
+
+    def begin(self, names: Any) -> None:
+        items = self.items_value.evaluate(names)
+        if items is None or isinstance(items, str | Mapping) or not hasattr(items, "__getitem__"):
+            raise ValueError(f"foreach needs a list, a span or a grid, not {items!r}")
+        self.items, self.total = items, len(items)
+        self._refuse_doubles(names)
+
+    def more(self, index: int, names: Any) -> bool:
+        return index < len(self.items)
+
+    def own(self, index: int) -> dict[str, Any]:
+        return {self.name: self.items[index]}
+
+    def key(self, index: int, names: Any) -> str:
+        return (
+            str(index) if self.key_value is None else segment(str(self.key_value.evaluate(names)))
+        )
+
+    def _refuse_doubles(self, names: Any) -> None:
+        """Duplicate keys would merge two points: refused before anything is sent."""
+        if self.key_value is None:
+            return
+        keys = (self._key_at(index, names) for index in range(len(self.items)))
+        if not _may_repeat(hash(key) for key in keys):
+            return
+        first: dict[str, int] = {}
+        for index in range(len(self.items)):
+            key = self._key_at(index, names)
+            if key in first:
+                raise ValueError(f"key {key!r} occurs twice, at items {first[key]} and {index}")
+            first[key] = index
+
+    def _key_at(self, index: int, names: Any) -> str:
+        return self.key(index, names.new_child(self.own(index)))
+
+
+class CountedIterations:
+    """`repeat`: a number of turns."""
+
+    def __init__(self, count: Value) -> None:
+        self.count = count
+        self.total: int | None = None
+
+    def begin(self, names: Any) -> None:
+        self.total = whole("repeat", self.count.evaluate(names))
+
+    def more(self, index: int, names: Any) -> bool:
+        return index < (self.total or 0)
+
+    def own(self, index: int) -> dict[str, Any]:
+        return {}
+
+    def key(self, index: int, names: Any) -> str:
+        return str(index)
+
+
+class ConditionalIterations:
+    """`while`: turns as long as a condition holds, `max` at most."""
+
+    def __init__(self, condition: Value, most: Value | None) -> None:
+        self.condition, self.most_value = condition, most
+        self.most: int | None = None
+        self.total: int | None = None
+
+    def begin(self, names: Any) -> None:
+        self.most = (
+            None if self.most_value is None else whole("max", self.most_value.evaluate(names))
+        )
+
+    def more(self, index: int, names: Any) -> bool:
+        if not self.condition.evaluate(names):
+            return False
+        if self.most is not None and index >= self.most:
+            turns = "1 turn" if self.most == 1 else f"{self.most} turns"
+            raise NotOver(f"the condition of `while` still holds after {turns} (max)")
+        return True
+
+    def own(self, index: int) -> dict[str, Any]:
+        return {}
+
+    def key(self, index: int, names: Any) -> str:
+        return str(index)
+
+
+def whole(what: str, value: Any) -> int:
+    """A number of turns; raises ValueError for anything else."""
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if type(value) is not int or value < 0:
+        raise ValueError(f"{what} needs a whole number, 0 or more, not {value!r}")
+    return value
+
+
+def _may_repeat(hashes: Iterator[int]) -> bool:
+    """Whether a number occurs twice, in eight bytes each even for a million of them."""
+    seen = array("q", hashes)
+    if len(seen) < MANY:
+        return len(set(seen)) < len(seen)
+    import numpy as np
+
+    return np.unique(np.frombuffer(seen, dtype=np.int64)).size < len(seen)

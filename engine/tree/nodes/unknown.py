@@ -1,0 +1,117 @@
+"""When it is not known whether a `once` action happened: probe the device, then ask a person."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from ...dispatch.dispatcher import Dispatcher
+from ...dispatch.probe import probe_request, told_before, unknown_path, what_it_proves
+from ...dispatch.request import Request
+from ...lab.bind import BoundRole
+from ...run.questions import Question
+from ...run.run import Run
+from .failure import Failure
+
+CHOICES = ["repeat", "skip", "stop"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What is assumed to be true, and what to do about it."""
+
+    happened: bool = False
+    result: dict[str, Any] | None = None
+    repeat: bool = False
+    skip: bool = False
+    stop: bool = False
+
+
+class UnknownFate:
+    """Finds out by one question after another, without guessing."""
+
+    def __init__(
+        self, run: Run, dispatcher: Dispatcher, role: BoundRole, request: Request,
+        failure: Failure, policy: str,
+    ) -> None:  # fmt: skip
+        self.run = run
+        self.dispatcher = dispatcher
+        self.role = role
+        self.request = request
+        self.failure = failure
+        self.probe: Request | None = None
+        self.question: Question | None = None
+        self.verdict: Verdict | None = None
+        run.tell("goal", request.path, "unknown", failure.sentence())
+        self._start(policy)
+
+    def advance(self) -> Verdict | None:
+        """The verdict, or None while it is not yet known."""
+        if self.verdict is None and self.probe is not None and self.probe.outcome is not None:
+            self.verdict = self._read(
+                self.probe.outcome.result if self.probe.outcome.state == "SUCCEEDED" else None
+            )
+            self.probe = None
+            if self.verdict is None:
+                self._ask()
+        if self.verdict is None and self.question is not None and self.question.choice:
+            choice = self.question.choice
+            self.run.answered(self.question)
+            self.verdict = Verdict(
+                repeat=choice == "repeat", skip=choice == "skip", stop=choice == "stop"
+            )
+        return self.verdict
+
+    def withdraw(self) -> None:
+        """Stop asking: the step is being stopped."""
+        if self.probe is not None:
+            self.dispatcher.withdraw(self.probe)
+        if self.question is not None:
+            self.run.questions.close(self.question.path)
+
+    def _start(self, policy: str) -> None:
+        if policy == "probe" and self.request.action.probe:
+            self._send_probe()
+        elif policy == "repeat":
+            self.verdict = Verdict(repeat=True)
+        elif policy == "skip":
+            self.verdict = Verdict(skip=True)
+        else:
+            self._ask()
+
+    def _send_probe(self) -> None:
+        goal_id, history = self.request.goal_id, self.run.history
+        told = told_before(history, goal_id)
+        if unknown_path(goal_id) in self.run.past.answers:
+            self._ask()  # a person has already answered
+            return
+        if told is not None:
+            self.verdict = self._read(told)
+        else:
+            self.probe = probe_request(history, self.role, goal_id, self.request.action_name)
+        if self.probe is not None:
+            self.dispatcher.request(self.probe, first=True)
+        elif self.verdict is None:
+            self._ask()
+
+    def _read(self, told: dict[str, Any] | None) -> Verdict | None:
+        request = self.request
+        happened = what_it_proves(
+            self.run.history, request.device, request.goal_id, request.epoch, told
+        )
+        if not happened:
+            return None if happened is None else Verdict()
+        wanted = request.action.returns.get("properties", {})
+        return Verdict(happened=True, result={k: v for k, v in (told or {}).items() if k in wanted})
+
+    def _ask(self) -> None:
+        self.question = self.run.ask(
+            Question(
+                path=unknown_path(self.request.goal_id),
+                id=self.request.path.rpartition("/")[2],
+                text=(
+                    f"It is not known whether {self.request.label} happened "
+                    f"({self.failure.name}: {self.failure.message}). Look at the device. "
+                    "Do it again, skip this point, or stop the run?"
+                ),
+                choices=list(CHOICES),
+            )
+        )

@@ -1,0 +1,109 @@
+"""Tick a tree until it ends: results in, tick to quiescence, journal, goals out, then wait.
+
+Nothing here is periodic: a round starts when a result, a person or a deadline requires it.
+"""
+
+import asyncio
+from typing import Literal
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from ..control.control import Control
+from ..dispatch.dispatcher import Dispatcher
+from ..journal.journal import DiskFull
+from ..run.files import NoRoom
+from ..run.run import Run
+
+DRAIN_S = 120.0
+"""How long goals may take to end after they were cancelled, before the run continues without them."""
+
+Ended = Literal["succeeded", "failed", "aborted", "state lost"]
+
+
+class StopNow(Exception):
+    """A second abort: wait for nothing more."""
+
+
+async def run_tree(
+    root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control, *, abortable: bool,
+    watchful: bool = False,
+) -> Ended:  # fmt: skip
+    """Run a tree to its end, or stop it for an abort; every goal has ended when this returns.
+
+    `watchful`: stop it also when a device has lost the state that earlier steps gave it.
+    Raises StopNow for a second abort and NoRoom when the disk is full.
+    """
+    try:
+        return await _rounds(root, run, dispatcher, control, abortable=abortable, watchful=watchful)
+    except BaseException:
+        # Whatever went wrong: the tree will not be ticked any more, so its goals are cancelled.
+        root.stop(Status.INVALID)
+        dispatcher.withdraw_all()
+        raise
+
+
+async def _rounds(
+    root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control, *, abortable: bool,
+    watchful: bool,
+) -> Ended:  # fmt: skip
+    while True:
+        if control.now:
+            raise StopNow
+        dispatcher.wake.clear()
+        dispatcher.apply()
+        if dispatcher.disk_full:
+            raise NoRoom(dispatcher.disk_full)
+        if abortable and control.aborted_by:
+            root.stop(Status.INVALID)
+            dispatcher.withdraw_all()
+            await _drain(dispatcher, control)
+            return "aborted"
+        if watchful and (run.requests.take_up or dispatcher.states_lost()):
+            root.stop(Status.INVALID)
+            dispatcher.withdraw_all()
+            await _drain(dispatcher, control)
+            return "state lost"
+        again, wake_at = _round(root, run, dispatcher, control)
+        if root.status != Status.RUNNING:
+            await _drain(dispatcher, control)  # what was cancelled before has ended, too
+            return "succeeded" if root.status == Status.SUCCESS else "failed"
+        if again or dispatcher.has_arrived():
+            await asyncio.sleep(0)
+        else:
+            await _wait(run, dispatcher, wake_at)
+
+
+def _round(
+    root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control
+) -> tuple[bool, float | None]:
+    root.tick_once()
+    dispatcher.check_time()
+    if run.requests.pause and not control.paused and not control.aborted_by:
+        control.ask("pause", run.requests.pause)
+    dispatcher.paused = control.paused
+    ready = dispatcher.prepare()
+    try:
+        run.journal.flush()
+    except DiskFull as fault:
+        raise NoRoom(str(fault)) from fault
+    dispatcher.send(ready)
+    return run.requests.take_round()
+
+
+async def _wait(run: Run, dispatcher: Dispatcher, wake_at: float | None) -> None:
+    handle = None
+    if wake_at is not None and not dispatcher.paused:
+        left = max(0.0, wake_at - run.clock.now())
+        handle = asyncio.get_running_loop().call_later(left, dispatcher.wake.set)
+    await dispatcher.wake.wait()
+    if handle is not None:
+        handle.cancel()
+
+
+async def _drain(dispatcher: Dispatcher, control: Control) -> None:
+    drained = await dispatcher.drain(DRAIN_S, stop=lambda: control.now)
+    if control.now:
+        raise StopNow
+    if not drained:
+        dispatcher.run.log(f"some goals did not end within {DRAIN_S:g} s; continuing without them")

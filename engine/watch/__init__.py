@@ -1,1 +1,0 @@
-"""How a run is shown: in a terminal, as plain lines, as lines of JSON."""

@@ -1,0 +1,124 @@
+"""The lines worth searching for in a range of wavelengths: the strongest of each element.
+
+Lines of one element and stage that the instrument cannot resolve are one entry, at their mean.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ..plasma.strengths import atoms, log_strengths
+from ..spectrum.kernel import float_kernel
+from ..spectrum.spectrum import FloatArray, IntArray
+from .abundance_prior import LOG_ODDS, log_odds
+
+CONDITIONS = ((7_500.0, 1e17), (10_500.0, 1e17), (14_000.0, 3e16))
+# Entries of an element, by how common it is: the many lines of iron explain peaks that a rare earth
+# would otherwise claim; of a rare element a few dozen are evidence enough.
+MOST, MOST_OFTEN, MOST_RARE = 90, 60, 36
+MARGIN_NM = 0.4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Catalogue:
+    """rows: of the line table, element after element, shape (n,). entry: which entry a row belongs
+    to, shape (n,); first: where the entries of each element begin, shape (e + 1,). leader: the row
+    (of the line table) that is strongest in each entry, shape (entries,). Of the leaders, shape
+    (entries,): element, low_ev (lower level), uncertainty (of ln A), width_nm (full Stark width at
+    1e17 electrons per cm3). order: the entries by wavelength.
+    """
+
+    rows: IntArray
+    entry: IntArray
+    first: IntArray
+    leader: IntArray
+    element: IntArray
+    low_ev: FloatArray
+    uncertainty: FloatArray
+    width_nm: FloatArray
+    order: IntArray
+
+    def strengths(self, temperature_k: float, density_per_cm3: float) -> "Expected":
+        """Expected line of each entry at a temperature and density."""
+        log = log_strengths(self.rows, temperature_k, density_per_cm3)
+        return Expected(
+            *_summed(log, atoms().wavelength_nm[self.rows], self.entry, len(self.leader))
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Expected:
+    """log_area: ln of the thin area for one atom of the element; vacuum_nm: where; (entries,)."""
+
+    log_area: FloatArray
+    vacuum_nm: FloatArray
+
+
+@lru_cache(maxsize=16)
+def catalogue(first_nm: float, last_nm: float, apart_nm: float) -> Catalogue:
+    """The entries between two wavelengths; lines nearer than `apart_nm` are one entry."""
+    a = atoms()
+    inside = np.flatnonzero(
+        (a.wavelength_nm > first_nm - MARGIN_NM) & (a.wavelength_nm < last_nm + MARGIN_NM)
+    )
+    strongest = np.max([log_strengths(inside, t, n) for t, n in CONDITIONS], axis=0)
+    rows, entry, leader, first = [], [], [], [0]
+    odds = log_odds()
+    for e in range(len(a.elements)):
+        own = np.flatnonzero(a.element[inside] == e)
+        for group in _together(inside[own], strongest[own], apart_nm, _most(odds[e])):
+            rows.append(group)
+            entry.append(np.full(len(group), len(leader)))
+            leader.append(group[0])
+        first.append(len(leader))
+    flat = np.concatenate(rows) if rows else np.empty(0, np.int64)
+    which = np.concatenate(entry) if entry else np.empty(0, np.int64)
+    leaders = np.array(leader, dtype=np.int64)
+    return Catalogue(
+        flat, which, np.array(first), leaders, a.element[leaders], a.e_i_ev[leaders],
+        a.uncertainty[leaders], a.width_nm[leaders], np.argsort(a.wavelength_nm[leaders]),
+    )  # fmt: skip
+
+
+@float_kernel
+def _summed(log, wavelength_nm, entry, n):
+    """ln of the sum of each entry's strengths, and their mean wavelength; rows in order of entry."""
+    log_sum, mean_nm = np.empty(n), np.empty(n)
+    i = 0
+    for k in range(n):
+        begin, top = i, log[i]
+        while i < len(entry) and entry[i] == k:
+            top = max(top, log[i])
+            i += 1
+        total, moment = 0.0, 0.0
+        for j in range(begin, i):
+            weight = np.exp(log[j] - top)
+            total += weight
+            moment += weight * wavelength_nm[j]
+        log_sum[k], mean_nm[k] = np.log(total) + top, moment / total
+    return log_sum, mean_nm
+
+
+def _most(odds: float) -> int:
+    return MOST if odds == 0.0 else MOST_OFTEN if odds > LOG_ODDS["rarely"] else MOST_RARE
+
+
+def _together(rows: IntArray, strength: FloatArray, apart_nm: float, most: int) -> list[IntArray]:
+    """Groups of rows, strongest group first, its strongest row first."""
+    nm, ion = atoms().wavelength_nm[rows], atoms().ion[rows]
+    order = np.argsort(-strength)
+    order = order[: 6 * most]
+    free = np.zeros(len(rows), dtype=bool)
+    free[order] = True
+    groups = []
+    for k in order:
+        if not free[k]:
+            continue
+        near = np.flatnonzero(free & (np.abs(nm - nm[k]) < apart_nm) & (ion == ion[k]))
+        near = near[np.argsort(-strength[near])]
+        free[near] = False
+        groups.append(rows[near])
+        if len(groups) == most:
+            break
+    return groups

@@ -1,0 +1,253 @@
+"""Identify the peaks in rounds: offsets, elements, plasma, then again with the results.
+
+The first round has no prior knowledge and tries three temperatures; the second uses the true
+positions of the found elements' lines, with their strengths at the plasma's temperature.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ..peaks.profiles import Profiles
+from ..plasma.boltzmann import Known, Plot, PlotLines, fit_plot
+from ..plasma.growth import log_depth_of_unit, log_kept
+from ..plasma.strengths import atoms
+from ..spectrum.curve import median, usual_pitch_nm
+from ..spectrum.spectrum import BoolArray, FloatArray, Medium
+from .abundance_prior import log_odds
+from .catalogue import Catalogue, Expected, catalogue
+from .hydrogen import H_ALPHA_NM, HAlpha, h_alpha
+from .index import Indexed, index_peaks, likelihood
+from .match import Matched, match_lines
+from .offsets import Offsets, estimate_offsets, seams
+from .plot_lines import plot_lines
+
+FIRST_K = (8_500.0, 10_500.0, 13_000.0)
+FIRST_DENSITY = 1e17
+FIRST_STARK = 6e16  # of the widths that are expected before the density is known
+FIRST_ERROR_NM, SECOND_ERROR_NM = 0.02, 0.008
+FIRST_SPREAD, SECOND_SPREAD = 0.35, 0.3
+SIGMA_STEP = 50  # channels: the slit's width changes slowly
+VOTING = 15  # lines of an element that vote for the offset at first
+ROUGH_STEPS = 5  # of the first plot: the second goes on from there
+H_ALPHA_SAYS = 5.0  # no other line of its neighbourhood is half as broad
+MOVED_NM = 0.02  # of H-alpha, from which it is fitted again
+HOPELESS = 0.75  # of the votes for the other medium: not worth a round
+VOTES_COUNT = 2.0  # weight of the votes beside the weight of the elements, where they disagree
+RARE = -4.0  # log odds below which an element has no vote at first
+BLUR_NM = 0.015
+FEW, LOW_VOTE = 4, 0.4
+FINE_STRETCH_NM, FINE_BLUR_NM = 18.0, 0.010
+CHANNELS_OFF = 0.25  # part of a channel by which places differ however well all is known
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Identified:
+    """The identified peaks and the plasma.
+
+    expected: at the plasma's temperature. effective: ln of the area for one atom, self-absorption
+    counted. plot: None where the lines do not tell. lines: those of the plot.
+    """
+
+    catalogue: Catalogue
+    expected: Expected
+    effective: FloatArray
+    offsets: Offsets
+    matched: Matched
+    indexed: Indexed
+    plot: Plot | None
+    hydrogen: HAlpha | None
+    lines: PlotLines | None = None
+
+
+def identify(
+    x: FloatArray,
+    bad: BoolArray,
+    profiles: Profiles,
+    medium: Medium | None = None,
+) -> Identified | None:
+    """Identify the peaks of a spectrum; None if it has no peak, or no line in its range.
+
+    x: nm; bad: channels that do not count; both (m,). medium None: it is decided.
+    """
+    if not len(profiles.peaks):
+        return None
+    peaks = profiles.peaks
+    known = catalogue(*_range(x), _apart(profiles))
+    if not known.first[-1]:  # the line table has nothing here
+        return None
+    tries = _tries(known)
+    first = tries[1]
+    pitch_nm = usual_pitch_nm(x)
+    error = max(FIRST_ERROR_NM, CHANNELS_OFF * pitch_nm)
+    rounds = []
+    seams_nm = seams(x)
+    best = None
+    for offsets in _first_offsets(profiles, known, first, medium, seams_nm):
+        if rounds and offsets.votes < HOPELESS * rounds[0][2].votes:
+            break
+        matched = match_lines(
+            profiles,
+            x,
+            bad,
+            offsets,
+            first.vacuum_nm,
+            error,
+            stark(known, FIRST_STARK),
+            known.order,
+        )
+        best = _likeliest(known, tries, matched) if best is None else best
+        indexed = index_peaks(known, tries[best].log_area, matched, FIRST_SPREAD)
+        rounds.append(
+            (indexed.total + VOTES_COUNT * offsets.votes, best, offsets, matched, indexed)
+        )
+    _, best, offsets, matched, indexed = max(rounds, key=lambda found: found[0])
+    expected, start_k = tries[best], FIRST_K[best]
+    if not indexed.accepted:
+        return Identified(known, expected, expected.log_area, offsets, matched, indexed, None, None)
+    hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
+    density = _density(hydrogen)
+    lines = plot_lines(peaks, known, expected.log_area, matched, indexed)
+    plot = fit_plot(lines, density, start_k, ROUGH_STEPS)
+
+    before = offsets
+    offsets = _second_offsets(profiles, known, expected, indexed, before, seams_nm)
+    expected = _expected(known, plot, expected)
+    effective = _effective(known, expected, plot)
+    error = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm)
+    log10_ne = np.log10(FIRST_STARK) if plot is None else plot.log10_ne
+    widths = stark(known, 10**log10_ne)
+    matched = match_lines(profiles, x, bad, offsets, expected.vacuum_nm, error, widths, known.order)
+    bonus = _from_h_alpha(hydrogen)
+    indexed = index_peaks(known, effective, matched, SECOND_SPREAD, bonus=bonus)
+    if indexed.accepted:
+        lines = plot_lines(peaks, known, effective, matched, indexed)
+        if abs(offsets.place(H_ALPHA_NM) - before.place(H_ALPHA_NM)) > MOVED_NM:
+            hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
+        plot = fit_plot(lines, _density(hydrogen), plot.temperature_k if plot else start_k)
+    return Identified(known, expected, effective, offsets, matched, indexed, plot, hydrogen, lines)
+
+
+def _likeliest(known: Catalogue, tries: list[Expected], matched: Matched) -> int:
+    """The initial temperature that explains most."""
+    totals = [likelihood(known, e.log_area, matched, FIRST_SPREAD) for e in tries]
+    return int(np.argmax(totals))
+
+
+@lru_cache(maxsize=16)
+def _tries(known: Catalogue) -> list[Expected]:
+    """Expected lines at each of the initial temperatures."""
+    return [known.strengths(t, FIRST_DENSITY) for t in FIRST_K]
+
+
+def stark(known: Catalogue, density_per_cm3: float) -> FloatArray:
+    """Full Stark width of each entry's leader, nm."""
+    return known.width_nm * (density_per_cm3 / 1e17)
+
+
+def _range(x: FloatArray) -> tuple[float, float]:
+    return round(float(x[0]), 1), round(float(x[-1]), 1)
+
+
+def _apart(profiles: Profiles) -> float:
+    """Lines nearer than this are one to the instrument, nm; in steps, so that tables are reused."""
+    sigma = float(median(profiles.slit.sigma_nm[::SIGMA_STEP]))
+    return float(np.round(np.exp(np.round(np.log(sigma) * 4) / 4), 4))
+
+
+def _from_h_alpha(hydrogen: HAlpha | None) -> FloatArray:
+    """The weight that a broad line at the right position adds to hydrogen, shape (e,)."""
+    bonus = np.zeros(len(atoms().elements))
+    if hydrogen is not None:
+        bonus[atoms().elements == "H"] = H_ALPHA_SAYS
+    return bonus
+
+
+def _density(hydrogen: HAlpha | None) -> Known | None:
+    if hydrogen is None:
+        return None
+    return Known(hydrogen.log10_ne * np.log(10), hydrogen.log10_ne_error * np.log(10))
+
+
+def _first_offsets(
+    profiles, known: Catalogue, expected: Expected, medium, seams_nm
+) -> list[Offsets]:
+    vacuum_nm, weight = _first_votes(known, expected)
+    return estimate_offsets(
+        profiles.peaks.centre_nm, _say(profiles), vacuum_nm, weight, medium, BLUR_NM,
+        seams_nm=seams_nm,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=16)
+def _first_votes(known: Catalogue, expected: Expected) -> tuple[FloatArray, FloatArray]:
+    """Positions and weights of the lines that vote before anything is known."""
+    odds = log_odds()
+    spans = list(zip(known.first[:-1], known.first[1:], strict=True))
+    voting = [
+        (e, a, min(b, a + VOTING)) for e, (a, b) in enumerate(spans) if odds[e] > RARE and b > a
+    ]
+    if not voting:  # a window without a line of any common element
+        return np.empty(0), np.empty(0)
+    entries = np.concatenate([np.arange(a, b) for _, a, b in voting])
+    weight = np.concatenate([
+        np.exp(0.3 * (expected.log_area[a:b] - expected.log_area[a:b].max()) + 0.35 * odds[e])
+        for e, a, b in voting
+    ])  # fmt: skip
+    return expected.vacuum_nm[entries], weight
+
+
+def _say(profiles: Profiles) -> FloatArray:
+    peaks = profiles.peaks
+    return np.log1p(np.maximum(peaks.area, 0.0) / np.maximum(peaks.area_error, 1e-12)) / 3.0
+
+
+def _second_offsets(
+    profiles, known, expected, indexed: Indexed, before: Offsets, seams_nm
+) -> Offsets:
+    """Only lines of the elements that were found vote, by how bright they should be."""
+    entries = np.concatenate([
+        np.arange(known.first[e], known.first[e + 1]) for e in indexed.accepted
+    ])  # fmt: skip
+    bright = expected.log_area[entries] + indexed.log_scale[known.element[entries]]
+    faintest = np.log(max(float(np.min(profiles.peaks.area)), 1e-9))
+    weight = np.clip((bright - faintest) / 3.0, 0.0, 2.0)
+    others, low = _everyday(known, expected, indexed)
+    entries, weight = np.concatenate([entries, others]), np.concatenate([weight, low])
+    voting = weight > 0
+    peaks = profiles.peaks
+    return estimate_offsets(
+        peaks.centre_nm, _say(profiles), expected.vacuum_nm[entries[voting]], weight[voting],
+        before.medium, FINE_BLUR_NM, FINE_STRETCH_NM, seams_nm,
+    )[0]  # fmt: skip
+
+
+def _everyday(known: Catalogue, expected: Expected, indexed: Indexed):
+    """The strongest lines of common elements that were not found: a segment may hide them."""
+    spans = [
+        (known.first[e], min(known.first[e] + FEW, known.first[e + 1]))
+        for e in np.flatnonzero(log_odds() == 0.0)
+        if e not in indexed.accepted
+    ]
+    entries = np.concatenate([np.arange(a, b) for a, b in spans] or [np.empty(0, np.int64)])
+    return entries, np.full(len(entries), LOW_VOTE)
+
+
+def _expected(known: Catalogue, plot: Plot | None, before: Expected) -> Expected:
+    if plot is None:
+        return before
+    return known.strengths(plot.temperature_k, 10**plot.log10_ne)
+
+
+def _effective(known: Catalogue, expected: Expected, plot: Plot | None) -> FloatArray:
+    """ln area for one atom, each line weakened by what it absorbs where the amount is known."""
+    if plot is None:
+        return expected.log_area
+    area = expected.log_area.copy()
+    scale = plot.log_scale[known.element]
+    its = np.flatnonzero(~np.isnan(scale))
+    width = known.width_nm[its] * 10 ** (plot.log10_ne - 17)
+    depth = log_depth_of_unit(expected.vacuum_nm[its], width, plot.temperature_k)
+    area[its] += log_kept(plot.log_opacity + area[its] + scale[its] + depth)[0]
+    return area

@@ -1,0 +1,75 @@
+"""Find the elements in a spectrum: weigh all, accept the most certain, remove its lines, repeat."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..spectrum.spectrum import FloatArray
+from .abundance_prior import log_odds
+from .catalogue import Catalogue
+from .evidence_score import Lines, Peaks, accept, evidence_scores
+from .match import Matched
+
+DETECTED, UNCERTAIN = 5.5, 3.0  # weights, prior included
+MODEL_SPREAD = 0.35  # of ln(area): temperature, self-absorption, calibration
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Indexed:
+    """weight and log_scale of each element (ln of atoms, arbitrary unit), shape (e,).
+
+    accepted: indices of elements, most certain first. taken: area of each peak that they explain.
+    total: sum of the accepted weights.
+    """
+
+    weight: FloatArray
+    log_scale: FloatArray
+    accepted: list[int]
+    taken: FloatArray
+    total: float
+
+
+def index_peaks(
+    catalogue: Catalogue,
+    log_area: FloatArray,
+    matched: Matched,
+    model_spread: float = MODEL_SPREAD,
+    least: float = UNCERTAIN,
+    bonus: FloatArray | float = 0.0,
+) -> Indexed:
+    """Weigh all elements and accept, one after the other, those above `least`.
+
+    log_area: ln of the area that each entry should have for one atom, shape (entries,). bonus:
+    added to the weights, for evidence from elsewhere, shape (e,).
+    """
+    prior = log_odds() + bonus
+    lines, peaks = _weighed(catalogue, log_area, matched, model_spread)
+    weight, scale, accepted, taken = accept(
+        catalogue.first, lines, peaks, matched.area, prior, least
+    )
+    total = float(weight[accepted].sum())
+    return Indexed(weight, scale, accepted.tolist(), taken, total)
+
+
+def likelihood(
+    catalogue: Catalogue,
+    log_area: FloatArray,
+    matched: Matched,
+    model_spread: float = MODEL_SPREAD,
+    least: float = UNCERTAIN,
+) -> float:
+    """Sum of the weights above `least`, each by itself as if no other element claimed its peaks."""
+    lines, peaks = _weighed(catalogue, log_area, matched, model_spread)
+    weight, _ = evidence_scores(catalogue.first, lines, peaks, matched.log_peak)
+    weight += log_odds()
+    return float(weight[weight > least].sum())
+
+
+def _weighed(
+    catalogue: Catalogue, log_area: FloatArray, matched: Matched, model_spread: float
+) -> tuple[Lines, Peaks]:
+    spread = np.sqrt(model_spread**2 + catalogue.uncertainty**2)
+    return (
+        Lines(log_area, catalogue.low_ev, spread, matched.peak, matched.away, matched.log_limit),
+        Peaks(matched.chance, matched.log_peak, matched.relative),
+    )

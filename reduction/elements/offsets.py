@@ -1,0 +1,182 @@
+"""Estimate the instrument's wavelength offset along the axis, and whether it is in air or vacuum.
+
+Every pair of a peak and a possible line votes for the distance between them. The
+votes of a stretch of the axis are a histogram; the offset may jump between stretches (a new
+detector) but each change has a cost, and the path of least cost through all of them (Viterbi, IEEE
+Trans. Inf. Theory 13, 260 (1967)) is the estimate. It is found for air and for vacuum; the medium
+with more votes is chosen.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..lines.air import in_medium
+from ..lines.air_kernel import in_air
+from ..spectrum.kernel import kernel
+from ..spectrum.spectrum import FloatArray, Medium
+
+FURTHEST_NM = 0.26
+STEP_NM = 0.01
+STRETCH_NM = 30.0
+CHANGE = 0.4  # what a change by one step costs, in votes
+JUMP = 2.0  # what any change costs at most
+SEEN_JUMP = 0.5  # and where the axis itself has a seam
+MOST_SEAMS = 12
+SEAM = 0.02  # change of the channels' pitch, as a part of it, that is a seam
+USUAL_NM = 0.08  # offsets beyond are rare
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Offsets:
+    """shown = true + offset. edges_nm: between stretches, (k - 1,); offset_nm: in them, (k,).
+
+    votes: how well lines and peaks agree; more is better.
+    """
+
+    medium: Medium
+    edges_nm: FloatArray
+    offset_nm: FloatArray
+    votes: float
+
+    @classmethod
+    def none(cls, medium: Medium) -> "Offsets":
+        """Those of an instrument without errors."""
+        return cls(medium, np.empty(0), np.zeros(1), 0.0)
+
+    def at(self, shown_nm: FloatArray) -> FloatArray:
+        """Offset in nm at places on the axis, those of their stretches; any shape."""
+        return self.offset_nm[np.searchsorted(self.edges_nm, shown_nm, side="right")]
+
+    def shown(self, vacuum_nm: FloatArray) -> FloatArray:
+        """Expected positions of lines on the axis, nm; any shape."""
+        true = in_medium(vacuum_nm, self.medium)
+        return true + self.at(true)
+
+    def place(self, vacuum_nm: float) -> float:
+        """Expected position of one line on the axis, nm."""
+        true = in_air(vacuum_nm) if self.medium == "air" else vacuum_nm
+        return float(true + self.offset_nm[int(np.searchsorted(self.edges_nm, true, "right"))])
+
+
+def estimate_offsets(
+    peak_nm: FloatArray,
+    peak_weight: FloatArray,
+    line_vacuum_nm: FloatArray,
+    line_weight: FloatArray,
+    medium: Medium | None,
+    blur_nm: float,
+    stretch_nm: float = STRETCH_NM,
+    seams_nm: FloatArray | None = None,
+) -> list[Offsets]:
+    """Offsets along the axis. peak_nm: ascending; weights: votes; medium None: to be decided.
+
+    blur_nm: how well a peak's centre is known. seams_nm: where one detector ends and the next
+    begins. The best comes first; two of them where the medium is to be decided.
+    """
+    media: tuple[Medium, ...] = ("air", "vacuum") if medium is None else (medium,)
+    found = [
+        _for_medium(
+            peak_nm, peak_weight, line_vacuum_nm, line_weight, m, blur_nm,
+            _edges(peak_nm, stretch_nm, seams_nm), seams_nm,
+        )
+        for m in media
+    ]  # fmt: skip
+    return sorted(found, key=lambda offsets: -offsets.votes)
+
+
+def seams(x: FloatArray) -> FloatArray:
+    """Where the pitch of the channels changes abruptly, as between detectors; nm, ascending."""
+    pitch = np.diff(x)
+    if len(pitch) < 8:
+        return np.empty(0)
+    # Over two channels, so that a wavelength rounded to few digits is not taken for a seam.
+    before, after = x[4:-4] - x[:-8], x[8:] - x[4:-4]
+    turn = np.abs(np.log(after / before))
+    over = np.flatnonzero(turn > SEAM)
+    if not len(over) or len(over) > MOST_SEAMS * 8:
+        return np.empty(0)
+    runs = np.split(over, np.flatnonzero(np.diff(over) > 8) + 1)
+    return x[4 + np.array([run[np.argmax(turn[run])] for run in runs])]
+
+
+def _edges(peak_nm: FloatArray, stretch_nm: float, seams_nm: FloatArray | None) -> FloatArray:
+    first, last = float(peak_nm[0]), float(peak_nm[-1]) + 1e-6
+    n = max(round((last - first) / stretch_nm), 1)
+    edges = np.linspace(first, last, n + 1)
+    if seams_nm is None or not len(seams_nm):
+        return edges
+    inside = seams_nm[(seams_nm > first) & (seams_nm < last)]
+    return np.unique(np.concatenate([edges, inside]))
+
+
+def _for_medium(
+    peak_nm, peak_weight, line_nm, line_weight, medium, blur_nm, edges, seams_nm
+) -> Offsets:
+    n = len(edges) - 1
+    true = in_medium(line_nm, medium)
+    order = np.argsort(true)
+    half = round(FURTHEST_NM / STEP_NM)
+    votes = np.zeros((n, 2 * half + 1))
+    stretch = np.clip(np.searchsorted(edges, peak_nm, side="right") - 1, 0, n - 1)
+    _vote(peak_nm, peak_weight, true[order], line_weight[order], stretch, blur_nm, votes)
+    grid = np.linspace(-half * STEP_NM, half * STEP_NM, 2 * half + 1)
+    prior = -0.5 * (grid / USUAL_NM) ** 2
+    jump = np.full(n, JUMP)
+    if seams_nm is not None and len(seams_nm):
+        jump[np.isin(edges[:-1], seams_nm)] = SEEN_JUMP
+    path, total = _cheapest(votes + prior / n, CHANGE, jump)
+    return Offsets(medium, edges[1:-1], grid[path], float(total))
+
+
+@kernel
+def _vote(peak, weight, line, line_weight, stretch, blur, votes):
+    m = votes.shape[1]
+    half = m // 2
+    begin = 0
+    best = np.zeros(m)
+    for k in range(len(peak)):
+        while begin < len(line) and line[begin] < peak[k] - FURTHEST_NM - 3 * blur:
+            begin += 1
+        best.fill(0.0)
+        i = begin
+        while i < len(line) and line[i] < peak[k] + FURTHEST_NM + 3 * blur:
+            away = peak[k] - line[i]
+            first = int(np.ceil((away - 3 * blur) / STEP_NM)) + half
+            last = int(np.floor((away + 3 * blur) / STEP_NM)) + half
+            for s in range(max(first, 0), min(last, m - 1) + 1):
+                z = (away - (s - half) * STEP_NM) / blur
+                best[s] = max(best[s], line_weight[i] * np.exp(-0.5 * z * z))
+            i += 1
+        for s in range(m):
+            votes[stretch[k], s] += weight[k] * best[s]
+
+
+@kernel
+def _cheapest(votes, change, jump):
+    """The path of most votes; a change by s steps costs change * s, and a jump at the most."""
+    n, m = votes.shape
+    total = votes[0].copy()
+    came = np.zeros((n, m), np.int64)
+    following = np.empty(m)
+    for b in range(1, n):
+        highest = np.argmax(total)
+        at = 0
+        for s in range(m):  # the best that comes from below, or from the same
+            at = s if total[s] >= total[at] - change * (s - at) else at
+            following[s], came[b, s] = total[at] - change * (s - at), at
+        at = m - 1
+        for s in range(m - 1, -1, -1):  # or from above
+            at = s if total[s] >= total[at] - change * (at - s) else at
+            if total[at] - change * (at - s) > following[s]:
+                following[s], came[b, s] = total[at] - change * (at - s), at
+        for s in range(m):  # or from anywhere
+            if total[highest] - jump[b] > following[s]:
+                following[s], came[b, s] = total[highest] - jump[b], highest
+        for s in range(m):
+            total[s] = following[s] + votes[b, s]
+    path = np.zeros(n, np.int64)
+    path[n - 1] = np.argmax(total)
+    for b in range(n - 1, 0, -1):
+        path[b - 1] = came[b, path[b]]
+    return path, total[path[n - 1]]

@@ -1,0 +1,58 @@
+"""Choose lines for the plasma diagnosis: matched, strong enough, and not blended."""
+
+import numpy as np
+
+from ..peaks.voigt import VoigtPeaks
+from ..plasma.boltzmann import PlotLines
+from ..plasma.strengths import atoms
+from ..spectrum.spectrum import FloatArray
+from .catalogue import Catalogue
+from .index import Indexed
+from .match import Matched
+
+OWN = 0.8  # part of a peak's expected area that its line must have
+RELATIVE = 0.35  # error of the area, as a part of it, up to which a line speaks
+BEYOND = 1.6  # residual in ln(area) at which a match is a mistake
+
+
+def plot_lines(
+    peaks: VoigtPeaks,
+    catalogue: Catalogue,
+    log_area: FloatArray,
+    matched: Matched,
+    indexed: Indexed,
+) -> PlotLines:
+    """The lines of the accepted elements for the Saha-Boltzmann plot.
+
+    log_area: ln of the expected thin area for one atom, shape (entries,).
+    """
+    a = atoms()
+    entries = np.concatenate([
+        np.arange(catalogue.first[e], catalogue.first[e + 1]) for e in indexed.accepted
+    ] or [np.empty(0, np.int64)])  # fmt: skip
+    entries = entries[matched.peak[entries] >= 0]
+    element = a.element[catalogue.leader[entries]]
+    expected = np.exp(log_area[entries] + indexed.log_scale[element])
+    peak = matched.peak[entries]
+    total = np.bincount(peak, expected, len(peaks))
+    area = np.maximum(peaks.area[peak], 1e-12)
+    relative = peaks.area_error[peak] / area
+    away = np.log(area / np.maximum(expected, 1e-300))
+    good = (expected > OWN * total[peak]) & (relative < RELATIVE) & (np.abs(away) < BEYOND)
+    good &= a.elements[element] != "H"  # too broad for its area to be sure
+    entries, peak, element = entries[good], peak[good], element[good]
+    leader = catalogue.leader[entries]
+    place = np.full(len(catalogue.leader), -1)
+    place[entries] = np.arange(len(entries))
+    own = place[catalogue.entry] >= 0
+    return PlotLines(
+        np.log(area[good]),
+        np.sqrt(relative[good] ** 2 + a.uncertainty[leader] ** 2),
+        element,
+        catalogue.rows[own],
+        place[catalogue.entry[own]],
+        a.wavelength_nm[leader],
+        a.width_nm[leader],
+        a.e_k_ev[leader],
+        a.ion[leader],
+    )

@@ -1,0 +1,4 @@
+"""The table of atomic lines, and wavelengths in air and in vacuum.
+
+Knows nothing about spectra.
+"""

@@ -1,0 +1,78 @@
+"""Draw all figures of a map, skipping those without data."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ..figures.class_map import class_map_figure
+from ..figures.class_scatter import class_scatter_figure
+from ..figures.lithium_ratio import lithium_ratio_figure
+from ..figures.lithium_share import lithium_share_figure
+from ..figures.paper import paper, save
+from ..figures.series import Series
+from ..figures.temperature_map import temperature_map_figure
+from ..maps.classes.classify import Classes
+from ..maps.points.lithium import lithium_ratios, lithium_shares
+from ..maps.points.points import Points
+from ..maps.scattered import along_line, map_of
+from ..spectrum.spectrum import BoolArray, FloatArray
+from .choices import MapChoices
+from .sample_figures import Drawn, sample_figures, samples_of
+
+
+def draw_figures(
+    points: Points, elements: list[str], classes: Classes | None, choices: MapChoices, folder: Path
+) -> list[Path]:
+    """The figures written. Raises OSError if one cannot be written."""
+    with paper():
+        return [
+            save(draw(), folder / f"{name}.{choices.format}")
+            for name, draw in _figures(points, elements, classes, choices)
+        ]
+
+
+def _figures(points: Points, elements, classes, choices: MapChoices) -> Iterator[Drawn]:
+    yield from sample_figures(points, elements, classes, choices)
+    areas = {
+        sample: own
+        for sample, own in samples_of(points).items()
+        if np.sum(own) > 1 and along_line(points.x[own], points.y[own]) is None
+    }
+    if areas and classes is not None:
+        label = np.where(points.measured, classes.label.astype(np.float64), np.nan)
+        yield (
+            "class_map",
+            lambda: class_map_figure(_maps(points, label, areas), classes, points.unit),
+        )
+    if areas and np.isfinite(points.temperature_k).any():
+        maps = _maps(points, points.temperature_k, areas)
+        yield "temperature_map", lambda: temperature_map_figure(maps, points.unit)
+    if classes is not None:
+        yield "classes", lambda: class_scatter_figure(points, classes)
+    yield from _lithium(points, classes)
+
+
+def _lithium(points: Points, classes: Classes | None) -> Iterator[Drawn]:
+    if points.reduced is None:
+        return
+    labels = None if classes is None else classes.label.astype(np.float64)
+    kelvin = Series(points.temperature_k, points.temperature_error_k)
+    at, here = points.spectrum, points.spectrum >= 0
+    found = lithium_ratios(points.reduced)
+    ratio = Series(np.where(here, found.value[at], np.nan), np.where(here, found.error[at], np.nan))
+    if np.isfinite(ratio.value * kelvin.value).any():
+        yield "lithium_ratio", lambda: lithium_ratio_figure(kelvin, ratio, labels)
+        share = np.where(here, lithium_shares(points.reduced)[at], np.nan)
+        yield (
+            "lithium_fraction",
+            lambda: lithium_share_figure(
+                kelvin, Series(share, np.full(len(share), np.nan)), labels
+            ),
+        )
+
+
+def _maps(points: Points, values: FloatArray, areas: dict[str, BoolArray]):
+    return {
+        sample: map_of(points.x[own], points.y[own], values[own]) for sample, own in areas.items()
+    }

@@ -1,0 +1,65 @@
+"""Make maps, classes, tables and figures of a folder: the work of `labrun map`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..maps.classes.classify import Classes, classify
+from ..maps.points.gather import gather
+from ..maps.points.points import Points
+from .choices import MapChoices, elements_to_show
+from .figures import draw_figures
+from .tables import write_classes, write_maps, write_record
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapResult:
+    """The results. classes: None if the points give none; notes: sentences for the user."""
+
+    points: Points
+    elements: list[str]
+    classes: Classes | None
+    notes: list[str]
+    written: list[Path]
+
+
+def map_folder(folder: Path, out: Path, choices: MapChoices | None = None) -> MapResult:
+    """Read `folder`, write into `out` (created if missing).
+
+    Raises Unreadable or ValueError, with a sentence, if the folder has nothing to map, and OSError
+    if `out` cannot be written.
+    """
+    choices = choices or MapChoices()
+    points = gather(folder)
+    if not points.lit.any():
+        known = any(np.isfinite(area).any() for area in points.area.values())
+        what = "every area in it is 0" if known else "it has no numeric area"
+        raise ValueError(f"{folder} has nothing to map: {what}")
+    shown = elements_to_show(points, choices)
+    notes = [*points.notes, *shown.notes]
+    classes = None
+    try:
+        classes = classify(points, choices.features, choices.n_classes)
+        notes += classes.notes
+    except ValueError as fault:
+        notes.append(f"no classes: {fault}")
+    notes += _about_places(points)
+    out.mkdir(parents=True, exist_ok=True)
+    written = [write_maps(points, shown.elements, choices, out)]
+    if classes is not None:
+        written += write_classes(points, classes, out)
+    written += draw_figures(points, shown.elements, classes, choices, out)
+    written.append(
+        write_record(points, shown.elements, classes, choices, notes, written, folder, out)
+    )
+    return MapResult(points, shown.elements, classes, notes, written)
+
+
+def _about_places(points: Points) -> list[str]:
+    single = [
+        sample or "the only sample"
+        for sample in sorted(set(points.sample))
+        if points.of_sample(sample).sum() == 1
+    ]
+    return [f"{name} has one point: a table but no map" for name in single]

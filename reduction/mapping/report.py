@@ -1,0 +1,54 @@
+"""Draw the element maps of a run from the rows that it collected."""
+
+from pathlib import Path
+
+import numpy as np
+
+from ..lines.symbols import BY_NUMBER
+from ..maps.points.gather import ROWS, gather
+from ..maps.points.points import Points
+from ..spectrum.fault import Unreadable
+
+__all__ = ["FIGURE", "ROWS", "make"]
+
+FIGURE = "element_maps.png"  # of a run with one sample
+LEAST_OF_A_LINE = 3  # points below which a line is not worth a figure
+
+
+def make(folder: Path) -> list[Path]:
+    """Draw the maps of the run in `folder`; returns the files written, none if there is nothing to map.
+
+    Reads `data.csv` (and `data-NAME.csv`): coordinates are the columns `x` and `y`, or `x_mm` and
+    `y_mm` with their unit; elements are the columns named by a chemical symbol. Empty cells are
+    holes. An area becomes `element_maps.png`, a line `line_scan.png`, with the sample's name if there
+    are several. Raises OSError if a figure cannot be written.
+    """
+    try:
+        points = gather(folder, tables=False)
+    except Unreadable:
+        return []
+    there = [name for name, area in points.area.items() if np.isfinite(area).any()]
+    elements = sorted(there, key=BY_NUMBER.split().index)  # pyright: ignore
+    if not elements or not _worth_it(points):
+        return []
+    from ..figures.paper import paper, save
+    from .choices import MapChoices
+    from .sample_figures import sample_figures
+
+    title = folder.resolve().name
+    with paper():
+        return [
+            save(draw(), folder / f"{name}.png")
+            for name, draw in sample_figures(points, elements, None, MapChoices(), title)
+        ]
+
+
+def _worth_it(points: Points) -> bool:
+    """Whether there is an area, or a line of some length."""
+    from ..maps.scattered import along_line
+
+    placed = points.placed
+    if placed.sum() < 2:
+        return False
+    line = along_line(points.x[placed], points.y[placed]) is not None
+    return not line or int(placed.sum()) >= LEAST_OF_A_LINE

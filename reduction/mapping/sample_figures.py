@@ -1,0 +1,86 @@
+"""Draw the maps of each sample, or the profile if its points are on one line."""
+
+import re
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import numpy as np
+
+from ..figures.element_maps import element_maps_figure
+from ..figures.line_scan import line_scan_figure
+from ..figures.paper import short
+from ..maps.classes.classify import Classes
+from ..maps.points.points import Points
+from ..maps.points.scales import on_scale
+from ..maps.scattered import along_line, map_of
+from ..spectrum.spectrum import BoolArray, FloatArray
+from .choices import MapChoices
+
+OWN_BARS = {"absolute": "area (counts nm)", "total": "part of the area of all peaks (%)"}
+LINE_LABELS = {"min-max": "area, lowest (0) to highest (1)", **OWN_BARS}
+
+Drawn = tuple[str, Callable]
+
+
+def sample_figures(
+    points: Points, elements: list[str], classes: Classes | None, choices: MapChoices,
+    title: str = "",
+) -> Iterator[Drawn]:  # fmt: skip
+    """The element maps of each sample, or the profile along its line; nothing for a single point."""
+    for sample, own in samples_of(points).items():
+        way = along_line(points.x[own], points.y[own])
+        name = _slug(sample)
+        if way is not None:
+            yield f"line_scan{name}", partial(_line, points, elements, classes, choices, own, way)
+        elif np.sum(own) > 1:
+            said = " ".join(filter(None, (title, sample)))
+            yield f"element_maps{name}", partial(_elements, points, elements, choices, own, said)
+
+
+def samples_of(points: Points) -> dict[str, BoolArray]:
+    placed = {s for s, here in zip(points.sample, points.placed, strict=True) if here}
+    return {sample: points.of_sample(sample) for sample in sorted(placed)}
+
+
+def _elements(points: Points, elements, choices: MapChoices, own: BoolArray, said: str):
+    limits, below, maps = {}, {}, {}
+    for element in elements:
+        title = _title(points, element)
+        value = on_scale(points, element, choices.scale)
+        maps[title] = map_of(points.x[own], points.y[own], value[own])
+        known = value[np.isfinite(value)]
+        limits[title] = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+        area = points.area[element][np.isfinite(points.area[element])]
+        if len(area):
+            below[title] = f"{short(float(area.min()))} to {short(float(area.max()))}"
+    return element_maps_figure(
+        maps,
+        said,
+        points.unit,
+        own_bars=OWN_BARS.get(choices.scale),
+        limits=limits,
+        below=below,
+    )
+
+
+def _line(points: Points, elements, classes, choices: MapChoices, own: BoolArray, way: FloatArray):
+    values = {
+        _title(points, e): on_scale(points, e, choices.scale)[own] for e in elements
+    }  # fmt: skip
+    errors = None
+    if choices.scale == "absolute":
+        errors = {_title(points, e): points.area_error[e][own] for e in elements}
+    label = None if classes is None else classes.label[own].astype(np.float64)
+    return line_scan_figure(way, values, points.unit, errors, label, LINE_LABELS[choices.scale])
+
+
+def _title(points: Points, element: str) -> str:
+    line = points.line_nm.get(element)
+    symbol = rf"$\bf{{{element}}}$"
+    return f"{symbol} {line:.1f} nm" if line else symbol
+
+
+def _slug(sample: str) -> str:
+    """A sample's name as a file name suffix, '' for the only one."""
+    slug = re.sub(r"[^0-9A-Za-z.-]+", "-", sample).strip("-.")
+    return f"_{slug}" if slug else ""

@@ -1,0 +1,123 @@
+"""Write the tables of a map: maps.csv, classes.csv, class_summary.csv, and map.json beside them."""
+
+import csv
+import hashlib
+import json
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..maps.classes.classify import NONE, Classes
+from ..maps.points.points import Points
+from ..maps.points.scales import UNITS, on_scale
+from .choices import MapChoices
+
+MAPS, CLASSES, SUMMARY, RECORD = "maps.csv", "classes.csv", "class_summary.csv", "map.json"
+DIGITS = 7
+VERSIONS = ("labrun", "numpy", "scipy", "matplotlib")
+
+
+def write_maps(points: Points, elements: list[str], choices: MapChoices, folder: Path) -> Path:
+    """One row per point and element: coordinates, the value on the requested scale, and the area."""
+    x, y = (f"{axis}_{points.unit}" for axis in "xy")
+    head = ["sample", "point", x, y, "element", "line_nm", "value", "area", "area_err"]
+    rows = []
+    for element in elements:
+        value = on_scale(points, element, choices.scale)
+        area, error = points.area[element], points.area_error[element]
+        line = points.line_nm.get(element, float("nan"))
+        rows += [
+            [*_point(points, at), element, cell(line), *map(cell, (value[at], area[at], error[at]))]
+            for at in range(len(points))
+        ]
+    return _write(folder / MAPS, head, rows)
+
+
+def write_classes(points: Points, classes: Classes, folder: Path) -> list[Path]:
+    """One row per point with its class from 1, `none` without a signal; and one row per class."""
+    x, y = (f"{axis}_{points.unit}" for axis in "xy")
+    head = ["sample", "point", x, y, "class", "distance", "silhouette"]
+    rows = []
+    for at, label in enumerate(classes.label.tolist()):
+        number = "none" if label == NONE else str(label + 1)
+        away, inside = classes.distance[at], classes.silhouette[at]
+        rows.append([*_point(points, at), number, cell(away), cell(inside)])
+    elements = sorted(points.area)
+    long = ["class", "points", "silhouette", "likely", "why"]
+    long += [name for e in elements for name in (e, f"{e}_err")]
+    summary = [
+        [s.number, s.size, cell(s.silhouette), s.likely, s.why]
+        + [cell(v) for e in elements for v in (s.area[e], s.error[e])]
+        for s in classes.summary
+    ]
+    return [_write(folder / CLASSES, head, rows), _write(folder / SUMMARY, long, summary)]
+
+
+def write_record(
+    points: Points, elements: list[str], classes: Classes | None, choices: MapChoices,
+    notes: list[str], written: list[Path], folder: Path, out: Path,
+) -> Path:  # fmt: skip
+    """What was done, the inputs (with sha256), and the results; deterministic."""
+    record: dict[str, Any] = {
+        "points": len(points),
+        "placed": int(points.placed.sum()),
+        "samples": sorted({s for s in points.sample if s}),
+        "unit": points.unit,
+        "elements": {e: _plain(points.line_nm.get(e)) for e in elements},
+        "scale": choices.scale,
+        "unit_of_values": UNITS[choices.scale],
+        "classes": None if classes is None else _classes(classes),
+        "notes": notes,
+        "inputs": {
+            path.relative_to(folder).as_posix(): sha256(path) for path in sorted(points.inputs)
+        },
+        "written": {path.name: sha256(path) for path in sorted(written)},
+        "versions": {name: _version(name) for name in VERSIONS},
+    }
+    path = out / RECORD
+    path.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    return path
+
+
+def _classes(classes: Classes) -> dict[str, Any]:
+    return {
+        "features": list(classes.features),
+        "number": len(classes),
+        "silhouette": {str(k): round(score, 6) for k, score in classes.scores.items()},
+        "chosen_by": "silhouette" if classes.scores else "given",
+        "likely": {str(s.number): s.likely for s in classes.summary},
+    }
+
+
+def _point(points: Points, at: int) -> list[str]:
+    return [points.sample[at], points.name[at], cell(points.x[at]), cell(points.y[at])]
+
+
+def cell(value: float) -> str:
+    """A number with seven digits, empty if it is not a number."""
+    return f"{float(value):.{DIGITS}g}" if np.isfinite(value) else ""
+
+
+def sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _plain(value: float | None) -> float | None:
+    return None if value is None else round(value, 4)
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
+
+
+def _write(path: Path, head: list[str], rows: list[list]) -> Path:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(head)
+        writer.writerows(rows)
+    return path

@@ -1,0 +1,4 @@
+"""Values at points laid out on a plane, scaled and sorted into classes.
+
+Draws nothing.
+"""

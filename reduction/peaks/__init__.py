@@ -1,0 +1,4 @@
+"""Background estimation, peak search, and fits of Voigt profiles.
+
+Knows nothing about elements.
+"""

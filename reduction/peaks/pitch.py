@@ -1,0 +1,112 @@
+"""Average channels that are much finer than the lines, so that windows of channels fit any axis.
+
+All further steps count in channels: noise of neighbours, spikes of one channel, wings of a line. An
+axis of a million channels, on which a line is hundreds wide, is averaged first; channels finer than
+any plasma spectrograph's at once, the rest when the widths of the lines are known.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..spectrum.bad import BadChannels, bridged, mark_bad
+from ..spectrum.kernel import float_kernel
+from ..spectrum.resampled import WHITE, sharing
+from ..spectrum.spectrum import BoolArray, FloatArray, Spectrum
+from .profiles import Profiles, fit_profiles
+from .voigt import SIGMA_PER_FWHM
+
+FINEST = 150_000.0  # wavelength over pitch: an echelle of 75,000 with two channels a line
+# Full widths in channels: too many, and what to come to; less surely where few lines tell.
+WIDE, ENOUGH = 9.0, 4.5
+WIDE_OF_FEW, ENOUGH_OF_FEW, FEW = 16.0, 7.0, 5
+LEAST_LEFT = 64  # channels
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Averaged:
+    """A spectrum of fewer channels, which of them count for nothing, (m,), and how many were one."""
+
+    spectrum: Spectrum
+    bad: BoolArray
+    channels: int
+
+
+def averaged(spectrum: Spectrum, bad: BadChannels, channels: int) -> Averaged:
+    """Means of `channels` neighbours, wavelengths (nm) and counts alike.
+
+    Bad channels are left out of a mean; a saturated one spoils it, since its line is cut off.
+    """
+    if channels <= 1:
+        return Averaged(spectrum, bad.any, 1)
+    out = bad.missing | bad.dead | bad.hot
+    x, y, none = _means(spectrum.wavelength_nm, spectrum.intensity, out, bad.full, channels)
+    return Averaged(Spectrum(x, bridged(y, np.isnan(y))), none, channels)
+
+
+def fit_at_pitch(
+    spectrum: Spectrum,
+    bad: BadChannels,
+    wanted_nm: FloatArray | None = None,
+    shared: int = 1,
+) -> tuple[Profiles, int]:
+    """The peaks, on channels no finer than their widths need, and how many were averaged into one.
+
+    wanted_nm: as in `fit_profiles`. shared: channels that share their noise, see `resampled`. The
+    axis that was used is in the profiles.
+    """
+    seen = averaged(spectrum, bad, max(finer_than_any(spectrum.wavelength_nm), shared))
+    hidden = 1.0
+    if shared > 1:
+        hidden = max(sharing(seen.spectrum.intensity) / WHITE, 1.0)
+        spoiled = seen.bad | mark_bad(seen.spectrum.intensity).any
+        seen = Averaged(seen.spectrum, spoiled, seen.channels)
+    profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
+    more = too_fine(profiles)
+    if more > 1:
+        seen = averaged(spectrum, bad, seen.channels * more)
+        profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
+    return profiles, seen.channels
+
+
+def finer_than_any(x: FloatArray) -> int:
+    """How many channels of an axis (nm, ascending) make one at the finest real pitch."""
+    if len(x) <= LEAST_LEFT:
+        return 1
+    pitch_nm = (x[-1] - x[0]) / (len(x) - 1)
+    return max(min(int(0.5 * (x[0] + x[-1]) / FINEST / pitch_nm), len(x) // LEAST_LEFT), 1)
+
+
+def too_fine(profiles: Profiles) -> int:
+    """How many channels to average, from the widths of strong lines."""
+    x = profiles.wavelength_nm
+    if not len(profiles.peaks):
+        return 1
+    slit = profiles.slit
+    pitch_nm = (x[-1] - x[0]) / max(len(x) - 1, 1)
+    sigma_nm = float(np.median(slit.sigma_nm[:: max(len(x) // 200, 1)]))
+    width = (sigma_nm / SIGMA_PER_FWHM + slit.gamma_nm) / pitch_nm
+    wide, enough = (WIDE, ENOUGH) if len(profiles.peaks) >= FEW else (WIDE_OF_FEW, ENOUGH_OF_FEW)
+    if width < wide:
+        return 1
+    return max(min(int(width / enough), len(x) // LEAST_LEFT), 1)
+
+
+@float_kernel
+def _means(x, y, out, full, channels):
+    n = len(x)
+    m = (n + channels - 1) // channels
+    nm, counts, none = np.empty(m), np.empty(m), np.zeros(m, np.bool_)
+    for k in range(m):
+        begin, end = k * channels, min((k + 1) * channels, n)
+        place, light, good = 0.0, 0.0, 0
+        for i in range(begin, end):
+            place += x[i]
+            none[k] = none[k] or full[i]
+            if not out[i]:
+                light += y[i]
+                good += 1
+        nm[k] = place / (end - begin)
+        counts[k] = light / good if good > 0 else np.nan
+        none[k] = none[k] or good == 0
+    return nm, counts, none

@@ -1,0 +1,159 @@
+"""Find and fit a spectrum's lines: learn from strong ones, fit all, search the residual."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..spectrum.bad import bridged, mark_bad
+from ..spectrum.curve import bridge, pitch_of, quantile, softened
+from ..spectrum.noise import local_noise, steadied
+from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, Spectrum
+from .background import background
+from .peaks import SIGNIFICANT, find_peaks, standing_out
+from .render import render
+from .slit import QUIET_LINES, TAKEN_UP, Slit, learn
+from .voigt import SIGMA_PER_FWHM, VoigtPeaks, fit_peaks
+
+RESIDUAL = 4.5  # a peak in what the first fit left over, in noise
+FOREIGN = (
+    0.04  # and as a part of the light around it: no line is a Voigt profile to the last percent
+)
+LEAST_AREA = 2.0  # in its own error: what the fit makes smaller was no peak
+DEAF = 1e3  # what the noise of a bad channel is multiplied by in a fit
+FOLLOWED, CLEARLY = 1.15, 0.7
+CROWDED = 0.2  # part of the peaks with clearly less noise, from which all is fitted anew
+LEAST_TOPS, QUIET_STEP, QUIET_PART = 30, 50, 0.1
+WANTED, WANTED_NM = 3.0, 0.3
+APART = 0.55  # of a slit's width from the next peak
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profiles:
+    """Fitted peaks and what they were fitted to; arrays of shape (m,) in counts.
+
+    counts: with bad channels bridged. net: above the background `under`. noise: of each channel,
+    with that of the lines' own light. gain: variance a count of light. wavelength_nm: of the
+    channels; bad: those without influence.
+    """
+
+    peaks: VoigtPeaks
+    counts: FloatArray
+    net: FloatArray
+    under: FloatArray
+    noise: FloatArray
+    slit: Slit
+    gain: float
+    wavelength_nm: FloatArray
+    bad: BoolArray
+
+
+def fit_profiles(
+    spectrum: Spectrum,
+    bad: BoolArray | None = None,
+    wanted_nm: FloatArray | None = None,
+    hidden: float = 1.0,
+) -> Profiles:
+    """All peaks of a spectrum, ascending in their centres.
+
+    bad: channels that do not count, shape (m,); found by `mark_bad` if None. wanted_nm: places
+    on the axis, ascending, at which a peak of three times the noise is enough.
+    hidden: factor for the noise estimated from neighbours that share some of it.
+    """
+    x = spectrum.wavelength_nm
+    bad = mark_bad(spectrum.intensity).any if bad is None else bad
+    calm = Spectrum(x, bridged(spectrum.intensity, bad))
+    floor = hidden * _noise_of_good(calm.intensity, bad)
+    under = background(calm, floor)
+    net = calm.intensity - under
+    steady = steadied(floor, under)
+    floor = steady.sigma
+    seeds = find_peaks(net, floor)
+    deaf = np.where(bad, DEAF, 1.0)
+    taught = learn(x, net, floor * deaf, seeds)
+    gain = min((g for g in (taught.gain, steady.gain) if g is not None), default=0.0)
+    noise = np.sqrt(floor**2 + gain * np.maximum(softened(net), 0.0))
+    seeds = _seeds(x, net, noise, wanted_nm)
+    peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit, start=taught.lines)
+    model = render(x, peaks, 0.05 * noise)
+    quieter = quieter_noise(noise, floor, under + softened(net), net - model, seeds)
+    crowded = bool(np.mean(quieter[seeds] < noise[seeds]) > CROWDED) if len(seeds) else False
+    noise = quieter if crowded else noise
+    more = search_residual(x, net, model, noise * deaf, peaks, taught.slit)
+    more = np.union1d(more, find_peaks(net, noise)) if crowded else more
+    if len(more):
+        both = np.union1d(seeds, more)
+        before = None if crowded else (seeds, peaks)
+        peaks = fit_peaks(x, net, noise * deaf, both, taught.slit, before, (seeds, peaks))
+    real = np.flatnonzero(peaks.area > LEAST_AREA * peaks.area_error)
+    order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
+    return Profiles(
+        peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain, x, bad
+    )
+
+
+def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:
+    """Noise from the good channels: bridged channels have none."""
+    if not bad.any():
+        return local_noise(y)
+    noise = np.zeros(len(y))
+    noise[~bad] = local_noise(y[~bad])
+    return bridge(noise, bad)
+
+
+def _seeds(x, net, noise, wanted_nm) -> IntArray:
+    """Channels of peaks, ascending; at requested positions fainter ones too."""
+    if wanted_nm is None or not len(wanted_nm):
+        return find_peaks(net, noise)
+    channels, clear = standing_out(net, noise, WANTED)
+    place = np.clip(np.searchsorted(wanted_nm, x[channels]), 1, len(wanted_nm) - 1)
+    away = np.minimum(
+        np.abs(x[channels] - wanted_nm[place]), np.abs(x[channels] - wanted_nm[place - 1])
+    )
+    return channels[(clear >= SIGNIFICANT) | (away < WANTED_NM)]
+
+
+def quieter_noise(
+    noise: FloatArray, floor: FloatArray, light: FloatArray, left: FloatArray, seeds: IntArray
+) -> FloatArray:
+    """The noise where crowded lines had been taken for some of it, counts, shape (m,).
+
+    light: continuum and lines; left: what the fit left over; seeds: channels of peaks. The better
+    fitted tops and the quietest stretch of the axis show variance = read^2 + gain * light. A fit
+    follows part of the noise, hence TAKEN_UP; a blend leaves more, hence a low quantile.
+    """
+    if len(seeds) < LEAST_TOPS:
+        return noise
+    read = float(quantile(floor[::QUIET_STEP], QUIET_PART)) ** 2
+    tops = np.clip(seeds[:, None] + np.arange(-2, 3), 0, len(left) - 1)
+    each = TAKEN_UP * np.mean(left[tops] ** 2, axis=1) - read
+    gain = max(float(quantile(each / np.maximum(light[seeds], 1e-30), QUIET_LINES)), 0.0)
+    again = FOLLOWED * np.sqrt(read + gain * np.maximum(light, 0.0))
+    return np.where(again < CLEARLY * noise, again, noise)
+
+
+def search_residual(
+    x: FloatArray,
+    net: FloatArray,
+    model: FloatArray,
+    noise: FloatArray,
+    peaks: VoigtPeaks,
+    slit: Slit,
+) -> IntArray:
+    """Channels of peaks in what the fitted peaks (drawn: model) leave over, ascending."""
+    if not len(peaks):
+        return np.empty(0, dtype=np.int64)
+    tolerated = np.sqrt(noise**2 + (FOREIGN * _widest(model) / RESIDUAL * 2) ** 2)
+    found = find_peaks(net - model, tolerated, RESIDUAL)
+    if not len(found):
+        return found
+    pitch = pitch_of(x)
+    near = np.abs(peaks.centre_nm[:, None] - x[found]).min(axis=0)
+    return found[near > np.maximum(APART * slit.sigma_nm[found] / SIGMA_PER_FWHM, pitch[found])]
+
+
+def _widest(model):
+    """The maximum of each channel and its neighbours."""
+    wide = model.copy()
+    wide[1:] = np.maximum(wide[1:], model[:-1])
+    wide[:-1] = np.maximum(wide[:-1], model[1:])
+    return wide

@@ -1,0 +1,4 @@
+"""The physics of the emission: Saha, Boltzmann, self-absorption, and results for lithium.
+
+Never decides which elements are there.
+"""

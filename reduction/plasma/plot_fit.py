@@ -1,0 +1,203 @@
+"""The loop of the Saha-Boltzmann plot: Gauss and Newton over ln T, ln n_e, opacity and amounts.
+
+Parameters: ln T, ln n_e (per cm3), ln of the spectrum's opacity, then ln of each element's amount.
+The sums over states come from a table on an even grid of temperatures, in logarithms.
+"""
+
+import numpy as np
+
+from ..lines.lines import BOLTZMANN_EV_PER_K, LOWERING_EV
+from ..peaks.levenberg import factorise, solve
+from ..spectrum.kernel import float_kernel
+from .growth import HC_BY_K_NM_K, PEAK_OF_LORENTZIAN
+from .plasma import SAHA_PER_CM3
+
+GLOBAL = 3  # parameters that all lines share
+OUTLIER = 2.5
+COOLEST_K, HOTTEST_K = 4_500.0, 19_000.0
+LEAST_LN_NE, MOST_LN_NE = float(np.log(1e15)), float(np.log(3e18))
+THINNEST, THICKEST = -9.0, 7.0  # of ln tau of the strongest line
+LONGEST_STEP = np.array([0.25, 1.0, 1.5])  # of the first three
+SETTLED = 1e-3  # steps of ln T and ln n_e too small to matter
+HEAT_STEP = 0.01  # of ln T, for the slope of the sums over states
+
+
+@float_kernel
+def log_sum(log_u, grid_k, species, stage, kelvin):
+    """ln U of one species, from the table log_u (e, 2, grid)."""
+    last = len(grid_k) - 1.001
+    place = min(max((kelvin - grid_k[0]) / (grid_k[1] - grid_k[0]), 0.0), last)
+    i = int(place)
+    low = log_u[species, stage, i]
+    return low + (place - i) * (log_u[species, stage, i + 1] - low)
+
+
+@float_kernel
+def states(names, log_u, grid_k, limit_ev, p, held, ions, heat):
+    """For each element of `names` and stage: ln of an atom's share of a state of g = 1, E = 0.
+
+    held (k, 2); ions (k,): share that is ionised; heat (k, 2): how held grows with ln T.
+    """
+    kelvin = np.exp(p[0])
+    kt = BOLTZMANN_EV_PER_K * kelvin
+    warmer = kelvin * (1.0 + HEAT_STEP)
+    for k in range(len(names)):
+        u0 = log_sum(log_u, grid_k, names[k], 0, kelvin)
+        u1 = log_sum(log_u, grid_k, names[k], 1, kelvin)
+        by_heat = np.log1p(HEAT_STEP)
+        growth0 = (log_sum(log_u, grid_k, names[k], 0, warmer) - u0) / by_heat
+        growth1 = (log_sum(log_u, grid_k, names[k], 1, warmer) - u1) / by_heat
+        cost = (limit_ev[names[k]] - LOWERING_EV) / kt
+        log_ratio = np.log(SAHA_PER_CM3) - p[1] + 1.5 * p[0] + u1 - u0 - cost
+        log_neutral = -log_ratio - np.log1p(np.exp(-log_ratio))  # of 1 / (1 + ratio)
+        if log_ratio < 0.0:
+            log_neutral = -np.log1p(np.exp(log_ratio))
+        ions[k] = 1.0 / (1.0 + np.exp(-log_ratio))
+        held[k, 0], held[k, 1] = log_neutral - u0, log_neutral + log_ratio - u1
+        saha = 1.5 + growth1 - growth0 + cost
+        heat[k, 0] = -growth0 - ions[k] * saha
+        heat[k, 1] = -growth1 + (1.0 - ions[k]) * saha
+
+
+@float_kernel
+def thin_areas(row_entry, row_which, row_ion, row_log_ga, row_e_k, held, kelvin, thin):
+    """Fill thin (n,) with ln of each line's thin area for one atom; rows of a line in one run."""
+    inverse = -1.0 / (BOLTZMANN_EV_PER_K * kelvin)
+    i, n = 0, len(row_entry)
+    while i < n:
+        line, begin = row_entry[i], i
+        top = -np.inf
+        while i < n and row_entry[i] == line:
+            value = row_log_ga[i] + held[row_which[i], row_ion[i]] + inverse * row_e_k[i]
+            top = max(top, value)
+            i += 1
+        total = 0.0
+        for j in range(begin, i):
+            value = row_log_ga[j] + held[row_which[j], row_ion[j]] + inverse * row_e_k[j]
+            total += np.exp(value - top)
+        thin[line] = np.log(total) + top
+
+
+@float_kernel
+def read_even(grid, values, at):
+    """A value off a table on an even grid, ends level."""
+    last = len(grid) - 1
+    place = (at - grid[0]) / (grid[1] - grid[0])
+    if place <= 0.0:
+        return values[0]
+    if place >= last:
+        return values[last]
+    i = int(place)
+    return values[i] + (place - i) * (values[i + 1] - values[i])
+
+
+@float_kernel
+def absorbed(p, thin, which, vacuum_nm, width_nm, growth, log_tau, kept, slope):
+    """Fill log_tau, ln of what each line kept, and its slope; keep the opacity within bounds."""
+    grid, log_f, slopes = growth
+    kelvin = np.exp(p[0])
+    thickest = -np.inf
+    for i in range(len(thin)):
+        width = max(width_nm[i] * np.exp(p[1]) / 1e17, 1e-4)
+        nm = vacuum_nm[i]
+        planck = -5.0 * np.log(nm / 500.0) - np.log(np.expm1(HC_BY_K_NM_K / (nm * kelvin)))
+        depth = np.log(PEAK_OF_LORENTZIAN / width) - planck
+        log_tau[i] = p[2] + thin[i] + p[GLOBAL + which[i]] + depth
+        thickest = max(thickest, log_tau[i])
+    beyond = min(max(thickest, THINNEST), THICKEST) - thickest
+    p[2] += beyond
+    for i in range(len(thin)):
+        log_tau[i] += beyond
+        kept[i] = read_even(grid, log_f, log_tau[i])
+        slope[i] = read_even(grid, slopes, log_tau[i])
+
+
+@float_kernel
+def trust(z):
+    """Weight of Geman and McClure: an outlier loses its influence."""
+    return 1.0 / (1.0 + (z / OUTLIER) ** 2) ** 2
+
+
+@float_kernel
+def gauss_newton(
+    p, lines, rows, names, tables, toward, prior, most_steps, thin, kept, residual, weight, normal
+):
+    """Improve p in place; fill thin, kept (ln), residual and weight (n,), and the normal matrix.
+
+    lines: ln area, its error, which element of `names`, ion, upper level (eV), vacuum nm, width nm.
+    rows: of the line table: line, which, ion, ln gA, upper level (eV). tables: ln U, its grid,
+    ionisation energies, and the curve of growth.
+    """
+    log_area, sigma, which, ion, e_k_ev, vacuum_nm, width_nm = lines
+    log_u, grid_k, limit_ev, growth = tables
+    n, n_p, k = len(log_area), len(p), len(names)
+    held, ions, heat = np.empty((k, 2)), np.empty(k), np.empty((k, 2))
+    slope, log_tau = np.empty(n), np.empty(n)
+    gradient, lower, step = np.empty(n_p), np.zeros((n_p, n_p)), np.empty(n_p)
+    row_entry, row_which, row_ion, row_log_ga, row_e_k = rows
+    for turn in range(most_steps + 1):
+        states(names, log_u, grid_k, limit_ev, p, held, ions, heat)
+        thin_areas(row_entry, row_which, row_ion, row_log_ga, row_e_k, held, np.exp(p[0]), thin)
+        absorbed(p, thin, which, vacuum_nm, width_nm, growth, log_tau, kept, slope)
+        for i in range(n):
+            residual[i] = log_area[i] - thin[i] - p[GLOBAL + which[i]] - kept[i]
+            weight[i] = trust(residual[i] / sigma[i]) / sigma[i] ** 2
+        if turn == most_steps:
+            break
+        kelvin = np.exp(p[0])
+        kt = BOLTZMANN_EV_PER_K * kelvin
+        normal.fill(0.0)
+        for a in range(n_p):
+            normal[a, a] = prior[a] + 1e-9
+            gradient[a] = -prior[a] * (p[a] - toward[a])
+        for i in range(n):
+            e, s, w = which[i], slope[i], weight[i]
+            by_heat = e_k_ev[i] / kt + heat[e, ion[i]]
+            by_density = ions[e] - 1.0 if ion[i] == 1 else ions[e]
+            hot = HC_BY_K_NM_K / (vacuum_nm[i] * kelvin)
+            # The depth grows with the thin area, and shrinks with Planck's radiance and the width.
+            j0 = by_heat + s * (by_heat + hot / np.expm1(-hot))
+            j1 = by_density + s * (by_density - 1.0)
+            j2, j3, at = s, 1.0 + s, GLOBAL + e
+            normal[0, 0] += w * j0 * j0
+            normal[1, 0] += w * j1 * j0
+            normal[1, 1] += w * j1 * j1
+            normal[2, 0] += w * j2 * j0
+            normal[2, 1] += w * j2 * j1
+            normal[2, 2] += w * j2 * j2
+            normal[at, 0] += w * j3 * j0
+            normal[at, 1] += w * j3 * j1
+            normal[at, 2] += w * j3 * j2
+            normal[at, at] += w * j3 * j3
+            gradient[0] += j0 * w * residual[i]
+            gradient[1] += j1 * w * residual[i]
+            gradient[2] += j2 * w * residual[i]
+            gradient[at] += j3 * w * residual[i]
+        if not factorise(normal, lower):
+            break
+        solve(lower, gradient, step)
+        for a in range(n_p):
+            if a < GLOBAL:
+                step[a] = min(max(step[a], -LONGEST_STEP[a]), LONGEST_STEP[a])
+            p[a] += step[a]
+        largest = max(abs(step[0]), abs(step[1]))
+        p[0] = min(max(p[0], np.log(COOLEST_K)), np.log(HOTTEST_K))
+        p[1] = min(max(p[1], LEAST_LN_NE), MOST_LN_NE)
+        if largest < SETTLED:
+            most_steps = turn + 1  # to look once more at what is left over
+    return variances(normal, lower)
+
+
+@float_kernel
+def variances(normal, lower):
+    """Variances of ln T and ln n_e, from the normal matrix (its lower half); NaN if singular."""
+    n = len(normal)
+    unit, column = np.zeros(n), np.zeros(n)
+    variance = np.full(2, np.nan)
+    if factorise(normal, lower):
+        for a in range(2):
+            unit.fill(0.0)
+            unit[a] = 1.0
+            solve(lower, unit, column)
+            variance[a] = column[a]
+    return variance

@@ -1,0 +1,4 @@
+"""Spectra: reading files, marking bad channels, estimating noise.
+
+Never looks for peaks.
+"""

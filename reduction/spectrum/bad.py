@@ -1,0 +1,106 @@
+"""Mark bad channels: missing (NaN or infinite), dead, hot, or saturated.
+
+A dead channel stays far below its surroundings. A hot one (or a cosmic ray) stands out alone: a line
+is wider than a channel, so its neighbours rise too. Saturated channels share one largest value.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .curve import bridge, joined, median
+from .kernel import float_kernel
+from .noise import local_noise
+from .spectrum import BoolArray, FloatArray
+
+DEAD_SIGMA = 10.0
+FLOOR_BLOCK = 64  # channels whose lower edge a dead one is compared with
+FLOOR_QUANTILE = 0.15
+HOT_SIGMA = 8.0
+HOT_SHOULDER = 0.1  # a line's neighbours rise by more than this fraction of its own rise
+FULL_CHANNELS = 2  # adjacent, with exactly the largest value
+FULL_SIGMA = 50.0  # and this far above the noise
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BadChannels:
+    """Masks of shape (n,)."""
+
+    missing: BoolArray
+    dead: BoolArray
+    hot: BoolArray
+    full: BoolArray
+
+    @property
+    def any(self) -> BoolArray:
+        return self.missing | self.dead | self.hot | self.full
+
+
+def mark_bad(intensity: FloatArray, alone: bool = True) -> BadChannels:
+    """Find the bad channels of counts (n,); NaN and infinite ones are missing.
+
+    alone: also look for single channels (dead, hot). In an export interpolated from fewer channels, a
+    bad one is spread over several, and every kink looks like one.
+    """
+    missing = ~np.isfinite(intensity)
+    none = np.zeros(len(intensity), dtype=bool)
+    if missing.all() or len(intensity) < 8:
+        return BadChannels(missing, none, none.copy(), none.copy())
+    y = bridged(intensity, missing)
+    noise = local_noise(y)
+    if not alone:
+        return BadChannels(missing, none, none.copy(), _full(y, noise) & ~missing)
+    dead = _dead(y, noise)
+    y = bridged(y, dead)
+    hot = lone(y, noise)
+    return BadChannels(missing, dead & ~missing, hot & ~missing, _full(y, noise) & ~missing & ~hot)
+
+
+def bridged(intensity: FloatArray, bad: BoolArray) -> FloatArray:
+    """The counts with bad channels bridged by straight lines. Raises ValueError if all are bad."""
+    if not bad.any():
+        return intensity
+    if bad.all():
+        raise ValueError("every channel of the spectrum is bad (NaN)")
+    return bridge(np.asarray(intensity, dtype=np.float64), bad)
+
+
+def lone(y: FloatArray, noise: FloatArray) -> BoolArray:
+    """Channels that stand out alone, as a cosmic ray does; shape (n,)."""
+    found = np.zeros(len(y), dtype=bool)
+    _lone(y, noise, found)
+    return found
+
+
+@float_kernel
+def _lone(y, noise, found):
+    for i in range(2, len(y) - 2):
+        rise = y[i] - max(y[i - 1], y[i + 1])
+        if rise > HOT_SIGMA * noise[i]:
+            shoulder = max(y[i - 1] - y[i - 2], y[i + 1] - y[i + 2])
+            found[i] = shoulder < HOT_SHOULDER * rise
+
+
+def _dead(y, noise):
+    n = len(y) // FLOOR_BLOCK
+    if n < 2:
+        return np.zeros(len(y), dtype=bool)
+    blocks = y[: n * FLOOR_BLOCK].reshape(n, FLOOR_BLOCK)
+    place = int(FLOOR_QUANTILE * FLOOR_BLOCK)
+    low = np.partition(blocks, place, axis=1)[:, place]
+    floor = joined(low, 0.5 * FLOOR_BLOCK, float(FLOOR_BLOCK), len(y))
+    return y < floor - DEAD_SIGMA * noise
+
+
+def _full(y, noise):
+    full = np.zeros(len(y), dtype=bool)
+    top = float(y.max())
+    at = np.flatnonzero(y == top)
+    if len(at) < FULL_CHANNELS:
+        return full
+    if top - float(median(y)) < FULL_SIGMA * float(median(noise)):
+        return full
+    beside = np.diff(at) == 1
+    full[at[:-1][beside]] = True
+    full[at[1:][beside]] = True
+    return full

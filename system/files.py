@@ -1,0 +1,85 @@
+"""Files that are whole: a reader sees the old one or the new one, and a power cut leaves one of them."""
+
+import os
+import secrets
+import shutil
+import time
+from pathlib import Path
+
+from . import WINDOWS
+
+BINARY = getattr(os, "O_BINARY", 0)
+"""A flag for `os.open`: without it Windows writes every line's end as two characters."""
+REFUSALS = 1000
+"""How often Windows may refuse, 1 ms apart, while another program has the old file open."""
+
+
+def write_whole(path: Path, data: bytes, *, mode: int | None = None, sync: bool = True) -> None:
+    """Replace a file, or create it and its folders; on disk on return unless `sync` is off.
+
+    A link is followed. Without a `mode`, a file that is replaced keeps its permissions. Raises
+    OSError, and then the old file is as it was.
+    """
+    place = path.resolve()
+    place.parent.mkdir(parents=True, exist_ok=True)
+    half = place.with_name(f".{place.name}.{secrets.token_hex(4)}.part")
+    try:
+        with os.fdopen(_created(half, 0o666 if mode is None else mode), "wb") as file:
+            file.write(data)
+            if sync:
+                file.flush()
+                os.fsync(file.fileno())
+        if mode is None and place.exists():
+            shutil.copymode(place, half)
+        _put(half, place)
+    except OSError:
+        half.unlink(missing_ok=True)
+        raise
+    if sync:
+        sync_folder(place.parent)
+
+
+def _created(half: Path, mode: int) -> int:
+    return os.open(half, os.O_WRONLY | os.O_CREAT | os.O_EXCL | BINARY, mode)
+
+
+def _put(half: Path, place: Path) -> None:
+    for attempt in range(REFUSALS):
+        try:
+            half.replace(place)
+            return
+        except PermissionError:
+            if not WINDOWS or attempt == REFUSALS - 1:
+                raise
+            time.sleep(0.001)
+
+
+def sync_folder(folder: Path) -> None:
+    """Make the names in a folder durable: without it, a power cut can lose a whole new file."""
+    if WINDOWS:  # it has no such call, and does not need it
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def sync_files(folder: Path, *within: str) -> None:
+    """Make a folder durable with the files in it and in folders within it, and its own name."""
+    for inner in [folder / name for name in within if (folder / name).is_dir()]:
+        _sync_files(inner)
+    _sync_files(folder)
+    sync_folder(folder.parent)
+
+
+def _sync_files(folder: Path) -> None:
+    for path in folder.iterdir():
+        if path.is_file():
+            # Windows makes durable only what may be written.
+            descriptor = os.open(path, os.O_RDWR if WINDOWS else os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+    sync_folder(folder)

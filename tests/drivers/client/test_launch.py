@@ -1,0 +1,122 @@
+"""Device servers as child processes: started, found again, ended."""
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from labrun.drivers.client.launch import ServerFailed, start_server
+
+
+def test_a_server_is_started_apart_from_the_terminal_and_ended(bench):
+    async def story():
+        server = await start_server(bench.settings(), bench.folder)
+        session = os.getsid(server.pid)
+        await server.stop()
+        return server, session
+
+    server, session = asyncio.run(story())
+
+    assert server.devices == ["arm"]
+    assert session == server.pid != os.getsid(0)
+    assert server.process.returncode == 0
+
+
+def test_a_server_that_cannot_start_says_why(bench):
+    with pytest.raises(ServerFailed, match="nothing answers on /dev/nowhere"):
+        asyncio.run(start_server(bench.settings(config={"missing": True}), bench.folder))
+
+
+def test_a_server_that_breaks_at_once_leaves_the_last_of_its_log(bench, monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+
+    with pytest.raises(ServerFailed, match="it exited at once; the end of its log"):
+        asyncio.run(start_server(bench.settings(), bench.folder))
+
+
+def test_a_server_that_says_nothing_is_given_up_in_time(bench, monkeypatch, tmp_path):
+    silent = tmp_path / "silent"
+    silent.write_text("#!/bin/sh\nexec sleep 60\n")
+    silent.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(silent))
+
+    with pytest.raises(ServerFailed, match=r"did not report ready within 0\.3 s"):
+        asyncio.run(start_server(bench.settings(), bench.folder, timeout_s=0.3))
+
+
+def test_a_server_that_an_engine_left_behind_is_used_again(bench):
+    async def story():
+        first = await start_server(bench.settings(), bench.folder)
+        async with bench.client(first.url) as client:
+            goal = bench.goal(client, "hold", seconds=1.5)
+            following = asyncio.create_task(client.follow(goal))
+            await bench.until(f"hold {goal.id}")
+            following.cancel()
+        second = await start_server(bench.settings(), bench.folder)
+        async with bench.client(second.url) as client:
+            outcome = await client.follow(goal)
+        await second.stop()
+        return first, second, outcome, await first.process.wait()
+
+    first, second, outcome, status = asyncio.run(story())
+
+    assert (second.process, second.pid, second.url) == (None, first.pid, first.url)
+    assert outcome.state == "SUCCEEDED"
+    assert status == 0
+
+
+def test_a_server_left_behind_with_other_settings_makes_room(bench):
+    async def story():
+        first = await start_server(bench.settings(), bench.folder)
+        second = await start_server(bench.settings(limits={"x": [0, 5]}), bench.folder)
+        await second.stop()
+        return first.pid, second.pid, await first.process.wait()
+
+    first, second, status = asyncio.run(story())
+
+    assert (second != first, status) == (True, 0)
+
+
+def test_a_server_whose_owner_lives_is_left_alone(bench):
+    with subprocess.Popen(["sleep", "60"]) as owner:
+
+        async def story():
+            first = await start_server(bench.settings(owner_pid=owner.pid), bench.folder)
+            with pytest.raises(ServerFailed) as told:
+                await start_server(bench.settings(limits={"x": [0, 5]}), bench.folder)
+            owner.kill()  # nobody asks after it: it waits for its parent, and is no owner any more
+            await asyncio.to_thread(os.waitid, os.P_PID, owner.pid, os.WEXITED | os.WNOWAIT)
+            second = await start_server(bench.settings(), bench.folder)
+            await second.stop()
+            await first.process.wait()
+            return first, second, str(told.value)
+
+        first, second, words = asyncio.run(story())
+
+    assert second.pid == first.pid
+    assert f"at {first.url} is already served from {bench.folder}" in words
+    assert f"by process {owner.pid}; stop that process first" in words
+
+
+def test_a_server_that_was_killed_is_not_mistaken_for_one_that_is_there(bench):
+    async def story():
+        first = await start_server(bench.settings(), bench.folder)
+        os.kill(first.pid, signal.SIGKILL)
+        await first.process.wait()
+        second = await start_server(bench.settings(), bench.folder)
+        await second.stop()
+        return second.process.returncode
+
+    assert asyncio.run(story()) == 0
+
+
+def test_a_server_that_does_not_end_is_killed(bench):
+    async def story():
+        server = await start_server(bench.settings(config={"safe_s": 60}), bench.folder)
+        await server.stop(timeout_s=0.5)
+        return server.process.returncode
+
+    assert asyncio.run(story()) == -signal.SIGKILL

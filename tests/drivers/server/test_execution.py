@@ -1,0 +1,134 @@
+"""However a driver's action ends, its goal ends with words that the engine can go by."""
+
+import asyncio
+
+import pytest
+
+
+def follow(bench, action, **params):
+    async def story():
+        async with bench.connected() as client:
+            return await client.follow(bench.goal(client, action, **params))
+
+    return asyncio.run(story())
+
+
+def test_an_error_of_the_contract_says_whether_the_action_happened(bench):
+    error = follow(bench, "fail").error
+
+    assert (error.name, error.message, error.happened) == ("Jammed", "the drawer is stuck", "no")
+
+
+def test_the_drivers_own_word_on_what_happened_counts_more(bench):
+    assert follow(bench, "fail", happened="yes").error.happened == "yes"
+
+
+def test_an_error_that_the_contract_does_not_declare_is_passed_on_and_unknown(bench):
+    error = follow(bench, "fail", error="Meltdown").error
+
+    assert (error.name, error.happened) == ("Meltdown", "unknown")
+
+
+def test_a_driver_that_raises_is_a_fault_and_nobody_knows(bench):
+    outcome = follow(bench, "crash")
+
+    assert (outcome.state, outcome.error.name) == ("ABORTED", "Fault")
+    assert outcome.error.message == "arm.crash: ZeroDivisionError: division by zero"
+    assert outcome.error.happened == "unknown"
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("text", "the answer of arm.answer.value: 'text' is not of type 'number'"),
+        ("nan", "the answer of arm.answer.value: nan is not a number that JSON can represent"),
+    ],
+)
+def test_a_wrong_answer_is_a_fault_that_names_the_field(bench, value, words):
+    error = follow(bench, "answer", value=value).error
+
+    assert (error.name, error.message) == ("Fault", words)
+    assert error.happened == "unknown"  # the driver did it: a second time would be one too many
+
+
+def test_a_driver_that_does_not_heed_a_cancel_is_broken_off(bench, monkeypatch):
+    monkeypatch.setattr("labrun.drivers.server.execution.CANCEL_GRACE_S", 0.1)
+
+    async def story():
+        async with bench.connected() as client:
+            goal = bench.goal(client, "sleep_through", seconds=30)
+            following = asyncio.create_task(client.follow(goal))
+            await bench.until(f"sleep_through {goal.id}")
+            await client.cancel(goal.id)
+            outcome = await following
+            return outcome, await client.follow(bench.goal(client, "go", x=1))
+
+    outcome, after = asyncio.run(story())
+
+    assert (outcome.state, outcome.error) == ("CANCELED", None)
+    assert after.state == "SUCCEEDED"
+
+
+def test_a_late_success_counts_after_a_cancel(bench):
+    async def story():
+        async with bench.connected() as client:
+            goal = bench.goal(client, "sleep_through", seconds=0.3)
+            following = asyncio.create_task(client.follow(goal))
+            await bench.until(f"sleep_through {goal.id}")
+            await client.cancel(goal.id)
+            return await following
+
+    assert asyncio.run(story()).state == "SUCCEEDED"
+
+
+def test_a_goal_is_refused_and_not_started_while_the_ledger_cannot_be_written(bench):
+    async def story():
+        async with bench.serving() as (server, url), bench.client(url) as client:
+            pages = server.ledger._disk.execute("PRAGMA page_count").fetchone()[0]
+            server.ledger._disk.execute(f"PRAGMA max_page_count = {pages}")
+            outcomes = []
+            # The last page takes some rows yet; only what is on disk may run.
+            for n in range(200):
+                goal = bench.goal(client, "answer", id=f"{n}{'x' * 900}", value=1)
+                outcomes.append(await asyncio.wait_for(client.follow(goal), 10))
+                if outcomes[-1].error is not None:
+                    break
+            return outcomes[-1]
+
+    outcome = asyncio.run(story())
+
+    assert (outcome.error.name, outcome.error.happened) == ("Rejected", "no")
+    assert "database or disk is full; nothing was started" in outcome.error.message
+
+
+def test_an_outcome_that_cannot_be_written_is_not_told_until_it_can(bench):
+    async def story():
+        async with bench.serving() as (server, url), bench.client(url) as client:
+            reports = []
+            end = server.ledger.end
+
+            def full_once(*args):
+                server.ledger.end = end
+                from labrun.drivers.server.ledger import LedgerFault
+
+                raise LedgerFault("the disk is full")
+
+            server.ledger.end = full_once
+            outcome = await client.follow(bench.goal(client, "go", x=1), reports.append)
+            return outcome, [report.message for report in reports]
+
+    outcome, messages = asyncio.run(story())
+
+    assert outcome.state == "SUCCEEDED"
+    assert "waiting to record the outcome: the disk is full" in messages
+
+
+def test_a_driver_that_says_odd_things_still_comes_to_an_end(bench):
+    outcome = follow(bench, "mumble")
+
+    assert (outcome.state, outcome.error.name, outcome.error.happened) == (
+        "ABORTED",
+        "7",
+        "unknown",
+    )
+    assert outcome.error.message == "['a', 'list']"

@@ -1,0 +1,218 @@
+"""The ledger knows of every goal whether it began, was interrupted, or how it ended."""
+
+import sqlite3
+from hashlib import sha256
+
+import pytest
+
+from labrun.drivers.server.ledger import KEPT_FILES, Ledger, LedgerFault
+from labrun.schemas.messages import FileContent, Goal, GoalError
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "server" / "ledger.sqlite"
+
+
+def goal(goal_id):
+    return Goal(id=goal_id, device="arm", boot="b", epoch=1, action="go")
+
+
+def file(data):
+    return FileContent(path="out.bin", sha256=sha256(data).hexdigest(), data=data)
+
+
+def reopened(ledger):
+    ledger.close()
+    return Ledger(ledger.path)
+
+
+def test_an_outcome_is_kept_over_a_restart_with_its_files(path):
+    ledger = Ledger(path)
+    ledger.admit(goal("g1"), "EXECUTING")
+    ledger.end("g1", "SUCCEEDED", {"x": 1.5}, None, {"file": file(b"\x00\xff")})
+    boot = ledger.boot
+    ledger = reopened(ledger)
+    report = ledger.report("g1")
+    ledger.close()
+
+    assert (report.state, report.result, report.boot) == ("SUCCEEDED", {"x": 1.5}, boot)
+    assert report.files == {"file": file(b"\x00\xff")}
+
+
+def test_an_error_is_kept_word_for_word(path):
+    ledger = Ledger(path)
+    ledger.admit(goal("g1"), "EXECUTING")
+    error = GoalError(name="Jammed", message="the drawer is stuck", happened="no")
+    ledger.end("g1", "ABORTED", error=error)
+    report = ledger.report("g1")
+    ledger.close()
+
+    assert report.error == error
+
+
+def test_what_was_under_way_is_interrupted_and_what_waited_never_started(path):
+    ledger = Ledger(path)
+    ledger.admit(goal("waited"), "ACCEPTED")
+    ledger.admit(goal("ran"), "EXECUTING")
+    ledger.admit(goal("began"), "ACCEPTED")
+    ledger.begin("began")
+    ledger = reopened(ledger)
+    errors = {i: ledger.report(i).error for i in ("waited", "ran", "began")}
+    touched = ledger.touched
+    ledger.close()
+
+    assert (errors["waited"].name, errors["waited"].happened) == ("NEVER_STARTED", "no")
+    assert (errors["ran"].name, errors["ran"].happened) == ("INTERRUPTED", "unknown")
+    assert errors["began"] == errors["ran"]
+    assert touched == {"arm"}
+
+
+def test_a_goal_that_was_never_seen_is_none(path):
+    ledger = Ledger(path)
+    report = ledger.report("g1")
+    ledger.close()
+
+    assert report is None
+
+
+def test_the_ledgers_id_stays_and_the_boot_is_new_at_every_start(path, tmp_path):
+    first = Ledger(path)
+    ids, boots = [first.id], [first.boot]
+    second = reopened(first)
+    other = Ledger(tmp_path / "other.sqlite")
+    ids += [second.id, other.id]
+    boots += [second.boot, other.boot]
+    second.close()
+    other.close()
+
+    assert ids[0] == ids[1] != ids[2]
+    assert len(set(boots)) == 3
+    assert all(boot.startswith(f"{i}.") for i, boot in zip(ids, boots, strict=True))
+
+
+def test_epochs_grow_over_restarts(path):
+    ledger = Ledger(path)
+    first = ledger.lease("arm", "run-1")
+    ledger = reopened(ledger)
+    second = ledger.lease("arm", "run-2")
+    held = ledger.abandoned()
+    ledger.unlease("arm")
+    free = ledger.abandoned()
+    ledger.close()
+
+    assert second == first + 1
+    assert (held, free) == ({"arm"}, set())
+
+
+def test_changes_are_numbered_on_over_restarts(path):
+    ledger = Ledger(path)
+    ledger.admit(goal("g1"), "EXECUTING")
+    before = ledger.end("g1", "SUCCEEDED", {})
+    ledger = reopened(ledger)
+    after = ledger.admit(goal("g2"), "EXECUTING")
+    since = [report.id for report in ledger.reports_since(before)]
+    ledger.close()
+
+    assert after == before + 1
+    assert since == ["g2"]
+
+
+def test_files_of_the_oldest_goals_make_room_and_their_results_stay(path):
+    ledger = Ledger(path)
+    for n in range(KEPT_FILES + 3):
+        if n == KEPT_FILES // 2:
+            ledger = reopened(ledger)
+        ledger.admit(goal(f"g{n}"), "EXECUTING")
+        ledger.end(f"g{n}", "SUCCEEDED", {"n": n}, None, {"file": file(b"%d" % n)})
+    with_files = [n for n in range(KEPT_FILES + 3) if ledger.report(f"g{n}").files]
+    oldest = ledger.report("g0").result
+    on_disk = ledger._disk.execute("SELECT count(DISTINCT goal) FROM files").fetchone()[0]
+    ledger.close()
+
+    assert on_disk == KEPT_FILES
+    assert with_files == list(range(3, KEPT_FILES + 3))
+    assert oldest == {"n": 0}
+
+
+def test_a_second_server_is_kept_out(path):
+    ledger = Ledger(path)
+    with pytest.raises(LedgerFault, match="another device server is using") as caught:
+        Ledger(path)
+    ledger.close()
+
+    assert str(path) in str(caught.value)
+
+
+def test_a_file_that_is_no_ledger_is_a_sentence(path):
+    path.parent.mkdir()
+    path.write_bytes(b"no database at all, and longer than a header of one hundred bytes" * 4)
+
+    with pytest.raises(LedgerFault, match="cannot be opened: file is not a database"):
+        Ledger(path)
+
+
+def test_a_full_disk_is_a_sentence_and_what_was_written_stays(path):
+    ledger = Ledger(path)
+    ledger.admit(goal("g1"), "EXECUTING")
+    fill(ledger)
+    with pytest.raises(LedgerFault, match="cannot be written: database or disk is full"):
+        ledger.admit(Goal(**{**goal("x" * 900).model_dump(), "action": "y" * 9000}), "EXECUTING")
+    report = ledger.report("g1")
+    ledger.close()
+
+    assert report.state == "EXECUTING"
+
+
+def fill(ledger):
+    pages = ledger._disk.execute("PRAGMA page_count").fetchone()[0]
+    ledger._disk.execute(f"PRAGMA max_page_count = {pages}")
+
+
+def test_the_files_of_a_goal_and_its_outcome_are_written_together_or_not_at_all(path):
+    ledger = Ledger(path)
+    ledger.admit(goal("g1"), "EXECUTING")
+    fill(ledger)
+    with pytest.raises(LedgerFault):
+        ledger.end("g1", "SUCCEEDED", {}, None, {"file": file(b"x" * 100_000)})
+    report = ledger.report("g1")
+    ledger.close()
+
+    assert (report.state, report.files) == ("EXECUTING", {})
+
+
+def test_files_that_an_outcome_would_have_displaced_are_there_if_it_was_not_written(path):
+    ledger = Ledger(path)
+    for number in range(KEPT_FILES + 1):
+        ledger.admit(goal(f"g{number}"), "EXECUTING")
+    for number in range(KEPT_FILES):
+        ledger.end(f"g{number}", "SUCCEEDED", {}, None, {"file": file(b"x")})
+
+    def without_commit(action, what, *rest):
+        refused = action == sqlite3.SQLITE_TRANSACTION and what == "COMMIT"
+        return sqlite3.SQLITE_DENY if refused else sqlite3.SQLITE_OK
+
+    ledger._disk.set_authorizer(without_commit)
+    with pytest.raises(LedgerFault, match="not authorized"):
+        ledger.end(f"g{KEPT_FILES}", "SUCCEEDED", {}, None, {"file": file(b"y")})
+    ledger._disk.set_authorizer(None)
+    oldest = ledger.report("g0")
+    ledger.close()
+
+    assert oldest.files == {"file": file(b"x")}
+
+
+def test_every_change_is_synced(path):
+    ledger = Ledger(path)
+    modes = [
+        ledger._disk.execute(f"PRAGMA {p}").fetchone()[0] for p in ("journal_mode", "synchronous")
+    ]
+    ledger.close()
+    with sqlite3.connect(path) as disk:
+        tables = {
+            row[0] for row in disk.execute("SELECT name FROM sqlite_master WHERE type='table'")
+        }
+    disk.close()
+
+    assert modes == ["wal", 2]
+    assert {"goals", "files", "epochs", "facts"} <= tables

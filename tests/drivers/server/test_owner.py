@@ -1,0 +1,110 @@
+"""One owner decides what begins on a device and what ends; only then is it in its safe state."""
+
+import asyncio
+
+import pytest
+
+from labrun.drivers.driver import Driver
+from labrun.drivers.server.owner import FINISH_S
+
+from .lamp import LAST_ACT_S, SAFE_S, Lamp, Story
+
+
+def test_a_stop_is_answered_by_a_safe_state_that_began_after_the_last_act():
+    async def told(story):
+        await story.take()
+        goal = await story.goal()
+        await story.until("begins", goal)
+        answer = await story.device.stop()
+        return answer, story.lamp.lit, story.lamp.acts
+
+    answer, lit, acts = Story.tell(told)
+
+    assert LAST_ACT_S < SAFE_S
+    assert answer == (True, "lamp is in its safe state")
+    assert not lit
+    assert ("safe", "") in acts[acts.index(("over", "g1")) :]
+
+
+@pytest.mark.parametrize("lapse", ["finish", "cancel", "safe"])
+def test_no_goal_of_the_next_holder_is_made_safe_for_a_lapse_before_it(lapse):
+    async def told(story):
+        await story.take(ttl_s=5.0)
+        first = await story.goal()
+        await story.until("begins", first)
+        await asyncio.sleep(5.1)
+        await story.take("run-2")
+        second = await story.goal()
+        await asyncio.sleep(0.1)
+        if lapse == "finish":
+            story.lamp.ends[first].set()
+        await story.until("begins", second)
+        await asyncio.sleep(10.0)
+        return story.lamp.acts, story.told
+
+    acts, ended = Story.tell(told, on_lease_lapse=lapse, concurrent=True)
+    before = acts[: acts.index(("begins", "g2"))]
+
+    assert acts[len(before) :][:2] == [("begins", "g2"), ("safe", "")]  # the server's end
+    assert before[before.index(("over", "g1")) :][-2:] == [("safe", ""), ("safe over", "")]
+    assert ended == [("g1", "SUCCEEDED" if lapse == "finish" else "CANCELED"), ("g2", "CANCELED")]
+
+
+def test_without_a_safe_of_its_own_the_contracts_actions_are_done_in_order():
+    class Plain(Driver):
+        acts = ()
+
+        async def dim(self, goal):
+            self.acts += ("dim",)
+
+        async def off(self, goal):
+            self.acts += ("off",)
+
+    async def told(story):
+        return await story.device.stop(), story.lamp.acts
+
+    actions = {"dim": {}, "off": {}}
+    answer, acts = Story.tell(told, driver=Plain, safe_state=["dim", "off"], actions=actions)
+
+    assert answer == (True, "lamp is in its safe state")
+    assert acts == ("dim", "off")
+
+
+def test_a_driver_that_raises_is_not_safe(caplog):
+    class Broken(Lamp):
+        async def safe(self):
+            raise OSError("cable out")
+
+    answer = Story.tell(lambda story: story.device.stop(), driver=Broken)
+
+    assert answer == (False, "lamp may not be safe: OSError: cable out")
+    assert "Traceback" in caplog.text
+
+
+def test_who_asks_while_it_is_made_safe_and_nothing_acts_shares_the_answer():
+    async def told(story):
+        hasty = story.device.stop(SAFE_S / 2)
+        return await asyncio.gather(hasty, story.device.stop()), list(story.lamp.acts)
+
+    (hasty, patient), acts = Story.tell(told)
+
+    assert acts == [("safe", ""), ("safe over", "")]
+    assert hasty == (False, f"lamp did not confirm its safe state within {SAFE_S / 2:g} s")
+    assert patient[0]
+
+
+def test_what_a_lapsed_lease_still_does_after_its_time_is_aborted():
+    async def told(story):
+        await story.take(ttl_s=5.0)
+        goal = await story.goal()
+        await story.until("begins", goal)
+        await asyncio.sleep(5.0 + FINISH_S - 1.0)
+        acts = list(story.lamp.acts)
+        await asyncio.sleep(10.0)
+        return acts, story.lamp.acts, story.device.calm
+
+    before, after, calm = Story.tell(told)
+
+    assert before == [("begins", "g1")]
+    assert after[after.index(("over", "g1")) :][-2:] == [("safe", ""), ("safe over", "")]
+    assert calm

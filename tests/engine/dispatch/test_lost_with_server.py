@@ -1,0 +1,82 @@
+"""A server that dies under a running engine: what may be requested again is requested again."""
+
+import subprocess
+import sys
+
+import pytest
+
+from labrun.engine.journal.journal import read_records
+
+DRIVER = """
+import os, signal
+from labrun.drivers.driver import Driver
+
+class Mortal(Driver):
+    contract = "mortal@1"
+
+    async def press(self, goal, *, lives):
+        deaths = self.place.world / "deaths"
+        with deaths.open("a") as file:
+            file.write("x")
+        if len(deaths.read_text()) <= lives:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return {}
+"""
+CONTRACT = """
+type: mortal@1
+actions:
+  press:
+    effect: EFFECT
+    duration: 1 s
+    params: {type: object, required: [lives], properties: {lives: {type: integer}}}
+"""
+
+
+def run(folder, *, deaths, effect="idempotent", retry=""):
+    (folder / "mortal.py").write_text(DRIVER)
+    (folder / "mortal.yaml").write_text(CONTRACT.replace("EFFECT", effect))
+    (folder / "lab.yaml").write_text(
+        "name: mortal\nsimulated: true\ncontracts: [./mortal.yaml]\n"
+        "devices: {m: {contract: mortal@1, driver: './mortal.py:Mortal'}}\n"
+    )
+    (folder / "p.yaml").write_text(
+        "labrun: 1\nname: p\ndevices: {m: mortal@1}\n"
+        f"steps: [{{do: m.press, with: {{lives: {deaths}}}{retry}}}]\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-m", "labrun.engine", "run", str(folder / "p.yaml"), "--lab",
+         str(folder / "lab.yaml"), "--runs", str(folder / "runs")],
+        capture_output=True, text=True, timeout=100,
+    )  # fmt: skip
+    assert list((folder / "runs").glob("*/journal.jsonl")), ended.stderr + ended.stdout
+    (left,) = (folder / "runs").iterdir()
+    records = list(read_records(left / "journal.jsonl"))
+    return ended.returncode, [r for r in records if r.kind == "ended"], records[-1]
+
+
+@pytest.mark.slow
+def test_what_may_be_done_again_is_asked_for_again_without_a_retry(tmp_path):
+    status, ended, _ = run(tmp_path, deaths=2)
+
+    assert status == 0
+    assert [(e.state, e.error and e.error.name) for e in ended] == [
+        ("ABORTED", "Lost"), ("ABORTED", "Lost"), ("SUCCEEDED", None),
+    ]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_server_that_goes_on_dying_is_a_failure_of_the_step(tmp_path):
+    status, ended, finished = run(tmp_path, deaths=99)
+
+    assert status == 1
+    assert [e.error.name for e in ended] == ["Lost"] * 4
+    assert "Lost" in finished.reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("retry", ["", ", retry: 3"])
+def test_what_may_have_happened_is_not_asked_for_again(tmp_path, retry):
+    _, ended, _ = run(tmp_path, deaths=99, effect="once", retry=f"{retry}, on_unknown: skip")
+
+    assert [e.error.name for e in ended] == ["Lost"]
+    assert len(next(tmp_path.glob("runs/*/servers/world/deaths")).read_text()) == 1

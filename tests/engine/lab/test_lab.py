@@ -1,0 +1,85 @@
+"""Labs are read with their contracts and limits, and problems are reported at their places."""
+
+from pathlib import Path
+
+import pytest
+
+from labrun.engine.lab.lab import load_lab
+
+LAB = """\
+name: cellar
+contracts: [./furnace.yaml]
+devices:
+  oven: {contract: furnace@1, url: "http://10.0.0.7:4101", limits: {target: {maximum: 900 degC}}}
+  gantry: {contract: gantry@1, driver: sim_gantry, limits: {x: {maximum: 40 cm}}}
+"""
+FURNACE = """\
+type: furnace@1
+actions:
+  heat:
+    params: {properties: {target: {type: number, unit: degC, maximum: 1200}}}
+"""
+
+
+def write(folder: Path, lab: str = LAB, furnace: str = FURNACE) -> Path:
+    (folder / "furnace.yaml").write_text(furnace)
+    path = folder / "lab.yaml"
+    path.write_text(lab)
+    return path
+
+
+def told(path: Path) -> list[str]:
+    return [f"{p.code} {p.line}:{p.column}" for p in load_lab(path)[1]]
+
+
+def test_without_a_file_the_simulated_lab_is_used():
+    lab, problems = load_lab(None)
+
+    assert problems == []
+    assert lab is not None and lab.lab.simulated and lab.path is None
+    assert lab.contracts[lab.lab.devices["gantry"].contract].actions
+
+
+def test_a_lab_brings_its_own_contracts_and_limits(tmp_path):
+    lab, problems = load_lab(write(tmp_path))
+
+    assert problems == []
+    assert lab is not None and "heat" in lab.contracts["furnace@1"].actions
+    assert lab.lab.devices["gantry"].limits["x"].maximum == "40 cm"
+
+
+def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
+    assert told(write(tmp_path, LAB.replace("gantry@1", "gantri@1"))) == ["E130 5:22"]
+    assert told(write(tmp_path, LAB.replace("x: {max", "xx: {max"))) == ["E131 5:61"]
+    assert told(write(tmp_path, LAB.replace("40 cm", "40 s"))) == ["E131 5:74"]
+    assert told(write(tmp_path, LAB.replace("driver", "drivr"))) == ["E110 5:32"]
+    assert told(write(tmp_path, LAB.replace("furnace.yaml", "none.yaml"))) == [
+        "E130 2:13",
+        "E130 4:20",
+    ]
+    assert told(write(tmp_path, LAB, FURNACE.replace("degC", "degX"))) == ["E130 2:13", "E130 4:20"]
+    assert told(write(tmp_path, LAB, "type: furnace@1\nactions: 3\n")) == ["E130 2:13", "E130 4:20"]
+    assert told(tmp_path / "nowhere.yaml") == ["E100 1:1"]
+
+
+@pytest.mark.parametrize(("value", "seconds"), [("2 min", 120.0), ("90 s", 90.0), (5, 5.0)])
+def test_a_lab_says_how_long_its_servers_may_take_to_start(tmp_path, value, seconds):
+    path = tmp_path / "lab.yaml"
+    path.write_text(
+        f"name: l\nstart_timeout: {value}\ndevices: {{g: {{contract: gantry@1, driver: sim_gantry}}}}\n"
+    )
+    lab, problems = load_lab(path)
+
+    assert problems == []
+    assert lab.lab.start_timeout_s == seconds
+
+
+@pytest.mark.parametrize("value", ["0 s", "5 mm", "soon"])
+def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
+    path = tmp_path / "lab.yaml"
+    path.write_text(
+        f"name: l\nstart_timeout: {value}\ndevices: {{g: {{contract: gantry@1, driver: sim_gantry}}}}\n"
+    )
+    _, problems = load_lab(path)
+
+    assert [(p.line, p.severity) for p in problems] == [(2, "error")]

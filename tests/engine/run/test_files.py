@@ -1,0 +1,52 @@
+"""Files of a run stay in its folder, whole, and are what their hash says."""
+
+from hashlib import sha256
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labrun.engine.run.files import FileFault, inside, read_content, write_content
+from labrun.schemas.messages import FileContent
+
+
+def content(path, data=b"abc"):
+    return FileContent(path=path, sha256=sha256(data).hexdigest(), data=data)
+
+
+def test_what_is_written_is_read_again(tmp_path):
+    write_content(tmp_path, content("spectra/a.csv"))
+
+    assert read_content(tmp_path, "spectra/a.csv").data == b"abc"
+
+
+@pytest.mark.parametrize(
+    "name", ["../x", "/etc/passwd", "a/../../x", "", ".", "./", "C:\\x", "..\\x", "a\0b"]
+)
+def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path, name):
+    with pytest.raises(FileFault, match="not a file name inside"):
+        inside(tmp_path, name)
+
+
+@given(st.text(max_size=20))
+def test_no_name_whatever_leads_out_of_the_folder(tmp_path_factory, name):
+    folder = tmp_path_factory.getbasetemp() / "run"
+    try:
+        place = inside(folder, name)
+    except FileFault:
+        return
+    assert folder in (place, *place.parents)
+
+
+def test_a_damaged_file_is_refused_and_nothing_is_left(tmp_path):
+    bad = FileContent(path="a.csv", sha256="0" * 64, data=b"abc")
+
+    with pytest.raises(FileFault, match="damaged"):
+        write_content(tmp_path, bad)
+
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(FileFault, match=r"a\.csv is not in the run's folder"):
+        read_content(tmp_path, "a.csv")

@@ -1,0 +1,103 @@
+"""Devices are brought to their safe state at the end of a run, goals in flight to their end at a resume."""
+
+from pathlib import Path
+
+from labrun.drivers.client.client import DeviceClient
+
+SCRIPTED = f"{Path(__file__).parents[1] / 'scripted_lab' / 'scripted.py'}:Scripted"
+STUCK = f"""
+from pathlib import Path
+
+from labrun.drivers.find import find_driver
+
+
+class Stuck(find_driver("{SCRIPTED}", Path())):
+    async def safe(self):
+        raise RuntimeError("the brake is worn")
+"""
+ACT = "steps: [{do: a.act, with: {name: x}}]\n"
+
+
+def watched(told):
+    def watch(event):
+        if event.event in ("safe", "log"):
+            told.append((event.event, event.path, event.state))
+
+    return watch
+
+
+def test_a_device_that_is_safe_at_the_end_is_told_and_recorded_as_that(own_device):
+    told = []
+    ran = own_device().run(ACT, watch=watched(told))
+
+    assert told == [("safe", "a", "confirmed")]
+    assert [(r.device, r.confirmed) for r in ran.records if r.kind == "safe"] == [("a", True)]
+
+
+def test_a_device_that_does_not_confirm_its_safe_state_is_told_and_recorded(own_device, tmp_path):
+    (tmp_path / "stuck.py").write_text(STUCK)
+    told = []
+    ran = own_device(tmp_path / "stuck.py:Stuck").run(ACT, watch=watched(told))
+
+    assert told == [("log", "", ""), ("safe", "a", "unconfirmed")]
+    (safe,) = [r for r in ran.records if r.kind == "safe"]
+    assert (safe.confirmed, "the brake is worn" in safe.message) == (False, True)
+
+
+def test_a_device_without_a_safe_state_is_left_as_it_is(own_device):
+    told = []
+    ran = own_device(safe_state=[]).run(ACT, watch=watched(told))
+
+    assert told == []
+    assert not [r for r in ran.records if r.kind == "safe"]
+
+
+PLAIN = """
+from labrun.drivers.driver import Driver
+
+
+class Plain(Driver):
+    contract = "plain@1"
+
+    async def touch(self, goal):
+        return {}
+"""
+
+
+def test_a_device_without_a_safe_state_does_not_keep_the_others_from_theirs(own_device, tmp_path):
+    (tmp_path / "plain.py").write_text(PLAIN)
+    plain = {"type": "plain@1", "actions": {"touch": {"effect": "idempotent", "duration": "1 s"}}}
+    told = []
+    device = own_device(also={"Plain": (f"{tmp_path / 'plain.py'}:Plain", plain)})
+    device.run("steps: [{do: Plain.touch}, {do: a.act, with: {name: x}}]\n", watch=watched(told))
+
+    assert told == [("safe", "a", "confirmed")]
+
+
+def test_a_device_that_was_not_used_is_left_as_it_is(own_device):
+    told = []
+    ran = own_device().run("steps: [{log: hello}]\n", watch=watched(told))
+
+    assert [kind for kind, *_ in told] == ["log"]
+    assert not [r for r in ran.records if r.kind == "safe"]
+
+
+def test_a_goal_that_still_runs_at_a_resume_is_cancelled_at_its_timeout(own_device, monkeypatch):
+    monkeypatch.setitem(DeviceClient.__init__.__kwdefaults__, "lost_after_s", 0.3)
+    device = own_device(safe_state=[], on_lease_lapse="finish")
+    step = "{id: x, do: a.act, with: {name: x, script: 'hang,ok'}, timeout: 3 s}"
+
+    def watch(event):
+        if event.event == "feedback":
+            device.break_wire()
+        elif (event.event, event.state) == ("goal", "lost"):
+            device.mend_wire()
+
+    told = []
+    first = device.run(f"steps: [{step}]\n", watch=watch)
+    ran = device.resume(watch=lambda event: told.append((event.event, event.path, event.state)))
+
+    assert (first.status, ran.status) == (1, 0)
+    assert ran.sent() == ["x", "x"]
+    assert [path for kind, path, _ in told if kind == "goal"] == ["main/x"] * 4
+    assert [r.state for r in ran.records if r.kind == "ended"] == ["CANCELED", "SUCCEEDED"]

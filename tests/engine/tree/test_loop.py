@@ -1,0 +1,77 @@
+"""What a loop tells while it runs, and what the journal keeps of it."""
+
+LOOP = """
+steps:
+  - id: scan
+    foreach: {i: [1, 2, 3]}
+    keep_going: {max_failed: MAX}
+    steps: [{do: a.act, with: {name: "x${{ i }}", script: "${{ 'Broken' if i == 2 else 'ok' }}"}}]
+"""
+
+
+def counts_of(ran):
+    loop = [r for r in ran.records if r.kind == "loop"][-1]
+    return loop.fate, loop.total, loop.succeeded, loop.failed, loop.skipped
+
+
+def test_the_journal_keeps_how_a_loop_ended_and_its_counts(own_device):
+    ran = own_device().run(LOOP.replace("MAX", "1"))
+
+    assert (ran.status, ran.finished.holes) == (0, 1)
+    assert counts_of(ran) == ("succeeded", 3, 2, 1, 0)
+
+
+def test_a_loop_that_ends_its_run_failed(own_device):
+    ran = own_device().run(LOOP.replace("MAX", "0"))
+
+    assert (ran.status, ran.finished.holes) == (1, 0)
+    assert counts_of(ran) == ("failed", 1, 1, 0, 0)
+
+
+def test_every_iteration_is_told_as_it_begins_and_ends(own_device):
+    told = []
+
+    def watch(event):
+        if event.event == "iteration":
+            told.append(
+                (event.state, event.data.get("key"), event.data["done"], event.data["failed"])
+            )
+
+    own_device().run(LOOP.replace("MAX", "1"), watch=watch)
+
+    assert told == [
+        ("begun", None, 0, 0),
+        ("running", "0", 0, 0),
+        ("succeeded", "0", 1, 0),
+        ("running", "1", 1, 0),
+        ("failed", "1", 2, 1),
+        ("running", "2", 2, 1),
+        ("succeeded", "2", 3, 1),
+        ("ended", None, 3, 1),
+    ]
+
+
+def test_the_counts_of_a_loop_go_on_over_a_resume(own_device):
+    device = own_device()
+    device.run(LOOP.replace("MAX", "0").replace("'Broken'", "'Broken,ok'"))
+
+    ran = device.resume()
+
+    assert ran.status == 0
+    assert counts_of(ran) == ("succeeded", 3, 3, 0, 0)
+
+
+def test_a_failure_in_the_background_lets_the_other_iterations_end_first(own_device):
+    ran = own_device().run("""
+steps:
+  - id: scan
+    foreach: {i: [1, 2]}
+    steps:
+      - do: a.act
+        with: {name: "x${{ i }}", script: "${{ 'Broken' if i == 1 else 'ok' }}"}
+        mode: background
+""")
+
+    assert ran.status == 1
+    assert [(r.key, r.fate) for r in ran.records if r.kind == "iteration"] == [("1", "succeeded")]
+    assert counts_of(ran) == ("failed", 1, 1, 0, 0)

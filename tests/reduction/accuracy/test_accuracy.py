@@ -1,0 +1,75 @@
+"""The floors of accuracy, over spectra of a generator that shares no code with the package.
+
+These are few spectra, and single ones weigh much; `benchmarks/reduce.py` prints the whole table.
+"""
+
+import pytest
+from truth import Score, line_free, pure_noise, score, summary
+
+from labrun.reduction import Spectrum, reduce_spectrum
+
+pytestmark = pytest.mark.slow
+
+
+FAMILIES = {"train": range(0, 33, 2), "held out": range(20)}
+FLOORS = {"peaks recall": 0.90, "peaks precision": 0.83, "elements F1": 0.92}
+CEILINGS = {"area error": 0.05, "T error": 0.10}
+
+
+def scored(truth, found):
+    plasma, peaks = found.plasma, found.peaks
+    kelvin = (plasma.temperature_k, plasma.temperature_error_k) if plasma else None
+    return score(
+        truth, peaks.centre_nm, peaks.covariance[:, 1, 1] ** 0.5, peaks.area, peaks.area_error,
+        set(found.detected), kelvin if kelvin and kelvin[0] else None,
+        plasma.log10_ne if plasma else None, found.medium,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module", params=["held out", pytest.param("train", marks=pytest.mark.soak)])
+def table(request, reduced):
+    total = Score()
+    for number in FAMILIES[request.param]:
+        total.add(scored(*reduced(request.param, number)))
+    return summary(total)
+
+
+@pytest.mark.parametrize("name", FLOORS)
+def test_what_is_there_is_found_and_what_is_found_is_there(table, name):
+    assert table[name] >= FLOORS[name]
+
+
+@pytest.mark.parametrize("name", CEILINGS)
+def test_areas_and_temperatures_are_near_the_truth(table, name):
+    assert table[name] <= CEILINGS[name]
+
+
+def test_errors_are_as_large_as_they_say(table):
+    assert 0.8 < table["area pull"] < 1.4
+    assert 0.6 < table["centre pull"] < 1.4
+
+
+@pytest.mark.parametrize("make", [pure_noise, line_free])
+def test_no_element_is_claimed_where_there_is_none(make):
+    claims = [reduce_spectrum(Spectrum(*make(number))).detected for number in range(25)]
+
+    assert not any(claims)
+
+
+def test_the_evidence_can_be_checked_on_the_spectrum(reduced):
+    _, found = reduced("train", 0)
+    lithium = found.evidence["Li"]
+
+    assert lithium.status == "detected"
+    assert 2 <= lithium.lines_matched <= lithium.lines_expected
+    assert lithium.area > 10 * lithium.area_error
+    assert abs(found.peaks.centre_nm - lithium.line_nm).min() < 0.05
+    assert found.evidence["Tm"].status == "absent" and found.evidence["Tm"].detection_limit > 0
+
+
+def test_the_medium_may_be_told(reduced):
+    truth, found = reduced("train", 0)
+    told = reduce_spectrum(Spectrum(truth.wavelength_nm, truth.intensity), medium="air")
+
+    assert told.medium == found.medium == "air"
+    assert told.detected == found.detected

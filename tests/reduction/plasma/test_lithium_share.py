@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from labrun.reduction.figures.spectrum_figures import share_of
+from labrun.reduction.plasma.boltzmann import Known, fit_plot
+from labrun.reduction.plasma.lithium_share import lithium_share
+from labrun.reduction.plasma.strengths import atoms
+
+from .uniform_plasma import lines_at
+
+
+def plot_with_lithium(share, kelvin=10_000.0, log_ne=17.0):
+    """Lines of Li and Si, so many atoms of lithium among them; no line absorbs itself."""
+    both = lines_at(kelvin, log_ne, noise=0.01, elements=("Li", "Si"))
+    is_li = atoms().elements[both.element] == "Li"
+    area = both.log_area + np.where(is_li, np.log(share), np.log(1 - share))
+    lines = type(both)(area, *(getattr(both, name) for name in type(both).__slots__[1:]))
+    return lines, fit_plot(lines, Known(log_ne * np.log(10), 0.1))
+
+
+@pytest.mark.parametrize("share", [0.01, 0.1, 0.5])
+def test_the_share_of_lithium_is_what_was_put_in(share):
+    found = lithium_share(*plot_with_lithium(share))
+
+    assert found.share == pytest.approx(share, rel=0.25)
+    assert abs(found.share - share) < 4 * found.share_error
+    assert found.elements == ("Li", "Si")
+
+
+def test_the_share_against_temperature_goes_through_that_of_the_plasma():
+    lines, plot = plot_with_lithium(0.1)
+    found = lithium_share(lines, plot)
+
+    assert np.interp(plot.temperature_k, found.temperature_k, found.curve) == pytest.approx(
+        found.share
+    )
+    assert np.all((found.low > 0) & (found.low < found.high) & (found.high < 1))
+    assert np.ptp(found.curve) > 0
+
+
+def test_no_lithium_has_no_share():
+    lines = lines_at(10_000.0, 17.0)
+
+    assert lithium_share(lines, fit_plot(lines)) is None
+
+
+def test_the_share_in_spodumene_is_near_that_of_its_formula(reduced):
+    _, found = reduced("train", 0)
+    share = share_of(found)
+
+    assert share.share == pytest.approx(0.25, abs=0.1)  # LiAlSi2O6: 1 of 4 cations
+    assert 0 < share.share_error < 0.15

@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from labrun.reduction import Spectrum
+from labrun.reduction.peaks.pitch import fit_at_pitch
+from labrun.reduction.spectrum.bad import mark_bad
+from labrun.reduction.spectrum.resampled import resampled, sharing
+
+
+def spectrum(n, seed=1):
+    """White noise on a slope with some lines."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0, 1, n)
+    lines = sum(900 * np.exp(-0.5 * ((t - c) / 2e-4) ** 2) for c in rng.uniform(0, 1, 40))
+    return 300 + 100 * t + lines + rng.normal(0, 5, n)
+
+
+@pytest.mark.parametrize("n", [2_048, 6_000, 22_800])
+def test_white_noise_shares_nothing(n):
+    assert [resampled(spectrum(n, seed)) for seed in range(8)] == [1] * 8
+
+
+@pytest.mark.parametrize(("detector", "channels"), [(6_144, 4), (8_192, 3), (12_288, 2)])
+def test_an_interpolated_export_is_told_with_how_many_channels_share(detector, channels):
+    own = spectrum(detector)
+    export = np.interp(np.linspace(0, 1, 22_800), np.linspace(0, 1, detector), own)
+
+    assert abs(resampled(export) - channels) <= 1
+
+
+def test_a_smooth_interpolation_is_told_as_well():
+    from scipy.interpolate import CubicSpline
+
+    export = CubicSpline(np.linspace(0, 1, 8_192), spectrum(8_192))(np.linspace(0, 1, 22_800))
+
+    assert resampled(export) > 1
+
+
+def test_a_short_or_flat_spectrum_shares_nothing():
+    assert sharing(np.ones(50)) == 0.0
+    assert resampled(np.ones(5_000)) == 1
+
+
+def test_what_neighbours_still_share_does_not_make_peaks_of_noise():
+    x, own = np.linspace(200, 900, 22_800), np.random.default_rng(2).normal(300, 5, 8_192)
+    export = np.interp(x, np.linspace(200, 900, 8_192), own)
+    bad = mark_bad(export, alone=False)
+    profiles, channels = fit_at_pitch(Spectrum(x, export), bad, shared=resampled(export))
+    seen = np.std(profiles.counts)
+
+    assert channels == 3 and len(profiles.peaks) <= 3
+    assert np.median(profiles.noise) == pytest.approx(seen, rel=0.15)

@@ -1,0 +1,67 @@
+"""A file is the old one or the new one, whole."""
+
+import os
+
+import pytest
+
+from labrun.system.files import write_whole
+
+posix = pytest.mark.skipif(os.name == "nt", reason="permissions and links of POSIX")
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_file_is_replaced_and_nothing_else_stays(tmp_path):
+    path = tmp_path / "new folder" / "note.txt"
+    write_whole(path, b"first")
+    write_whole(path, b"second")
+
+    assert path.read_bytes() == b"second"
+    assert names(path.parent) == ["note.txt"]
+
+
+@posix
+def test_a_file_that_is_replaced_keeps_its_permissions_and_its_link(tmp_path):
+    real = tmp_path / "real.yaml"
+    real.write_text("old")
+    real.chmod(0o640)
+    link = tmp_path / "link.yaml"
+    link.symlink_to(real)
+    write_whole(link, b"new")
+
+    assert link.is_symlink() and real.read_text() == "new"
+    assert real.stat().st_mode & 0o777 == 0o640
+
+
+@posix
+def test_a_secret_is_never_readable_by_others(tmp_path):
+    write_whole(tmp_path / "token", b"secret", mode=0o600)
+
+    assert (tmp_path / "token").stat().st_mode & 0o777 == 0o600
+
+
+@posix
+def test_where_it_cannot_be_written_the_old_one_is_left(tmp_path, monkeypatch):
+    path = tmp_path / "note.txt"
+    path.write_text("old")
+
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space left"):
+        write_whole(path, b"new")
+
+    assert path.read_text() == "old"
+    assert names(tmp_path) == ["note.txt"]
+
+
+def test_a_folder_in_its_place_is_told_and_nothing_else_stays(tmp_path):
+    (tmp_path / "report.html").mkdir()
+
+    with pytest.raises(OSError):
+        write_whole(tmp_path / "report.html", b"page")
+
+    assert names(tmp_path) == ["report.html"]

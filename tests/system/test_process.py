@@ -1,0 +1,72 @@
+"""Processes of our own start apart from the terminal, and end within a time."""
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from labrun.system.process import alive, start_python, stop
+
+STUBBORN = "import signal, time\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
+AWAKE = "print('awake', flush=True)\ntime.sleep(600)\n"
+
+
+@pytest.fixture
+def modules(tmp_path):
+    """Makes a module that `start_python` finds, and the environment in which it does."""
+
+    def make(name, text):
+        (tmp_path / f"{name}.py").write_text(text)
+        return {"env": {**os.environ, "PYTHONPATH": str(tmp_path)}, "stdout": subprocess.PIPE}
+
+    return make
+
+
+def test_a_module_runs_with_this_python_without_input_in_a_session_of_its_own(modules):
+    options = modules(
+        "tells", "import os, sys\nprint(sys.argv[1:], os.getsid(0), sys.stdin.read())"
+    )
+
+    async def story():
+        process = await start_python("tells", "a", "b", **options)
+        output, _ = await process.communicate()
+        return process.pid, output.decode()
+
+    pid, said = asyncio.run(story())
+
+    assert said == f"['a', 'b'] {pid} \n"
+
+
+@pytest.mark.parametrize(
+    ("text", "timeout_s", "status"),
+    [
+        ("import time\n" + AWAKE, 60, -signal.SIGTERM),
+        (STUBBORN + AWAKE, 1.0, -signal.SIGKILL),
+    ],
+    ids=["asked", "killed"],
+)
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such exit statuses")
+def test_it_is_asked_to_end_and_killed_when_it_does_not(modules, text, timeout_s, status):
+    options = modules("sleeps", text)
+
+    async def story():
+        process = await start_python("sleeps", **options)
+        assert await process.stdout.readline() == b"awake\n"
+        return await stop(process, timeout_s), await stop(process, timeout_s)
+
+    assert asyncio.run(story()) == (status, status)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot be asked")
+def test_a_process_lives_until_it_ends_reaped_or_not():
+    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as process:
+        assert alive(process.pid)
+        assert process.stdin is not None
+        process.stdin.close()
+        os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+        assert not alive(process.pid)
+    assert not alive(process.pid)
+    assert not alive(None)

@@ -1,0 +1,78 @@
+"""A signal that asks a process to end is told to its loop; one that it was told to ignore is not."""
+
+import asyncio
+import os
+import signal
+
+import pytest
+
+from labrun.system.signals import on_end, until_end
+
+THERE = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+
+@pytest.fixture(autouse=True)
+def former_handlers():
+    before = {name: signal.getsignal(getattr(signal, name)) for name in THERE}
+    yield
+    for name, handler in before.items():
+        signal.signal(getattr(signal, name), handler)
+
+
+@pytest.mark.parametrize("name", THERE)
+def test_each_signal_is_told_by_the_name_that_a_person_knows(name):
+    async def story():
+        told = asyncio.get_running_loop().create_future()
+        on_end(told.set_result)
+        os.kill(os.getpid(), getattr(signal, name))
+        return await told
+
+    assert asyncio.run(story()) == {"SIGINT": "Ctrl-C"}.get(name, name)
+
+
+def test_the_former_handlers_are_restored():
+    async def story():
+        on_end(print)()
+
+    before = signal.getsignal(signal.SIGTERM)
+    asyncio.run(story())
+
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system knows no SIGHUP")
+def test_what_nohup_has_ignored_stays_ignored():
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+
+    async def story():
+        over = until_end()
+        os.kill(os.getpid(), signal.SIGHUP)
+        await asyncio.sleep(0)
+        heard = over.is_set()
+        os.kill(os.getpid(), signal.SIGTERM)
+        await over.wait()
+        return heard
+
+    assert asyncio.run(story()) is False
+    assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+
+
+def test_a_signal_after_the_loop_has_ended_is_nobodys():
+    async def story():
+        on_end(print)
+
+    asyncio.run(story())
+    os.kill(os.getpid(), signal.SIGTERM)  # and this process lives
+
+
+def test_another_thread_hears_none():
+    async def story():
+        await asyncio.to_thread(asyncio.run, heard_there())
+
+    async def heard_there():
+        on_end(print)
+
+    before = signal.getsignal(signal.SIGTERM)
+    asyncio.run(story())
+
+    assert signal.getsignal(signal.SIGTERM) is before

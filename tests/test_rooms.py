@@ -1,0 +1,87 @@
+"""The house: which rooms there are, what each says of itself, and names that a stranger guesses."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+FOLDERS = ("drivers", "engine", "reduction", "schemas", "system", "web")
+DOORS = {
+    "engine": {"__init__", "__main__", "check", "cli", "exit_status"},
+    "drivers": {"__init__", "driver", "find", "reducer"},
+    "reduction": {"__init__", "reduce", "warm_up"},
+    "system": {"__init__", "files", "keyboard", "process", "signals", "tasks", "websocket"},
+    "web": {"__init__"},
+}
+ROOMS = sorted(
+    path.parent
+    for folder in FOLDERS
+    for path in (ROOT / folder).rglob("__init__.py")
+    if "node_modules" not in path.parts
+)
+OLD_NAMES = {
+    "": """
+        Life Wishes wishes Reached lookout Lookout following Following holding Holding news News
+        presence Presence strangers bygone closing Closing Turns instant Instant ordeal Ordeal doom
+        doomed toll Toll witness Witness shelf Shelf station Station Opening opening Site site gone
+        Sight sight Handling handling Story story Tally tally Material material Markup markup by_hand
+        ByHand on_bench OnBench telling Telling Said ShotBook kept Kept arrival Crew crew commonness
+        told Told settle watched Watched touched
+    """,
+    "drivers/grbl": "words said stand",
+    "engine/torture": "Stand stand",
+    "engine": "turns",
+    "reduction": "weigh",
+    "web": "bench Bench live push Push guard",
+}
+"""Folder -> names that only their author could guess; STYLE.md has the glossary of today's."""
+
+
+def python_files():
+    for folder in FOLDERS:
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            if "node_modules" not in path.parts:
+                yield path
+
+
+@pytest.mark.parametrize("folder", DOORS)
+def test_the_root_of_a_folder_shows_its_doors_and_rooms(folder):
+    assert {path.stem for path in (ROOT / folder).glob("*.py")} == DOORS[folder]
+
+
+@pytest.mark.parametrize("room", ROOMS, ids=lambda room: str(room.relative_to(ROOT)))
+def test_a_room_says_what_it_is_and_what_it_never_does(room):
+    text = ast.get_docstring(ast.parse((room / "__init__.py").read_text("utf-8"))) or ""
+
+    assert text.partition("\n")[0].endswith((".", "?"))
+    assert re.search(r"\b(never|not|nothing|no|only)\b", text.partition("\n")[2].lower())
+
+
+def test_no_file_class_function_or_room_bears_an_old_name():
+    found = []
+    for path in python_files():
+        place = path.relative_to(ROOT)
+        tree = ast.parse(path.read_text("utf-8"))
+        kinds = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+        names = {node.name for node in ast.walk(tree) if isinstance(node, kinds)}
+        names |= {path.stem, *place.parts[1:-1]}
+        for folder, old in OLD_NAMES.items():
+            if str(place).startswith(folder):
+                found += [f"{place}: {name}" for name in sorted(names & set(old.split()))]
+
+    assert found == []
+
+
+@pytest.mark.parametrize("room", ROOMS, ids=lambda room: str(room.relative_to(ROOT)))
+def test_pyserial_is_found_from_every_room(room):
+    """A room called `serial` would be imported in its place by whoever stands in `drivers`."""
+    program = "import serial; assert serial.Serial, serial.__file__"
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=room, capture_output=True, text=True, timeout=100
+    )
+
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,4 @@
+"""Who may request what: hosts, origins, sessions, control, and commands that run once.
+
+Never carries out a request.
+"""

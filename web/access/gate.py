@@ -1,0 +1,166 @@
+"""The gate before every request: hosts, origins, sizes, sign-in; and the headers of every answer.
+
+A page of another site can make a browser send requests to 127.0.0.1, even under a name that it
+made resolve there (DNS rebinding). So the Host must be one of ours, the Origin must equal the
+Host, and a request that changes anything needs a cookie that other sites cannot send.
+"""
+
+import ipaddress
+import socket
+from collections.abc import Awaitable, Callable, MutableMapping
+from typing import Any
+from urllib.parse import SplitResult, urlsplit
+
+from ..local.refusal import Refusal, as_response
+from .sessions import Sessions
+
+Scope = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
+
+LARGEST_BODY = 4_000_000
+OPEN_PATHS = ("/api/v1/session", "/api/v1/openapi.json", "/api/v1/stop")
+POLICY = (
+    "default-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; worker-src 'self' blob:; "
+    "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+HEADERS = (
+    (b"content-security-policy", POLICY.encode()),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"same-origin"),
+    (b"cross-origin-opener-policy", b"same-origin"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"permissions-policy", b"camera=(), microphone=(), geolocation=()"),
+)
+
+
+class Gate:
+    """An ASGI application around another; `host` is what the server listens on."""
+
+    def __init__(self, app: Any, sessions: Sessions, host: str) -> None:
+        self._app = app
+        self._sessions = sessions
+        self._names = _names(host)
+        self._loopback_only = is_loopback(host)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass allowed requests on; refuse all others."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        headers = {k.decode("latin-1").lower(): v.decode("latin-1") for k, v in scope["headers"]}
+        try:
+            self._check(scope, headers)
+        except Refusal as refusal:
+            await _refuse(scope, receive, send, refusal)
+            return
+        if scope["type"] == "websocket":
+            await self._app(scope, receive, send)
+            return
+        bounded = _Bounded(scope, receive, _with_headers(send))
+        await self._app(scope, bounded.receive, bounded.send)
+
+    def _check(self, scope: Scope, headers: dict[str, str]) -> None:
+        host = headers.get("host", "")
+        if not self._is_ours(host):
+            raise Refusal(421, "WRONG_HOST", f"this server is not {host[:100]!r}")
+        origin = headers.get("origin")
+        if origin is not None and _split(origin).netloc.lower() != host.lower():
+            raise Refusal(403, "WRONG_ORIGIN", "pages of other sites may not use this server")
+        if headers.get("sec-fetch-site") == "cross-site" and scope.get("path") != "/":
+            raise Refusal(403, "WRONG_ORIGIN", "pages of other sites may not use this server")
+        length = headers.get("content-length", "0")
+        if not length.isdecimal() or int(length) > LARGEST_BODY:
+            raise _too_large()
+        path = str(scope.get("path", ""))
+        is_socket = scope["type"] == "websocket"
+        needs = path.startswith("/api/") and path not in OPEN_PATHS
+        if (needs or is_socket) and not self._sessions.knows_raw(headers):
+            hint = "GET /api/v1/session, then try again"
+            raise Refusal(401, "SIGN_IN", "sign in first", hint)
+
+    def _is_ours(self, host: str) -> bool:
+        name = _split(f"//{host}").hostname or ""
+        if name in self._names:
+            return True
+        try:
+            address = ipaddress.ip_address(name)
+        except ValueError:
+            return False
+        return address.is_loopback or not self._loopback_only
+
+
+class _Bounded:
+    """Counts a body without a stated length; beyond the limit it ends like a disconnect and is refused."""
+
+    def __init__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        self._scope = scope
+        self._receive = receive
+        self._send = send
+        self._got = 0
+
+    async def receive(self) -> MutableMapping[str, Any]:
+        """The next part of the body."""
+        message = await self._receive()
+        if message["type"] == "http.request":
+            self._got += len(message.get("body", b""))
+            if self._got > LARGEST_BODY:
+                return {"type": "http.disconnect"}
+        return message
+
+    async def send(self, message: MutableMapping[str, Any]) -> None:
+        """The answer; replaced by a refusal if the body was too large."""
+        if self._got <= LARGEST_BODY:
+            await self._send(message)
+        elif message["type"] == "http.response.start":
+            await as_response(_too_large())(self._scope, self._receive, self._send)
+
+
+def _too_large() -> Refusal:
+    return Refusal(413, "TOO_LARGE", f"a request may have at most {LARGEST_BODY:,} bytes")
+
+
+def _with_headers(send: Send) -> Send:
+    async def answering(message: MutableMapping[str, Any]) -> None:
+        if message["type"] == "http.response.start":
+            given = list(message.get("headers", []))
+            known = {name.lower() for name, _ in given}
+            given += [(name, value) for name, value in HEADERS if name not in known]
+            message["headers"] = given
+        await send(message)
+
+    return answering
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: Refusal) -> None:
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.close", "code": 1008, "reason": refusal.fault.code})
+        return
+    await as_response(refusal)(scope, receive, _with_headers(send))
+
+
+def _split(address: str) -> SplitResult:
+    """The parts of an address; empty for one that cannot be parsed."""
+    try:
+        return urlsplit(address)
+    except ValueError:
+        return urlsplit("")
+
+
+def is_loopback(host: str) -> bool:
+    """True for an address that only this machine can reach."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _names(host: str) -> set[str]:
+    """Host names that the server accepts; IP addresses are checked separately."""
+    names = {"localhost", host.lower()}
+    if not is_loopback(host):
+        own = socket.gethostname().lower()
+        names |= {own, own.partition(".")[0], f"{own.partition('.')[0]}.local"}
+    return names

@@ -1,0 +1,89 @@
+"""Sessions of browsers: a cookie that only this server can make, or the token itself."""
+
+import hmac
+import secrets
+import time
+from collections.abc import Mapping
+from hashlib import sha256
+from http.cookies import CookieError, SimpleCookie
+from pathlib import Path
+
+from fastapi import Response
+
+from ...system.files import write_whole
+
+COOKIE = "labrun_session"
+LASTS_S = 30 * 24 * 3600
+
+
+class Sessions:
+    """If `token` is given, everybody needs it; on loopback it may be omitted."""
+
+    def __init__(self, secret_file: Path, token: str | None, *, secure: bool = False) -> None:
+        self._token = token
+        self._secure = secure
+        self._secret = _secret(secret_file) + sha256((token or "").encode()).digest()
+
+    @property
+    def token_needed(self) -> bool:
+        """True if signing in is required."""
+        return self._token is not None
+
+    def is_token(self, given: str) -> bool:
+        """Whether this is the token; compared in constant time."""
+        return self._token is not None and hmac.compare_digest(given.encode(), self._token.encode())
+
+    def knows(self, cookies: Mapping[str, str], headers: Mapping[str, str]) -> bool:
+        """Whether a request is signed in, by its cookie or as a program by `Authorization`."""
+        kind, _, given = headers.get("authorization", "").partition(" ")
+        if kind.lower() == "bearer" and self.is_token(given.strip()):
+            return True
+        return self._is_ours(cookies.get(COOKIE, ""))
+
+    def knows_raw(self, headers: Mapping[str, str]) -> bool:
+        """The same for the headers of a WebSocket."""
+        jar: SimpleCookie = SimpleCookie()
+        try:
+            jar.load(headers.get("cookie", ""))
+        except CookieError:
+            return False
+        return self.knows({name: morsel.value for name, morsel in jar.items()}, headers)
+
+    def set_cookie(self, response: Response) -> None:
+        """Sign a browser in with a cookie that scripts cannot read and other sites cannot send."""
+        until = str(int(time.time()) + LASTS_S)
+        name = secrets.token_urlsafe(12)
+        value = f"{name}.{until}.{self._sign(name, until)}"
+        response.set_cookie(
+            COOKIE, value, max_age=LASTS_S, httponly=True, samesite="strict", path="/",
+            secure=self._secure,
+        )  # fmt: skip
+
+    def drop_cookie(self, response: Response) -> None:
+        """Sign a browser out."""
+        response.delete_cookie(COOKIE, path="/", httponly=True, samesite="strict")
+
+    def _is_ours(self, cookie: str) -> bool:
+        name, _, rest = cookie.partition(".")
+        until, _, signature = rest.partition(".")
+        if not signature or not hmac.compare_digest(
+            signature.encode(), self._sign(name, until).encode()
+        ):
+            return False
+        return until.isdecimal() and int(until) > time.time()
+
+    def _sign(self, name: str, until: str) -> str:
+        return hmac.new(self._secret, f"{name}.{until}".encode(), sha256).hexdigest()
+
+
+def _secret(path: Path) -> bytes:
+    """The signing key of the cookies, stored so that a restart signs nobody out."""
+    try:
+        known = path.read_bytes()
+        if len(known) >= 32:
+            return known
+    except OSError:
+        pass
+    made = secrets.token_bytes(32)
+    write_whole(path, made, mode=0o600)
+    return made

@@ -1,1 +1,0 @@
-"""The devices of the bench by hand: links, actions, arming, jogging, the stop."""

@@ -1,0 +1,89 @@
+"""How often each action of a protocol happens, and how long that takes in all."""
+
+from collections.abc import Iterator
+
+from ...engine.lab.bind import BoundRole
+from ...engine.language.shape import Place
+from ...engine.views.count import RunCounts
+from ...engine.views.forecast import Outlook
+from ...schemas import protocol as p
+from ...schemas.quantity import seconds
+from ..models.protocols import SpanS
+from .timings import Spread, Timings
+
+
+def actions_of(view: Outlook, found: RunCounts) -> dict[str, int | None]:
+    """`device.action` -> how often if nothing fails; None if known only during the run."""
+    counts: dict[str, int | None] = {}
+    for place, _, bound, name in _actions(view):
+        times = found.times.get(place)
+        label = f"{bound.device}.{name}"
+        before = counts.get(label, 0)
+        most = times.most if times is not None else 0
+        counts[label] = None if before is None or most is None else before + most
+    return counts
+
+
+def time_of(view: Outlook, found: RunCounts, timings: Timings) -> SpanS | None:
+    """Seconds from first to last action; a set counts as long as its longest member.
+
+    Measured in earlier runs if there are any, else from the contracts; None if a loop's length is
+    known only during the run or an action's duration is unknown.
+    """
+    low = high = 0.0
+    runs: list[int] = []
+    sets: dict[Place, tuple[float, float]] = {}
+    for place, step, bound, name in _actions(view):
+        times = found.times.get(place)
+        if times is None or times.most == 0 or step.mode == "background":
+            continue
+        spread = _spread(bound, name, timings)
+        if times.most is None or spread is None:
+            return None
+        runs.append(spread.runs)
+        took = (spread.low * times.most, spread.high * times.most)
+        around = _set_around(place)
+        if around is None:
+            low, high = low + took[0], high + took[1]
+        else:
+            before = sets.get(around, (0.0, 0.0))
+            sets[around] = (max(before[0], took[0]), max(before[1], took[1]))
+    if not runs:
+        return None
+    low += sum(one[0] for one in sets.values())
+    high += sum(one[1] for one in sets.values())
+    return SpanS(low=low, high=high, runs=min(runs))
+
+
+def _set_around(place: Place) -> Place | None:
+    """The outermost set that contains a step, directly or indirectly."""
+    for index, part in enumerate(place):
+        if part in ("parallel", "any"):
+            return place[:index]
+    return None
+
+
+def _spread(bound: BoundRole, name: str, timings: Timings) -> Spread | None:
+    """Duration measured in runs, else the contract's."""
+    known = timings.spread(f"{bound.device}.{name}")
+    said = bound.contract.actions[name].duration
+    if known is not None or said is None:
+        return known
+    typical = seconds(said)
+    return Spread(typical, typical, typical, 0)
+
+
+def _actions(view: Outlook) -> Iterator[tuple[Place, p.Do, BoundRole, str]]:
+    """Every action of the protocol and of those it uses, with its place in the tally."""
+    for at in view.survey.steps:
+        if at.place[0] != "steps" and not view.within:
+            continue
+        if isinstance(at.step, p.Do):
+            role, _, name = at.step.do.partition(".")
+            bound = view.roles.get(role)
+            if bound is not None and name in bound.contract.actions:
+                yield (*view.within, *at.place), at.step, bound, name
+        elif isinstance(at.step, p.Use):
+            other = view.used(at.step, at.place)
+            if other is not None:
+                yield from _actions(other)

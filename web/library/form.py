@@ -1,0 +1,82 @@
+"""The form before a run: parameters, roles, hazards, and questions to the operator."""
+
+from collections.abc import Iterator
+
+from ...engine.check import Checked
+from ...engine.views.english import bare
+from ...schemas import protocol as p
+from ...schemas.quantity import is_quantity, quantity_text
+from ..models.protocols import Hazard, ParamForm, RoleForm
+from .pointer import pointer_text
+
+
+def params_of(protocol: p.Protocol | None) -> list[ParamForm]:
+    """The parameters in the order of the protocol."""
+    if protocol is None:
+        return []
+    return [_param(name, param) for name, param in protocol.params.items()]
+
+
+def _param(name: str, param: p.Param) -> ParamForm:
+    return ParamForm(
+        name=name, type=param.type, unit=param.unit, default=_plain(param.default),
+        required=param.default is None, minimum=_plain(param.minimum),
+        maximum=_plain(param.maximum), pattern=param.pattern,
+        enum=None if param.enum is None else [_plain(one) for one in param.enum],
+        summary=param.summary,
+    )  # fmt: skip
+
+
+def _plain(value: object) -> object:
+    return quantity_text(value) if is_quantity(value) else value
+
+
+def roles_of(checked: Checked) -> list[RoleForm]:
+    """Each role with the devices of the lab that could play it."""
+    if checked.protocol is None or checked.lab is None:
+        return []
+    devices = checked.lab.lab.devices
+    return [
+        RoleForm(
+            role=role, contract=contract,
+            device=checked.roles[role].device if role in checked.roles else None,
+            choices=[name for name, device in devices.items() if device.contract == contract],
+        )
+        for role, contract in checked.protocol.devices.items()
+    ]  # fmt: skip
+
+
+def hazards_of(checked: Checked) -> list[Hazard]:
+    """Every dangerous action except plain motion, at its first occurrence."""
+    found: dict[tuple[str, str], Hazard] = {}
+    survey = checked.survey
+    for at in survey.steps if survey is not None else ():
+        step = at.step
+        if not isinstance(step, p.Do):
+            continue
+        role, _, name = step.do.partition(".")
+        bound = checked.roles.get(role)
+        action = bound.contract.actions.get(name) if bound is not None else None
+        if bound is None or action is None or action.danger in (None, "motion"):
+            continue
+        hazard = Hazard(
+            danger=action.danger or "", device=bound.device, action=name,
+            pointer=pointer_text(list(at.place)),
+        )  # fmt: skip
+        found.setdefault((bound.device, name), hazard)
+    return list(found.values())
+
+
+def questions_of(protocol: p.Protocol | None) -> list[str]:
+    """Questions that the operator will or may be asked, in the order of the protocol."""
+    return list(_questions(protocol.steps)) if protocol is not None else []
+
+
+def _questions(steps: list[p.Step]) -> Iterator[str]:
+    for step in steps:
+        if isinstance(step, p.Confirm):
+            yield bare(step.confirm)
+        elif isinstance(step, p.Ask):
+            yield bare(step.ask)
+        for _, inner in p.inner_lists(step):
+            yield from _questions(inner)

@@ -1,1 +1,0 @@
-"""What the server tells browsers by itself, over Socket.IO."""

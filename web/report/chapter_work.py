@@ -1,0 +1,195 @@
+"""Report chapters on the work itself: what was requested, when it was done, by which actions."""
+
+from .counts import KEPT
+from .formatting import count, duration, seconds_between, value
+from .html import BREAK, Html, at_time, code, folded, join, label, paragraph, section, table, tag
+from .inputs import contract_file
+from .journal_digest import interruptions
+from .report_data import ReportData
+from .spans import EngineSpan
+
+PROTOCOL_SHOWN = 200_000
+
+
+def done(title: str, data: ReportData) -> Html:
+    """The protocol, its parameters, the devices in their roles, and the outputs."""
+    inputs = data.inputs
+    text = inputs.protocol_text[:PROTOCOL_SHOWN]
+    return section(
+        "what-was-done", title,
+        _params(data), _devices(data), _loops(data), _outputs(data),
+        folded(f"The protocol of this run ({inputs.protocol_name})", tag("pre", tag("code", text)))
+        if text else "",
+    )  # fmt: skip
+
+
+def _params(data: ReportData) -> Html:
+    started, inputs = data.digest.started, data.inputs
+    if started is None:
+        return Html()
+    rows = (
+        (
+            code(name), value(told), "set for this run" if inputs.given(name) else "default",
+            inputs.param(name).get("summary", ""),
+        )
+        for name, told in started.params.items()
+    )  # fmt: skip
+    return table("Parameters", ["name", "value", "source", "meaning"], rows)
+
+
+def _devices(data: ReportData) -> Html:
+    inputs = data.inputs
+    rows = []
+    for role, device in data.roles.items():
+        boots = data.digest.boots.get(device, [])
+        again = f", started {len(boots)} times" if len(boots) > 1 else ""
+        server = (
+            join([code(boots[-1].boot), again, BREAK, "ledger ", code(boots[-1].ledger)])
+            if boots
+            else tag("span", "no goal was sent to this device", class_="soft")
+        )
+        contract = inputs.contract_of(device)
+        rows.append((
+            code(role), device, join([contract, BREAK, code(contract_file(contract))]),
+            inputs.reached_by(device), server,
+        ))  # fmt: skip
+    header = ["role", "device", "contract", "driver or address", "server (boot)"]
+    return table("Devices", header, rows)
+
+
+def _loops(data: ReportData) -> Html:
+    rows = (
+        (code(name), f"{n.total:,}", f"{n.succeeded:,}", f"{n.failed:,}", f"{n.skipped:,}")
+        for name, n in data.digest.loops.items()
+    )
+    header = ["loop", "iterations", "succeeded", "left out (holes)", "skipped"]
+    return table("Loops", header, rows, numbers=".nnnn")
+
+
+def _outputs(data: ReportData) -> Html:
+    finished = data.digest.finished
+    outputs = finished.outputs if finished is not None else {}
+    return table("Outputs", ["name", "value"], ((code(n), value(v)) for n, v in outputs.items()))
+
+
+def when(title: str, data: ReportData) -> Html:
+    """The engine sessions, the interruptions between them, and the pauses."""
+    digest = data.digest
+    if not digest.spans.lives:
+        return section("when", title, paragraph("The journal has no readable record."))
+    rows = [_engine_row(life, data) for life in digest.spans.lives]
+    header = [
+        "engine",
+        "began (UTC)",
+        "last record (UTC)",
+        "duration",
+        "goals sent",
+        "how it ended",
+    ]
+    holds = (
+        (
+            at_time(hold.began), hold.by, at_time(hold.ended) if hold.ended else "", hold.ended_by,
+            duration(seconds_between(hold.began, hold.ended)) if hold.ended else "still paused",
+        )
+        for hold in digest.spans.holds
+    )  # fmt: skip
+    return section(
+        "when", title, _bar(data),
+        table("Engine sessions of this run, in order", header, rows, numbers="...nn."),
+        table(
+            "Interruptions: no engine was running",
+            ["after", "from (UTC)", "until (UTC)", "duration", "actions under way at the start"],
+            (
+                (
+                    f"engine {last.number}", at_time(last.ended), at_time(following.began),
+                    duration(seconds_between(last.ended, following.began)),
+                    count(last.under_way, "action"),
+                )
+                for last, following in interruptions(digest)
+            ),
+            numbers="...n.",
+        ),
+        _changes(data),
+        table("Pauses", ["from (UTC)", "by", "until (UTC)", "ended by", "duration"], holds, numbers="....n"),
+    )  # fmt: skip
+
+
+def _changes(data: ReportData) -> Html:
+    rows = (
+        (
+            at_time(change.at), code(change.folder),
+            ", ".join(f"{name} = {value(told)}" for name, told in change.params.items()),
+            f"{len(change.reopened):,}",
+        )
+        for change in data.digest.changes
+    )  # fmt: skip
+    header = ["when (UTC)", "new protocol and lab", "parameters", "iterations repeated"]
+    return table("Changes during the run", header, rows, numbers="...n")
+
+
+def _engine_row(life: EngineSpan, data: ReportData) -> tuple[object, ...]:
+    last = life is data.digest.spans.lives[-1]
+    ended = f"{life.fate}{f': {life.reason}' if life.reason else ''}" if life.fate else ""
+    if not ended and last and data.fate == "running":
+        ended = "still running"
+    if not ended:
+        left = f", {count(life.under_way, 'action')} under way" if life.under_way else ""
+        ended = f"ended without a last record (killed, or power lost){left}"
+    if life.torn:
+        ended += f"; at its start the journal's last record was incomplete: {life.torn} bytes were cut off"
+    return (
+        f"{life.number} (labrun {life.labrun})", at_time(life.began), at_time(life.ended),
+        duration(life.seconds), f"{life.goals:,}", ended,
+    )  # fmt: skip
+
+
+def _bar(data: ReportData) -> Html:
+    """The run as a bar: green while an engine ran, red in between; nothing for one session only."""
+    digest = data.digest
+    lives = digest.spans.lives
+    if len(lives) < 2:
+        return Html()
+    parts: list[tuple[str, float]] = [("ran", lives[0].seconds)]
+    for last, following in interruptions(digest):
+        parts.append(("away", seconds_between(last.ended, following.began)))
+        parts.append(("ran", following.seconds))
+    whole = sum(length for _, length in parts) or 1.0
+    pieces = (tag("span", class_=k, style=f"width:{100 * s / whole:.3f}%") for k, s in parts)
+    words = f"{len(lives)} engine sessions, {len(lives) - 1} interruptions"
+    legend = paragraph(tag("span", "Green: an engine was running; red: none was.", class_="soft"))
+    return join([tag("div", *pieces, class_="bar", role="img", aria_label=words), legend])
+
+
+def actions(title: str, data: ReportData) -> Html:
+    """How many actions of each kind were sent, and their outcomes."""
+    rows = []
+    for told, deed in sorted(data.digest.deeds.items()):
+        rows.append((
+            label(told), f"{deed.sent:,}", f"{deed.succeeded:,}", _marked(deed.failed),
+            f"{deed.cancelled:,}", f"{deed.again:,}", _marked(deed.sent - deed.ended),
+            duration(deed.mean_s) if deed.timed else "",
+            duration(deed.longest_s) if deed.timed else "",
+        ))  # fmt: skip
+    header = [
+        "action", "sent", "succeeded", "failed", "cancelled", "repetitions", "outcome unknown",
+        "mean", "longest",
+    ]  # fmt: skip
+    return section(
+        "actions", title,
+        table("Goals by device and action", header, rows, numbers=".nnnnnnnn"),
+    )  # fmt: skip
+
+
+def _marked(number: int) -> Html:
+    return tag("span", f"{number:,}", class_="bad") if number else Html("0")
+
+
+def logged(title: str, data: ReportData) -> Html:
+    """Lines written by the protocol's `log` steps."""
+    digest = data.digest
+    rows = ((at_time(line.at), line.message, code(line.path)) for line in digest.logged)
+    first = f", the first {KEPT} of {digest.log_lines:,}" if digest.log_lines > KEPT else ""
+    return section(
+        "protocol-log", title,
+        table(f"Log{first}", ["when (UTC)", "line", "step"], rows),
+    )  # fmt: skip

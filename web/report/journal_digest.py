@@ -1,0 +1,210 @@
+"""Contents of a journal, collected in one pass, in memory that does not grow with the journal."""
+
+from itertools import pairwise
+from pathlib import Path
+
+from ...engine.journal.journal import JournalFault, read_records
+from ...engine.run.folder import JOURNAL
+from ...schemas import journal as j
+from .counts import KEPT, Asking, Boot, Counted, Deed, Holes, JournalDigest
+from .formatting import seconds_between
+from .goal import Sent
+from .rows_hash import RowsHash
+from .spans import EngineSpan
+
+
+def read_digest(folder: Path, *, live: bool = False) -> JournalDigest:
+    """Read the journal once; if it is damaged, the digest ends with the last complete record."""
+    digest = JournalDigest()
+    try:
+        for record in read_records(folder / JOURNAL):
+            _read(digest, record)
+    except JournalFault as fault:
+        digest.damage = str(fault)
+    except UnicodeError:  # not text: the hash chain cannot even be computed
+        digest.damage = f"{folder / JOURNAL}: record {digest.records + 1} is not text"
+    digest.outcomes.close(finished=digest.finished is not None, live=live)
+    return digest
+
+
+def _read(digest: JournalDigest, record: j.JournalRecord) -> None:
+    digest.records, digest.last_hash = record.n, record.hash
+    if isinstance(record, j.Resumed):
+        _resumed(digest, record)
+    elif not digest.spans.lives:
+        digest.spans.lives.append(
+            EngineSpan(1, record.at, record.at, getattr(record, "labrun", ""))
+        )
+    life = digest.spans.lives[-1]
+    life.ended = record.at
+    match record:
+        case j.GoalSent():
+            _sent(digest, digest.outcomes.sent(record), life)
+        case j.GoalEnded():
+            _ended(digest, record, digest.outcomes.ended(record))
+        case j.IterationEnded():
+            _iteration(digest, record)
+        case j.Turned():
+            digest.outcomes.turned(record)
+        case j.StepEnded() if record.message:
+            digest.log_lines += 1
+            if len(digest.logged) < KEPT:
+                digest.logged.append(record)
+        case _:
+            _read_rarer(digest, record, life)
+
+
+def _read_rarer(digest: JournalDigest, record: j.JournalRecord, life: EngineSpan) -> None:
+    match record:
+        case j.Started():
+            digest.started = record
+            digest.files.update(record.files)
+        case j.Changed():
+            _changed(digest, record)
+        case j.Asked():
+            _asked(digest, record)
+        case j.Answered():
+            _answered(digest, record)
+        case j.Control():
+            _control(digest, record)
+        case j.SafeState():
+            digest.safe.append(record)
+        case j.Touched():
+            digest.touched.append(record)
+        case j.Finished():
+            digest.finished = record
+            life.fate, life.reason = record.fate, record.reason
+            life.under_way = len(digest.outcomes.under_way)
+            digest.spans.go_on(record.at, "the end of the run")
+            digest.outcomes.run_ended(record)
+        case _:
+            pass
+
+
+def _resumed(digest: JournalDigest, record: j.Resumed) -> None:
+    if digest.spans.lives:
+        last = digest.spans.lives[-1]
+        last.under_way = len(digest.outcomes.under_way)
+        digest.spans.go_on(last.ended, "the end of its engine")
+    digest.outcomes.engine_gone()
+    digest.finished = None
+    number = len(digest.spans.lives) + 1
+    digest.spans.lives.append(
+        EngineSpan(number, record.at, record.at, record.labrun, torn=record.torn)
+    )
+
+
+def _sent(digest: JournalDigest, goal: Sent, life: EngineSpan) -> None:
+    life.goals += 1
+    deed = digest.deeds.setdefault(goal.label, Deed())
+    deed.sent += 1
+    deed.again += goal.attempt > 1
+    boots = digest.boots.setdefault(goal.record.device, [])
+    if not boots or boots[-1].boot != goal.record.boot:
+        boots.append(Boot(goal.record.boot, goal.record.ledger, goal.record.at))
+
+
+def _ended(digest: JournalDigest, record: j.GoalEnded, goal: Sent | None) -> None:
+    digest.files.update(record.files)
+    if goal is None:
+        return
+    digest.writers.update(dict.fromkeys(record.files, goal.label))
+    deed = digest.deeds[goal.label]
+    if record.state == "SUCCEEDED":
+        deed.succeeded += 1
+    elif record.state == "CANCELED":
+        deed.cancelled += 1
+    else:
+        deed.failed += 1
+    if goal.life != digest.outcomes.life:
+        return  # the time without an engine says nothing about the action
+    took_s = seconds_between(goal.record.at, record.at)
+    deed.timed += 1
+    deed.seconds += took_s
+    deed.longest_s = max(deed.longest_s, took_s)
+
+
+def _iteration(digest: JournalDigest, record: j.IterationEnded) -> None:
+    digest.outcomes.iteration(record)
+    _gather_inner(digest, record)
+    counted = digest.loops.setdefault(record.loop, Counted())
+    if record.fate == "succeeded":
+        counted.succeeded += 1
+    elif record.fate == "skipped":
+        counted.skipped += 1
+    else:
+        counted.failed += 1
+        _hole(digest, record)
+    if record.file and record.row is not None:
+        digest.tables.setdefault(record.file, RowsHash()).add(record)
+
+
+def _gather_inner(digest: JournalDigest, record: j.IterationEnded) -> None:
+    """Loops inside this iteration have ended too: they are counted together over all iterations."""
+    prefix = f"{record.loop}/{record.key}/"
+    for path in [path for path in digest.loops if path.startswith(prefix)]:
+        inner = digest.loops.pop(path)
+        name = f"{record.loop}/*/{path.removeprefix(prefix)}"
+        held = digest.loops.setdefault(name, Counted())
+        held.succeeded += inner.succeeded
+        held.failed += inner.failed
+        held.skipped += inner.skipped
+
+
+def _hole(digest: JournalDigest, record: j.IterationEnded) -> None:
+    place = f"{record.loop}/{record.key}"
+    reason = record.message.replace(f"{place}/", "")
+    holes = digest.holes.get(reason)
+    if holes is None:
+        reason = reason if len(digest.holes) < KEPT else "other reasons"
+        holes = digest.holes.setdefault(reason, Holes(reason))
+    holes.count += 1
+    digest.holes_of[place] = reason
+    if len(holes.places) < KEPT:
+        holes.places.append(place)
+
+
+def _changed(digest: JournalDigest, record: j.Changed) -> None:
+    """The run continues with changed inputs: iterations to be repeated no longer count."""
+    digest.changes.append(record)
+    for place in record.reopened:
+        counted = digest.loops.get(place.rpartition("/")[0], Counted())
+        reason = digest.holes_of.pop(place, None)
+        if reason is None:
+            counted.succeeded -= 1
+        else:
+            counted.failed -= 1
+            holes = digest.holes[reason]
+            holes.count -= 1
+            holes.places = [other for other in holes.places if other != place]
+
+
+def _asked(digest: JournalDigest, record: j.Asked) -> None:
+    digest.outcomes.asked(record)
+    digest.questions += 1
+    asking = Asking(record.at, record.path, record.text, record.choices)
+    digest.unheard[record.path] = asking
+    if len(digest.asked) < KEPT:
+        digest.asked.append(asking)
+
+
+def _answered(digest: JournalDigest, record: j.Answered) -> None:
+    digest.outcomes.answered(record)
+    asking = digest.unheard.pop(record.path, None)
+    if asking is not None:
+        asking.choice, asking.by, asking.answered_at = record.choice, record.by, record.at
+
+
+def _control(digest: JournalDigest, record: j.Control) -> None:
+    digest.controls.append(record)
+    if record.verb == "pause":
+        digest.spans.pause(record.at, record.by)
+    else:
+        digest.spans.go_on(record.at, f"{record.verb} by {record.by}")
+    if record.verb.startswith("abort"):
+        digest.outcomes.aborted_by = record.by
+
+
+def interruptions(digest: JournalDigest) -> list[tuple[EngineSpan, EngineSpan]]:
+    """Each engine session with the one that followed it."""
+    return list(pairwise(digest.spans.lives))

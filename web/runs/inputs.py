@@ -1,0 +1,76 @@
+"""A run's inputs, from its own folder: protocol, roles, parameters, the starter's remarks."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from ...engine.check import Checked, check_file
+from ...engine.run.folder import ASKED, LAB, FolderFault, protocol_file
+from ..models.runs import Launch
+from .outline import Outline
+
+LAUNCH = "launch.json"
+
+
+@dataclass(slots=True)
+class Inputs:
+    """The latest copies of a run; `outline` is None if they can no longer be read."""
+
+    text: str
+    file: str
+    checked: Checked | None
+    outline: Outline | None
+    launch: Launch
+
+    @property
+    def title(self) -> str:
+        """The protocol's name; empty if it cannot be read."""
+        protocol = self.checked.protocol if self.checked is not None else None
+        return protocol.name if protocol is not None else ""
+
+
+def read_inputs(folder: Path) -> Inputs:
+    """Read and check a run's own copies; missing ones are left empty."""
+    place = _newest(folder)
+    asked = read_mapping(place / ASKED) or read_mapping(folder / ASKED)
+    try:
+        path = protocol_file(place)
+        text = path.read_text(encoding="utf-8", errors="replace")
+        checked = check_file(
+            path, lab=place / LAB, bind=asked.get("roles", {}), params=asked.get("params", {}),
+            needed=False,
+        )  # fmt: skip
+    except (FolderFault, OSError):
+        return Inputs("", str(asked.get("file", "")), None, None, read_launch(folder))
+    known = checked.protocol is not None and checked.survey is not None
+    outline = Outline(checked) if known else None
+    return Inputs(text, str(asked.get("file", "")), checked, outline, read_launch(folder))
+
+
+def _newest(folder: Path) -> Path:
+    """The valid copies: those of the last change that the run continued with."""
+    changes = folder / "changes"
+    if not changes.is_dir():
+        return folder
+    numbered = [path for path in changes.iterdir() if path.name.isdecimal()]
+    return max(numbered, key=lambda path: int(path.name), default=folder)
+
+
+def read_mapping(path: Path) -> dict[str, Any]:
+    """A JSON object in a file; empty if it cannot be read."""
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        return told if isinstance(told, dict) else {}
+    except (OSError, ValueError):
+        return {}
+
+
+def read_launch(folder: Path) -> Launch:
+    """What the person who started it from the page entered."""
+    try:
+        return Launch.model_validate_json((folder / LAUNCH).read_bytes())
+    except (OSError, ValidationError):
+        return Launch()

@@ -1,0 +1,348 @@
+"""The state of a run from its journal: steps, iterations, actions under way, questions, log."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, get_args
+
+from ...engine.journal.history import split_goal_id
+from ..local.clock import since_1970
+from ..models.runs import Fate, NodeState, PointState, Question, Status
+from .counts import FATES, End, NodeCount, Table, worst_of
+from .log import Log
+from .outline import Found, Outline, Step, ancestors
+from .passed import passed
+from .places import Items
+
+MOST_TIMES = 2000
+"""At most this many durations are kept of one action in one run."""
+
+
+@dataclass(slots=True)
+class Underway:
+    """A goal that was sent and has not ended."""
+
+    record: dict[str, Any]
+    offset: int
+    path: str
+    attempt: int
+    found: Found | None
+    since: float
+
+    @property
+    def label(self) -> str:
+        """`device.action`."""
+        return f"{self.record['device']}.{self.record['action']}"
+
+
+@dataclass(slots=True)
+class Changed:
+    """The contents of a patch."""
+
+    nodes: set[str] = field(default_factory=set)
+    points: set[tuple[str, str, int]] = field(default_factory=set)
+    lines: list[int] = field(default_factory=list)
+    head: bool = False
+
+    def __bool__(self) -> bool:
+        return bool(self.head or self.nodes or self.points or self.lines)
+
+
+class Picture:
+    """Takes records one by one; gives what has changed since the last call."""
+
+    def __init__(self, journal: Path, outline: Outline | None) -> None:
+        self.outline = outline
+        self.log = Log(journal)
+        self.nodes: dict[str, NodeCount] = defaultdict(NodeCount)
+        self.tables: dict[tuple[str, str], Table] = {}
+        self.under_way: dict[str, Underway] = {}
+        self.questions: dict[str, Question] = {}
+        self.times: dict[str, list[float]] = defaultdict(list)
+        self.files: dict[str, tuple[str, str, str]] = {}
+        """File -> (loop, within, key) of its iteration."""
+        self.changed = Changed()
+        self.started: dict[str, Any] = {}
+        self.finished: dict[str, Any] | None = None
+        self.phase = ""
+        self.paused = False
+        self.aborting = False
+        self.resumes = 0
+        self.changes = 0
+        self.holes = 0
+        self.retries = 0
+        self.last_at = 0.0
+        self.ended_at = ""
+        self.params: dict[str, Any] = {}
+        self.roles: dict[str, str] = {}
+        self._items: dict[str, Items] = {}
+        self._passed: tuple[tuple[int, int, bool], dict[str, Status]] | None = None
+        self._told_passed: dict[str, Status] = {}
+
+    # --- what is told
+
+    def items(self, loop: str) -> Items | None:
+        """The items of a loop by its pattern, computed once."""
+        if loop not in self._items:
+            step = self.outline.steps.get(loop) if self.outline is not None else None
+            if step is None:
+                return None
+            self._items[loop] = Items(step)
+        return self._items[loop]
+
+    def table(self, loop: str, within: str) -> Table:
+        """The iterations of a loop; created empty on the first call."""
+        key = (loop, within)
+        if key not in self.tables:
+            items = self.items(loop)
+            self.tables[key] = Table(loop, within, total=items.total if items else None)
+        return self.tables[key]
+
+    def outer_tables(self) -> list[Table]:
+        """Those of loops that are not in a loop, in the order of their beginning."""
+        return [table for table in self.tables.values() if "*" not in table.loop]
+
+    @property
+    def fate(self) -> Fate:
+        """How it ended; otherwise `running` or `paused`, as far as the journal shows."""
+        if self.finished is not None:
+            return self.finished["fate"]
+        return "paused" if self.paused else "running"
+
+    def states(self) -> dict[str, NodeState]:
+        """The states of all steps that have begun or been passed."""
+        states = {path: NodeState(status=status) for path, status in self.passed().items()}
+        return states | {path: count.state() for path, count in self.nodes.items()}
+
+    def passed(self) -> dict[str, Status]:
+        """Steps that the run has passed without a record."""
+        if self.outline is None:
+            return {}
+        good = self.finished is not None and self.fate == "succeeded"
+        rounds = {loop for (loop, _), table in self.tables.items() if table.counts.get("ok")}
+        asked = (len(self.nodes), len(rounds), good)
+        if self._passed is None or self._passed[0] != asked:
+            found = passed(self.outline, self.nodes.keys(), rounds.__contains__, good)
+            self._passed = (asked, found)
+        return self._passed[1]
+
+    def take_changes(self) -> tuple[dict[str, NodeState], list[PointState], list[int]]:
+        """New states of steps, iterations, and log lines since the last call."""
+        changed, self.changed = self.changed, Changed()
+        nodes = {path: self.nodes[path].state() for path in changed.nodes}
+        if changed.nodes or self.finished is not None:
+            before, self._told_passed = self._told_passed, self.passed()
+            news = self._told_passed.items() - before.items()
+            nodes |= {path: NodeState(status=status) for path, status in news}
+        points = [self.tables[loop, within].point(slot) for loop, within, slot in changed.points]
+        return nodes, points, changed.lines
+
+    # --- records
+
+    def take(self, offset: int, record: dict[str, Any]) -> None:
+        """Learn from one record."""
+        self.changed.head = True
+        self.last_at = since_1970(record["at"])
+        kind = record["kind"]
+        sent_offset, device = -1, ""
+        if kind == "ended":
+            underway = self.under_way.get(record["id"])
+            if underway is not None:
+                sent_offset, device = underway.offset, underway.record["device"]
+        if self.log.take(offset, record, sent_offset, device):
+            self.changed.lines.append(len(self.log) - 1)
+        take = getattr(self, f"_{kind}", None)
+        if take is not None:
+            take(offset, record)
+
+    def _started(self, offset: int, record: dict[str, Any]) -> None:
+        self.started = record
+        self.params, self.roles = record.get("params", {}), record.get("roles", {})
+
+    def _resumed(self, offset: int, record: dict[str, Any]) -> None:
+        self.resumes = record["count"]
+        self.finished, self.paused, self.aborting, self.ended_at = None, False, False, ""
+        self._cut()
+        self.questions.clear()
+
+    def _changed(self, offset: int, record: dict[str, Any]) -> None:
+        self.changes += 1
+        self.params, self.roles = record.get("params", {}), record.get("roles", {})
+        for path in record.get("reopened", []):
+            loop_path, _, key = path.rpartition("/")
+            found = self._find(loop_path)
+            if found is not None:
+                table = self.table(found.step.told.path, found.within)
+                if key in table.slots:
+                    table.reopen(table.slots[key])
+
+    def _phase(self, offset: int, record: dict[str, Any]) -> None:
+        self.phase = record["phase"]
+
+    def _goal(self, offset: int, record: dict[str, Any]) -> None:
+        path, attempt = split_goal_id(record["id"])
+        found = self._find(path)
+        again = attempt > 1 and record["id"] not in self.under_way
+        self.under_way[record["id"]] = Underway(record, offset, path, attempt, found, self.last_at)
+        self.retries += again
+        with self._counting(found, offset, tries=again) as count:
+            count.running += 1
+            count.retrying += again
+            count.retries += again
+
+    def _ended(self, offset: int, record: dict[str, Any]) -> None:
+        underway = self.under_way.pop(record["id"], None)
+        if underway is None:
+            return
+        took = round(self.last_at - underway.since, 4)
+        times = self.times[underway.label]
+        if record["state"] == "SUCCEEDED" and len(times) < MOST_TIMES:
+            times.append(took)
+        if underway.found is not None:
+            loop, key = underway.found.innermost
+            for file in record.get("files", {}):
+                self.files[file] = (loop or "", underway.found.around, key or "")
+        error = record.get("error") or {}
+        words = f"{error.get('name', '')}: {error.get('message', '')}".strip(": ") if error else ""
+        with self._counting(underway.found, offset) as count:
+            count.running = max(0, count.running - 1)
+            count.retrying = max(0, count.retrying - (underway.attempt > 1))
+            count.end(_status(record, error), took, words)
+
+    def _step(self, offset: int, record: dict[str, Any]) -> None:
+        with self._counting(self._find(record["path"]), offset) as count:
+            count.end(FATES[record["fate"]], None, record.get("message", ""))
+
+    def _asked(self, offset: int, record: dict[str, Any]) -> None:
+        self.questions[record["path"]] = Question(
+            path=record["path"], id=record["id"], text=record["text"], choices=record["choices"]
+        )
+        with self._counting(self._find(record["path"]), offset) as count:
+            count.running = 1
+
+    def _answered(self, offset: int, record: dict[str, Any]) -> None:
+        self.questions.pop(record["path"], None)
+        with self._counting(self._find(record["path"]), offset) as count:
+            count.running = 0
+            count.end("ok", None, f"{record['choice']} ({record['by']})")
+
+    def _iteration(self, offset: int, record: dict[str, Any]) -> None:
+        found = self._find(record["loop"])
+        if found is None:
+            return
+        within = found.within
+        table = self.table(found.step.told.path, within)
+        slot = table.touch(record["key"], offset, self.last_at)
+        if table.ended[slot]:
+            return  # repeated after a change: the first end and the reopening are what counts
+        status = FATES[record["fate"]]
+        table.end(slot, record["index"], status, self.last_at, record.get("message", ""))
+        self.holes += status == "failed"
+        self._point(table, slot)
+        self._ran(found.step)
+
+    def _loop(self, offset: int, record: dict[str, Any]) -> None:
+        found = self._find(record["loop"])
+        if found is not None:
+            table = self.table(found.step.told.path, found.within)
+            table.total = record["total"]
+            self.nodes[found.step.told.path].end(FATES[record["fate"]], None, "")
+            self._ran(found.step)
+
+    def _control(self, offset: int, record: dict[str, Any]) -> None:
+        verb = record["verb"]
+        self.aborting = self.aborting or verb.startswith("abort")
+        self.paused = verb == "pause"
+        self._cut()
+
+    def _finished(self, offset: int, record: dict[str, Any]) -> None:
+        if record["fate"] not in get_args(Fate):
+            raise ValueError(f"the fate {record['fate']!r} is unknown")
+        self.finished, self.ended_at = record, record["at"]
+        self.holes = record.get("holes", self.holes)
+        self.paused = False
+        self.questions.clear()
+        self.close()
+
+    def close(self) -> None:
+        """Nothing is under way any more: the engine has ended."""
+        for underway in self.under_way.values():
+            if underway.found is not None:
+                self.changed.nodes.add(underway.found.step.told.path)
+        for count in self.nodes.values():
+            count.running = count.retrying = 0
+        if self.under_way or self.questions:
+            self.changed.head = True
+        self.under_way.clear()
+        for table in self.tables.values():
+            table.current = None
+
+    # --- the way to steps and iterations
+
+    def _find(self, path: str) -> Found | None:
+        return self.outline.find(path) if self.outline is not None else None
+
+    @contextmanager
+    def _counting(
+        self, found: Found | None, offset: int, *, tries: bool = False
+    ) -> Iterator[NodeCount]:
+        """The count of a step in which something happens; a spare one for a step that is not known."""
+        if found is None:
+            yield NodeCount()
+            return
+        within = ""
+        for loop, key in found.loops:
+            table = self.table(loop, within)
+            known = key in table.slots
+            slot = table.touch(key, offset, self.last_at)
+            table.tries[slot] += tries
+            if not known or tries:
+                self._point(table, slot)
+            within = f"{within}/{key}" if within else key
+        yield self.nodes[found.step.told.path]
+        self._ran(found.step)
+
+    def _point(self, table: Table, slot: int) -> None:
+        self.changed.points.add((table.loop, table.within, slot))
+
+    def _ran(self, step: Step) -> None:
+        """A step's state has changed, and with it those of the steps around it."""
+        assert self.outline is not None
+        path = step.told.path
+        self.changed.nodes.add(path)
+        for above in ancestors(self.outline.steps, path):
+            count = self.nodes[above]
+            below = [self.nodes[one] for one in self._children(above) if one in self.nodes]
+            count.running = sum(one.running for one in below)
+            count.retrying = sum(one.retrying for one in below)
+            ends: list[End] = [one.last for one in below if one.last]
+            if ends and not self.outline.steps[above].is_loop and not count.running:
+                count.last = worst_of(ends)  # a group's state follows from its steps
+            self.changed.nodes.add(above)
+
+    def _children(self, path: str) -> list[str]:
+        assert self.outline is not None
+        step = self.outline.steps[path]
+        found = []
+        for one in (*step.below.values(), *step.last.values()):
+            found += [one.told.path] if one.told.path != path else self._paths(one)
+        for alternative in step.alternatives:
+            found += [one.told.path for one in alternative.values()]
+        return found
+
+    def _paths(self, branch: Step) -> list[str]:
+        return [one.told.path for one in branch.below.values()]
+
+    def _cut(self) -> None:
+        for table in self.tables.values():
+            table.cut()
+
+
+def _status(record: dict[str, Any], error: dict[str, Any]) -> Any:
+    if record["state"] == "SUCCEEDED":
+        return "ok"
+    if record["state"] == "CANCELED":
+        return "cancelled"
+    return "unknown" if error.get("happened") == "unknown" else "failed"

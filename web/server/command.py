@@ -1,0 +1,165 @@
+"""`labrun web`: the page, and the API behind it, on one port."""
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from ..app_state.state import Options
+
+PORT = 8321
+PROBLEMS, NOT_REACHED = 2, 4
+LEAST_TOKEN = 8
+
+Folder = Annotated[
+    Path | None, typer.Argument(help="Folder of the protocols; the current folder by default.")
+]
+Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="0 picks a free port.")]
+Host = Annotated[str, typer.Option("--host", help="Address to listen on.")]
+Token = Annotated[
+    str | None,
+    typer.Option("--token", help="Required from every browser; or set LABRUN_WEB_TOKEN."),
+]
+Lab = Annotated[
+    Path | None, typer.Option("--lab", help="The lab file; the simulated lab by default.")
+]
+Runs = Annotated[
+    Path | None,
+    typer.Option("--runs", help="Folder of the runs; `runs` beside the protocols by default."),
+]
+Demo = Annotated[
+    bool, typer.Option("--demo", help="Serve a simulated bench with data in a temporary folder.")
+]
+Speed = Annotated[
+    float,
+    typer.Option(
+        "--speed", min=0, help="Speed of the demo as a multiple of real time; 0: no waiting."
+    ),
+]
+CheckTimeout = Annotated[
+    float,
+    typer.Option(
+        "--check-timeout", min=1, metavar="S", help="Time for one check of a protocol, in s."
+    ),
+]
+NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")]
+
+
+def web(
+    folder: Folder = None,
+    port: Port = PORT,
+    host: Host = "127.0.0.1",
+    token: Token = None,
+    lab: Lab = None,
+    runs: Runs = None,
+    demo: Demo = False,
+    speed: Speed = 10.0,
+    check_timeout: CheckTimeout = 60.0,
+    no_browser: NoBrowser = False,
+) -> None:
+    """Serve the page to edit, launch, watch and review; runs continue without it."""
+    from ..access.gate import is_loopback
+
+    if token is not None:  # crash logs show the command line
+        sys.argv = [part.replace(token, "***") for part in sys.argv]
+    token = token or os.environ.get("LABRUN_WEB_TOKEN")
+    if token is not None and len(token) < LEAST_TOKEN:
+        _refuse(f"a token of {len(token)} characters is easily guessed; use {LEAST_TOKEN} or more")
+    if token is None and not is_loopback(host):
+        _refuse(
+            f"--host {host}: other machines can reach this address, so a token is required; "
+            'give --token "$(openssl rand -hex 16)", or serve on 127.0.0.1'
+        )
+    if demo and (folder is not None or lab is not None or runs is not None):
+        _refuse("--demo has its own protocols, lab and runs: omit the folder, --lab and --runs")
+    if demo:
+        from ..demo.demo import demonstration
+
+        with demonstration(speed) as (protocols, demo_lab):
+            options = _options(
+                protocols, host, port, token, demo_lab, None, check_timeout, demo=True
+            )
+            _serve(options, browser=not no_browser)
+        return
+    chosen = (folder or Path()).resolve()
+    if not chosen.is_dir():
+        _refuse(f"{folder} is not a folder; give the folder with your protocols")
+    _serve(_options(chosen, host, port, token, lab, runs, check_timeout), browser=not no_browser)
+
+
+def _options(
+    protocols: Path, host: str, port: int, token: str | None, lab: Path | None,
+    runs: Path | None, check_timeout_s: float, *, demo: bool = False,
+) -> "Options":  # fmt: skip
+    from ..app_state.state import Options
+
+    return Options(
+        protocols=protocols, runs=(runs or protocols / "runs").resolve(),
+        lab=lab.resolve() if lab is not None else None,
+        host=host, port=port, token=token, demo=demo, check_timeout_s=check_timeout_s,
+    )  # fmt: skip
+
+
+def _serve(options: "Options", *, browser: bool) -> None:
+    import asyncio
+    import logging
+
+    from ...engine.lab.lab import load_lab
+    from ...engine.problems.print import print_problems
+    from .serving import serve
+
+    logging.basicConfig(format="labrun: %(message)s", level=logging.WARNING)
+    lab, problems = load_lab(options.lab)
+    if problems:
+        print_problems(problems, format="text")
+    if lab is None or any(problem.severity == "error" for problem in problems):
+        raise typer.Exit(PROBLEMS)
+
+    def ready(url: str) -> None:
+        typer.echo(f"labrun web at {url}")
+        typer.echo(
+            f"protocols in {options.protocols}, runs in {options.runs}; press Ctrl-C to stop"
+        )
+        if not (options.page / "index.html").is_file():
+            typer.echo(
+                f"the page is not built: run `npm ci && npm run build` in {options.page.parent}, with "
+                "Node 20 or newer; until then only the API works",
+                err=True,
+            )
+        if browser:
+            import webbrowser
+
+            webbrowser.open(url)
+
+    try:
+        left = asyncio.run(serve(options, lab, ready))
+    except OSError as fault:
+        typer.echo(f"labrun: {_why_not(fault, options)}", err=True)
+        raise typer.Exit(NOT_REACHED) from None
+    if left:
+        typer.echo("a run is still going; its engine and devices stay up, see `labrun runs`")
+        # A normal exit of the interpreter would kill the device servers that the run needs.
+        os._exit(0)
+
+
+def _why_not(fault: OSError, options: "Options") -> str:
+    import errno
+
+    words = fault.strerror or str(fault)
+    where = f"{options.host}:{options.port}"
+    if fault.errno == errno.EADDRINUSE:
+        return (
+            f"{where} is already in use, perhaps by another `labrun web`: open that one, or "
+            "use a free port with --port 0"
+        )
+    if fault.filename is not None:
+        return f"{fault.filename} cannot be used: {words}"
+    return f"cannot listen on {where}, or a folder cannot be used: {words}"
+
+
+def _refuse(text: str) -> None:
+    typer.echo(f"labrun: {text}", err=True)
+    raise typer.Exit(PROBLEMS)

@@ -1,0 +1,65 @@
+// Notifies a person, even one who looks elsewhere, when a run ends, fails or needs an answer.
+import { onScopeDispose, watch } from 'vue'
+import { useConnection } from '../api/updates/connection'
+import type { RunSummary } from '../api/types'
+import { useNotices } from './notices'
+import { usePreferences } from './preferences'
+import { useStop } from './stop'
+
+/** The notice for a run that changed from one state to another; null for none. */
+export function noticeOf(before: RunSummary | undefined, now: RunSummary): { problem: boolean; text: string } | null {
+  if (before === undefined) return null
+  if (now.questions > before.questions) return { problem: false, text: `${now.protocol} is waiting for you` }
+  if (!before.live || now.live) return null
+  if (now.fate === 'succeeded') return { problem: false, text: `✓ ${now.protocol} is done` }
+  return { problem: true, text: `${now.protocol} ${now.fate}${now.reason ? `: ${now.reason}` : ''}` }
+}
+
+/** How the last run that ended while the page was hidden ended. */
+let unseen = ''
+
+/** Notices of the server and news of runs, while the calling scope lives. */
+export function useNotifications(): void {
+  const connection = useConnection()
+  const notices = useNotices()
+  const preferences = usePreferences()
+  const stop = useStop()
+  onScopeDispose(connection.onNotice((told) => {
+    // The person who pressed STOP ALL reads it in the alarm; everyone else here.
+    if (stop.state !== 'calm' && told.text.includes('did not confirm the stop')) return
+    notices.tell(told.text, { level: told.level, run: told.run, device: told.device })
+  }))
+
+  watch(() => ({ ...connection.bench.runs }), (now, before) => {
+    for (const run of Object.values(now)) {
+      if (before[run.id] === run) continue
+      const news = noticeOf(before[run.id], run)
+      if (news === null) continue
+      notices.tell(news.text, { level: news.problem ? 'problem' : 'info', run: run.id })
+      if (preferences.notifications) elsewhere(news.text, run.id)
+      if (document.hidden) unseen = news.problem ? '✕' : '✓'
+    }
+    markTitle(Object.values(now))
+  })
+  const seen = (): void => {
+    if (document.hidden) return
+    unseen = ''
+    markTitle(Object.values(connection.bench.runs))
+  }
+  document.addEventListener('visibilitychange', seen)
+  onScopeDispose(() => document.removeEventListener('visibilitychange', seen))
+}
+
+function elsewhere(text: string, run: string): void {
+  if (!document.hidden || !('Notification' in window) || Notification.permission !== 'granted') return
+  const notification = new Notification('labrun', { body: text, tag: run, icon: '/icon.svg' })
+  notification.onclick = () => window.focus()
+}
+
+/** `(!)` before the title while a run waits for a person; ✓ or ✕ for one that ended while the page was hidden. */
+function markTitle(runs: RunSummary[]): void {
+  const waits = runs.some((run) => run.live && run.questions > 0)
+  const bare = document.title.replace(/^(\(!\)|✓|✕) /, '')
+  const mark = waits ? '(!)' : unseen
+  document.title = mark ? `${mark} ${bare}` : bare
+}

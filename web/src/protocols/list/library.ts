@@ -1,0 +1,88 @@
+// The protocols of the bench: listed, created, deleted and restored.
+import { onScopeDispose, ref, shallowRef } from 'vue'
+import { api, read } from '../../api/client'
+import { sentenceOf } from '../../api/refused'
+import type { Sent, Received } from '../../api/types'
+
+/** The server checks the remaining ones gradually. */
+const AGAIN_MS = 1_500
+const MOST_LOOKS = 40
+
+export type Summary = Received<'ProtocolSummary'>
+export type Thrown = Received<'Thrown'>
+
+export function useLibrary() {
+  const protocols = shallowRef<readonly Summary[] | null>(null)
+  const trash = shallowRef<readonly Thrown[]>([])
+  const failure = ref('')
+  let timer: ReturnType<typeof setTimeout> | undefined
+  let looks = 0
+
+  async function attempt<T>(ask: () => Promise<T>): Promise<T | null> {
+    try {
+      const told = await ask()
+      failure.value = ''
+      return told
+    } catch (refusal) {
+      failure.value = sentenceOf(refusal)
+      return null
+    }
+  }
+
+  async function load(): Promise<void> {
+    await attempt(async () => {
+      const [all, thrown] = await Promise.all([read(api.GET('/api/v1/protocols')), read(api.GET('/api/v1/trash'))])
+      protocols.value = all as unknown as readonly Summary[]
+      trash.value = thrown as unknown as readonly Thrown[]
+    })
+    clearTimeout(timer)
+    const waiting = protocols.value?.some((one) => one.errors === null) === true
+    if (waiting && looks++ < MOST_LOOKS) timer = setTimeout(() => void load(), AGAIN_MS)
+  }
+  onScopeDispose(() => clearTimeout(timer))
+
+  /** The name of the new file; null if it was refused. */
+  async function make(body: Sent<'NewProtocol'>): Promise<string | null> {
+    const told = await attempt(() => read(api.POST('/api/v1/protocols', { body })))
+    return told?.name ?? null
+  }
+
+  async function throwAway(name: string): Promise<void> {
+    await attempt(() => read(api.DELETE('/api/v1/protocols/{name}', { params: { path: { name } } })))
+    await load()
+  }
+
+  async function restore(id: string): Promise<void> {
+    await attempt(() => read(api.POST('/api/v1/trash/{id}/restore', { params: { path: { id } } })))
+    await load()
+  }
+
+  return { protocols, trash, failure, load, make, throwAway, restore }
+}
+
+export type Library = ReturnType<typeof useLibrary>
+
+/** Whether every word occurs somewhere in the summary of a protocol. */
+export function found(all: readonly Summary[], words: string): Summary[] {
+  const wanted = words.toLowerCase().split(/\s+/).filter(Boolean)
+  return all.filter((one) => {
+    const text = [one.name, one.title, one.summary, ...Object.keys(one.roles), ...Object.values(one.roles)].join(' ').toLowerCase()
+    return wanted.every((word) => text.includes(word))
+  })
+}
+
+/** `grid-scan.yaml` from what a person typed. */
+export function fileName(typed: string): string {
+  const name = typed.trim()
+  return /\.(ya?ml|json)$/i.test(name) ? name : `${name.replace(/\s+/g, '_')}.yaml`
+}
+
+/** A name that is not in use yet. */
+export function freeName(wanted: string, taken: ReadonlySet<string>): string {
+  const stem = wanted.replace(/\.(ya?ml|json)$/i, '')
+  const suffix = wanted.slice(stem.length) || '.yaml'
+  let number = 2
+  let name = `${stem}${suffix}`
+  while (taken.has(name)) name = `${stem}_${String(number++)}${suffix}`
+  return name
+}
