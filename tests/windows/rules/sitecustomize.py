@@ -1,0 +1,208 @@
+"""Windows' rules for files, signals and processes, kept here: what breaks one raises as it would there.
+
+Python imports this file by itself in every process whose PYTHONPATH has its folder. It cannot show
+what only the real one does (its console, its drivers, its event loop): it shows what a program
+written on another system takes for granted. Rules: Microsoft's "Naming Files, Paths, and Namespaces",
+Python's documentation of `os`, `signal` and `asyncio` for Windows.
+"""
+
+import asyncio
+import asyncio.unix_events
+import builtins
+import ctypes
+import errno
+import fcntl
+import importlib.util
+import io
+import os
+import re
+import signal
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+POSIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty"}
+NO_NAME = re.compile(
+    r'[<>:"|?*\x00-\x1f\\]|[ .]$|^(CON|PRN|AUX|NUL|COM\d|LPT\d)(\.|$)', re.IGNORECASE
+)
+OPEN_RIGHTS = os.O_RDONLY, os.O_WRONLY, os.O_RDWR
+ours = ("labrun.", "labrun")
+text_mode: set[int] = set()
+real_open, real_write, real_fsync, real_close = os.open, os.write, os.fsync, os.close
+real_import, real_popen, real_kill = builtins.__import__, subprocess.Popen.__init__, os.kill
+
+
+def is_ours(depth: int = 2) -> bool:
+    """Whether labrun itself calls, rather than Python or a library that has its own way on Windows."""
+    return str(sys._getframe(depth).f_globals.get("__name__", "")).startswith(ours)
+
+
+def refused(path: object, why: int = errno.EACCES) -> OSError:
+    return OSError(why, os.strerror(why), str(path))
+
+
+def check_name(path: object) -> None:
+    name = os.fspath(path) if isinstance(path, (str, os.PathLike)) else ""
+    name = name.decode() if isinstance(name, bytes) else name
+    for part in Path(name).parts:
+        if part != os.sep and part not in (".", "..") and NO_NAME.search(part):
+            raise refused(path, errno.EINVAL)
+
+
+def is_open(path: object) -> bool:
+    """Whether this process has a file open, which nobody may then replace, rename or delete."""
+    try:
+        there = os.stat(path)  # type: ignore[arg-type]
+    except OSError:
+        return False
+    for number in os.listdir("/proc/self/fd"):
+        try:
+            held = os.stat(int(number))
+        except OSError:
+            continue
+        if (held.st_dev, held.st_ino) == (there.st_dev, there.st_ino) and not os.path.isdir(path):  # type: ignore[arg-type]
+            return True
+    return False
+
+
+def open_(path, flags, mode=0o777, *, dir_fd=None):
+    if not is_ours():
+        return real_open(path, flags, mode, dir_fd=dir_fd)
+    check_name(path)
+    if os.path.isdir(path):
+        raise refused(path)
+    descriptor = real_open(path, flags & ~os.O_BINARY, mode)
+    if not flags & os.O_BINARY:
+        text_mode.add(descriptor)
+    return descriptor
+
+
+def write(descriptor, data):
+    if descriptor not in text_mode:
+        return real_write(descriptor, data)
+    real_write(descriptor, bytes(data).replace(b"\n", b"\r\n"))
+    return len(data)
+
+
+def close(descriptor):
+    text_mode.discard(descriptor)
+    real_close(descriptor)
+
+
+def fsync(descriptor):
+    if fcntl.fcntl(descriptor, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY:
+        raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+    real_fsync(descriptor)
+
+
+def guarded(name: str, *, both: bool):
+    """Renaming, replacing and deleting: not of what is open, nor onto it."""
+    real = getattr(os, name)
+
+    def act(path, *others, **named):
+        targets = [path, *others[:1]] if both else [path]
+        for target in targets:
+            check_name(target)
+            if is_open(target):
+                raise PermissionError(
+                    errno.EACCES, "it is being used by another process", str(target)
+                )
+        if name == "rename" and os.path.exists(others[0]):
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(others[0]))
+        return real(path, *others, **named)
+
+    return act
+
+
+def mkdir_(path, *more, **named):
+    check_name(path)
+    return real_mkdir(path, *more, **named)
+
+
+def builtin_open(file, *more, **named):
+    if not isinstance(file, int):
+        check_name(file)
+    return real_builtin_open(file, *more, **named)
+
+
+def import_(name, globals=None, locals=None, fromlist=(), level=0):
+    if name in POSIX_ONLY and str((globals or {}).get("__name__", "")).startswith(ours):
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+    return real_import(name, globals, locals, fromlist, level)
+
+
+def popen(self, *more, **named):
+    if named.get("start_new_session") or named.get("preexec_fn"):
+        raise ValueError("Windows has no sessions: start_new_session is for other systems")
+    if named.pop("creationflags", 0) & subprocess.CREATE_NEW_PROCESS_GROUP:
+        named["start_new_session"] = True
+    real_popen(self, *more, **named)
+
+
+def kill(pid, number):
+    # There every number but those of the console ends the process at once.
+    real_kill(pid, number if number == signal.CTRL_BREAK_EVENT else KILL)
+
+
+def unknown(*_: object) -> None:
+    raise NotImplementedError
+
+
+def locking(descriptor: int, mode: int, count: int) -> None:
+    """As msvcrt's: the bytes from the descriptor's place on; nobody else may even read them."""
+    fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, count, 0, os.SEEK_CUR)
+
+
+class Kernel32:
+    """What is asked of it: whether a process has an exit code."""
+
+    def __init__(self, name: str, *, use_last_error: bool) -> None:
+        self.OpenProcess = self.Opened()
+
+    class Opened:
+        """A function with attributes, as ctypes makes them."""
+
+        def __call__(self, rights: int, inherited: bool, pid: int) -> int:
+            try:
+                real_kill(pid, 0)
+                state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+            except OSError:
+                return 0
+            return 0 if state == "Z" else pid
+
+    def GetExitCodeProcess(self, handle: ctypes.c_void_p, code: object) -> None:  # noqa: N802
+        code._obj.value = 259  # type: ignore[attr-defined]
+
+    def CloseHandle(self, handle: ctypes.c_void_p) -> None:  # noqa: N802
+        """Nothing is held."""
+
+
+KILL = signal.SIGKILL
+ctypes.WinDLL, ctypes.get_last_error = Kernel32, lambda: 0  # type: ignore[attr-defined]
+real_mkdir, real_builtin_open = os.mkdir, builtins.open
+os.O_BINARY = 1 << 30  # type: ignore[attr-defined]
+os.open, os.write, os.close, os.fsync, os.mkdir = open_, write, close, fsync, mkdir_  # type: ignore[assignment]
+builtins.open = io.open = builtin_open
+os.replace, os.rename = guarded("replace", both=True), guarded("rename", both=True)
+os.unlink, os.remove = guarded("unlink", both=False), guarded("remove", both=False)
+for gone in ("fdatasync", "killpg", "mkfifo", "sched_getaffinity"):
+    delattr(os, gone)
+os.kill = kill
+signal.SIGBREAK = signal.CTRL_BREAK_EVENT = signal.SIGUSR1  # type: ignore[attr-defined]
+for gone in ("SIGHUP", "SIGKILL", "SIGSTOP", "SIGCONT", "SIGUSR2", "SIGALRM"):
+    delattr(signal, gone)
+subprocess.CREATE_NEW_PROCESS_GROUP = 0x200  # type: ignore[attr-defined]
+subprocess.Popen.__init__ = popen  # type: ignore[method-assign]
+subprocess.Popen.kill = lambda self: real_kill(self.pid, KILL)  # type: ignore[method-assign]
+subprocess.Popen.terminate = subprocess.Popen.kill  # type: ignore[method-assign]
+loops = asyncio.unix_events._UnixSelectorEventLoop
+loops.add_signal_handler = loops.add_reader = loops.add_writer = unknown  # type: ignore[assignment]
+msvcrt = types.ModuleType("msvcrt")
+msvcrt.locking, msvcrt.LK_NBLCK = locking, 2  # type: ignore[attr-defined]
+sys.modules["msvcrt"] = msvcrt
+builtins.__import__ = import_
+if importlib.util.find_spec("labrun") is not None:
+    import labrun.system
+
+    labrun.system.WINDOWS = True

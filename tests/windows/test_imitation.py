@@ -1,0 +1,169 @@
+"""What people do, under Windows' rules (`rules/sitecustomize.py`) and on a console of code page 1252.
+
+Every process has them: the command, the engine, the device servers.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+RULES = Path(__file__).parent / "rules"
+PROTOCOLS = Path(__file__).parents[2] / "protocols"
+MAP = str(PROTOCOLS / "pegmatite_map.yaml")
+CTRL_BREAK = getattr(signal, "SIGUSR1", None)
+"""As the rules have it."""
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the real one has them itself")
+
+
+@pytest.fixture
+def environment():
+    return {
+        **os.environ, "PYTHONPATH": str(RULES), "PYTHONUTF8": "0", "PYTHONIOENCODING": "cp1252",
+    }  # fmt: skip
+
+
+@pytest.fixture
+def labrun(tmp_path, environment):
+    """Runs a command; gives its exit status and its output."""
+
+    def run(*words):
+        ran = subprocess.run(
+            [sys.executable, "-m", "labrun.engine", *words],
+            cwd=tmp_path, env=environment, capture_output=True, encoding="cp1252",
+        )  # fmt: skip
+        return ran.returncode, ran.stdout + ran.stderr
+
+    return run
+
+
+@pytest.fixture
+def started(tmp_path, environment):
+    """Starts a command, and gives its process when a line of its output contains a word."""
+    processes = []
+
+    def start(word, *words):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "labrun.engine", *words], cwd=tmp_path, env=environment,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="cp1252",
+        )  # fmt: skip
+        processes.append(process)
+        assert process.stdout is not None
+        read = []
+        for line in process.stdout:
+            read.append(line)
+            if word in line:
+                return process
+        raise AssertionError("".join(read))
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+def journal(tmp_path):
+    (run,) = (tmp_path / "runs").iterdir()
+    return (run / "journal.jsonl").read_bytes()
+
+
+def test_the_rules_are_kept(environment):
+    broken = """
+import os, sys
+sys._getframe().f_globals["__name__"] = "labrun.x"
+def tried(act):
+    try: act()
+    except (OSError, AttributeError, ImportError) as fault: return type(fault).__name__
+def fsync_what_is_only_read():
+    number = os.open("a", os.O_RDONLY | os.O_BINARY)
+    try: os.fsync(number)
+    finally: os.close(number)
+def write_without_binary():
+    number = os.open("b", os.O_WRONLY | os.O_CREAT)
+    os.write(number, b"1\\n")
+    os.close(number)
+def import_fcntl():
+    import fcntl
+open("a", "w").close()
+held = open("a")
+write_without_binary()
+print([tried(act) for act in (
+    fsync_what_is_only_read, lambda: os.open(".", os.O_RDONLY), lambda: os.unlink("a"),
+    lambda: os.replace("b", "a"), lambda: open("a:b", "w"), lambda: open("nul.csv", "w"),
+    lambda: os.fdatasync(1), import_fcntl,
+)], open("b", "rb").read())
+"""
+    ran = subprocess.run(
+        [sys.executable, "-c", broken], env=environment, capture_output=True, text=True
+    )
+
+    assert ran.stdout.strip() == str(
+        [
+            "OSError", "PermissionError", "PermissionError", "PermissionError", "OSError", "OSError",
+            "AttributeError", "ModuleNotFoundError",
+        ]
+    ) + r" b'1\r\n'", ran.stderr  # fmt: skip
+
+
+def test_torture_says_what_windows_lacks(labrun):
+    status, said = labrun("torture", MAP)
+
+    assert status == 2
+    assert "torture needs SIGKILL" in said
+
+
+def test_a_run_succeeds_and_its_journal_is_that_of_other_systems(tmp_path, labrun):
+    text = (PROTOCOLS / "hello.yaml").read_text(encoding="utf-8").replace("Hello", "Grüße → 日本,")
+    (tmp_path / "hello.yaml").write_text(text, encoding="utf-8")
+    status, said = labrun("run", "hello.yaml")
+
+    assert status == 0, said
+    assert "Grüße ? ??, from" in said
+    assert b"\r" not in journal(tmp_path)
+
+
+@pytest.mark.slow
+def test_a_run_whose_engine_is_killed_is_resumed(tmp_path, started, labrun):
+    engine = started("run ", "run", MAP, "-p", "pitch=1 mm")
+    while b'"kind":"ended"' not in journal(tmp_path):
+        time.sleep(0.05)
+    engine.kill()
+    engine.wait()
+    (run,) = (tmp_path / "runs").iterdir()
+    status, said = labrun("resume", run.name)
+    kinds = [json.loads(line)["kind"] for line in journal(tmp_path).splitlines()]
+
+    assert status == 0, said
+    assert kinds.count("resumed") == 1
+    assert b"\r" not in journal(tmp_path)
+
+
+@pytest.mark.slow
+def test_device_servers_end_in_order_on_ctrl_break(started, tmp_path):
+    serving = started("serving", "serve")
+    serving.send_signal(CTRL_BREAK)
+    status = serving.wait()
+
+    assert status == 0
+    assert list(tmp_path.glob("**/server.json")) == []  # each has left in order
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("check", MAP), ("explain", MAP), ("rehearse", str(PROTOCOLS / "hello.yaml")), ("new", "my_scan"),
+        ("schema",), ("problem", "E204"), ("lines", "Li"), ("--help",),
+    ],
+    ids=lambda words: words[0],
+)  # fmt: skip
+def test_a_command_of_every_group_ends_well(labrun, words):
+    status, said = labrun(*words)
+
+    assert status == 0, said
