@@ -5,6 +5,7 @@ import logging
 import queue
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import suppress
 from typing import Any
 
@@ -55,9 +56,13 @@ class Cluster:
             self._still_there()
             return []
         self.futures.pop(number, None)
-        fault = future.exception() if future.status == "error" else None
-        if future.status == "finished":
-            return [Answer(number, future.result())]
+        fault = None
+        try:
+            if future.status == "finished":
+                return [Answer(number, future.result())]
+            fault = future.exception() if future.status == "error" else None
+        except (OSError, CancelledError):
+            pass  # the scheduler went away after the work ended, before its result was fetched
         if fault is None:  # cancelled or lost: the scheduler is gone
             raise ExecutorFault(f"lost the dask scheduler at {self.address}")
         return [Answer(number, lost=f"the cluster did not reduce it: {_words(fault)}")]

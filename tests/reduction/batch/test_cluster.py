@@ -171,6 +171,23 @@ def test_a_scheduler_that_dies_ends_the_batch_with_a_sentence(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_scheduler_that_dies_before_it_hands_over_a_result_ends_the_batch_with_a_sentence(
+    address, scheduler
+):
+    from labrun.reduction.batch.cluster import Cluster
+
+    executor = Cluster(address, Settings(), UP_S)
+    finished = executor.client.submit(str, 1)
+    finished.result()
+    executor.ready.put((0, finished))
+    scheduler[1].kill()
+    scheduler[1].wait()
+
+    with pytest.raises(ExecutorFault, match="lost the dask scheduler"):
+        executor.answers(wait_s=1.0)
+    executor.close()
+
+
 def test_nobody_at_the_address_is_a_sentence():
     from labrun.reduction.batch.cluster import Cluster
 
