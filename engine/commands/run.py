@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from ...system.page import why_no_page
 from ..check import Checked
 from ..exit_status import CTRL_C, FAILED, NOT_REACHED, SUCCEEDED
 from .checked_protocol import checked_file, name_values
@@ -93,6 +94,8 @@ def run_to_end(session) -> int:
     except OSError as fault:
         say(f"{fault.strerror or fault}: {fault.filename or 'the folder of the run'}. {GO_ON}")
         return FAILED
+    if why := why_no_page():
+        say(f"the page, `labrun web`, is missing here: {why}. See docs/how-to/web.md")
     if ending.interrupted:
         return CTRL_C
     return SUCCEEDED if ending.fate == "succeeded" else FAILED

@@ -3,13 +3,14 @@
 import platform
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ... import __version__
 from ...engine.lab.lab import LoadedLab
+from ...system.page import FOLDER as PAGE
 from ..access.control import Control
 from ..access.fault import FaultLog
 from ..access.once import Keys
@@ -55,7 +56,7 @@ class Options:
     token: str | None = None
     demo: bool = False
     check_timeout_s: float = 60.0
-    page: Path = field(default_factory=lambda: Path(__file__).parents[1] / "app-dist")
+    page: Path = PAGE
 
     @property
     def state(self) -> Path:

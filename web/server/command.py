@@ -109,6 +109,7 @@ def _serve(options: "Options", *, browser: bool) -> None:
 
     from ...engine.lab.lab import load_lab
     from ...engine.problems.print import print_problems
+    from ...system.page import HOW, why_no_page
     from .serving import serve
 
     logging.basicConfig(format="labrun: %(message)s", level=logging.WARNING)
@@ -123,11 +124,9 @@ def _serve(options: "Options", *, browser: bool) -> None:
         typer.echo(
             f"protocols in {options.protocols}, runs in {options.runs}; press Ctrl-C to stop"
         )
-        if not (options.page / "index.html").is_file():
+        if (why := why_no_page(options.page)) is not None:
             typer.echo(
-                f"the page is not built: run `npm ci && npm run build` in {options.page.parent}, with "
-                "Node 20 or newer; until then only the API works",
-                err=True,
+                f"the page is not built{why and f' ({why})'}, only the API works: {HOW}", err=True
             )
         if browser:
             import webbrowser

@@ -1,11 +1,13 @@
 """The built page as files: compressed if the browser accepts it, and one page for every address."""
 
 from collections.abc import MutableMapping
+from html import escape
 from pathlib import Path
 from typing import Any
 
 from fastapi.responses import FileResponse, HTMLResponse, Response
 
+from ...system.page import HOW, why_no_page
 from ..report.files import FORMATS
 
 PACKED = (("br", ".br"), ("gzip", ".gz"))
@@ -17,10 +19,8 @@ KINDS = FORMATS | {
 NOT_BUILT = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>labrun</title></head>
 <body><main><h1>The page is not built</h1>
-<p>The server is running, and its API answers under <code>/api/v1</code>. Build the page with
-Node 20 or newer, in the folder <code>web</code> of a checkout:</p>
-<pre>npm ci &amp;&amp; npm run build</pre>
-<p>A labrun wheel already contains it. Then reload this page.</p></main></body></html>
+<p>The server is running, and its API answers under <code>/api/v1</code>. {why}</p>
+<p>To bring the page, {how}. Then reload this page.</p></main></body></html>
 """
 
 
@@ -42,7 +42,10 @@ class Pages:
         if path is None:
             index = self._folder / "index.html"
             if not index.is_file():
-                return HTMLResponse(NOT_BUILT, 503, headers={"Cache-Control": "no-store"})
+                return HTMLResponse(
+                    NOT_BUILT.format(why=escape(why_no_page(self._folder) or ""), how=escape(HOW)),
+                    503, headers={"Cache-Control": "no-store"},
+                )  # fmt: skip
             if _is_a_file(str(scope["path"])):
                 return Response("no such file", 404, media_type="text/plain")
             path = index

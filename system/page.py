@@ -1,0 +1,17 @@
+"""The built page in this installation, or why it is not here. `setup.py` builds it."""
+
+from pathlib import Path
+
+FOLDER = Path(__file__).parents[1] / "web" / "app-dist"
+HOW = (
+    "install labrun again from its sources with a connection to the npm registry, or from a wheel; "
+    "in a checkout, `npm ci && npm run build` in the folder web"
+)
+
+
+def why_no_page(folder: Path = FOLDER) -> str | None:
+    """Why the page could not be built, "" where nobody tried; None where it is built."""
+    if (folder / "index.html").is_file():
+        return None
+    kept = folder / "not-built.txt"
+    return kept.read_text("utf-8").strip() if kept.is_file() else ""
