@@ -73,7 +73,7 @@ def journal(tmp_path):
     return (run / "journal.jsonl").read_bytes()
 
 
-def test_the_rules_are_kept(environment):
+def test_the_rules_are_kept(environment, tmp_path):
     broken = """
 import os, sys
 sys._getframe().f_globals["__name__"] = "labrun.x"
@@ -100,7 +100,11 @@ print([tried(act) for act in (
 )], open("b", "rb").read())
 """
     ran = subprocess.run(
-        [sys.executable, "-c", broken], env=environment, capture_output=True, text=True
+        [sys.executable, "-c", broken],
+        env=environment,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
     )
 
     assert ran.stdout.strip() == str(
