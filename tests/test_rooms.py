@@ -15,7 +15,14 @@ DOORS = {
     "drivers": {"__init__", "driver", "find", "reducer"},
     "reduction": {"__init__", "reduce", "warm_up"},
     "system": {
-        "__init__", "files", "keyboard", "page", "process", "signals", "tasks", "websocket",
+        "__init__",
+        "files",
+        "keyboard",
+        "page",
+        "process",
+        "signals",
+        "tasks",
+        "websocket",
     },
     "web": {"__init__"},
 }
