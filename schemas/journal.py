@@ -12,7 +12,7 @@ from .contract import Effect
 from .messages import GoalError
 from .model import Model
 
-FORMAT = 1
+FORMAT = 2
 """Version of the journal's format; a newer one is refused with a message."""
 
 StepFate = Literal["succeeded", "failed", "skipped", "cancelled", "unknown"]
@@ -195,12 +195,26 @@ class Again(Record):
 
 
 class Leased(Record):
-    """The engine holds a device with this epoch, at this boot of its server."""
+    """The engine holds a device with this epoch, at this boot of its server.
+
+    `mark` is the newest change in the server's ledger. `continues` is false if the ledger lacked the
+    mark before this one: it is another ledger, or an older copy of it.
+    """
 
     kind: Literal["leased"] = "leased"
     device: str
     epoch: int
     boot: str
+    mark: str = ""
+    continues: bool = True
+
+
+class Marked(Record):
+    """A device server has a `once` goal in its ledger, whose newest change is `mark`."""
+
+    kind: Literal["marked"] = "marked"
+    device: str
+    mark: str
 
 
 class Touched(Record):
@@ -238,6 +252,7 @@ JournalRecord = Annotated[
     | SafeState
     | Again
     | Leased
+    | Marked
     | Touched
     | Finished,
     Field(discriminator="kind"),

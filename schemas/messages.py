@@ -53,7 +53,10 @@ class Goal(Model):
 
 
 class GoalReport(Model):
-    """What a server knows about one goal: in acknowledgements, answers to `query`, and `update`."""
+    """What a server knows about one goal: in acknowledgements, answers to `query`, and `update`.
+
+    `mark`, in acknowledgements only: the newest change in the ledger, which contains the goal by then.
+    """
 
     id: str
     state: GoalState
@@ -64,6 +67,7 @@ class GoalReport(Model):
     result: dict[str, Any] | None = None
     error: GoalError | None = None
     files: dict[str, FileContent] = Field(default_factory=dict)
+    mark: str = ""
 
     @property
     def ended(self) -> bool:
@@ -98,10 +102,16 @@ class DeviceDescription(Model):
 
 
 class ServerDescription(Model):
-    """What a device server serves; `boot` is new at every start, `ledger` stays."""
+    """What a device server serves; `boot` is new at every start, `ledger` stays.
+
+    `mark` is the newest change in the ledger. `continues` is false if the ledger lacks the mark that
+    the client has sent along: it was replaced by an older copy, or is another one.
+    """
 
     boot: str
     ledger: str
+    mark: str = ""
+    continues: bool = True
     devices: dict[str, DeviceDescription]
 
 
@@ -111,3 +121,8 @@ class QueryAnswer(Model):
     boot: str
     ledger: str
     goals: dict[str, GoalReport | None]
+
+
+def ledger_of(boot: str) -> str:
+    """The id of the ledger that a boot was made for: the part before its dot."""
+    return boot.partition(".")[0]

@@ -26,7 +26,11 @@ LINK_S = 5.0
 
 
 class DeviceClient:
-    """One device server, as the engine uses it; it reconnects by itself."""
+    """One device server, as the engine uses it; it reconnects by itself.
+
+    `mark` is the newest change in the server's ledger that this client, or whoever made it, has seen.
+    `continues` becomes false when a ledger answers that lacks it; who has noted that sets it again.
+    """
 
     def __init__(
         self,
@@ -34,12 +38,15 @@ class DeviceClient:
         token: str | None = None,
         *,
         lost_after_s: float = 60.0,
+        mark: str = "",
         on_status: Callable[[str, dict[str, Any]], None] | None = None,
         on_link: Callable[[bool], None] | None = None,
     ) -> None:
         self.url = url.rstrip("/")
         self.boot = ""
         self.ledger = ""
+        self.mark = mark
+        self.continues = True
         self.devices: dict[str, DeviceDescription] = {}
         self._on_status = on_status
         self._on_link = on_link
@@ -98,7 +105,14 @@ class DeviceClient:
         size = sum(len(file.data) for file in goal.files.values())
         if size > MAX_FILES_BYTES:
             return refused("INVALID", f"{size} bytes of files are too many for one goal", self.boot)
-        return await self._goal_watch.follow(goal, on_report, send=send)
+        return await self._goal_watch.follow(goal, self._marked(on_report), send=send)
+
+    def _marked(self, on_report: Callable[[GoalReport], None]) -> Callable[[GoalReport], None]:
+        def reported(report: GoalReport) -> None:
+            self.mark = report.mark or self.mark
+            on_report(report)
+
+        return reported
 
     async def keep(self, goal: Goal) -> bool:
         """Resend a goal, which holds a jog; False once it has ended.
@@ -148,7 +162,7 @@ class DeviceClient:
 
     async def _link_up(self) -> None:
         """On every new connection: check which server it is and that our leases are still ours."""
-        answer = accepted(await self._link.call("describe", {}), self.url)
+        answer = accepted(await self._link.call("describe", {"mark": self.mark}), self.url)
         try:
             described = ServerDescription.model_validate(answer)
         except ValidationError as fault:
@@ -156,6 +170,10 @@ class DeviceClient:
                 self.url, "it runs an incompatible version of labrun"
             ) from fault
         restarted = described.boot != self.boot
+        self.mark = described.mark
+        if not described.continues:
+            self.continues = False
+            self._goal_watch.lose_memory()
         self.boot = self._goal_watch.boot = described.boot
         self.ledger, self.devices = described.ledger, described.devices
         await self._lease_keeper.confirm(restarted=restarted)

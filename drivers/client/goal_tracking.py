@@ -24,6 +24,7 @@ class GoalTracking:
         self._on_report = on_report
         self.payload: dict[str, Any] = goal.model_dump(exclude_defaults=True)
         self.doubtful = False
+        self.forgotten = False
         self.cancel_wanted = False
         self.refusal = ""
         self._loop = asyncio.get_running_loop()
@@ -61,8 +62,3 @@ class GoalTracking:
         """Record its end; the first outcome counts."""
         if not self.end.done():
             self.end.set_result(outcome)
-
-
-def ledger_of(boot: str) -> str:
-    """The id of the ledger that a boot was made for: the part before its dot."""
-    return boot.partition(".")[0]

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Iterator
 
 from pydantic import ValidationError
 
-from ...schemas.messages import Goal, GoalReport, QueryAnswer
+from ...schemas.messages import Goal, GoalReport, QueryAnswer, ledger_of
 from ...system.tasks import end, keep
-from .goal_tracking import GoalTracking, ledger_of
+from .goal_tracking import GoalTracking
 from .link import Answer, Link, LinkDown, ServerUnreachable, accepted
 from .outcome import Outcome, lost, out_of_reach, outcome_of, refused
 
@@ -63,6 +63,11 @@ class GoalWatch:
         """The connection came or went: query every goal as soon as possible."""
         for tracking in self._followed.values():
             self._doubt(tracking)
+
+    def lose_memory(self) -> None:
+        """The server has another ledger now: that it does not know a goal proves nothing."""
+        for tracking in self._followed.values():
+            tracking.forgotten = True
 
     def update(self, data: Answer) -> None:
         """Take an unsolicited report on a goal."""
@@ -178,11 +183,11 @@ class GoalWatch:
                 await self.cancel(goal.id)
         elif answer["boot"] == goal.boot:
             await self._never_arrived(tracking)
-        elif ledger_of(goal.boot) == answer["ledger"]:
+        elif ledger_of(goal.boot) == answer["ledger"] and not tracking.forgotten:
             words = "the device server was restarted before the goal reached it"
             tracking.conclude(lost(words, "no", answer["boot"]))
         else:
-            words = "the device server now has another ledger, which does not contain the goal"
+            words = "the device server now has another ledger, or an older copy, without the goal"
             tracking.conclude(lost(words, "unknown", answer["boot"]))
 
     async def _never_arrived(self, tracking: GoalTracking) -> None:

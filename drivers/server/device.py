@@ -121,16 +121,25 @@ class ServedDevice:
             self._unlease()
         return over is not None
 
-    async def accept(self, goal: Goal, session: str) -> Execution:
-        """Start a goal; raises Refused if it must not start, and then nothing has happened."""
+    @property
+    def stops(self) -> int:
+        """How often it was stopped: a goal that came before a stop must not start after it."""
+        return self._owner.stops
+
+    async def accept(self, goal: Goal, session: str, stops: int) -> Execution:
+        """Start a goal that came when `stops` was so much.
+
+        Raises Refused if it must not start, and then nothing has happened.
+        """
         action = self._contract.actions.get(goal.action)
         if action is None:
             raise Refused("INVALID", f"{self.name} has no action {goal.action!r}")
         arguments = self._arguments[goal.action]
         async with self._admitting:  # until it is in the ledger, none is checked against what runs
             self._check(goal, arguments)
+            if self.stops != stops:
+                raise Refused("REJECTED", f"{self.name} was stopped before the goal began")
             state: GoalState = "EXECUTING" if self._owner.at_rest else "ACCEPTED"
-            stops = self._owner.stops
             try:
                 seq = await self._ledger.queued(self._ledger.admit, goal, state)
             except LedgerFault as fault:
@@ -138,7 +147,7 @@ class ServedDevice:
             execution = Execution(goal, action, state, seq, self._ledger.boot, self._tell_progress)
             execution.followers.add(session)
             self.running[goal.id] = execution
-        if self._owner.stops != stops:
+        if self.stops != stops:
             execution.interrupt()
         execution.task = spawn(f"goal {goal.id}", self._run(execution, arguments))
         return execution

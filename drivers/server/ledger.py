@@ -2,6 +2,10 @@
 
 A goal is on disk before the driver is called, its outcome before it is reported; so after a crash
 the server can state for every goal whether it never began, was interrupted, or how it ended.
+
+Every change is chained to the one before by a hash. Its newest link is the ledger's mark: a ledger
+that lacks a mark which it once gave was replaced by an older copy, and what it does not contain may
+have happened all the same.
 """
 
 import asyncio
@@ -12,6 +16,7 @@ import sqlite3
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
+from hashlib import blake2b
 from pathlib import Path
 from typing import Any, TypeVar, TypeVarTuple
 
@@ -44,6 +49,7 @@ CREATE TABLE IF NOT EXISTS files (
 CREATE TABLE IF NOT EXISTS epochs (
     device TEXT PRIMARY KEY, epoch INTEGER NOT NULL, holder TEXT NOT NULL
 ) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS chain (seq INTEGER PRIMARY KEY, hash BLOB NOT NULL);
 """
 ROW = "SELECT id, seq, boot, state, result, error FROM goals "
 
@@ -66,8 +72,10 @@ class Ledger:
         # A boot contains its ledger's id, so that a client can see from a goal's boot alone
         # whether a server that does not know the goal ought to know it.
         self.boot = f"{self.id}.{secrets.token_hex(4)}"
-        newest = self._disk.execute("SELECT coalesce(max(seq), 0) FROM goals").fetchone()[0]
-        self._numbers = itertools.count(newest + 1)
+        newest, self._newest_hash = self._newest_link()
+        self._numbers, self._changed = itertools.count(newest + 1), 0
+        self.mark = self._mark(newest, self._newest_hash)
+        """The newest change on disk, as `ledger id:number:hash`."""
         self._with_files: list[str] = [
             row[0]
             for row in self._disk.execute("SELECT goal FROM files GROUP BY goal ORDER BY seq")
@@ -118,6 +126,28 @@ class Ledger:
         self._disk.execute("INSERT OR IGNORE INTO facts VALUES (?, ?)", (name, value))
         return self._disk.execute("SELECT value FROM facts WHERE name = ?", (name,)).fetchone()[0]
 
+    def _newest_link(self) -> tuple[int, bytes]:
+        """The number and hash of the newest change; a ledger without a chain gets one from here on."""
+        newest = "SELECT seq, hash FROM chain ORDER BY seq DESC LIMIT 1"
+        found = self._disk.execute(newest).fetchone()
+        if found is None:
+            seq = self._disk.execute("SELECT coalesce(max(seq), 0) FROM goals").fetchone()[0]
+            rows = self._disk.execute("SELECT id, seq, state FROM goals ORDER BY seq").fetchall()
+            held = self._disk.execute("SELECT * FROM epochs ORDER BY device").fetchall()
+            found = seq, _hash(self.id.encode(), rows, held)
+            self._disk.execute("INSERT INTO chain VALUES (?, ?)", found)
+        return found
+
+    def _mark(self, seq: int, link: bytes) -> str:
+        return f"{self.id}:{seq}:{link.hex()}"
+
+    def has(self, mark: str) -> bool:
+        """True if this ledger contains the change that a mark names, and has gone on from there."""
+        ledger, _, rest = mark.partition(":")
+        seq, _, link = rest.partition(":")
+        known = self._disk.execute("SELECT hash FROM chain WHERE seq = ?", (seq,)).fetchone()
+        return ledger == self.id and known is not None and known[0].hex() == link
+
     def _close_open_goals(self) -> set[str]:
         """Settle every goal that an earlier boot left open; returns the devices they were on."""
         rows = self._disk.execute(
@@ -132,11 +162,16 @@ class Ledger:
     @contextmanager
     def writing(self) -> Iterator[None]:
         """One transaction, with one sync; raises LedgerFault where the disk does not take it."""
+        before = self._newest_hash
+        self._changed = 0
         try:
             self._disk.execute("BEGIN IMMEDIATE")
             yield
             self._disk.execute("COMMIT")
+            if self._changed:
+                self.mark = self._mark(self._changed, self._newest_hash)
         except BaseException as fault:
+            self._newest_hash = before
             if self._disk.in_transaction:
                 self._disk.execute("ROLLBACK")
             if isinstance(fault, sqlite3.Error):
@@ -147,10 +182,18 @@ class Ledger:
         """The number of the next change; grows for as long as the ledger exists, in any thread."""
         return next(self._numbers)
 
+    def _change(self, *what: object) -> int:
+        """Chain a change to the one before it, within a transaction; returns its number."""
+        self._changed = seq = self.next_seq()
+        # With the boot: what is done once more on an older copy is another change.
+        self._newest_hash = _hash(self._newest_hash, self.boot, seq, *what)
+        self._disk.execute("INSERT INTO chain VALUES (?, ?)", (seq, self._newest_hash))
+        return seq
+
     def admit(self, goal: Goal, state: GoalState) -> int:
         """Write a new goal to disk, before anything else is done with it."""
-        seq = self.next_seq()
         with self.writing():
+            seq = self._change(goal.id, state)
             self._disk.execute(
                 "INSERT INTO goals (id, seq, device, action, boot, state) VALUES (?, ?, ?, ?, ?, ?)",
                 (goal.id, seq, goal.device, goal.action, self.boot, state),
@@ -162,7 +205,7 @@ class Ledger:
         with self.writing():
             self._disk.execute(
                 "UPDATE goals SET state = 'EXECUTING', seq = ? WHERE id = ?",
-                (self.next_seq(), goal_id),
+                (self._change(goal_id, "EXECUTING"), goal_id),
             )
 
     def bury(self, goal_id: str) -> None:
@@ -170,7 +213,12 @@ class Ledger:
         with self.writing():
             self._disk.execute(
                 "INSERT INTO goals VALUES (?, ?, '', '', ?, 'CANCELED', NULL, ?)",
-                (goal_id, self.next_seq(), self.boot, NEVER_STARTED.model_dump_json()),
+                (
+                    goal_id,
+                    self._change(goal_id, "CANCELED"),
+                    self.boot,
+                    NEVER_STARTED.model_dump_json(),
+                ),
             )
 
     def end(
@@ -195,9 +243,9 @@ class Ledger:
         result: dict[str, Any] | None,
         error: GoalError | None,
     ) -> int:
-        seq = self.next_seq()
         result_text = None if result is None else json.dumps(result)
         error_text = None if error is None else error.model_dump_json()
+        seq = self._change(goal_id, state, result_text, error_text)
         self._disk.execute(
             "UPDATE goals SET state = ?, seq = ?, boot = ?, result = ?, error = ? WHERE id = ?",
             (state, seq, self.boot, result_text, error_text, goal_id),
@@ -252,6 +300,7 @@ class Ledger:
         """A new epoch for a new lease; on disk before it is sent to the holder."""
         epoch = self.epoch(device) + 1
         with self.writing():
+            self._change(device, epoch, holder)
             self._disk.execute(
                 "INSERT OR REPLACE INTO epochs VALUES (?, ?, ?)", (device, epoch, holder)
             )
@@ -260,6 +309,7 @@ class Ledger:
     def skip_epoch(self, device: str) -> None:
         """Skip a number, so that the next holder sees that another client intervened."""
         with self.writing():
+            self._change(device, "skip")
             self._disk.execute("UPDATE epochs SET epoch = epoch + 1 WHERE device = ?", (device,))
 
     def unlease(self, device: str) -> None:
@@ -278,6 +328,10 @@ class Ledger:
         if self._thread is not None:
             self._thread.shutdown()
         self._disk.close()
+
+
+def _hash(previous: bytes, *what: object) -> bytes:
+    return blake2b(previous + repr(what).encode(errors="surrogatepass"), digest_size=16).digest()
 
 
 INTERRUPTED = GoalError(

@@ -159,14 +159,17 @@ class DeviceServer:
 
     async def _describe(self, session: str, data: Answer) -> Answer:
         described = {name: device.describe() for name, device in self.devices.items()}
+        mark = data.get("mark")
         return ServerDescription(
-            boot=self.ledger.boot, ledger=self.ledger.id, devices=described
-        ).model_dump()
+            boot=self.ledger.boot, ledger=self.ledger.id, mark=self.ledger.mark, devices=described,
+            continues=not mark or await self.ledger.queued(self.ledger.has, str(mark)),
+        ).model_dump()  # fmt: skip
 
     async def _lease(self, session: str, data: Answer) -> Answer:
         request = LeaseRequest.model_validate(data)
         epoch = await self._device(request.device).take_lease(request, session)
-        return {"epoch": epoch, "boot": self.ledger.boot, "device": request.device}
+        mark = self.ledger.mark
+        return {"epoch": epoch, "boot": self.ledger.boot, "mark": mark, "device": request.device}
 
     async def _release(self, session: str, data: Answer) -> Answer:
         device = self._device(data["device"])
@@ -175,12 +178,13 @@ class DeviceServer:
     async def _goal(self, session: str, data: Answer) -> Answer:
         known = self._under_way(data.get("id"), session)
         if known is None:
+            stops = {name: device.stops for name, device in self.devices.items()}
             async with self._in_order:
                 known = await self._known(data.get("id"), session)
                 if known is None:
-                    return await self._new_goal(session, data)
+                    return await self._new_goal(session, data, stops)
         self._still_wanted(data)
-        return {"dup": True, **wire(known)}
+        return {"dup": True, "mark": self.ledger.mark, **wire(known)}
 
     def _still_wanted(self, data: Answer) -> None:
         """A goal that is sent again is still wanted; one from a lease that is over is not."""
@@ -188,18 +192,19 @@ class DeviceServer:
         if execution is not None and execution.goal.epoch == data.get("epoch"):
             execution.context.wanted_at = time.monotonic()
 
-    async def _new_goal(self, session: str, data: Answer) -> Answer:
+    async def _new_goal(self, session: str, data: Answer, stops: dict[str, int]) -> Answer:
         goal = Goal.model_validate(data)
         if goal.boot != self.ledger.boot:
             raise Refused("STALE_BOOT", "the device server has been restarted since; use query")
         self._refuse_again(goal)
         device = self._device(goal.device)
         try:
-            execution = await device.accept(goal, session)
+            execution = await device.accept(goal, session, stops[device.name])
         except Refused as refusal:
             self._remember(goal, refusal)
             raise
-        return {"id": goal.id, "state": execution.state, "seq": execution.seq}
+        mark = self.ledger.mark
+        return {"id": goal.id, "state": execution.state, "seq": execution.seq, "mark": mark}
 
     def _refuse_again(self, goal: Goal) -> None:
         """A refusal is final: a late copy must not start what its sender counts as never done."""

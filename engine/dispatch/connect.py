@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import os
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,7 @@ class Connections:
     clients: dict[str, DeviceClient] = field(default_factory=dict)
     started: dict[str, RunningServer] = field(default_factory=dict)
     leased: list[str] = field(default_factory=list)
+    marks: Mapping[str, str] = field(default_factory=dict)
     keeping: list[asyncio.Task[None]] = field(default_factory=list)
     say: Callable[[str], None] = lambda text: None
 
@@ -53,10 +54,14 @@ def servers_folder(run_folder: Path) -> Path:
 
 
 async def connect(
-    roles: dict[str, BoundRole], lab: LoadedLab, run_folder: Path, owner: str
-) -> Connections:
-    """Clients for every device that plays a role, leases taken; raises NotReached."""
-    connections = Connections(servers_folder(run_folder))
+    roles: dict[str, BoundRole], lab: LoadedLab, run_folder: Path, owner: str,
+    marks: Mapping[str, str] | None = None,
+) -> Connections:  # fmt: skip
+    """Clients for every device that plays a role, leases taken; raises NotReached.
+
+    `marks`: what the run has seen of each device's ledger, for the server to say whether it has it.
+    """
+    connections = Connections(servers_folder(run_folder), marks=marks or {})
     devices = sorted({role.device for role in roles.values()})
     try:
         reached = await asyncio.gather(
@@ -89,7 +94,7 @@ async def _reach(name: str, lab: LoadedLab, connections: Connections) -> None:
 async def _open(
     name: str, url: str, token: str | None, lab: LoadedLab, connections: Connections
 ) -> None:
-    client = DeviceClient(url, token)
+    client = DeviceClient(url, token, mark=connections.marks.get(name, ""))
     try:
         await client.open(lab.lab.start_timeout_s)
     except ServerUnreachable as fault:

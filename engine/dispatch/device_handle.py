@@ -12,6 +12,8 @@ class DeviceHandle(Protocol):
 
     boot: str
     ledger: str
+    mark: str
+    continues: bool
 
     def epoch(self, device: str) -> int:
         """The epoch of the lease that is held on a device."""

@@ -95,8 +95,13 @@ class Dispatcher:
         """From now on compare with the devices' present state; the journal records the leases."""
         self._known = self._standing()
         for device, client in self.clients.items():
-            epoch = client.epoch(device)
-            self.run.record(j.Leased(device=device, epoch=epoch, boot=client.boot))
+            self.run.record(
+                j.Leased(
+                    device=device, epoch=client.epoch(device), boot=client.boot, mark=client.mark,
+                    continues=client.continues,
+                )
+            )  # fmt: skip
+            client.continues = True
 
     def _standing(self) -> dict[str, tuple[str, int]]:
         """Boot and epoch of every device that has a state to lose."""
@@ -298,7 +303,11 @@ class Dispatcher:
         self.wake.set()
 
     def _goal(self, request: Request, client: DeviceHandle) -> Goal:
-        boot = request.adopt.sent.boot if request.adopt else client.boot
+        boot = client.boot
+        if request.adopt is not None:
+            # Where another ledger answers, its silence about the goal proves nothing.
+            sent = request.adopt.sent
+            boot = sent.boot if self.run.history.is_remembered(sent) else ""
         read, _ = request.action.path_params()
         files = {
             name: read_content(self.run.folder, request.params[name])
@@ -313,6 +322,9 @@ class Dispatcher:
 
     def _heard(self, request: Request) -> Callable[[GoalReport], None]:
         def heard(report: GoalReport) -> None:
+            if report.mark and request.action.effect == "once":
+                self.run.record(j.Marked(device=request.device, mark=report.mark))
+                self.run.journal.hand_over()
             if report.state not in ENDED and (report.message or report.progress is not None):
                 self.run.tell(
                     "feedback", request.path, report.state, report.message, progress=report.progress

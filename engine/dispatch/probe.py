@@ -9,7 +9,7 @@ earlier one.
 
 from typing import Any
 
-from ..journal.history import History
+from ..journal.history import History, split_goal_id
 from ..lab.bind import BoundRole
 from .request import Request
 
@@ -47,22 +47,31 @@ def told_before(history: History, goal_id: str) -> dict[str, Any] | None:
 
 
 def what_it_proves(
-    history: History, device: str, goal_id: str, epoch: int, told: dict[str, Any] | None
+    history: History, role: BoundRole, goal_id: str, told: dict[str, Any] | None
 ) -> bool | None:
     """Whether a goal's action happened; None if the answer proves nothing.
 
     A newer execution may hide an earlier one: it may be our own, requested later, or that of another
-    client, which may have held the device in between.
+    client, which may have held the device in between. On a device that does several things at a time
+    the order of requests is not that of executions: only the goal's own id proves anything.
     """
     if told is None or told.get("goal_id") is None:
         return None
     newest = str(told["goal_id"])
     if newest == goal_id:
         return True
+    past = history.past.goal(*split_goal_id(goal_id))
+    if past is None or role.contract.concurrent or _overtakes(role, past.sent.action):
+        return None
     if not newest:
         return False
     if newest.partition("/")[0] == goal_id.partition("/")[0]:
-        earlier = history.was_before(device, newest, goal_id)
+        earlier = history.was_before(past.sent.device, newest, goal_id)
     else:
-        earlier = history.held_since(device, epoch)
+        earlier = history.held_since(past.sent)
     return False if earlier else None
+
+
+def _overtakes(role: BoundRole, name: str) -> bool:
+    action = role.contract.actions.get(name)
+    return action is None or action.meanwhile

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from ...schemas import journal as j
+from ...schemas.messages import ledger_of
 from .journal import JournalFault
 from .past import Past, PastGoal
 
@@ -29,6 +30,8 @@ class History:
 
     `cleaned_up`: the engine session before the newest one, which left at `left_at`, had ended by
     itself. `touched`: device -> the record since which what steps had set on it may be lost.
+    `marks`: the newest change that was seen in the ledger of a device. `ledger_n`: the record since
+    which it has its present ledger, where the run has met more than one.
     """
 
     past: Past = field(default_factory=Past)
@@ -45,6 +48,9 @@ class History:
     order: dict[str, deque[str]] = field(default_factory=dict)
     epochs: dict[str, set[int]] = field(default_factory=dict)
     leased_n: dict[str, int] = field(default_factory=dict)
+    lease_boots: dict[str, str] = field(default_factory=dict)
+    ledger_n: dict[str, int] = field(default_factory=dict)
+    marks: dict[str, str] = field(default_factory=dict)
     touched: dict[str, int] = field(default_factory=dict)
     boots: dict[str, str] = field(default_factory=dict)
 
@@ -76,8 +82,9 @@ class History:
             case j.Answered():
                 self.past.answers[record.path] = record
             case j.Leased():
-                self.epochs.setdefault(record.device, set()).add(record.epoch)
-                self.leased_n[record.device] = record.n
+                self._take_leased(record)
+            case j.Marked():
+                self.marks[record.device] = record.mark
             case j.SafeState() | j.Touched():
                 self.touched[record.device] = record.n
             case j.Finished():
@@ -101,6 +108,17 @@ class History:
             self.resumes = max(self.resumes, int(number))
         elif name == "finally":
             self.finals += 1
+
+    def _take_leased(self, record: j.Leased) -> None:
+        device, before = record.device, self.lease_boots.get(record.device)
+        other = before is not None and ledger_of(before) != ledger_of(record.boot)
+        if other or not record.continues:
+            self.epochs.pop(device, None)  # those of another ledger say nothing about these
+            self.ledger_n[device] = record.n
+        self.epochs.setdefault(device, set()).add(record.epoch)
+        self.leased_n[device] = record.n
+        self.lease_boots[device] = record.boot
+        self.marks[device] = record.mark
 
     def _take_sent(self, record: j.GoalSent) -> None:
         path, attempt = split_goal_id(record.id)
@@ -172,15 +190,23 @@ class History:
             return False
         return goal_id not in order or order.index(goal_id) < order.index(other)
 
-    def held_since(self, device: str, epoch: int) -> bool:
-        """True if no other client has held a device since that epoch."""
-        ours = self.epochs.get(device, set())
-        return epoch in ours and all(e in ours for e in range(epoch, max(ours) + 1))
+    def is_remembered(self, sent: j.GoalSent) -> bool:
+        """True if the device has the ledger that it had when a goal was sent."""
+        return sent.n > self.ledger_n.get(sent.device, 0)
 
-    def somebody_was_there(self, device: str, epoch: int) -> bool:
+    def held_since(self, sent: j.GoalSent) -> bool:
+        """True if no other client has held a device since a goal was sent to it."""
+        ours = self.epochs.get(sent.device, set())
+        unbroken = sent.epoch in ours and all(e in ours for e in range(sent.epoch, max(ours) + 1))
+        return unbroken and self.is_remembered(sent)
+
+    def somebody_was_there(self, device: str, boot: str, epoch: int) -> bool:
         """True if a new lease does not directly follow this run's last one on a device."""
         ours = self.epochs.get(device)
-        return bool(ours) and epoch not in (max(ours or {0}), max(ours or {0}) + 1)
+        if not ours:
+            return False
+        same = ledger_of(boot) == ledger_of(self.lease_boots.get(device, boot))
+        return not same or epoch not in (max(ours), max(ours) + 1)
 
     def is_stale(self, past: PastGoal) -> bool:
         """True when the device was touched since this goal ended, so its state may be lost."""

@@ -33,6 +33,7 @@ class RehearsedDevice:
         self.faults = faults
         self._ledger = Ledger(Path(":memory:"))
         self.boot, self.ledger = self._ledger.boot, self._ledger.id
+        self.mark, self.continues = self._ledger.mark, True
         self._driver = driver(place)
         self._served = ServedDevice(place, self._driver, contract, self._ledger, self._told)
         self._epoch = 0
@@ -77,7 +78,7 @@ class RehearsedDevice:
         end: asyncio.Future[GoalReport] = asyncio.get_running_loop().create_future()
         self._followed[goal.id] = (end, on_report)
         try:
-            await self._served.accept(goal, self._owner)
+            await self._served.accept(goal, self._owner, self._served.stops)
             outcome = outcome_of(await self._ended(goal, end))
         except Refused as refusal:
             return refused(refusal.code, refusal.message, self.boot)

@@ -29,7 +29,9 @@ async def run_session(
     """
     assert checked.lab is not None
     try:
-        connections = await connect(checked.roles, checked.lab, run.folder, run.id)
+        connections = await connect(
+            checked.roles, checked.lab, run.folder, run.id, run.history.marks
+        )
     except BaseException:
         with contextlib.suppress(JournalFault, DiskFull):
             run.journal.close()

@@ -89,7 +89,7 @@ def _probe_of(run: Run, past: PastGoal) -> Request | None:
 def others_since(run: Run, clients: Mapping[str, DeviceHandle]) -> set[str]:
     """Devices that another client has held or stopped since this run's last lease on them."""
     history = run.history
-    return {d for d, c in clients.items() if history.somebody_was_there(d, c.epoch(d))}
+    return {d for d, c in clients.items() if history.somebody_was_there(d, c.boot, c.epoch(d))}
 
 
 def mark_states_lost(

@@ -172,9 +172,9 @@ class ActionLeaf(Node):
         return past.spent or past.ended.state == "CANCELED"
 
     def _was_denied(self, past: PastGoal) -> bool:
-        history, sent = self.run.history, past.sent
-        told = told_before(history, sent.id)
-        return what_it_proves(history, sent.device, sent.id, sent.epoch, told) is False
+        history, goal_id = self.run.history, past.sent.id
+        told = told_before(history, goal_id)
+        return what_it_proves(history, self.plan.role, goal_id, told) is False
 
     # --- ending
 

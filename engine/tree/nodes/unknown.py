@@ -94,9 +94,7 @@ class UnknownFate:
 
     def _read(self, told: dict[str, Any] | None) -> Verdict | None:
         request = self.request
-        happened = what_it_proves(
-            self.run.history, request.device, request.goal_id, request.epoch, told
-        )
+        happened = what_it_proves(self.run.history, self.role, request.goal_id, told)
         if not happened:
             return None if happened is None else Verdict()
         wanted = request.action.returns.get("properties", {})

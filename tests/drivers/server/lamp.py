@@ -79,7 +79,7 @@ class Story:
         epoch = self.device.lease.holder.epoch if epoch is None else epoch
         boot = self.ledger.boot
         goal = Goal(id=name, device="lamp", boot=boot, epoch=epoch, action="shine")
-        await self.device.accept(goal, "s")
+        await self.device.accept(goal, "s", self.device.stops)
         return name
 
     async def until(self, *act):

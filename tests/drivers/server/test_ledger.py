@@ -216,3 +216,82 @@ def test_every_change_is_synced(path):
 
     assert modes == ["wal", 2]
     assert {"goals", "files", "epochs", "facts"} <= tables
+
+
+def test_a_ledger_has_every_mark_that_it_gave_over_restarts_too(path):
+    ledger = Ledger(path)
+    marks = [ledger.mark]
+    for change in (
+        lambda: ledger.lease("arm", "me"),
+        lambda: ledger.admit(goal("g1"), "ACCEPTED"),
+        lambda: ledger.begin("g1"),
+        lambda: ledger.end("g1", "SUCCEEDED", {"x": 1}),
+        lambda: ledger.bury("g2"),
+        lambda: ledger.skip_epoch("arm"),
+    ):
+        change()
+        marks.append(ledger.mark)
+    ledger = reopened(ledger)
+    known = [ledger.has(mark) for mark in marks]
+    ledger.close()
+
+    assert len(set(marks)) == 7
+    assert all(known)
+
+
+def test_an_older_copy_lacks_the_newer_marks_also_once_it_was_used_for_the_same_again(path):
+    ledger = Ledger(path)
+    ledger.lease("arm", "me")
+    before = ledger.mark
+    ledger.close()
+    older = path.read_bytes()
+    ledger = Ledger(path)
+    ledger.admit(goal("g1"), "EXECUTING")
+    after = ledger.mark
+    ledger.close()
+    path.write_bytes(older)
+    ledger = Ledger(path)
+    known = [ledger.has(before), ledger.has(after)]
+    ledger.admit(goal("g1"), "EXECUTING")
+    known.append(ledger.has(after))
+    ledger.close()
+
+    assert known == [True, False, False]
+
+
+@pytest.mark.parametrize("mark", ["", "x", ":", "::", "a:1", "a:1:zz", "a:b:c", "a:9e9:"])
+def test_what_is_no_mark_of_it_is_not_in_a_ledger(path, mark):
+    ledger = Ledger(path)
+    known = ledger.has(mark)
+    ledger.close()
+
+    assert not known
+
+
+def test_a_change_that_the_disk_did_not_take_leaves_the_mark_as_it_was(path):
+    ledger = Ledger(path)
+    ledger.lease("arm", "me")
+    mark = ledger.mark
+    with pytest.raises(LedgerFault), ledger.writing():
+        ledger._change("never")
+        raise sqlite3.OperationalError("database or disk is full")
+    unchanged = ledger.mark == mark
+    ledger.lease("arm", "you")
+    goes_on = ledger.has(mark) and ledger.has(ledger.mark)
+    ledger.close()
+
+    assert unchanged and goes_on
+
+
+def test_a_ledger_from_before_marks_gets_one_that_says_what_is_in_it(path):
+    ledger = Ledger(path)
+    ledger.lease("arm", "me")
+    ledger.admit(goal("g1"), "EXECUTING")
+    ledger._disk.execute("DROP TABLE chain")
+    ledger = reopened(ledger)
+    mark = ledger.mark
+    ledger = reopened(ledger)
+    known = ledger.has(mark)
+    ledger.close()
+
+    assert known

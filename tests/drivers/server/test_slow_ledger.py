@@ -61,6 +61,25 @@ def test_a_stop_is_answered_while_a_goal_is_being_admitted_and_the_goal_never_st
     assert "arm go g1" not in bench.deeds()
 
 
+def test_a_goal_that_came_before_its_own_holders_stop_never_starts_after_it(bench):
+    async def story():
+        async with slow(bench, "report") as (raw, _, goal, sync):
+            sent = asyncio.create_task(raw.call("goal", **goal))
+            await sync.begun()
+            stopped = await raw.call("stop", device="arm")
+            sync.ends()
+            return stopped, await sent, await raw.call("goal", **{**goal, "id": "g2"})
+
+    stopped, refused, later = asyncio.run(story())
+
+    assert stopped["safe"]
+    assert (refused["code"], refused["message"]) == (
+        "REJECTED", "arm was stopped before the goal began",
+    )  # fmt: skip
+    assert later["ok"]  # its holder has stopped it, and goes on
+    assert "arm go g1" not in bench.deeds()
+
+
 @pytest.mark.parametrize("method", ["end", "lease", "report"])
 def test_a_stop_is_answered_while_anything_else_is_written_or_read(bench, method):
     async def story():

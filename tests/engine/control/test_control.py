@@ -111,7 +111,7 @@ def test_a_second_ctrl_c_is_immediate_but_still_makes_the_devices_safe(tmp_path,
         tmp_path, bench,
         "steps: [{do: a.shoot, with: {name: x, seconds: 60}}]\nfinally: [{do: b.act, with: {name: last}}]\n",
     )  # fmt: skip
-    live.wait_for("goal", "sent")
+    live.wait_for("feedback")  # the shot has begun
 
     live.process.send_signal(signal.SIGINT)
     live.wait_for("control", "abort")

@@ -11,10 +11,10 @@ STARTED = j.Started(n=1, run="r", protocol="p", labrun="0", python="3")
 LOST = GoalError(name="Lost", message="", happened="no")
 
 
-def sent(n, path="main/scan/0/shoot", attempt=1, device="a"):
+def sent(n, path="main/scan/0/shoot", attempt=1, device="a", epoch=1):
     return j.GoalSent(
         n=n, id=f"r/{path}/{attempt}", device=device, action="act", effect="idempotent",
-        boot="b", ledger="l", epoch=1, means="m",
+        boot="b", ledger="l", epoch=epoch, means="m",
     )  # fmt: skip
 
 
@@ -107,3 +107,44 @@ def test_the_past_of_a_tree_learns_nothing_more():
 
     assert [goal.sent.n for goal in past.open_goals()] == [2]
     assert past.iterations == {} and history.past.goals == {}
+
+
+def leases(*told):
+    """A history with a goal sent under the first of some leases: n, boot, epoch, continues."""
+    first, *later = (
+        j.Leased(n=n, device="a", boot=boot, epoch=epoch, mark=f"m{n}", continues=continues)
+        for n, boot, epoch, continues in told
+    )
+    return read_history([STARTED, first, sent(3, device="a", epoch=first.epoch), *later])
+
+
+@pytest.mark.parametrize(
+    ("later", "ours", "remembered"),
+    [
+        ([(4, "l.2", 6, True)], True, True),
+        ([(4, "l.2", 7, True)], False, True),  # somebody held it under 6
+        ([(4, "l.2", 6, False)], False, False),  # an older copy of the ledger
+        ([(4, "other.1", 5, True)], False, False),  # another one, with the same number
+        ([(4, "l.2", 6, False), (5, "l.3", 7, True)], False, False),
+    ],
+)
+def test_epochs_prove_who_held_a_device_within_one_ledger_only(later, ours, remembered):
+    history = leases((2, "l.1", 5, True), *later)
+    goal = history.past.goal("main/scan/0/shoot", 1).sent
+
+    assert (history.held_since(goal), history.is_remembered(goal)) == (ours, remembered)
+
+
+def test_a_new_lease_follows_the_last_one_only_in_the_same_ledger():
+    history = leases((2, "l.1", 5, True))
+
+    assert not history.somebody_was_there("a", "l.2", 6)
+    assert history.somebody_was_there("a", "l.2", 7)
+    assert history.somebody_was_there("a", "other.1", 6)
+
+
+def test_the_newest_mark_of_a_device_is_remembered():
+    history = leases((2, "l.1", 5, True))
+    history.take(j.Marked(n=9, device="a", mark="newer"))
+
+    assert history.marks == {"a": "newer"}

@@ -1,0 +1,172 @@
+"""What decides about a `once` action is what its device says of it, and nothing else.
+
+The instrument here outlives every kill: what it does is written to a file that no server owns.
+"""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from labrun.engine.journal.journal import read_records
+
+DRIVER = """
+import asyncio, os, shutil, signal
+from pathlib import Path
+from labrun.drivers.driver import Driver
+
+class Gun(Driver):
+    contract = "gun@1"
+
+    async def fire(self, goal, *, n):
+        self.done = Path(self.place.config["done"])
+        with self.done.open("a") as file:
+            file.write(f"{n} {goal.id}\\n")
+        async with asyncio.timeout(60):
+            await self.after(n)
+        return {"goal_id": goal.id}
+
+    async def last_fired(self, goal):
+        lines = Path(self.place.config["done"]).read_text().splitlines()
+        return {"goal_id": lines[-1].split(" ", 1)[1] if lines else ""}
+
+    def dies(self):
+        died = self.done.with_name("died")
+        return not died.exists() and not died.touch()
+"""
+DIES_WITH_ITS_ENGINE = """
+    async def after(self, n):
+        ledger = self.place.folder.parent
+        if n == 1:
+            shutil.copytree(ledger, self.done.with_name("kept"))
+        elif n == 2 and self.dies():
+            journal = ledger.parents[1] / "journal.jsonl"
+            while journal.read_text().count('"kind":"marked"') < 2:
+                await asyncio.sleep(0.01)
+            os.kill(os.getppid(), signal.SIGKILL)
+            os.kill(os.getpid(), signal.SIGKILL)
+"""
+DIES_AFTER_TWO = """
+    async def after(self, n):
+        while len(self.done.read_text().splitlines()) < 2:
+            await asyncio.sleep(0.01)
+        if self.dies():
+            os.kill(os.getpid(), signal.SIGKILL)
+"""
+CONTRACT = """
+type: gun@1
+concurrent: CONCURRENT
+actions:
+  fire:
+    effect: once
+    duration: 1 s
+    PROBE
+    params: {type: object, required: [n], properties: {n: {type: integer}}}
+    returns: {type: object, properties: {goal_id: {type: string}}}
+  last_fired:
+    effect: pure
+    duration: 1 s
+    returns: {type: object, required: [goal_id], properties: {goal_id: {type: [string, "null"]}}}
+"""
+
+
+class Bench:
+    """A folder with a gun, a protocol, and what the gun has done."""
+
+    def __init__(self, folder: Path, after: str, steps: str, *, probe=True, concurrent=False):
+        self.folder = folder
+        (folder / "done").touch()
+        (folder / "gun.py").write_text(DRIVER + after)
+        (folder / "gun.yaml").write_text(
+            CONTRACT.replace("CONCURRENT", str(concurrent).lower()).replace(
+                "PROBE", "probe: last_fired" if probe else ""
+            )
+        )
+        (folder / "lab.yaml").write_text(
+            "name: armed\nsimulated: true\ncontracts: [./gun.yaml]\ndevices: {g: {contract: gun@1, "
+            f"driver: './gun.py:Gun', config: {{done: '{folder / 'done'}'}}}}}}\n"
+        )
+        (folder / "p.yaml").write_text(
+            f"labrun: 1\nname: p\ndevices: {{g: gun@1}}\nsteps: {steps}\n"
+        )
+
+    def labrun(self, *words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-m", "labrun.engine", *words], cwd=self.folder, capture_output=True,
+            text=True, stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+
+    @property
+    def run(self) -> Path:
+        return next((self.folder / "runs").iterdir())
+
+    @property
+    def fired(self) -> list[str]:
+        return [line.split()[0] for line in (self.folder / "done").read_text().splitlines()]
+
+    def records(self, kind: str) -> list:
+        return [r for r in read_records(self.run / "journal.jsonl") if r.kind == kind]
+
+    def put_back_the_older_ledger(self) -> None:
+        ledger = self.run / "servers" / "g"
+        shutil.rmtree(ledger)
+        shutil.copytree(self.folder / "kept", ledger)
+
+
+TWO = "[{do: g.fire, with: {n: 1}}, {id: second, do: g.fire, with: {n: 2}}]"
+
+
+def killed_in_the_second_shot(folder, **more) -> Bench:
+    bench = Bench(folder, DIES_WITH_ITS_ENGINE, TWO, **more)
+    bench.labrun("run", "p.yaml", "--lab", "lab.yaml")
+    bench.put_back_the_older_ledger()
+    return bench
+
+
+@pytest.mark.slow
+def test_a_ledger_that_went_back_in_time_denies_nothing_and_the_probe_is_asked(tmp_path):
+    bench = killed_in_the_second_shot(tmp_path)
+
+    ended = bench.labrun("resume", "last")
+
+    assert (ended.returncode, bench.fired) == (0, ["1", "2"]), ended.stderr + ended.stdout
+    assert [r.continues for r in bench.records("leased")] == [True, False]
+
+
+@pytest.mark.slow
+def test_without_a_probe_a_person_is_asked(tmp_path):
+    bench = killed_in_the_second_shot(tmp_path, probe=False)
+
+    ended = bench.labrun("resume", "last", "--answer", "second=skip")
+
+    assert bench.fired == ["1", "2"], ended.stderr + ended.stdout
+    assert [r.choice for r in bench.records("answered")] == ["skip"]
+    assert [r.error.happened for r in bench.records("ended") if r.error] == ["unknown"]
+
+
+@pytest.mark.slow
+def test_an_engine_that_dies_once_more_before_it_has_asked_asks_all_the_same(tmp_path):
+    bench = killed_in_the_second_shot(tmp_path, probe=False)
+    with (bench.folder / "gun.py").open("a") as driver:
+        driver.write("    async def open(self): os.kill(os.getppid(), signal.SIGKILL)\n")
+    bench.labrun("resume", "last")
+    (bench.folder / "gun.py").write_text(DRIVER + DIES_WITH_ITS_ENGINE)
+
+    ended = bench.labrun("resume", "last", "--answer", "second=skip")
+
+    assert bench.fired == ["1", "2"], ended.stderr + ended.stdout
+
+
+@pytest.mark.slow
+def test_on_a_concurrent_device_only_the_goals_own_id_proves_anything(tmp_path):
+    both = "[{parallel: [{id: a, do: g.fire, with: {n: 1}}, {id: b, do: g.fire, with: {n: 2}}]}]"
+    bench = Bench(tmp_path, DIES_AFTER_TWO, both, concurrent=True)
+
+    ended = bench.labrun(
+        "run", "p.yaml", "--lab", "lab.yaml", "--answer", "a=skip", "--answer", "b=skip"
+    )
+
+    assert sorted(bench.fired) == ["1", "2"], ended.stderr + ended.stdout
+    assert len(bench.records("answered")) == 1
