@@ -18,6 +18,7 @@ Refusal = Literal[
     "INVALID",
     "STALE_BOOT",
     "STALE_EPOCH",
+    "ENDING",
     "EXCEPTION",
     "UNKNOWN_DEVICE",
 ]

@@ -25,6 +25,7 @@ class GoalTracking:
         self.payload: dict[str, Any] = goal.model_dump(exclude_defaults=True)
         self.doubtful = False
         self.forgotten = False
+        self.ending = False
         self.cancel_wanted = False
         self.refusal = ""
         self._loop = asyncio.get_running_loop()

@@ -113,6 +113,8 @@ class GoalWatch:
         elif _was_ours(answer, tracking.goal):
             tracking.refusal, tracking.lapsed = answer.get("message", ""), True
             self._doubt(tracking)
+        elif answer.get("code") == "ENDING":
+            tracking.ending = tracking.doubtful = True
         elif answer.get("code") in ("STALE_BOOT", "EXCEPTION"):
             tracking.refusal = answer.get("message", "")
             self._doubt(tracking)
@@ -164,7 +166,8 @@ class GoalWatch:
             for tracking in in_doubt:
                 if tracking.silent_s() > self._lost_after_s:
                     words = f"no report for {tracking.silent_s():.0f} s: {fault}"
-                    tracking.conclude(out_of_reach(words))
+                    never = lost(f"the device server ended before the goal began; {words}", "no")
+                    tracking.conclude(never if tracking.ending else out_of_reach(words))
                     if not isinstance(fault, (LinkDown, ServerUnreachable)):
                         LOG.exception("goal %s ends as unknown", tracking.goal.id)
 
@@ -183,7 +186,9 @@ class GoalWatch:
                 await self.cancel(goal.id)
         elif answer["boot"] == goal.boot:
             await self._never_arrived(tracking)
-        elif ledger_of(goal.boot) == answer["ledger"] and not tracking.forgotten:
+        elif tracking.ending or (
+            ledger_of(goal.boot) == answer["ledger"] and not tracking.forgotten
+        ):
             words = "the device server was restarted before the goal reached it"
             tracking.conclude(lost(words, "no", answer["boot"]))
         else:
@@ -193,6 +198,9 @@ class GoalWatch:
     async def _never_arrived(self, tracking: GoalTracking) -> None:
         """Same boot, no record: the goal is on its way or was lost."""
         too_late = tracking.silent_s() > self._lost_after_s
+        if tracking.ending and not (tracking.cancel_wanted or too_late):
+            tracking.doubtful = True  # refused by a server that is ending: its next boot decides
+            return
         stays = tracking.cancel_wanted or tracking.refusal or too_late or not tracking.may_send
         if not stays:
             await self._send(tracking)

@@ -48,6 +48,7 @@ class ServedDevice:
         self.lease = Lease(self.name, ledger, self._owner.lapse)
         self._owning: asyncio.Task[None] | None = None
         self._closed_to_goals: str | None = None
+        self._unwritten: str | None = None
         self._admitting = asyncio.Lock()
 
     async def open(self, *, make_safe: bool) -> None:
@@ -156,6 +157,8 @@ class ServedDevice:
         self.lease.check(goal.epoch)
         if self._closed_to_goals is not None:
             raise Refused("REJECTED", self._closed_to_goals)
+        if self._unwritten is not None:
+            raise Refused("REJECTED", self._unwritten)
         wrong = arguments.fault_in(goal)
         if wrong is not None:
             raise Refused("INVALID", wrong)
@@ -189,22 +192,31 @@ class ServedDevice:
         return never_started(cancelled=execution.context.cancelled.is_set())
 
     async def _record(self, execution: Execution, ending: Ending) -> GoalReport:
-        """Write the outcome to disk; until the disk accepts it the goal has not ended."""
+        """Write the outcome to disk, before it is reported.
+
+        Where the disk does not take it, it is reported all the same, and kept until the disk does:
+        if this server ends before, its next boot says that the outcome is unknown, and whoever has
+        heard it knows more. Until then no goal begins.
+        """
         goal_id, state, result, error = execution.goal.id, ending.state, ending.result, ending.error
+        report = GoalReport(
+            id=goal_id, state=state, boot=self._ledger.boot, result=result, error=error,
+            files=ending.files,
+        )  # fmt: skip
         while True:
             try:
                 seq = await self._ledger.queued(
                     self._ledger.end, goal_id, state, result, error, ending.files
                 )
             except LedgerFault as fault:
-                execution.message = f"waiting to record the outcome: {fault}"
-                self._tell_progress(execution)
+                if execution.outcome is None:
+                    execution.outcome = report.model_copy(update={"seq": self._ledger.next_seq()})
+                    self._tell("update", wire(execution.outcome), execution.followers)
+                self._unwritten = f"{fault}; nothing begins until the end of {goal_id} is written"
                 await asyncio.sleep(RECORD_AGAIN_S)
             else:
-                return GoalReport(
-                    id=goal_id, state=state, seq=seq, boot=self._ledger.boot,
-                    result=result, error=error, files=ending.files,
-                )  # fmt: skip
+                self._unwritten = None
+                return report.model_copy(update={"seq": seq})
 
     def _tell_progress(self, execution: Execution) -> None:
         execution.seq = self._ledger.next_seq()

@@ -56,6 +56,7 @@ class Execution:
         self.task: asyncio.Task[None] | None = None
         self.turn: asyncio.Future[bool] | None = None
         self.over = False
+        self.outcome: GoalReport | None = None
         self._tell = tell
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
@@ -66,6 +67,8 @@ class Execution:
 
     def report(self) -> GoalReport:
         """The current report on it."""
+        if self.outcome is not None:
+            return self.outcome
         return GoalReport(
             id=self.goal.id,
             state=self.state,

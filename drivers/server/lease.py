@@ -77,7 +77,7 @@ class Lease:
 
     def _check_open(self) -> None:
         if self._closed:
-            raise Refused("REJECTED", f"the device server of {self.device} is shutting down")
+            raise Refused("ENDING", f"the device server of {self.device} is shutting down")
 
     def _remember(self, ask: str | None, epoch: int) -> None:
         """A token requests one lease only, so that a late copy of it fences no one."""
@@ -100,6 +100,7 @@ class Lease:
 
     def check(self, epoch: int) -> None:
         """Raise Refused unless `epoch` is that of the current lease."""
+        self._check_open()
         if self.holder is None:
             raise Refused(
                 "STALE_EPOCH", f"no lease on {self.device} has epoch {epoch}; take its lease"

@@ -423,6 +423,46 @@ def test_a_goal_that_never_reached_a_server_that_was_restarted_did_not_happen(be
     assert not [deed for deed in bench.deeds() if "press" in deed]
 
 
+def test_a_goal_that_meets_a_server_which_is_ending_waits_for_its_next_boot(bench):
+    port = free_port()
+
+    async def story():
+        slow = {"safe_s": 1.0}
+        async with (
+            own_process(bench, port=port, config=slow) as first,
+            bench.client(first.url) as client,
+        ):
+            first.process.terminate()
+            await bench.until("safe")
+            following = asyncio.create_task(client.follow(bench.goal(client, "press")))
+            await first.process.wait()
+            waits = not following.done()
+            async with own_process(bench, port=port):
+                return waits, await following, await client.follow(bench.goal(client, "go", x=1))
+
+    waits, outcome, after = asyncio.run(story())
+
+    assert waits
+    assert (outcome.error.name, outcome.error.happened) == ("Lost", "no")
+    assert after.state == "SUCCEEDED"
+    assert not [deed for deed in bench.deeds() if "press" in deed]
+
+
+def test_a_goal_that_met_a_server_which_ended_for_good_did_not_happen(bench):
+    async def story():
+        async with (
+            own_process(bench, config={"safe_s": 1.0}) as first,
+            bench.client(first.url, lost_after_s=0.5) as client,
+        ):
+            first.process.terminate()
+            await bench.until("safe")
+            return await client.follow(bench.goal(client, "press"))
+
+    outcome = asyncio.run(story())
+
+    assert (outcome.error.name, outcome.error.happened) == ("Lost", "no")
+
+
 def test_a_null_from_another_ledger_proves_nothing(bench):
     async def story():
         async with bench.connected() as client:

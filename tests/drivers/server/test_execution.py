@@ -4,6 +4,8 @@ import asyncio
 
 import pytest
 
+from labrun.drivers.server.ledger import LedgerFault
+
 
 def follow(bench, action, **params):
     async def story():
@@ -101,26 +103,39 @@ def test_a_goal_is_refused_and_not_started_while_the_ledger_cannot_be_written(be
     assert "database or disk is full; nothing was started" in outcome.error.message
 
 
-def test_an_outcome_that_cannot_be_written_is_not_told_until_it_can(bench):
+def test_an_outcome_that_cannot_be_written_is_told_and_kept_and_nothing_begins_until_it_is(bench):
     async def story():
         async with bench.serving() as (server, url), bench.client(url) as client:
-            reports = []
-            end = server.ledger.end
+            end, full = server.ledger.end, True
 
-            def full_once(*args):
-                server.ledger.end = end
-                from labrun.drivers.server.ledger import LedgerFault
+            def write(*args):
+                if full:
+                    raise LedgerFault("the ledger cannot be written: the disk is full")
+                return end(*args)
 
-                raise LedgerFault("the disk is full")
+            server.ledger.end = write
+            first = bench.goal(client, "go", x=1)
+            told = await client.follow(first)
+            asked = (await client.query([first.id])).goals[first.id]
+            refused = await client.follow(bench.goal(client, "go", x=2))
+            full = False
+            async with asyncio.timeout(20):
+                while server.devices["arm"].running:  # noqa: ASYNC110 - the next attempt writes it
+                    await asyncio.sleep(0.02)
+            return (
+                told,
+                asked,
+                refused,
+                server.ledger.report(first.id),
+                await client.follow(bench.goal(client, "go", x=3)),
+            )
 
-            server.ledger.end = full_once
-            outcome = await client.follow(bench.goal(client, "go", x=1), reports.append)
-            return outcome, [report.message for report in reports]
+    told, asked, refused, written, after = asyncio.run(story())
 
-    outcome, messages = asyncio.run(story())
-
-    assert outcome.state == "SUCCEEDED"
-    assert "waiting to record the outcome: the disk is full" in messages
+    assert told.state == asked.state == written.state == after.state == "SUCCEEDED"
+    assert told.result == asked.result == written.result == {"x": 1}
+    assert (refused.error.name, refused.error.happened) == ("Rejected", "no")
+    assert "the disk is full; nothing begins until the end of" in refused.error.message
 
 
 def test_a_driver_that_says_odd_things_still_comes_to_an_end(bench):

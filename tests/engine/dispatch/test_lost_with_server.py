@@ -32,8 +32,8 @@ actions:
 """
 
 
-def run(folder, *, deaths, effect="idempotent", retry=""):
-    (folder / "mortal.py").write_text(DRIVER)
+def run(folder, *, deaths=0, effect="idempotent", retry="", driver=DRIVER, steps=""):
+    (folder / "mortal.py").write_text(driver)
     (folder / "mortal.yaml").write_text(CONTRACT.replace("EFFECT", effect))
     (folder / "lab.yaml").write_text(
         "name: mortal\nsimulated: true\ncontracts: [./mortal.yaml]\n"
@@ -41,7 +41,7 @@ def run(folder, *, deaths, effect="idempotent", retry=""):
     )
     (folder / "p.yaml").write_text(
         "labrun: 1\nname: p\ndevices: {m: mortal@1}\n"
-        f"steps: [{{do: m.press, with: {{lives: {deaths}}}{retry}}}]\n"
+        f"steps: [{steps or f'{{do: m.press, with: {{lives: {deaths}}}{retry}}}'}]\n"
     )
     ended = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "run", str(folder / "p.yaml"), "--lab",
@@ -80,3 +80,33 @@ def test_what_may_have_happened_is_not_asked_for_again(tmp_path, retry):
 
     assert [e.error.name for e in ended] == ["Lost"]
     assert len(next(tmp_path.glob("runs/*/servers/world/deaths")).read_text()) == 1
+
+
+ENDS_IN_ORDER = """
+import asyncio, os, signal
+from labrun.drivers.driver import Driver
+
+class Mortal(Driver):
+    contract = "mortal@1"
+
+    async def press(self, goal, *, lives):
+        ended = self.place.world / "ended"
+        if lives == 1 and not ended.exists():
+            ended.touch()
+            os.kill(os.getpid(), signal.SIGTERM)
+        return {}
+
+    async def safe(self):
+        await asyncio.sleep(2)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", ["once", "idempotent"])
+def test_an_orderly_end_of_a_server_with_a_slow_safe_state_costs_no_step(tmp_path, effect):
+    presses = ", ".join(f"{{do: m.press, with: {{lives: {n}}}}}" for n in (1, 2, 3))
+
+    status, ended, _ = run(tmp_path, effect=effect, driver=ENDS_IN_ORDER, steps=presses)
+
+    assert status == 0
+    assert [e.error.name for e in ended if e.error is not None] in ([], ["Lost"])
