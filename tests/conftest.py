@@ -8,6 +8,7 @@ the end says what would bring it. With LABRUN_TEST_EVERYTHING set, as in CI, not
 
 import os
 import shutil
+import tempfile
 from collections import Counter
 from collections.abc import Callable
 from typing import NamedTuple
@@ -20,6 +21,15 @@ from .python_with_tk import python_with_tk
 settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.register_profile("explore", derandomize=False, deadline=None, max_examples=1000)
 settings.load_profile("fixed")
+
+STATE = tempfile.mkdtemp(prefix="labrun-state-")
+"""In place of the user's own folder for ledgers that outlive a command, for all processes of the tests."""
+os.environ["XDG_STATE_HOME"] = STATE
+
+
+def pytest_unconfigure() -> None:
+    """Leave nothing behind."""
+    shutil.rmtree(STATE, ignore_errors=True)
 
 
 class Need(NamedTuple):

@@ -48,6 +48,7 @@ class DeviceClient:
         self.mark = mark
         self.continues = True
         self.devices: dict[str, DeviceDescription] = {}
+        self.status: dict[str, dict[str, Any]] = {}
         self._on_status = on_status
         self._on_link = on_link
         events = {"update": self._update, "status": self._status}
@@ -82,7 +83,7 @@ class DeviceClient:
             raise ServerUnreachable(self.url, self._link.refusal or "no answer") from None
 
     async def release(self, device: str) -> None:
-        """Release the lease; if the server is unreachable, it lapses on its own."""
+        """Release the lease, within some seconds; if the server is out of reach, it lapses."""
         await self._lease_keeper.release(device)
 
     def epoch(self, device: str) -> int:
@@ -176,6 +177,7 @@ class DeviceClient:
             self._goal_watch.lose_memory()
         self.boot = self._goal_watch.boot = described.boot
         self.ledger, self.devices = described.ledger, described.devices
+        self.status = {name: device.status for name, device in described.devices.items()}
         await self._lease_keeper.confirm(restarted=restarted)
         self._goal_watch.doubt_all()
         if self._on_link is not None:
@@ -190,6 +192,8 @@ class DeviceClient:
         self._goal_watch.update(data)
 
     def _status(self, data: Answer) -> None:
+        status = dict(data)
+        device = str(status.pop("device", ""))
+        self.status[device] = status
         if self._on_status is not None:
-            status = dict(data)
-            self._on_status(str(status.pop("device", "")), status)
+            self._on_status(device, status)

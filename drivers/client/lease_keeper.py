@@ -20,6 +20,8 @@ class LeaseHeld(Exception):
 
 
 AGAIN_S = 0.05
+RELEASE_S = 5.0
+"""How long a release is repeated over a connection that breaks, before the lease is left to lapse."""
 
 
 def _new_word() -> str:
@@ -65,13 +67,20 @@ class LeaseKeeper:
         self._leases[device] = lease
         return lease.epoch
 
-    async def release(self, device: str) -> None:
-        """Release the lease; if the server is unreachable, it lapses on its own."""
+    async def release(self, device: str, within_s: float = RELEASE_S) -> None:
+        """Release the lease, until the server has answered; one out of reach lets it lapse."""
         lease = await self._forget(device)
-        if lease is not None:
-            request = {"device": device, "owner": lease.owner, "epoch": lease.epoch}
-            with contextlib.suppress(LinkDown):
-                await self._link.call("release", request)
+        if lease is None:
+            return
+        request = {"device": device, "owner": lease.owner, "epoch": lease.epoch}
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(within_s):
+                while True:
+                    await self._link.up.wait()
+                    with contextlib.suppress(LinkDown):
+                        await self._link.call("release", request)
+                        return
+                    await asyncio.sleep(AGAIN_S)
 
     async def confirm(self, *, restarted: bool) -> None:
         """On a new connection, take leases again that the server forgot or saw lapse."""

@@ -6,15 +6,20 @@ import secrets
 import shutil
 import sys
 import tempfile
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from ..exit_status import FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
+from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
 from ..lab.lab import LoadedLab, load_lab
 from .options import Lab, WrongUsage, pairs, say
+
+CANCEL_S = 10.0
+"""How long a cancelled action may take to end before its device is stopped."""
+STATUS_S = 5.0
+"""How long to wait for the status of a device, which is sent every second."""
 
 
 def call(
@@ -101,7 +106,8 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
                 id=f"{owner}/{name}/1", device=device, boot=client.boot,
                 epoch=client.epoch(device), action=name, params=arguments, files=files,
             )  # fmt: skip
-            outcome = await client.follow(goal, lambda report: None)
+            outcome, ended_by = await _followed(client, goal)
+            standing = await _standing(client, device) if ended_by else ""
             for content in outcome.files.values():
                 write_content(Path(), content)
             if outcome.error is not None and folder in outcome.error.message:
@@ -111,9 +117,53 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
             return PROBLEMS
         finally:
             await connections.close()
+    if ended_by:
+        words = f": {outcome.error.message}" if outcome.error else ""
+        say(f"{device}.{name} was cancelled by {ended_by} and ended {outcome.state}{words}")
+        say(f"{device} now: {standing or 'its status is not known'}")
+        return CTRL_C if ended_by == "Ctrl-C" else FAILED
     if outcome.state == "SUCCEEDED":
         typer.echo(json.dumps(outcome.result, indent=1))
         return SUCCEEDED
     error = outcome.error
     say(f"{device}.{name}: {error.name}: {error.message}" if error else f"ended {outcome.state}")
     return FAILED
+
+
+async def _followed(client, goal) -> tuple[Any, str]:
+    """The goal's outcome, and what ended it early: it is cancelled, and stopped if that does not help."""
+    from ...system.signals import on_end
+    from ...system.tasks import spawn
+
+    asked: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+    deaf = on_end(lambda by: None if asked.done() else asked.set_result(by))
+    following = spawn(f"follow {goal.id}", client.follow(goal, lambda report: None))
+    try:
+        await asyncio.wait({following, asked}, return_when=asyncio.FIRST_COMPLETED)
+        if following.done():
+            return following.result(), ""
+        say(f"{asked.result()}: cancelling {goal.device}.{goal.action}")
+        await client.cancel(goal.id)
+        done, _ = await asyncio.wait({following}, timeout=CANCEL_S)
+        if not done:
+            say(f"{goal.device} does not end it within {CANCEL_S:g} s: stopping {goal.device}")
+            safe, message = (await client.stop(goal.device))[goal.device]
+            say(f"{goal.device} is in its safe state" if safe else f"{message}. Go and look.")
+        return await following, asked.result()
+    finally:
+        deaf()
+
+
+async def _standing(client, device: str) -> str:
+    """Where a device stands now that its action has ended: its second status from now on.
+
+    The first may have been on its way before the end.
+    """
+    with suppress(TimeoutError):
+        async with asyncio.timeout(STATUS_S):
+            for _ in range(2):
+                before = client.status.get(device)
+                while client.status.get(device) is before:  # noqa: ASYNC110 - none may come
+                    await asyncio.sleep(0.02)
+    status = client.status.get(device, {})
+    return ", ".join(f"{name} {value}" for name, value in status.items() if value not in (None, ""))

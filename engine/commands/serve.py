@@ -28,9 +28,10 @@ def serve(
     host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="The port of the first device.")] = FIRST_PORT,
     token: Annotated[str | None, typer.Option(help="Token that every client must send.")] = None,
-    folder: Annotated[Path, typer.Option(help="Folder for ledgers and logs.")] = Path(
-        ".labrun/servers"
-    ),
+    folder: Annotated[
+        Path | None,
+        typer.Option(help="Folder for ledgers and logs.", show_default="one for each lab file"),
+    ] = None,
     one: Annotated[bool, typer.Option("--one", help="One server for all the devices.")] = False,
 ) -> None:
     """Serve a lab's devices until Ctrl-C, then bring each to its safe state."""
@@ -43,8 +44,30 @@ def serve(
         print_problems(problems, format="text")
         if loaded is None or any(problem.severity == "error" for problem in problems):
             raise typer.Exit(PROBLEMS)
+    folder = folder or _home(loaded)
     configs = _configs(loaded, devices, folder, host, port, token, one)
+    typer.echo(f"ledgers and logs in {folder}")
     raise typer.Exit(asyncio.run(_serve(configs, loaded.lab.start_timeout_s)))
+
+
+EARLIER = Path(".labrun/servers")
+"""Where ledgers lay before, in whichever folder the command was given."""
+
+
+def _home(lab: LoadedLab) -> Path:
+    """The same folder wherever the command is given: a device's ledger must be found again."""
+    from hashlib import blake2b
+
+    from platformdirs import user_state_path
+
+    name = "simulated"
+    if lab.path is not None:
+        path = lab.path.resolve()
+        name = f"{path.stem}-{blake2b(str(path).encode(), digest_size=4).hexdigest()}"
+    home = user_state_path("labrun", appauthor=False) / "servers" / name
+    if EARLIER.is_dir() and not home.exists():
+        say(f"{EARLIER} holds earlier ledgers; `--folder {EARLIER}` continues with them")
+    return home
 
 
 def _configs(

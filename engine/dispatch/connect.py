@@ -1,7 +1,6 @@
 """Reach every device that a run uses: start the servers that belong to it, connect, take leases."""
 
 import asyncio
-import contextlib
 import os
 import socket
 from collections.abc import Callable, Mapping
@@ -41,9 +40,7 @@ class Connections:
     async def close(self) -> None:
         """Give the leases back, disconnect, and end the servers that belong to the run."""
         await end(*self.keeping)
-        for device in self.leased:
-            with contextlib.suppress(ServerUnreachable, LeaseHeld, OSError, TimeoutError):
-                await self.clients[device].release(device)
+        await asyncio.gather(*(self.clients[device].release(device) for device in self.leased))
         await asyncio.gather(*(c.close() for c in set(self.clients.values())))
         await asyncio.gather(*(server.stop() for server in self.started.values()))
 

@@ -23,9 +23,10 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the real one ha
 
 
 @pytest.fixture
-def environment():
+def environment(tmp_path):
     return {
         **os.environ, "PYTHONPATH": str(RULES), "PYTHONUTF8": "0", "PYTHONIOENCODING": "cp1252",
+        "XDG_STATE_HOME": str(tmp_path / "state"),
     }  # fmt: skip
 
 

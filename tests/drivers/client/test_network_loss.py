@@ -415,6 +415,24 @@ def test_a_lease_is_taken_although_its_message_or_its_answer_is_lost(bench, impa
     assert asyncio.run(story()).state == "SUCCEEDED"
 
 
+@pytest.mark.parametrize("lost", ["drop_request", "drop_reply", "cut"])
+def test_a_lease_is_given_back_although_its_message_or_its_answer_is_lost(bench, impatient, lost):
+    async def story():
+        async with (
+            badly_wired(bench) as (server, wire),
+            bench.client(wire.url) as client,
+            bench.client(server.url, lease=False) as other,
+        ):
+            wire.faults = WireFaults(**{lost: 1.0})
+            leaving = asyncio.create_task(client.release("arm"))
+            await until(lambda: wire.done[lost])
+            wire.faults = WireFaults()
+            await leaving
+            return await other.take_lease("arm", "run-2")
+
+    assert asyncio.run(story()) == 2
+
+
 def test_a_lease_whose_messages_come_twice_is_given_once(bench):
     async def story():
         async with (

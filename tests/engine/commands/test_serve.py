@@ -1,0 +1,60 @@
+"""Where `labrun serve` keeps the memory of its devices: in one place for a lab, wherever it is started."""
+
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+LAB = "name: mine\nsimulated: true\ndevices: {b: {contract: balance@1, driver: sim_balance}}\n"
+
+
+@contextmanager
+def serving(cwd, *words):
+    """The first two lines of a server, and the process; ended in order."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "labrun.engine", "serve", *words, "--port", "0"],
+        cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    try:
+        yield process.stdout.readline(), process.stdout.readline(), process
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.communicate()
+
+
+def folder_of(line: str) -> Path:
+    return Path(line.removeprefix("ledgers and logs in ").strip())
+
+
+@pytest.mark.slow
+def test_a_lab_has_one_folder_from_wherever_it_is_served_and_another_lab_another(tmp_path):
+    here, there = tmp_path / "here", tmp_path / "there"
+    for folder in (here, there):
+        folder.mkdir()
+        (folder / "lab.yaml").write_text(LAB)
+    with serving(here, "lab.yaml") as (line, at, _):
+        first = folder_of(line)
+
+        assert at.startswith("b at http://127.0.0.1:")
+        assert (first / "b" / "ledger.sqlite").exists()
+    with serving(there, str(here / "lab.yaml")) as (line, _, _):
+        again = folder_of(line)
+    with serving(there, "lab.yaml") as (line, _, _):
+        other = folder_of(line)
+
+    assert first == again != other
+
+
+@pytest.mark.slow
+def test_ledgers_of_an_earlier_version_are_pointed_at(tmp_path):
+    (tmp_path / "lab.yaml").write_text(LAB)
+    (tmp_path / ".labrun" / "servers").mkdir(parents=True)
+    with serving(tmp_path, "lab.yaml") as (_, _, process):
+        assert process.stderr is not None
+        said = process.stderr.readline()
+
+    assert "`--folder .labrun/servers` continues with them" in said
