@@ -126,15 +126,18 @@ class Asked(Record):
     id: str
     text: str
     choices: list[str]
+    wants: dict[str, Any] = Field(default_factory=dict)
+    """JSON schema of the values that go with the choice `happened`."""
 
 
 class Answered(Record):
-    """Who chose what."""
+    """Who chose what; `result`: what the action returned, as far as the person knows."""
 
     kind: Literal["answered"] = "answered"
     path: str
     choice: str
     by: str
+    result: dict[str, Any] | None = None
 
 
 class IterationEnded(Record):

@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from .checked_protocol import name_values
 from .options import RUNS, Runs
 from .resume import RunName
 from .run_control import tell_run
@@ -13,7 +14,17 @@ def answer(
     run: RunName,
     id: Annotated[str, typer.Argument(help="The id of the step that asks.")],
     choice: Annotated[str, typer.Argument(help="One of the choices; yes or no for a confirm.")],
+    result: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-r",
+            "--result",
+            metavar="NAME=VALUE",
+            help="With `happened`: what the action returned.",
+        ),
+    ] = None,
     runs: Runs = RUNS,
 ) -> None:
     """Answer an open question of a run."""
-    tell_run(runs, run, verb="answer", id=id, choice=choice)
+    values = name_values(result, "-r")
+    tell_run(runs, run, verb="answer", id=id, choice=choice, values=values)

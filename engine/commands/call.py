@@ -29,7 +29,7 @@ def call(
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Confirm a dangerous action.")] = False,
 ) -> None:
     """Run one action on one device, with the same checks as in a protocol."""
-    from ..language.arguments import ArgumentFaults, resolve_arguments
+    from ..language.arguments import ArgumentFaults, resolve_arguments, typed
 
     loaded, problems = load_lab(lab)
     if loaded is None:
@@ -40,7 +40,8 @@ def call(
     device, _, name = action.partition(".")
     try:
         found = _find(loaded, device, name)
-        given = {key: _value(text) for key, text in pairs(params, "").items()}
+        schemas = found.param_schemas()
+        given = {n: typed(text, schemas.get(n, {})) for n, text in pairs(params, "").items()}
         limits = loaded.lab.devices[device].limits
         arguments = resolve_arguments(found, given, limits, label=action)
     except (WrongUsage, ArgumentFaults) as fault:
@@ -67,13 +68,6 @@ def _find(lab: LoadedLab, device: str, name: str):
             f"it has {', '.join(contract.actions)}"
         )
     return contract.actions[name]
-
-
-def _value(text: str) -> Any:
-    try:
-        return json.loads(text)
-    except ValueError:
-        return text
 
 
 def _armed(action: str, danger: str) -> bool:

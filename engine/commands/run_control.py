@@ -1,6 +1,7 @@
 """Send a request to a live run from another shell, and show its answer."""
 
 from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -8,7 +9,7 @@ from ..exit_status import FAILED, PROBLEMS
 from .options import say
 
 
-def tell_run(runs: Path, name: str, **request: str) -> None:
+def tell_run(runs: Path, name: str, **request: Any) -> None:
     """Ask the run's control endpoint; the exit status shows whether it complied."""
     from ..control.server import NotLive, ask_run
     from ..run.folder import FolderFault, find_run

@@ -86,7 +86,9 @@ class ControlServer:
         verb, by = asked.get("verb"), str(asked.get("by", "another shell"))
         if verb == "answer":
             try:
-                question = self.questions.answer(str(asked.get("id")), str(asked.get("choice")), by)
+                question = self.questions.answer(
+                    str(asked.get("id")), str(asked.get("choice")), by, _values(asked)
+                )
             except WrongAnswer as fault:
                 return False, str(fault)
             return True, f"{question.id}: {question.choice}"
@@ -105,6 +107,11 @@ class ControlServer:
             self._watchers.discard(queue)
 
 
+def _values(asked: dict[str, Any]) -> dict[str, str]:
+    values = asked.get("values")
+    return {str(n): str(v) for n, v in values.items()} if isinstance(values, dict) else {}
+
+
 def _read(line: bytes) -> dict[str, Any]:
     asked = json.loads(line or b"{}")
     if not isinstance(asked, dict):
@@ -121,7 +128,7 @@ class NotLive(Exception):
     """The run has no engine to ask."""
 
 
-def ask_run(folder: Path, request: dict[str, str], timeout_s: float = 10.0) -> tuple[bool, str]:
+def ask_run(folder: Path, request: dict[str, Any], timeout_s: float = 10.0) -> tuple[bool, str]:
     """Send a request to a live run from another process; raises NotLive with a sentence."""
     import socket
 

@@ -1,5 +1,6 @@
 """Fit the arguments of an action to its contract: units, types, ranges, the limits of this bench."""
 
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
@@ -29,6 +30,16 @@ def resolve_arguments(
     if faults:
         raise ArgumentFaults(faults)
     return resolved
+
+
+def typed(text: str, schema: Mapping[str, Any]) -> Any:
+    """What a person has typed for a value: JSON, unless the schema says that it is text."""
+    if schema.get("type") == "string":
+        return text
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
 
 
 def fit_arguments(

@@ -5,7 +5,7 @@ import time
 from typing import TextIO
 
 from ...schemas.event import Event
-from .progress import Progress, duration_text, ending_lines, ending_text, rate_text
+from .progress import Progress, choices_text, duration_text, ending_lines, ending_text, rate_text
 
 EVERY_S = 5.0
 
@@ -33,8 +33,9 @@ class PlainWatch:
             case "log":
                 return event.text
             case "question" if event.state == "open":
-                choices = "/".join(event.data["choices"])
-                answer = f"labrun answer {self.name} {event.data['id']} CHOICE"
+                choices = choices_text(event)
+                values = " [-r NAME=VALUE]" if event.data.get("wants") else ""
+                answer = f"labrun answer {self.name} {event.data['id']} CHOICE{values}"
                 return f"? {event.text} [{choices}]  ({answer})"
             case "answer":
                 return f"  {event.path}: {event.state} ({event.data.get('by', '')})"

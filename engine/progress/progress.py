@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from ...schemas.event import Event
 from ..journal.encode import QUANTITY_KEY
+from ..run.questions import HAPPENED
 
 
 @dataclass(slots=True)
@@ -114,6 +115,12 @@ def value_text(value: object) -> str:
     if isinstance(value, list):
         return ", ".join(value_text(item) for item in value) or "none"
     return "-" if value is None else str(value)
+
+
+def choices_text(event: Event) -> str:
+    """The choices of a question, each with the values that it needs."""
+    needs = "".join(f" {name}=..." for name in event.data.get("wants", {}).get("required", []))
+    return "/".join(f"{c}{needs}" if c == HAPPENED else c for c in event.data["choices"])
 
 
 def ending_text(event: Event) -> str:

@@ -13,7 +13,7 @@ from ...system.keyboard import Keyboard
 from ..control.control import Control
 from ..run.questions import Question, WrongAnswer
 from ..run.run import Run
-from .progress import Progress, duration_text, ending_lines, ending_text, rate_text
+from .progress import Progress, choices_text, duration_text, ending_lines, ending_text, rate_text
 
 FRAMES_A_SECOND = 8
 
@@ -105,7 +105,7 @@ class RichWatch:
 
     def _ask(self, event: Event) -> None:
         self._hide()
-        choices = "/".join(event.data["choices"])
+        choices = choices_text(event)
         self.console.print(f"[bold]?[/] {event.text} [{choices}] ", markup=True, end="")
         self.keyboard.open()
 
@@ -114,11 +114,13 @@ class RichWatch:
         if not open_questions:
             return
         question = open_questions[0]
-        word = line.strip()
+        pairs = [part for part in line.split() if "=" in part]
+        values = {pair.partition("=")[0]: pair.partition("=")[2] for pair in pairs}
+        word = " ".join(part for part in line.split() if part not in pairs)
         fitting = [c for c in question.choices if word and c.lower().startswith(word.lower())]
         try:
             self.run.questions.answer(
-                question.path, fitting[0] if len(fitting) == 1 else word, "terminal"
+                question.path, fitting[0] if len(fitting) == 1 else word, "terminal", values
             )
         except WrongAnswer as fault:
             self._say(f"{fault}", "yellow")

@@ -1,14 +1,22 @@
 """Questions to a person: asked by `confirm` and `ask`, answered from anywhere."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
 
 REFUSALS = ("no", "stop")
+HAPPENED, DID_NOT_HAPPEN = "happened", "did_not_happen"
+"""What a person says who knows it, of an action whose fate no device could tell."""
 
 
 @dataclass(slots=True)
 class Question:
-    """One open question; `choice` is None until it is answered."""
+    """One open question; `choice` is None until it is answered.
+
+    With the choice HAPPENED go values: `wants` is their JSON schema, `takes` checks what a person
+    gives, and `result` is what they are then.
+    """
 
     path: str
     id: str
@@ -16,6 +24,21 @@ class Question:
     choices: list[str]
     choice: str | None = None
     by: str = ""
+    wants: dict[str, Any] = field(default_factory=dict)
+    takes: Callable[[Mapping[str, str]], dict[str, Any]] | None = None
+    result: dict[str, Any] | None = None
+
+    def answer(self, choice: str, by: str, values: Mapping[str, str]) -> None:
+        """Take an answer; raises WrongAnswer with a sentence."""
+        if choice not in self.choices:
+            raise WrongAnswer(
+                f"{choice!r} is not a choice of {self.id!r}; choose {', '.join(self.choices)}"
+            )
+        if choice == HAPPENED and self.takes is not None:
+            self.result = self.takes(values)
+        elif values:
+            raise WrongAnswer(f"{choice!r} takes no values: {', '.join(values)}")
+        self.choice, self.by = choice, by
 
 
 class WrongAnswer(ValueError):
@@ -43,13 +66,16 @@ class Questions:
         self.open[question.path] = question
         given = self.answers.get(question.id)
         if given in question.choices:
-            question.choice, question.by = given, "--answer"
+            with suppress(WrongAnswer):  # it needs values: then it stays open
+                question.answer(given, "--answer", {})
         elif confirm and self.yes:
             question.choice, question.by = "yes", "--yes"
         elif self.person is not None:
             question.choice, question.by = self.person(question), "rehearsal"
 
-    def answer(self, name: str, choice: str, by: str) -> Question:
+    def answer(
+        self, name: str, choice: str, by: str, values: Mapping[str, str] | None = None
+    ) -> Question:
         """Answer the open question of this id or path; raises WrongAnswer with a sentence."""
         found = [q for q in self.open.values() if q.choice is None and name in (q.id, q.path)]
         if not found:
@@ -58,11 +84,7 @@ class Questions:
                 f"no question {name!r} is open; " + (f"open: {ids}" if ids else "none is open")
             )
         question = found[0]
-        if choice not in question.choices:
-            raise WrongAnswer(
-                f"{choice!r} is not a choice of {question.id!r}; choose {', '.join(question.choices)}"
-            )
-        question.choice, question.by = choice, by
+        question.answer(choice, by, values or {})
         self.changed()
         return question
 

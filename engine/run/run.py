@@ -98,17 +98,19 @@ class Run:
         """Ask a person; an earlier answer in the journal is used."""
         past = self.past.answers.get(question.path)
         if past is not None and past.choice in question.choices:
-            question.choice, question.by = past.choice, past.by
+            question.choice, question.by, question.result = past.choice, past.by, past.result
             return question
         self.record(
             j.Asked(
-                path=question.path, id=question.id, text=question.text, choices=question.choices
+                path=question.path, id=question.id, text=question.text, choices=question.choices,
+                wants=question.wants,
             )
-        )
+        )  # fmt: skip
         self.questions.ask(question, confirm=confirm)
         self.tell(
             "question", question.path, "open" if question.choice is None else "answered",
             question.text, id=question.id, choices=question.choices, confirm=confirm,
+            wants=question.wants,
         )  # fmt: skip
         return question
 
@@ -116,7 +118,10 @@ class Run:
         """Note an answer in the journal and close its question."""
         if question.path in self.questions.open:
             self.record(
-                j.Answered(path=question.path, choice=question.choice or "", by=question.by)
-            )
+                j.Answered(
+                    path=question.path, choice=question.choice or "", by=question.by,
+                    result=question.result,
+                )
+            )  # fmt: skip
             self.questions.close(question.path)
             self.tell("answer", question.path, question.choice or "", by=question.by)

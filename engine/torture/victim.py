@@ -19,17 +19,17 @@ def die_at_write(flush: int, form: str, servers: str | None) -> None:
 
     `servers` names the folder whose device servers are killed with it; `own` means the run's.
     """
-    write: Callable[[Journal, bytes], None] = Journal._write
+    write: Callable[..., None] = Journal._write
     written = 0
 
-    def last_write(journal: Journal, data: bytes) -> None:
+    def last_write(journal: Journal, data: bytes, *, sync: bool = True) -> None:
         nonlocal written
         written += 1
         if written < flush:
-            write(journal, data)
+            write(journal, data, sync=sync)
             return
         if form == "after":
-            write(journal, data)
+            write(journal, data, sync=sync)
         elif form == "torn":
             os.write(journal._file, data[: max(1, len(data) // 2)])
         if servers is not None:

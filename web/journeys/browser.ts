@@ -56,6 +56,16 @@ export async function isLive(page: Page): Promise<void> {
   await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'live' }).waitFor()
 }
 
+/** Release control, by as many clicks as it takes: on a slow machine one may come too late for the server, which says so. */
+export async function releaseControl(page: Page): Promise<void> {
+  const release = page.getByRole('button', { name: 'Release control' })
+  const free = page.getByRole('button', { name: 'Take control' })
+  while (await release.isVisible()) {
+    await release.click()
+    await free.waitFor({ timeout: 10_000 }).catch(() => undefined)
+  }
+}
+
 /** Wait until every device of the bench is online. */
 export async function allOnline(page: Page): Promise<void> {
   await page.getByText(/^([1-9]\d*) of \1 online$/).waitFor()

@@ -5,7 +5,7 @@ import { join } from 'node:path'
 import type { Browser, Locator, Page } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, orderFault, startBench } from './bench'
-import { allOnline, aPerson, isLive, NARROW, openBrowser, type Person, tidy } from './browser'
+import { allOnline, aPerson, isLive, NARROW, openBrowser, type Person, releaseControl, tidy } from './browser'
 import { axe, picture } from './look'
 
 interface Device { name: string; status: Record<string, number | string | boolean> }
@@ -44,8 +44,7 @@ async function atDevice(device: string, options = {}, at = bench): Promise<Perso
 async function leave(person: Person): Promise<void> {
   expect(person.faults).toEqual([])
 
-  await person.page.getByRole('button', { name: 'Release control' }).click()
-  await person.page.getByRole('button', { name: 'Take control' }).waitFor()
+  await releaseControl(person.page)
   await person.context.close()
 }
 

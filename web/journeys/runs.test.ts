@@ -2,7 +2,7 @@
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, isLive, NARROW, openBrowser, type Person, tidy } from './browser'
+import { aPerson, isLive, NARROW, openBrowser, type Person, releaseControl, tidy } from './browser'
 import { axe, picture } from './look'
 
 let bench: Bench
@@ -25,11 +25,7 @@ async function command(on: Bench, path: string, body: unknown): Promise<void> {
 
 /** Close the page and release control for the next person. */
 async function leave({ page, context }: Person): Promise<void> {
-  const release = page.getByRole('button', { name: 'Release control' })
-  if (await release.isVisible()) {
-    await release.click()
-    await page.getByRole('button', { name: 'Take control' }).waitFor()
-  }
+  await releaseControl(page)
   await context.close()
 }
 

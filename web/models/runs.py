@@ -76,6 +76,9 @@ class Question(ApiModel):
     id: str
     text: str
     choices: list[str]
+    wants: dict[str, Any] = Field(
+        default_factory=dict, description="JSON schema of the values that go with `happened`."
+    )
 
 
 class Launch(ApiModel):
@@ -269,9 +272,10 @@ class PauseRun(ApiModel):
 
 
 class AnswerQuestion(ApiModel):
-    """One of the choices."""
+    """One of the choices; with `happened`, what the action returned, as typed."""
 
     choice: str
+    result: dict[str, str] = Field(default_factory=dict, max_length=50)
 
 
 class ResumeRun(ApiModel):

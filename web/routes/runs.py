@@ -111,7 +111,7 @@ async def answer_question(
     by: Operator, in_time: InTime, key: CommandKey,
 ) -> Answer:  # fmt: skip
     """Answer an open question, by its id or path."""
-    return await app_state.commands.answer(id, question, asked.choice, by, in_time)
+    return await app_state.commands.answer(id, question, asked, by, in_time)
 
 
 @commands.post("/runs/{id}/resume", status_code=202)

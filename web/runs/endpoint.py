@@ -13,7 +13,7 @@ LONGEST_LINE = 1 << 20
 CONNECT_S = 2.0
 
 
-async def ask_engine(folder: Path, timeout_s: float, **request: str) -> tuple[bool, str]:
+async def ask_engine(folder: Path, timeout_s: float, **request: Any) -> tuple[bool, str]:
     """The engine's answer; raises NotLive if none comes in time."""
     try:
         async with asyncio.timeout(timeout_s):
@@ -54,7 +54,7 @@ async def _event(reader: asyncio.StreamReader) -> dict[str, Any] | None:
 
 
 async def _connect(
-    folder: Path, **request: str
+    folder: Path, **request: Any
 ) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
     where = json.loads((folder / FILE).read_text(encoding="utf-8"))
     reader, writer = await asyncio.open_connection(where["host"], where["port"], limit=LONGEST_LINE)

@@ -217,8 +217,9 @@ class Picture:
 
     def _asked(self, offset: int, record: dict[str, Any]) -> None:
         self.questions[record["path"]] = Question(
-            path=record["path"], id=record["id"], text=record["text"], choices=record["choices"]
-        )
+            path=record["path"], id=record["id"], text=record["text"],
+            choices=record["choices"], wants=record.get("wants", {}),
+        )  # fmt: skip
         with self._counting(self._find(record["path"]), offset) as count:
             count.running = 1
 

@@ -2,13 +2,14 @@
 
 import asyncio
 import logging
-from typing import Literal
+from typing import Any, Literal
 
 from ...engine.control.server import NotLive
 from ..access.headers import Deadline
 from ..local.refusal import Refusal
 from ..models.base import Answer
 from ..models.devices import StoppedRun
+from ..models.runs import AnswerQuestion
 from .endpoint import ask_engine
 from .open_run import OpenRun
 from .runs import Runs
@@ -53,12 +54,14 @@ class RunCommands:
         return await self._ask(run, verb="abort", by=by)
 
     async def answer(
-        self, id: str, question: str, choice: str, by: str, deadline: Deadline
+        self, id: str, question: str, asked: AnswerQuestion, by: str, deadline: Deadline
     ) -> Answer:
         """Answer a question that is open."""
         run = await self._runs.opened(id)
         deadline.check()
-        return await self._ask(run, verb="answer", id=question, choice=choice, by=by)
+        return await self._ask(
+            run, verb="answer", id=question, choice=asked.choice, values=asked.result, by=by
+        )
 
     async def abort_all(self, timeout_s: float) -> list[StoppedRun]:
         """Abort every live run: its devices were stopped, so it cannot continue."""
@@ -84,7 +87,7 @@ class RunCommands:
         except Refusal as refusal:
             self._runs.tell(f"{run.id} was not paused: {refusal}", run.id)
 
-    async def _ask(self, run: OpenRun, **request: str) -> Answer:
+    async def _ask(self, run: OpenRun, **request: Any) -> Answer:
         self._check_live(run)
         try:
             ok, text = await ask_engine(run.folder, ANSWER_S, **request)

@@ -1,5 +1,6 @@
 """When it is not known whether a `once` action happened: probe the device, then ask a person."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,11 +8,12 @@ from ...dispatch.dispatcher import Dispatcher
 from ...dispatch.probe import probe_request, told_before, unknown_path, what_it_proves
 from ...dispatch.request import Request
 from ...lab.bind import BoundRole
-from ...run.questions import Question
+from ...language.arguments import ArgumentFaults, resolve_arguments, typed
+from ...run.questions import DID_NOT_HAPPEN, HAPPENED, Question, WrongAnswer
 from ...run.run import Run
 from .failure import Failure
 
-CHOICES = ["repeat", "skip", "stop"]
+CHOICES = ["repeat", "skip", "stop", HAPPENED, DID_NOT_HAPPEN]
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +55,12 @@ class UnknownFate:
             if self.verdict is None:
                 self._ask()
         if self.verdict is None and self.question is not None and self.question.choice:
-            choice = self.question.choice
+            choice, result = self.question.choice, self.question.result
             self.run.answered(self.question)
             self.verdict = Verdict(
-                repeat=choice == "repeat", skip=choice == "skip", stop=choice == "stop"
-            )
+                happened=choice == HAPPENED, result=result,
+                repeat=choice == "repeat", skip=choice == "skip", stop=choice == "stop",
+            )  # fmt: skip
         return self.verdict
 
     def withdraw(self) -> None:
@@ -107,9 +110,21 @@ class UnknownFate:
                 id=self.request.path.rpartition("/")[2],
                 text=(
                     f"It is not known whether {self.request.label} happened "
-                    f"({self.failure.name}: {self.failure.message}). Look at the device. "
-                    "Do it again, skip this point, or stop the run?"
+                    f"({self.failure.name}: {self.failure.message}). Look at the device: did it "
+                    "happen? If nobody can tell: do it again, skip this point, or stop the run?"
                 ),
                 choices=list(CHOICES),
+                wants=self.request.action.returns,
+                takes=self._returned,
             )
         )
+
+    def _returned(self, values: Mapping[str, str]) -> dict[str, Any]:
+        """What the action returned, by a person's word; raises WrongAnswer with what is wrong."""
+        action = self.request.action.model_copy(update={"params": self.request.action.returns})
+        schemas = action.param_schemas()
+        given = {name: typed(text, schemas.get(name, {})) for name, text in values.items()}
+        try:
+            return resolve_arguments(action, given, {}, label=f"{self.request.label} returned")
+        except ArgumentFaults as fault:
+            raise WrongAnswer(str(fault).strip()) from None

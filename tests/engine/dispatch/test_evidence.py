@@ -64,7 +64,7 @@ actions:
     duration: 1 s
     PROBE
     params: {type: object, required: [n], properties: {n: {type: integer}}}
-    returns: {type: object, properties: {goal_id: {type: string}}}
+    returns: {type: object, required: [goal_id], properties: {goal_id: {type: string}}}
   last_fired:
     effect: pure
     duration: 1 s
@@ -115,7 +115,10 @@ class Bench:
         shutil.copytree(self.folder / "kept", ledger)
 
 
-TWO = "[{do: g.fire, with: {n: 1}}, {id: second, do: g.fire, with: {n: 2}}]"
+TWO = (
+    "[{do: g.fire, with: {n: 1}}, {id: second, do: g.fire, with: {n: 2}}, "
+    "{log: 'told ${{ steps.second.goal_id }}'}]"
+)
 
 
 def killed_in_the_second_shot(folder, **more) -> Bench:
@@ -170,3 +173,61 @@ def test_on_a_concurrent_device_only_the_goals_own_id_proves_anything(tmp_path):
 
     assert sorted(bench.fired) == ["1", "2"], ended.stderr + ended.stdout
     assert len(bench.records("answered")) == 1
+
+
+def answered(bench: Bench, *answers: str) -> tuple[list[subprocess.CompletedProcess[str]], int]:
+    """Resume, give one answer after another once the question is asked, and wait for the end."""
+    resumed = subprocess.Popen(
+        [sys.executable, "-m", "labrun.engine", "resume", "last"], cwd=bench.folder,
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    assert resumed.stdout is not None
+    said = []
+    for line in resumed.stdout:
+        said.append(line)
+        if line.startswith("?"):
+            break
+    else:
+        raise AssertionError("".join(said))
+    told = [bench.labrun("answer", "last", "second", *words.split()) for words in answers]
+    resumed.communicate()
+    return told, resumed.returncode
+
+
+@pytest.mark.slow
+def test_a_person_who_knows_that_it_happened_says_so_with_what_later_steps_need(tmp_path):
+    bench = killed_in_the_second_shot(tmp_path, probe=False)
+
+    (told,), status = answered(bench, "happened -r goal_id=seen")
+
+    assert (told.returncode, status, bench.fired) == (0, 0, ["1", "2"]), told.stderr
+    assert [(r.choice, r.result) for r in bench.records("answered")] == [
+        ("happened", {"goal_id": "seen"})
+    ]
+    assert "told seen" in [r.result or r.message for r in bench.records("step")]
+
+
+@pytest.mark.slow
+def test_a_person_who_knows_that_it_did_not_happen_lets_it_be_done(tmp_path):
+    bench = killed_in_the_second_shot(tmp_path, probe=False)
+
+    (told,), status = answered(bench, "did_not_happen")
+
+    assert (told.returncode, status, bench.fired) == (0, 0, ["1", "2", "2"]), told.stderr
+
+
+@pytest.mark.slow
+def test_an_answer_that_does_not_fit_is_refused_with_what_is_wrong(tmp_path):
+    bench = killed_in_the_second_shot(tmp_path, probe=False)
+
+    (missing, unknown, without, unwritten, stop), status = answered(
+        bench, "happened", "happened -r shot=1 -r goal_id=x", "skip -r goal_id=x",
+        "happened -r goal_id", "stop",
+    )  # fmt: skip
+
+    assert {t.returncode for t in (missing, unknown, without, unwritten)} == {2}
+    assert "goal_id" in missing.stderr
+    assert "shot" in unknown.stderr
+    assert "'skip' takes no values: goal_id" in without.stderr
+    assert "write -r NAME=VALUE" in unwritten.stderr
+    assert (stop.returncode, status, bench.fired) == (0, 1, ["1", "2"])

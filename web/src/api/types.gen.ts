@@ -1596,11 +1596,15 @@ export interface components {
         };
         /**
          * AnswerQuestion
-         * @description One of the choices.
+         * @description One of the choices; with `happened`, what the action returned, as typed.
          */
         AnswerQuestion: {
             /** Choice */
             choice: string;
+            /** Result */
+            result?: {
+                [key: string]: string;
+            };
         };
         /**
          * Area
@@ -2883,6 +2887,13 @@ export interface components {
             path: string;
             /** Text */
             text: string;
+            /**
+             * Wants
+             * @description JSON schema of the values that go with `happened`.
+             */
+            wants?: {
+                [key: string]: unknown;
+            };
         };
         /**
          * Reduction

@@ -27,7 +27,7 @@ test('when a person will be needed is shown in advance', () => {
 })
 
 test('a question is announced before anything else', () => {
-  const open_questions = [{ path: 'p', id: 'q', text: 'Clamped?', choices: ['yes'] }]
+  const open_questions = [{ path: 'p', id: 'q', text: 'Clamped?', choices: ['yes'], wants: {} }]
 
   expect(aloud(head({ open_questions }))).toBe('The run asks: Clamped?')
   expect(aloud(head({ failed: 2 }))).toBe('libs-grid running, 412 of 1071, 2 failed')
