@@ -1,9 +1,13 @@
 // Runs: launched from the form, followed on the map, paused, resumed, aborted, asked; found again after a crash.
+import { mkdtemp, writeFile } from 'node:fs/promises'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
 import { aPerson, isLive, NARROW, openBrowser, type Person, releaseControl, tidy } from './browser'
 import { axe, picture } from './look'
+import { startRun } from './measured'
 
 let bench: Bench
 let browser: Browser
@@ -218,6 +222,38 @@ describe('a person and a live run', () => {
 
     expect(faults).toEqual([])
     await leave(person)
+  })
+
+  it('tell what an action returned whose fate no device could tell', async () => {
+    const folder = await mkdtemp(join(tmpdir(), 'labrun-journey-'))
+    await writeFile(join(folder, 'lab.yaml'), [
+      'name: unsure', 'summary: An analyser that nobody can ask', 'simulated: true', 'devices:', '  libs:', '    contract: libs_analyzer@1',
+      '    driver: sim_libs', '    config: {clock: fast, faults: {measure: {DialogOpen: 1.0}}}', '',
+    ].join('\n'))
+    await writeFile(join(folder, 'unseen.yaml'), [
+      'labrun: 1', 'name: unseen', 'devices: {libs: libs_analyzer@1}', 'steps:', '  - {id: shoot, do: libs.measure, on_unknown: ask}',
+      '  - {log: "it was shot ${{ steps.shoot.shot_id }}"}', '',
+    ].join('\n'))
+    const unsure = await startBench({ args: ['--lab', 'lab.yaml'], cwd: folder })
+    const person = await aPerson(browser, unsure.address, {}, ADA)
+    const { page, faults } = person
+    await page.goto(`/runs/${await startRun(unsure, 'unseen.yaml')}`)
+    await page.getByRole('button', { name: 'Take control' }).click()
+    const question = page.getByRole('region', { name: 'Question' })
+    await question.getByRole('button', { name: 'happened', exact: true }).click()
+    const returned = question.getByRole('form', { name: 'What it returned' })
+    await returned.getByLabel('shot_id').fill('S-17')
+    await picture(page, 'run-happened')
+
+    expect(await axe(page)).toEqual([])
+
+    await returned.getByRole('button', { name: 'It happened' }).click()
+    await page.getByRole('region', { name: 'How it ended' }).getByText('Done').waitFor()
+    await page.getByRole('region', { name: 'Log' }).getByText('it was shot S-17').waitFor()
+
+    expect(faults).toEqual([])
+    await leave(person)
+    await unsure.close()
   })
 
   it('are two: what one does, both see, and only who has control may abort', async () => {
