@@ -1,5 +1,7 @@
 """Where `labrun serve` keeps the memory of its devices: in one place for a lab, wherever it is started."""
 
+import json
+import os
 import signal
 import subprocess
 import sys
@@ -58,3 +60,43 @@ def test_ledgers_of_an_earlier_version_are_pointed_at(tmp_path):
         said = process.stderr.readline()
 
     assert "`--folder .labrun/servers` continues with them" in said
+
+
+@pytest.mark.slow
+def test_a_server_that_dies_is_said_and_started_again_at_its_address(tmp_path):
+    (tmp_path / "lab.yaml").write_text(LAB)
+    with serving(tmp_path, "lab.yaml") as (line, at, process):
+        assert process.stderr is not None
+        served = folder_of(line) / "b" / "server.json"
+        before = json.loads(served.read_text())
+        os.kill(before["pid"], signal.SIGKILL)
+        said = [process.stderr.readline(), process.stderr.readline()]
+        after = json.loads(served.read_text())
+
+    assert "the server of b has died, see " in said[0] and "again in 0.5 s" in said[0]
+    assert said[1].strip() == f"labrun: {at.strip()} again"
+    assert after["pid"] != before["pid"] and after["url"] == before["url"]
+
+
+DIES = """
+import asyncio, os
+from labrun.drivers.simulated.balance import SimBalance
+
+class Dies(SimBalance):
+    async def open(self):
+        await super().open()
+        asyncio.get_running_loop().call_later(0.2, os._exit, 3)
+"""
+
+
+@pytest.mark.slow
+def test_a_server_that_goes_on_dying_ends_the_command_with_a_status(tmp_path):
+    (tmp_path / "dies.py").write_text(DIES)
+    (tmp_path / "lab.yaml").write_text(LAB.replace("sim_balance", "./dies.py:Dies"))
+    with serving(tmp_path, "lab.yaml") as (_, _, process):
+        assert process.stderr is not None
+        said = process.stderr.read()
+
+        assert process.wait() == 1
+    assert said.count("has died, see") == 4
+    assert "has died 5 times: given up" in said
