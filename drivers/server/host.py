@@ -1,7 +1,5 @@
 """A device server in the running event loop: create, open and serve devices, and leave them safe."""
 
-import contextlib
-import ipaddress
 import socket
 import ssl
 from collections.abc import AsyncIterator
@@ -15,6 +13,7 @@ from ..driver import Place
 from ..find import DriverFault, check_driver, find_driver
 from .arguments import LimitFault, read_limits
 from .device import ServedDevice
+from .gate import is_loopback
 from .ledger import Ledger, LedgerFault
 from .listen import bind, listening
 from .server import DeviceClosed, DeviceServer
@@ -51,7 +50,7 @@ def make_device(
 @asynccontextmanager
 async def serving(settings: ServerSettings) -> AsyncIterator[tuple[DeviceServer, str]]:
     """A device server and its address, for as long as the block lasts; raises ServeFault."""
-    if settings.token is None and not _is_loopback(settings.host):
+    if settings.token is None and not is_loopback(settings.host):
         raise ServeFault(
             f"{settings.host} can be reached from other machines, so a token is required; "
             f"give `token`, or serve on 127.0.0.1"
@@ -61,7 +60,7 @@ async def serving(settings: ServerSettings) -> AsyncIterator[tuple[DeviceServer,
         ledger = Ledger(Path(settings.folder) / "ledger.sqlite")
     except LedgerFault as fault:
         raise ServeFault(str(fault)) from fault
-    server = DeviceServer(ledger, settings.token)
+    server = DeviceServer(ledger, settings.token, settings.host)
     try:
         devices = [make_device(n, d, settings, server) for n, d in settings.devices.items()]
         listener = _bind(settings)
@@ -102,12 +101,6 @@ def _bind(settings: ServerSettings) -> socket.socket:
             f"port {settings.port} on {settings.host} cannot be used: {fault.strerror or fault}; "
             f"another server may be on it"
         ) from fault
-
-
-def _is_loopback(host: str) -> bool:
-    with contextlib.suppress(ValueError):
-        return ipaddress.ip_address(host).is_loopback
-    return host == "localhost"
 
 
 def _host_text(host: str) -> str:

@@ -23,6 +23,7 @@ from ...schemas.messages import (
 from ...system.tasks import end, keep
 from .device import STOP_S, ServedDevice
 from .execution import Execution
+from .gate import why_not
 from .lease import Refused
 from .ledger import Ledger, LedgerFault
 from .wire import wire
@@ -48,11 +49,14 @@ class DeviceClosed(Exception):
 class DeviceServer:
     """Serves devices to all clients; every request is answered at once."""
 
-    def __init__(self, ledger: Ledger, token: str | None = None) -> None:
+    def __init__(
+        self, ledger: Ledger, token: str | None = None, listens_on: str = "127.0.0.1"
+    ) -> None:
         self.ledger = ledger
         self.devices: dict[str, ServedDevice] = {}
         self.sessions: set[str] = set()
         self._token = token
+        self._listens_on = listens_on
         self._outbox: asyncio.Queue[tuple[str, Answer, set[str]]] = asyncio.Queue()
         self._tasks: list[asyncio.Task[None]] = []
         self._refusals: dict[tuple[str, int], Refused] = {}
@@ -65,6 +69,7 @@ class DeviceServer:
             ping_interval=2,
             ping_timeout=2,
             max_http_buffer_size=MAX_MESSAGE_BYTES,
+            cors_allowed_origins="*",  # the gate decides, by Host and Origin alone
         )
         self.app = socketio.ASGIApp(self._sio)
         self._listen()
@@ -148,6 +153,9 @@ class DeviceServer:
                 device.beat()
 
     async def _connect(self, session: str, environ: Any, auth: Any = None) -> None:
+        host, origin = environ.get("HTTP_HOST", ""), environ.get("HTTP_ORIGIN")
+        if (words := why_not(self._listens_on, host, origin)) is not None:
+            raise ConnectionRefusedError(words)
         given = auth.get("token") if isinstance(auth, dict) else None
         if self._token is not None and not _same(given, self._token):
             words = "a token is required" if given is None else "the token is wrong"
@@ -168,8 +176,7 @@ class DeviceServer:
     async def _lease(self, session: str, data: Answer) -> Answer:
         request = LeaseRequest.model_validate(data)
         epoch = await self._device(request.device).take_lease(request, session)
-        mark = self.ledger.mark
-        return {"epoch": epoch, "boot": self.ledger.boot, "mark": mark, "device": request.device}
+        return {"epoch": epoch, "boot": self.ledger.boot, "device": request.device}
 
     async def _release(self, session: str, data: Answer) -> Answer:
         device = self._device(data["device"])

@@ -9,8 +9,8 @@ import ipaddress
 import socket
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
-from urllib.parse import SplitResult, urlsplit
 
+from ...drivers.server.gate import is_loopback, split
 from ..local.refusal import Refusal, as_response
 from .sessions import Sessions
 
@@ -66,7 +66,7 @@ class Gate:
         if not self._is_ours(host):
             raise Refusal(421, "WRONG_HOST", f"this server is not {host[:100]!r}")
         origin = headers.get("origin")
-        if origin is not None and _split(origin).netloc.lower() != host.lower():
+        if origin is not None and split(origin).netloc.lower() != host.lower():
             raise Refusal(403, "WRONG_ORIGIN", "pages of other sites may not use this server")
         if headers.get("sec-fetch-site") == "cross-site" and scope.get("path") != "/":
             raise Refusal(403, "WRONG_ORIGIN", "pages of other sites may not use this server")
@@ -81,7 +81,7 @@ class Gate:
             raise Refusal(401, "SIGN_IN", "sign in first", hint)
 
     def _is_ours(self, host: str) -> bool:
-        name = _split(f"//{host}").hostname or ""
+        name = split(f"//{host}").hostname or ""
         if name in self._names:
             return True
         try:
@@ -139,22 +139,6 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: Refusal) 
         await send({"type": "websocket.close", "code": 1008, "reason": refusal.fault.code})
         return
     await as_response(refusal)(scope, receive, _with_headers(send))
-
-
-def _split(address: str) -> SplitResult:
-    """The parts of an address; empty for one that cannot be parsed."""
-    try:
-        return urlsplit(address)
-    except ValueError:
-        return urlsplit("")
-
-
-def is_loopback(host: str) -> bool:
-    """True for an address that only this machine can reach."""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def _names(host: str) -> set[str]:

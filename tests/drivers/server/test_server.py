@@ -416,3 +416,49 @@ def test_a_server_that_ends_leaves_its_devices_safe_and_its_goals_told(bench):
 
     assert left == []
     assert bench.deeds()[-2:] == ["arm safe", "arm close"]
+
+
+@pytest.mark.parametrize(
+    ("headers", "words"),
+    [
+        ({"Host": "evil.example"}, "this server is not 'evil.example'"),
+        ({"Host": "evil.example", "Origin": "http://evil.example"}, "this server is not"),
+        ({"Host": "127.0.0.1.evil.example:80"}, "this server is not"),
+        ({"Host": "["}, "this server is not '['"),
+        ({"Origin": "http://evil.example"}, "pages of other sites"),
+        ({"Origin": "http://127.0.0.1:1"}, "pages of other sites"),
+        ({"Origin": "null"}, "pages of other sites"),
+        ({"X-Forwarded-Host": "evil.example", "Origin": "http://evil.example"}, "pages of other"),
+    ],
+)
+def test_a_browser_that_was_led_here_by_another_site_does_nothing(bench, headers, words):
+    async def story():
+        async with bench.serving() as (_, url):
+            sio = socketio.AsyncClient(reconnection=False, handle_sigint=False)
+            said = []
+            sio.on("connect_error", said.append, namespace="/action")
+            try:
+                with pytest.raises(socketio.exceptions.ConnectionError):
+                    await sio.connect(
+                        url, headers=headers, transports=["websocket"], namespaces=["/action"]
+                    )
+            finally:
+                await sio.disconnect()
+            return said
+
+    assert words in str(asyncio.run(story()))
+
+
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1:4101", "[::1]:4101"])
+def test_a_program_may_use_any_name_of_this_machine(bench, host):
+    async def story():
+        async with bench.serving() as (_, url):
+            sio = socketio.AsyncClient(reconnection=False, handle_sigint=False)
+            await sio.connect(
+                url, headers={"Host": host}, transports=["websocket"], namespaces=["/action"]
+            )
+            described = await sio.call("describe", {}, namespace="/action")
+            await sio.disconnect()
+            return described
+
+    assert asyncio.run(story())["ok"]

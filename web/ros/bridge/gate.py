@@ -15,6 +15,8 @@ from urllib.parse import parse_qs, urlsplit
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
+from ....drivers.server.gate import is_loopback
+
 LEAST_TOKEN = 8
 
 
@@ -75,11 +77,3 @@ def _token(request: Request) -> bytes:
 def _is_local_page(origin: str) -> bool:
     parts = urlsplit(origin)
     return parts.scheme in ("http", "https") and is_loopback(parts.hostname or "")
-
-
-def is_loopback(host: str) -> bool:
-    """True for an address that only this machine can reach."""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
