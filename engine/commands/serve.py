@@ -50,7 +50,6 @@ def serve(
             raise typer.Exit(PROBLEMS)
     folder = folder or _home(loaded)
     configs = _configs(loaded, devices, folder, host, port, token, one)
-    typer.echo(f"ledgers and logs in {folder}")
     raise typer.Exit(asyncio.run(_serve(configs, loaded.lab.start_timeout_s)))
 
 
@@ -112,6 +111,7 @@ async def _serve(configs: list[dict], timeout_s: float) -> int:
             server = await start_server(config, Path(config["folder"]), timeout_s=timeout_s)
             servers.append(server)
             typer.echo(f"{', '.join(config['devices'])} at {server.url}")
+        typer.echo(f"ledgers and logs in {Path(configs[0]['folder']).parent}")
         typer.echo("serving; Ctrl-C stops and leaves the devices safe")
         for index, config in enumerate(configs):
             name = f"keep the server of {', '.join(config['devices'])}"

@@ -38,14 +38,14 @@ def test_a_lab_has_one_folder_from_wherever_it_is_served_and_another_lab_another
     for folder in (here, there):
         folder.mkdir()
         (folder / "lab.yaml").write_text(LAB)
-    with serving(here, "lab.yaml") as (line, at, _):
+    with serving(here, "lab.yaml") as (at, line, _):
         first = folder_of(line)
 
         assert at.startswith("b at http://127.0.0.1:")
         assert (first / "b" / "ledger.sqlite").exists()
-    with serving(there, str(here / "lab.yaml")) as (line, _, _):
+    with serving(there, str(here / "lab.yaml")) as (_, line, _):
         again = folder_of(line)
-    with serving(there, "lab.yaml") as (line, _, _):
+    with serving(there, "lab.yaml") as (_, line, _):
         other = folder_of(line)
 
     assert first == again != other
@@ -65,7 +65,7 @@ def test_ledgers_of_an_earlier_version_are_pointed_at(tmp_path):
 @pytest.mark.slow
 def test_a_server_that_dies_is_said_and_started_again_at_its_address(tmp_path):
     (tmp_path / "lab.yaml").write_text(LAB)
-    with serving(tmp_path, "lab.yaml") as (line, at, process):
+    with serving(tmp_path, "lab.yaml") as (at, line, process):
         assert process.stderr is not None
         served = folder_of(line) / "b" / "server.json"
         before = json.loads(served.read_text())
