@@ -409,6 +409,8 @@ def test_pages_of_other_sites_and_other_names_for_us_are_refused(endpoint):
     assert refused(endpoint.url, Origin="null") == 403
     port = endpoint.url.rpartition(":")[2]
     assert refused(endpoint.url, Host=f"rebound.example:{port}") in (400, 421)
+    assert refused(endpoint.url, Host="[") in (400, 421)
+    assert refused(endpoint.url, Origin="http://[") == 403
 
 
 @pytest.mark.slow

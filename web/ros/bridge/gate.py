@@ -15,7 +15,7 @@ from urllib.parse import parse_qs, urlsplit
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from ....drivers.server.gate import is_loopback
+from ....drivers.server.gate import is_loopback, split
 
 LEAST_TOKEN = 8
 
@@ -52,7 +52,7 @@ class Gate:
         return None
 
     def _is_ours(self, host: str) -> bool:
-        name = urlsplit(f"//{host}").hostname or ""
+        name = split(f"//{host}").hostname or ""
         own = socket.gethostname().lower()
         if name in ("localhost", self.host.lower()):
             return True
@@ -75,5 +75,5 @@ def _token(request: Request) -> bytes:
 
 
 def _is_local_page(origin: str) -> bool:
-    parts = urlsplit(origin)
+    parts = split(origin)
     return parts.scheme in ("http", "https") and is_loopback(parts.hostname or "")
