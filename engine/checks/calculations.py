@@ -132,10 +132,10 @@ def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
     """What is wrong with a value that is known."""
     use, what = spot.use, spot.what
     if use == "items" and (isinstance(value, str) or not isinstance(value, Sequence)):
-        return (
-            f"foreach needs a list, a span or a grid, not {words(value)}",
-            "such as [1, 2, 3]",
-        )
+        hint = "such as [1, 2, 3]"
+        if isinstance(value, str) and "(" in value:  # a call, without its braces or with too few
+            hint = f"write ${{{{ {value.strip('${} ')} }}}}"
+        return f"foreach needs a list, a span or a grid, not {words(value)}", hint
     if use == "duration":
         return _wrong_duration(what, value)
     if use == "count" and not _is_count(value):

@@ -1,0 +1,21 @@
+"""Values of the wrong kind, and what is written instead."""
+
+import pytest
+
+from labrun.engine.check import check_text
+
+
+@pytest.mark.parametrize(
+    ("items", "hint"),
+    [
+        ("range(5)", "write ${{ range(5) }}"),
+        ("'${ range(5) }}'", "write ${{ range(5) }}"),
+        ("'${ range(5) }'", "write ${{ range(5) }}"),
+        ("five", "such as [1, 2, 3]"),
+        ("5", "such as [1, 2, 3]"),
+    ],
+)
+def test_a_list_that_lacks_its_braces_is_told_how_it_is_written(items, hint):
+    text = f"labrun: 1\nname: p\nsteps:\n  - {{foreach: {{i: {items}}}, steps: [{{wait: 1 s}}]}}\n"
+
+    assert [p.hint for p in check_text(text, "p.yaml").problems if p.code == "E309"] == [hint]
