@@ -143,7 +143,8 @@ def _mean(
         checked.roles, problems = bind_roles(protocol.devices, checked.lab, bind, source)
     checked.params, more = read_params(protocol.params, params, source, needed=needed)
     problems += more
-    opening = Opener()
+    shared = checked.lab.folders if checked.lab is not None else ()
+    opening = Opener((source.path.parent, *shared))
     opened = opening.open(source, loaded)
     checked.survey = Survey(opened, checked.roles, checked.params)
     return [*problems, *opening.problems, *_found(checked.survey, checked.lab)]

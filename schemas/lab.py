@@ -49,12 +49,17 @@ class RosNames(Model):
 
 
 class Lab(Model):
-    """The devices of one laboratory, by name."""
+    """The devices of one laboratory, by name.
+
+    `folders`, from where the lab's file lies: their tables and protocols may be named by any
+    protocol, beside those in its own folder.
+    """
 
     name: str = "lab"
     summary: str = ""
     simulated: bool = False
     contracts: list[str] = Field(default_factory=list)
+    folders: list[str] = Field(default_factory=list)
     devices: dict[Name, LabDevice] = Field(min_length=1)
     start_timeout: Number = "60 s"
     ros: RosNames | None = None

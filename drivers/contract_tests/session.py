@@ -11,6 +11,7 @@ from typing import Any
 
 from ...schemas.contract import Contract
 from ...schemas.messages import FileContent, Goal
+from ...schemas.patterns import validator
 from ...system.tasks import end, first_of, spawn
 from ..client.client import DeviceClient
 from ..client.outcome import Outcome
@@ -141,10 +142,8 @@ def settings(case: Case, contract: Contract, config: Params, folder: Path) -> Pa
 
 
 def check_status(session: Session, status: Params) -> None:
-    from jsonschema import Draft202012Validator
-
     assert "fault" not in status, status["fault"]
-    faults = Draft202012Validator(session.contract.status).iter_errors(status)
+    faults = validator(session.contract.status).iter_errors(status)
     assert not (words := [fault.message for fault in faults]), f"status: {'; '.join(words)}"
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...schemas.contract import Action, Contract, JsonSchema
 from ...schemas.messages import FileContent, Goal
+from ...schemas.patterns import validator
 
 if TYPE_CHECKING:
     from jsonschema import Draft202012Validator
@@ -70,11 +71,9 @@ class Arguments:
     """The rules for one action's input and output."""
 
     def __init__(self, place: str, action: Action, limits: Limits) -> None:
-        from jsonschema import Draft202012Validator
-
         self.place = place
-        self.params = Draft202012Validator(_closed(narrowed(action.params, limits)))
-        self.returns = Draft202012Validator({"type": "object", **action.returns})
+        self.params = validator(_closed(narrowed(action.params, limits)))
+        self.returns = validator({"type": "object", **action.returns})
         self.read, self.written = action.path_params()
         self.returned = action.returned_paths()
 

@@ -9,6 +9,7 @@ from typing import Any
 from ...schemas.contract import Contract
 from ...schemas.contracts import ContractFault, read_contract, shipped_contracts
 from ...schemas.lab import Lab, LabDevice
+from ...schemas.patterns import check_schema
 from ...schemas.problem import Problem
 from ...schemas.quantity import UnitError, magnitude_in, unit_of
 from ..language.shape import read_model
@@ -29,6 +30,12 @@ class LoadedLab:
     path: Path | None
     contracts: dict[str, Contract]
     source: Source
+
+    @property
+    def folders(self) -> tuple[Path, ...]:
+        """Folders from which any protocol may take files, beside its own."""
+        here = self.path.parent if self.path is not None else Path()
+        return tuple(here / folder for folder in self.lab.folders)
 
 
 def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:
@@ -70,13 +77,13 @@ def _contracts(
 
 def check_schemas(contract: Contract, name: str) -> None:
     """Raise ContractFault for an invalid schema or an unknown unit in a contract."""
-    from jsonschema import Draft202012Validator, SchemaError
+    from jsonschema import SchemaError
 
     for action_name, action in contract.actions.items():
         for part, schema in (("params", action.params), ("returns", action.returns)):
             where = f"{name}: {action_name}.{part}"
             try:
-                Draft202012Validator.check_schema(schema)
+                check_schema(schema)
                 for unit in _units(schema):
                     unit_of(unit)
             except SchemaError as fault:

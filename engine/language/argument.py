@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ...schemas.patterns import validator as json_validator
 from ...schemas.quantity import (
     QUANTITY,
     UnitError,
@@ -162,9 +163,7 @@ def validator(schema: Mapping[str, Any]) -> Any:
     """The cached validator of a schema; the schema is kept alive so that its id is not reused."""
     found = _VALIDATORS.get(id(schema))
     if found is None or found[0] is not schema:
-        from jsonschema import Draft202012Validator
-
         if len(_VALIDATORS) > 10_000:
             _VALIDATORS.clear()
-        found = _VALIDATORS[id(schema)] = (schema, Draft202012Validator(dict(schema)))
+        found = _VALIDATORS[id(schema)] = (schema, json_validator(schema))
     return found[1]

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...schemas.quantity import UnitError, quantity, unit_of
+from ...system.cells import bare
 from .types import BOOLEAN, INTEGER, NUMBER, TEXT, Type, number
 
 HEADER = re.compile(r"(?P<name>.*?)\s*(?:\((?P<round>[^()]*)\)|\[(?P<square>[^\[\]]*)\])")
@@ -67,8 +68,10 @@ class Column:
 
     def plain(self, cell: str) -> Any:
         """The value of a cell without its unit, null for an empty one; raises ValueError."""
+        if self.kind == "text":
+            return bare(cell)
         if cell == "":
-            return "" if self.kind == "text" else None
+            return None
         return READERS.get(self.kind, _number)(cell)
 
     def read(self, cell: str) -> Any:

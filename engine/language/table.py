@@ -38,9 +38,10 @@ class Table(Lazy):
 
 @dataclass(slots=True, eq=False)
 class Tables:
-    """The function `csv` of one protocol: reads each file once, from the protocol's folder."""
+    """The function `csv` of one protocol: reads each file once, from `folders` or below."""
 
     protocol: Path
+    folders: Sequence[Path]
     opened: dict[str, Path] = field(default_factory=dict)
     _cells: dict[str, list[list[str]]] = field(default_factory=dict)
     _made: dict[tuple[Any, ...], Table] = field(default_factory=dict)
@@ -56,7 +57,7 @@ class Tables:
 
     def _make(self, file: str, kinds: Mapping[str, Any]) -> Table:
         if file not in self._cells:
-            path, text = _text(self.protocol, file)
+            path, text = _text(self.protocol, file, self.folders)
             self._cells[file] = _rows(file, text)
             self.opened[file] = path
         header, *rows = self._cells[file]
@@ -65,9 +66,9 @@ class Tables:
         return Table(columns, rows)
 
 
-def _text(protocol: Path, file: str) -> tuple[Path, str]:
+def _text(protocol: Path, file: str, folders: Sequence[Path]) -> tuple[Path, str]:
     try:
-        path, data = find_file(protocol, file, LARGEST)
+        path, data = find_file(protocol, file, LARGEST, folders)
     except FileFault as fault:
         raise TableFault(f"csv: {fault}") from fault
     try:

@@ -4,6 +4,7 @@ A run's folder holds `used.json`, which maps the names in each copied file to th
 """
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 from .suggest import closest
@@ -16,10 +17,22 @@ class FileFault(ValueError):
     """A file that cannot be read; the message says which and why."""
 
 
-def find_file(protocol: Path, name: str, largest: int) -> tuple[Path, bytes]:
-    """The path and the bytes of a file that a protocol names; raises FileFault."""
+def find_file(
+    protocol: Path, name: str, largest: int, folders: Sequence[Path]
+) -> tuple[Path, bytes]:
+    """The path and the bytes of a file that a protocol names; raises FileFault.
+
+    It lies in one of `folders` or below: what a protocol names is copied into its runs, and
+    everyone who may look at these sees it.
+    """
     path = place_of(protocol, name)
     try:
+        real = path.resolve()
+        if not any(real.is_relative_to(folder.resolve()) for folder in folders):
+            raise FileFault(
+                f"{name} lies outside the protocol's folder; put it there, or list its folder "
+                "under `folders:` in the lab"
+            )
         if path.is_dir():
             raise FileFault(f"{name} is a folder, not a file")
         if not path.is_file():

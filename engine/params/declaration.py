@@ -1,16 +1,16 @@
 """Check that a parameter's declaration is consistent: unit, bounds, pattern, choices."""
 
-import re
 from collections.abc import Iterator
 from typing import Any
 
+from ...schemas.patterns import PatternFault, regular_expression
 from ...schemas.problem import Problem
 from ...schemas.protocol import Param
 from ...schemas.quantity import UnitError, unit_of
 from ..language.operators import words
 from ..language.source import Source
 from ..language.suggest import did_you_mean
-from .value import ParamFault, a_kind, convert, regular_expression
+from .value import ParamFault, a_kind, convert
 
 UNITS = (
     "m", "mm", "cm", "um", "nm", "inch", "meter", "millimeter", "centimeter", "micrometer",
@@ -86,8 +86,8 @@ def _pattern(name: str, param: Param, source: Source) -> Iterator[Problem]:
         return
     try:
         regular_expression(param.pattern)
-    except (re.error, RecursionError, OverflowError) as fault:
-        message = f"{param.pattern!r} is not a regular expression: {fault}"
+    except PatternFault as fault:
+        message = f"{param.pattern!r} is not a pattern that can be used: {fault}"
         yield _wrong(name, ("pattern",), source, message)
 
 

@@ -1,10 +1,10 @@
 """One value of a parameter: read from text, converted to its unit, checked against its range."""
 
 import re
-import warnings
 from pathlib import Path
 from typing import Any
 
+from ...schemas.patterns import check_schema, regular_expression, validator
 from ...schemas.protocol import Param
 from ...schemas.quantity import UnitError, is_quantity, kind_of_unit, magnitude_in, quantity
 from ..language.grid import Lazy
@@ -126,12 +126,12 @@ def _item(param: Param, value: Any, index: int) -> Any:
             value = _quantity(value, unit)
         except ParamFault as fault:
             raise ParamFault(fault.code, str(fault), path=(index,)) from fault
-    from jsonschema import Draft202012Validator, SchemaError
+    from jsonschema import SchemaError
 
     bare = value.magnitude if is_quantity(value) else value
     try:
-        Draft202012Validator.check_schema(schema)
-        fault = next(iter(Draft202012Validator(schema).iter_errors(bare)), None)
+        check_schema(schema)
+        fault = next(iter(validator(schema).iter_errors(bare)), None)
     except SchemaError as wrong:
         raise ParamFault("E224", f"items: {wrong.message}") from wrong
     if fault is not None:
@@ -157,27 +157,17 @@ def _check_range(param: Param, value: Any) -> None:
                 "E222",
                 f"{words(value)} is {'below' if key == 'minimum' else 'above'} the {key} {words(limit)}",
             )
-    if param.pattern is not None and isinstance(value, str) and not _matches(param.pattern, value):
-        raise ParamFault("E222", f"{words(value)} does not fit the pattern {param.pattern}")
+    if param.pattern is not None and isinstance(value, str):
+        if len(value) > LONGEST_TEXT:
+            raise ParamFault("E222", f"a text of {len(value):,} characters is too long")
+        if not regular_expression(param.pattern).search(value):
+            raise ParamFault("E222", f"{words(value)} does not fit the pattern {param.pattern}")
     if param.enum is not None and not _among(param, value):
         options = [str(item) for item in param.enum]
         raise ParamFault(
             "E222",
             f"{words(value)} is not one of {listed(options)}{did_you_mean(str(value), options)}",
         )
-
-
-def _matches(pattern: str, value: str) -> bool:
-    if len(value) > LONGEST_TEXT:
-        raise ParamFault("E222", f"a text of {len(value):,} characters is too long")
-    return regular_expression(pattern).search(value) is not None
-
-
-def regular_expression(pattern: str) -> re.Pattern[str]:
-    with warnings.catch_warnings():
-        # Python warns about what `[[` may mean in future; this does not concern the protocol.
-        warnings.simplefilter("ignore", FutureWarning)
-        return re.compile(pattern)
 
 
 def _among(param: Param, value: Any) -> bool:

@@ -8,6 +8,7 @@ from typing import Any
 
 from ...schemas.journal import IterationEnded, JournalRecord
 from ...schemas.quantity import is_quantity, magnitude_in, number_text
+from ...system.cells import guarded
 from ..journal.encode import decode
 from ..journal.history import reopened
 from ..language.expression import ExpressionError
@@ -50,7 +51,7 @@ class Rows:
         self.units.update(new_units)
         if not self._begun or new_units:
             self._write_header()
-        cells = [key, *(self._cell(name, row.get(name)) for name in self.columns), fate]
+        cells = [guarded(key), *(self._cell(name, row.get(name)) for name in self.columns), fate]
         with self.path.open("a", encoding="utf-8", newline="") as file:
             file.write(_csv_line(cells))
 
@@ -70,7 +71,7 @@ class Rows:
             value = magnitude_in(value, self.units[name])
         if isinstance(value, float):
             return number_text(value)
-        return str(value)
+        return guarded(value) if isinstance(value, str) else str(value)
 
 
 def _suffix(unit: str | None) -> str:

@@ -95,7 +95,7 @@ class Survey(Declarations):
         source, protocol = opened.source, opened.loaded.protocol
         self.protocol, self.roles, self.values = protocol, roles, values
         self.source, self.opened = source, opened
-        self.tables = Tables(source.path)
+        self.tables = Tables(source.path, opened.folders)
         self.raw_names, self.set_counts = raw_names(source.data)
         self.params: dict[str, Type] = dict.fromkeys(source.names("params"), ANY)
         self.params |= {name: type_of_param(param) for name, param in protocol.params.items()}

@@ -28,20 +28,25 @@ class Opened:
 
     source: Source
     loaded: Loaded
+    folders: tuple[Path, ...]
     name: str = ""
     uses: "dict[Place, Opened]" = field(default_factory=dict)
 
 
 class Opener:
-    """Opens the protocols that a protocol uses, recursively; stops at circular use."""
+    """Opens the protocols that a protocol uses, recursively; stops at circular use.
 
-    def __init__(self) -> None:
+    `folders`: where files may lie that a protocol names, or below.
+    """
+
+    def __init__(self, folders: tuple[Path, ...]) -> None:
+        self.folders = folders
         self.problems: list[Problem] = []
         self.count = 0
 
     def open(self, source: Source, loaded: Loaded, above: tuple[Path, ...] = ()) -> Opened:
         """The protocol with everything that it uses."""
-        opened = Opened(source, loaded)
+        opened = Opened(source, loaded, self.folders)
         above = (*above, source.path.resolve())
         for step, place in uses_of(loaded.protocol):
             found = self._one(step, (*place, "use"), source, above)
@@ -58,7 +63,7 @@ class Opener:
             )
             return self._refuse(source, place, "E120", message, "choose the file with `if`")
         try:
-            path, data = find_file(source.path, step.use, LARGEST)
+            path, data = find_file(source.path, step.use, LARGEST, self.folders)
             text = data.decode("utf-8")
         except FileFault as fault:
             hint = f"looked for in {source.path.parent}"

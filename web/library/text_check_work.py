@@ -1,7 +1,4 @@
-"""The checker and the views on a text, in the worker: a text may keep a checker busy for ever.
-
-A pattern such as `(a+)+$` does, and while Python matches it the whole process is blocked.
-"""
+"""The checker and the views on a text, in the worker: a long text keeps a checker busy."""
 
 from collections.abc import Callable
 from hashlib import sha256

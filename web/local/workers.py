@@ -39,7 +39,7 @@ class Worker:
                 await self._end()
                 raise Refusal(
                     422, "TOO_LONG", f"it took longer than {timeout_s:g} s and was abandoned",
-                    "a pattern with nested repetition, such as (a+)+, may take for ever",
+                    "shorten it, or ask `labrun check` in a terminal, which waits as long as it takes",
                 ) from None  # fmt: skip
             except BaseException:  # raised again: a process in the middle of an exchange is no use
                 await self._end()

@@ -7,6 +7,7 @@ from itertools import islice
 from pathlib import Path
 
 from ...engine.run.folder import JOURNAL
+from ...system.cells import bare
 from .files import CRATE, PAGE, KeptFile
 from .formatting import count, size
 from .html import Html, code, folded, join, paragraph, section, table, tag, text
@@ -69,7 +70,7 @@ def _table(data: ReportData, name: str) -> Html:
 
 def _read_head(path: Path) -> tuple[list[str], list[list[str]]]:
     with path.open(encoding="utf-8", newline="") as file:
-        lines = list(islice(csv.reader(file), ROWS_SHOWN + 1))
+        lines = [[bare(cell) for cell in row] for row in islice(csv.reader(file), ROWS_SHOWN + 1)]
     return (lines[0], lines[1:]) if lines else ([], [])
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from ...engine.journal.encode import QUANTITY_KEY, decode
 from ...schemas.journal import IterationEnded
 from ...schemas.quantity import magnitude_in, number_text
+from ...system.cells import bare
 
 SEPARATOR = "\x1f"
 NESTED = ("(", "[", "{")
@@ -48,7 +49,7 @@ class RowsHash:
                 next(rows, None)
                 for row in rows:
                     lines += 1
-                    found.update(_line(row))
+                    found.update(_line([bare(cell) for cell in row]))
         except (OSError, UnicodeError, csv.Error):
             return False
         return lines == self.count and found.digest() == self._hash.digest()

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from ...system.cells import bare
 from ..local.refusal import Refusal, not_found
 from ..models.results import Column, TableHead, TableWindow
 
@@ -128,5 +129,5 @@ def read_rows(path: Path) -> dict[str, list[str]]:
     columns: dict[str, list[str]] = {column: [] for column in header}
     for row in body:
         for index, column in enumerate(header):
-            columns[column].append(row[index] if index < len(row) else "")
+            columns[column].append(bare(row[index]) if index < len(row) else "")
     return columns

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ....system.cells import bare
 from ...spectrum.fault import Unreadable
 from ...spectrum.spectrum import FloatArray
 
@@ -79,7 +80,7 @@ def read_columns(path: Path) -> Columns:
         raise Unreadable(f"{path} has two columns of the name {twice[0]!r}")
     body = rows[1:]
     cells = {
-        name: [row[at].strip() if at < len(row) else "" for row in body]
+        name: [bare(row[at].strip()) if at < len(row) else "" for row in body]
         for at, name in enumerate(names)
         if name
     }

@@ -12,7 +12,7 @@ SAMPLES = "sample,x (mm),y_mm,depth [um],n,ok\nA,1,2.5,10,3,true\nB,11,2.5,,4,fa
 
 def table(tmp_path, text, **kinds):
     (tmp_path / "t.csv").write_text(text, encoding="utf-8", newline="")
-    return Tables(tmp_path / "protocol.yaml")("t.csv", **kinds)
+    return Tables(tmp_path / "protocol.yaml", [tmp_path])("t.csv", **kinds)
 
 
 def test_header_units_and_inferred_kinds_make_the_fields_of_a_row(tmp_path):
@@ -69,7 +69,7 @@ def test_a_table_that_does_not_fit_is_refused_with_its_row(tmp_path, text, kinds
 def test_a_file_that_is_not_there_suggests_the_one_that_is(tmp_path):
     (tmp_path / "samples.csv").write_text("a\n1\n")
     with pytest.raises(TableFault) as fault:
-        Tables(tmp_path / "p.yaml")("sampels.csv")
+        Tables(tmp_path / "p.yaml", [tmp_path])("sampels.csv")
 
     assert "there is no file sampels.csv beside p.yaml; did you mean samples.csv?" in str(
         fault.value

@@ -37,6 +37,23 @@ def take(given: dict[str, Any], *, needed: bool = False):
     return read_params(declared, given, source, needed=needed)
 
 
+@pytest.mark.parametrize(
+    ("pattern", "items"), [("^(a+)+$", None), (None, {"type": "string", "pattern": "^(a|aa)+$"})]
+)
+def test_no_pattern_takes_for_ever(pattern, items):
+    source = parse_source("params: {a: 1}\n", Path("p"), "p")[0]
+    assert source is not None
+    kind = "string" if items is None else "array"
+    param = Param.model_validate({"type": kind, "pattern": pattern, "items": items})
+    text = "a" * 5000 + "!"
+
+    _, problems = read_params(
+        {"a": param}, {"a": text if items is None else [text]}, source, needed=True
+    )
+
+    assert [problem.code for problem in problems] == ["E222" if items is None else "E221"]
+
+
 def test_a_pattern_that_python_has_doubts_about_is_a_pattern_all_the_same():
     source = parse_source("params: {a: 1}\n", Path("p"), "p")[0]
     assert source is not None

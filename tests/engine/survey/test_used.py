@@ -33,6 +33,36 @@ def test_a_protocol_that_is_used_as_it_declares_has_no_problem(tmp_path):
     assert problems(tmp_path, steps) == []
 
 
+@pytest.mark.parametrize("named", ["../shared/inner.yaml", "{shared}/inner.yaml", "link.yaml"])
+def test_a_file_outside_the_protocol_s_folder_is_used_only_if_the_lab_lists_its_folder(
+    tmp_path, named
+):
+    shared, own = tmp_path / "shared", tmp_path / "own"
+    shared.mkdir()
+    own.mkdir()
+    (shared / "inner.yaml").write_text(INNER)
+    (shared / "t.csv").write_text("x (mm)\n1\n")
+    (own / "link.yaml").symlink_to(shared / "inner.yaml")
+    (own / "outer.yaml").write_text(
+        "labrun: 1\nname: outer\ndevices: {gantry: gantry@1}\nsteps:\n"
+        f"  - {{use: {named.format(shared=shared)}, with: {{x: 3 mm}}}}\n"
+        "  - foreach: {row: \"${{ csv('../shared/t.csv') }}\"}\n"
+        "    steps: [{log: '${{ row.x }}'}]\n"
+    )
+    lab = tmp_path / "lab.yaml"
+    found = {}
+    for folders in ("[]", "[shared]"):
+        lab.write_text(
+            f"folders: {folders}\ndevices: {{gantry: {{contract: gantry@1, driver: sim_gantry}}}}\n"
+        )
+        problems = check_file(own / "outer.yaml", lab=lab, needed=True).problems
+        found[folders] = [
+            (p.code, "`folders:`" in p.message) for p in problems if p.severity == "error"
+        ]
+
+    assert found == {"[]": [("E120", True), ("E313", True)], "[shared]": []}
+
+
 @pytest.mark.parametrize(
     ("steps", "expected"),
     [

@@ -16,30 +16,30 @@ params: {sample: {type: string, default: core}}
 devices: {gantry: gantry@1}
 steps: [{do: gantry.home, timeout: 1 min}]
 """
-FOR_EVER = TEXT.replace("default: core", f"pattern: '(a+)+$', default: '{'a' * 50}!'")
+LONG = TEXT.replace("steps: [", "steps: [" + "{do: gantry.home, timeout: 1 min}, " * 5000)
 
 
 @pytest.mark.slow
-def test_a_pattern_that_takes_for_ever_is_given_up_and_holds_up_nobody(tmp_path):
+def test_a_text_that_takes_too_long_is_given_up_and_holds_up_nobody(tmp_path):
     async def asked():
         worker = Worker()
         patient, hasty = (
             TextCheck(worker, tmp_path, None, tmp_path / "timings.json", timeout_s=seconds)
-            for seconds in (60.0, 1.0)
+            for seconds in (60.0, 0.1)
         )
         try:
             await patient.check(CheckText(text=TEXT))  # its process is up
-            endless = asyncio.create_task(hasty.check(CheckText(text=FOR_EVER)))
+            long = asyncio.create_task(hasty.check(CheckText(text=LONG)))
             turns = 0
-            while not endless.done():
+            while not long.done():
                 await asyncio.sleep(0.01)
                 turns += 1
-            return endless.exception(), turns, await patient.check(CheckText(text=TEXT))
+            return long.exception(), turns, await patient.check(CheckText(text=TEXT))
         finally:
             await worker.close()
 
     refusal, turns, after = asyncio.run(asked())
 
     assert isinstance(refusal, Refusal) and refusal.fault.code == "TOO_LONG"
-    assert turns > 10
+    assert turns > 1
     assert after.ok
