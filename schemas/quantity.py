@@ -68,6 +68,8 @@ def is_quantity(value: object) -> "TypeGuard[Quantity[Any]]":
 @lru_cache(maxsize=4096)
 def unit_of(text: str) -> Any:
     """The pint unit that a text names; raises UnitError for an unknown one."""
+    if re.search(r"[^\W\d_µμ][µμ]$", text):  # to pint `mµ` is a thousandth of a micron
+        raise UnitError(f"{text!r} is not a unit; did you mean µ{text[:-1]}?")
     units = registry()
     try:
         return units.Unit(text)
@@ -119,6 +121,18 @@ def _factor(source: Any, target: str) -> float | None:
 def same_dimension(unit: str, other: str) -> bool:
     """True when one of the units can be converted into the other."""
     return unit_of(unit).dimensionality == unit_of(other).dimensionality
+
+
+@lru_cache(maxsize=4096)
+def has_offset(unit: str) -> bool:
+    """True for a scale whose zero is not nothing: degC and degF, not K."""
+    return not registry().Quantity(1, unit_of(unit))._is_multiplicative
+
+
+@lru_cache(maxsize=4096)
+def degree(unit: str) -> Any:
+    """One degree of a temperature scale, as the unit of differences on it."""
+    return unit_of(f"delta_{unit_of(unit)}" if has_offset(unit) else unit)
 
 
 @lru_cache(maxsize=4096)

@@ -1,8 +1,8 @@
 """The text between `${{` and `}}` is a valid expression.
 
 E300. Expressions are written as in Python: arithmetic, comparisons, `and or not`,
-`a if b else c`, fields `a.b`, items `a[0]`, lists, and the functions grid, span, csv, range, len,
-min, max, round and format. A number followed by a unit is a quantity: `0.1 mm`. Expressions have
+`a if b else c`, fields `a.b`, items `a[0]`, lists, `[a.b for a in c]`, and functions: grid, span,
+csv, range, len, min, max, round, format, and those that calculate, such as mean. A number followed by a unit is a quantity: `0.1 mm`. Expressions have
 no side effects: no assignments, no imports, no other functions.
 
 Passes:

@@ -6,8 +6,10 @@ It is Python's syntax without side effects: no assignments, calls only of the fu
 
 import ast
 import math
-from collections.abc import Mapping, Sequence
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from ...schemas.quantity import is_quantity
@@ -19,6 +21,8 @@ from .suggest import did_you_mean
 if TYPE_CHECKING:
     from simpleeval import SimpleEval
 
+MOST_TURNS = 100_000
+"""Of a comprehension; more would hold up the run."""
 PUBLIC = {function.__name__: name for name, function in FUNCTIONS.items()}
 
 
@@ -106,12 +110,38 @@ def _evaluator_class() -> "type[SimpleEval]":
             super().__init__(**given)
             nodes: Any = self.nodes
             nodes[ast.List] = nodes[ast.Tuple] = self._eval_list
+            nodes[ast.ListComp] = nodes[ast.GeneratorExp] = self._eval_comprehension
 
         def _check_disallowed_items(self, item: Any) -> None:
             """Nothing to check: names hold only data, and functions are never values."""
 
         def _eval_list(self, node: Any) -> list[Any]:
             return [self._eval(item) for item in node.elts]
+
+        def _eval_comprehension(self, node: Any) -> list[Any]:
+            outer, found = self.names, []
+            try:
+                for own in self._bindings(node.generators, outer, count(1)):
+                    self.names = own
+                    found.append(self._eval(node.elt))
+            finally:
+                self.names = outer
+            return found
+
+        def _bindings(self, generators: Any, names: Any, turns: Iterator[int]) -> Iterator[Any]:
+            """The names at each turn of `for ... in ... if ...`, one within the other."""
+            if not generators:
+                yield names
+                return
+            first, *inner = generators
+            self.names = names
+            for item in _items(self._eval(first.iter)):
+                if next(turns) > MOST_TURNS:
+                    raise ExpressionError(f"a comprehension of more than {MOST_TURNS:,} turns")
+                own = ChainMap(_bound(first.target, item), names)
+                self.names = own  # type: ignore[assignment]
+                if all(self._eval(condition) for condition in first.ifs):
+                    yield from self._bindings(inner, own, turns)
 
         def _eval_name(self, node: Any) -> Any:
             if node.id in CONSTANTS:
@@ -136,6 +166,22 @@ def _evaluator_class() -> "type[SimpleEval]":
             return item_of(self._eval(node.value), index, lenient=in_answer(node.value))
 
     return Evaluator
+
+
+def _items(value: Any) -> Sequence[Any]:
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        raise ExpressionError(f"`for ... in {words(value)}`: it is not a list")
+    return value
+
+
+def _bound(target: ast.expr, item: Any) -> dict[str, Any]:
+    """The names of a comprehension with an item's values."""
+    if isinstance(target, ast.Name):
+        return {target.id: item}
+    names = [one.id for one in target.elts]  # type: ignore[attr-defined]
+    if len(values := _items(item)) != len(names):
+        raise ExpressionError(f"`for {', '.join(names)}`: an item has {len(values)} values")
+    return dict(zip(names, values, strict=True))
 
 
 def _finite(value: Any) -> Any:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ...schemas.quantity import is_quantity, quantity, quantity_text
+from .calculations import CALCULATIONS
 from .grid import LONGEST, Grid, Span, grid, span
 from .inside import inside
 from .operators import OPERATORS, OperatorFault, words
@@ -103,7 +104,7 @@ def no_table(file: Any = None, **kinds: Any) -> Any:
     raise OperatorFault("csv: a table can only be read by a protocol that is a file")
 
 
-FUNCTIONS: dict[str, Callable[..., Any]] = {
+RESERVED: dict[str, Callable[..., Any]] = {
     "grid": grid,
     "span": span,
     "inside": inside,
@@ -115,4 +116,6 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "format": a_format,
     "csv": no_table,
 }
+"""Their names mean nothing else in a protocol; those of the other functions may."""
+FUNCTIONS = {**RESERVED, **CALCULATIONS}
 LITERAL = "_quantity"

@@ -3,7 +3,16 @@
 from collections.abc import Iterator, Sequence
 from typing import Any, overload
 
-from ...schemas.quantity import is_quantity, magnitude_in, number_text, quantity, quantity_text
+from ...schemas.quantity import (
+    degree,
+    has_offset,
+    is_quantity,
+    magnitude_in,
+    number_text,
+    quantity,
+    quantity_text,
+    unit_of,
+)  # fmt: skip
 
 ORDERS = ("rows", "snake", "columns")
 FITS = ("exact", "inside")
@@ -71,7 +80,8 @@ class Span(Lazy):
 def span(start: Any, stop: Any, step: Any, fit: str = "exact") -> Span:
     """From `start` to `stop`, both included; with `fit="inside"` the last step may fall short."""
     unit = _unit(start, stop, step)
-    first, last, by = (_number(value, unit) for value in (start, stop, step))
+    first, last = _number(start, unit), _number(stop, unit)
+    by = _step(step, unit)
     if fit not in FITS:
         raise GridFault(f"span: fit must be 'exact' or 'inside', not {fit!r}")
     if by == 0:
@@ -115,6 +125,18 @@ def _number(value: Any, unit: str | None) -> Any:
         raise GridFault(f"span: {number_text(value)} has no unit, but the others do ({unit})")
     try:
         return magnitude_in(value, unit) if unit is not None else value
+    except ValueError as fault:
+        raise GridFault(f"span: {fault}") from fault
+
+
+def _step(step: Any, unit: str | None) -> Any:
+    """The step in `unit`: one of 10 degC is one of 10 K."""
+    if unit is None or not is_quantity(step) or not has_offset(unit):
+        return _number(step, unit)
+    if step.units == unit_of(unit):
+        return step.magnitude
+    try:
+        return (magnitude_in(step, "K") * unit_of("K")).to(degree(unit)).magnitude
     except ValueError as fault:
         raise GridFault(f"span: {fault}") from fault
 

@@ -1,15 +1,16 @@
 """Infer the type of an expression before the run, and find what cannot work in it."""
 
 import ast
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from ...schemas.quantity import same_dimension, unit_of
+from ...schemas.quantity import has_offset, same_dimension, unit_of
 from .expression import CONSTANTS, Expression
 from .functions import LITERAL
 from .infer_call import type_of_call
-from .suggest import closest, listed
+from .suggest import closest, did_you_mean, listed
 from .types import (
     ANY,
     BOOLEAN,
@@ -22,6 +23,8 @@ from .types import (
     number,
     type_of_value,
 )  # fmt: skip
+
+WRITTEN = re.compile(rf"{LITERAL}\(([^,()]*), '([^']*)'\)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +68,7 @@ class Inference:
 
     def __init__(self, names: Names) -> None:
         self.names = names
+        self._own: dict[str, Type] = {}  # names of the comprehensions around
         self.faults: list[Fault] = []
 
     def fault(self, code: str, message: str, hint: str = "") -> Type:
@@ -89,7 +93,29 @@ class Inference:
     def _constant(self, node: ast.Constant) -> Type:
         return type_of_value(node.value)
 
+    def _listcomp(self, node: ast.ListComp | ast.GeneratorExp) -> Type:
+        around = self._own
+        for part in node.generators:
+            items = self.of(part.iter)
+            if items.kind not in ("list", "any", "null"):
+                self.fault("E308", f"{_text(part.iter)} is {in_words(items)}, not a list")
+            item = items.item or ANY
+            targets = part.target.elts if isinstance(part.target, ast.Tuple) else []
+            own = {one.id: item.item or ANY for one in targets if isinstance(one, ast.Name)}
+            if isinstance(part.target, ast.Name):
+                own = {part.target.id: item}
+            self._own = {**self._own, **own}
+            for condition in part.ifs:
+                self.of(condition)
+        found = Type("list", item=self.of(node.elt))
+        self._own = around
+        return found
+
+    _generatorexp = _listcomp
+
     def _name(self, node: ast.Name) -> Type:
+        if node.id in self._own:
+            return self._own[node.id]
         if node.id in CONSTANTS:
             return type_of_value(CONSTANTS[node.id])
         if node.id in ("params", "steps"):
@@ -159,7 +185,7 @@ class Inference:
             return BOOLEAN
         if operand.kind not in ("any", "null", "number"):
             return self.fault("E308", f"{_text(node.operand)} is {in_words(operand)}, not a number")
-        return operand
+        return operand if self._steady(node.operand, operand) else ANY
 
     def _boolop(self, node: ast.BoolOp) -> Type:
         return either([self.of(value) for value in node.values])
@@ -173,10 +199,26 @@ class Inference:
         types = [self.of(side) for side in sides]
         for index, operator in enumerate(node.ops):
             if not isinstance(operator, ast.In | ast.NotIn):
-                self._go_together(
-                    sides[index], types[index], sides[index + 1], types[index + 1], "compared"
-                )
+                self._compared(sides[index], types[index], sides[index + 1], types[index + 1])
         return BOOLEAN
+
+    def _compared(self, a: ast.AST, left: Type, b: ast.AST, right: Type) -> None:
+        if {left.kind, right.kind} == {"number", "text"}:
+            text, other = (a, right) if left.kind == "text" else (b, left)
+            message = f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}"
+            bare = isinstance(text, ast.Constant) and other.unit is not None
+            hint = f"write {text.value} without quotes" if bare else ""  # type: ignore[attr-defined]
+            self.fault("E308", f"{message}; they cannot be compared", hint)
+            return
+        for (node, one), (asked, other) in (((a, left), (b, right)), ((b, right), (a, left))):
+            if one.choices and isinstance(asked, ast.Constant) and asked.value not in one.choices:
+                guess = did_you_mean(str(asked.value), one.choices)
+                message = f"{_text(node)} is never {asked.value!r}{guess}"
+                self.fault("E308", message, f"it is one of {listed(one.choices)}")
+            if one.difference and other.unit is not None and has_offset(other.unit):
+                message = f"{_text(node)} is a difference, and {_text(asked)} a place on a scale"
+                self.fault("E308", message, "give a difference of temperatures in K, such as 1 K")
+        self._go_together(a, left, b, right, "compared")
 
     def _binop(self, node: ast.BinOp) -> Type:
         left, right = self.of(node.left), self.of(node.right)
@@ -190,6 +232,10 @@ class Inference:
             return left
         if not left.kind == right.kind == "number":
             return self._not_numbers(node, left, right)
+        if _scales(left, right) and isinstance(node.op, ast.Add | ast.Sub):
+            return self._temperatures(node, left, right)
+        if not (self._steady(node.left, left) and self._steady(node.right, right)):
+            return ANY
         if isinstance(node.op, ast.Mult | ast.Div):
             return self._product(left, right, divide=isinstance(node.op, ast.Div))
         if isinstance(node.op, ast.Pow):
@@ -201,6 +247,30 @@ class Inference:
             return NUMBER
         kept = right if left.unit is None else left
         return Type("number", kept.unit, whole=left.whole and right.whole and kept.unit is None)
+
+    def _steady(self, node: ast.AST, one: Type) -> bool:
+        if one.unit is None or not has_offset(one.unit):
+            return True
+        message = f"{_text(node)} is in {one.unit}, whose zero is arbitrary"
+        self.fault("E308", message, "compute in K; a difference of temperatures is in K, too")
+        return False
+
+    def _temperatures(self, node: ast.BinOp, left: Type, right: Type) -> Type:
+        """degC less degC is a difference in K; degC and K, added or subtracted, are degC."""
+        if not self._go_together(node.left, left, node.right, right, "combined"):
+            return ANY
+        offset = [one.unit is not None and has_offset(one.unit) for one in (left, right)]
+        less = isinstance(node.op, ast.Sub)
+        if all(offset):
+            if less:
+                return Type("number", "K", difference=True)
+            message = f"{_text(node)}: two places on a scale cannot be added"
+            return self.fault("E308", message, "add a difference in K")
+        if less and not offset[0] and left.unit is not None:
+            return self.fault(
+                "E308", f"{_text(node)}: K less degC", "give both in degC, or both in K"
+            )
+        return left if offset[0] else right
 
     def _not_numbers(self, node: ast.BinOp, left: Type, right: Type) -> Type:
         wrong, side = (left, node.left) if left.kind != "number" else (right, node.right)
@@ -251,11 +321,13 @@ class Inference:
         return type_of_call(self, node)
 
 
+def _scales(*types: Type) -> bool:
+    return any(one.unit is not None and has_offset(one.unit) for one in types)
+
+
 def _text(node: ast.AST) -> str:
     """A part of an expression, as close as possible to how it was written."""
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == LITERAL:
-        return f"{ast.unparse(node.args[0])} {node.args[1].value}"  # type: ignore[attr-defined]
-    text = ast.unparse(node)
+    text = WRITTEN.sub(r"\1 \2", ast.unparse(node))
     return text if len(text) <= 60 else text[:57] + "..."
 
 

@@ -6,6 +6,8 @@ from functools import cache
 from typing import Any, Protocol
 
 from ...schemas.quantity import same_dimension
+from .calculated import BARE, OF_LISTS, OF_NUMBERS, type_of_calculation
+from .calculations import CALCULATIONS
 from .functions import FUNCTIONS, LITERAL
 from .types import ANY, INTEGER, NUMBER, TEXT, Type, either, fields, in_words, number
 
@@ -66,7 +68,25 @@ def _result(inference: Inference, name: str, given: dict[str, Any]) -> Type:
         return INTEGER if bare else value
     if name == "range":
         return Type("list", item=INTEGER)
+    if name in CALCULATIONS:
+        return _calculation(inference, name, given)
     return INTEGER if name == "len" else TEXT
+
+
+def _calculation(inference: Inference, name: str, given: dict[str, Any]) -> Type:
+    first = next(iter(given.values()), ANY)
+    wanted = "list" if name in OF_LISTS else "number"
+    if isinstance(first, Type) and first.kind not in (wanted, "any", "null"):
+        takes_more = name in CALCULATIONS and name not in OF_LISTS | OF_NUMBERS
+        if not takes_more and not (name == "int" and first.kind == "text"):
+            what = "a list" if wanted == "list" else "a number"
+            return inference.fault("E308", f"{name} takes {what}, not {in_words(first)}")
+    if name in BARE and first.unit is not None:
+        message = f"{name} takes a plain number, not {in_words(first)}"
+        return inference.fault(
+            "E308", message, f"divide by a unit first: {name}(x / (1 {first.unit}))"
+        )
+    return type_of_calculation(name, given)
 
 
 def _table(inference: Inference, node: ast.Call) -> Type:
@@ -144,5 +164,7 @@ def _example(name: str) -> str:
         "span": "span(0, 4, 0.2)", "inside": "inside(grid(...), steps.look.samples[0].outline, 1 mm)",
         "range": "range(5)", "len": "len(params.samples)",
         "min": "min(a, b)", "max": "max(a, b)", "round": "round(x, 2)", "format": "format(x, '.2f')",
-        "csv": "csv('samples.csv', x='mm', count='integer')",
-    }[name]  # fmt: skip
+        "csv": "csv('samples.csv', x='mm', count='integer')", "atan2": "atan2(y, x)",
+        "linspace": "linspace(0 mm, 4 mm, 9)", "polyfit": "polyfit(xs, ys, 1)", "zip": "zip(a, b)",
+        "interp": "interp(x, xs, ys)", "enumerate": "enumerate(values)",
+    }.get(name, f"{name}({'values' if name in OF_LISTS else 'x'})")  # fmt: skip

@@ -11,6 +11,8 @@ from typing import Any
 
 from ...schemas.quantity import (
     cancels_out,
+    degree,
+    has_offset,
     is_quantity,
     kind_of_unit,
     number_text,
@@ -43,15 +45,15 @@ def words(value: Any) -> str:
     )
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _fit(a: Any, b: Any, verb: str) -> tuple[Any, Any]:
+def fit(a: Any, b: Any, verb: str) -> tuple[Any, Any]:
     """Two values of one dimension; a bare 0 takes the unit of the other."""
-    if is_quantity(a) and _is_number(b) and b == 0:
+    if is_quantity(a) and is_number(b) and b == 0:
         return a, quantity(0, str(a.units))
-    if is_quantity(b) and _is_number(a) and a == 0:
+    if is_quantity(b) and is_number(a) and a == 0:
         return quantity(0, str(b.units)), b
     if is_quantity(a) != is_quantity(b):
         raise OperatorFault(f"{words(a)} and {words(b)} cannot be {verb}: one of them has no unit")
@@ -61,14 +63,14 @@ def _fit(a: Any, b: Any, verb: str) -> tuple[Any, Any]:
                 f"{words(a)} is {kind_of_unit(str(a.units))} and {words(b)} is "
                 f"{kind_of_unit(str(b.units))}; they cannot be {verb}"
             )
-    elif not (_is_number(a) and _is_number(b)):
+    elif not (is_number(a) and is_number(b)):
         raise OperatorFault(f"{words(a)} and {words(b)} cannot be {verb}")
     return a, b
 
 
 def _steady(*values: Any) -> None:
     for value in values:
-        if is_quantity(value) and not value._is_multiplicative:
+        if _offset(value):
             raise OperatorFault(
                 f"{words(value)} is on a scale with an offset zero; compute in kelvin (K)"
             )
@@ -80,20 +82,57 @@ def add(a: Any, b: Any) -> Any:
         if len(a) + len(b) > LONGEST_TEXT:
             raise OperatorFault("the result would be too long")
         return a + b
-    a, b = _fit(a, b, "added")
-    _steady(a, b)
+    a, b = fit(a, b, "added")
+    if _offset(b) and not _offset(a):
+        a, b = b, a
+    if _offset(a) and _offset(b):
+        raise OperatorFault(
+            f"{words(a)} and {words(b)} are places on a scale; add a difference in K"
+        )
+    if _offset(a):
+        return _moved(a, b, 1)
     return a + b
 
 
 def subtract(a: Any, b: Any) -> Any:
-    a, b = _fit(a, b, "subtracted")
-    _steady(a, b)
-    return a - b
+    """Differences; of two temperatures in °C it is in K, and °C less K is °C."""
+    a, b = fit(a, b, "subtracted")
+    if not _offset(a):
+        if _offset(b):
+            raise OperatorFault(f"{words(a)} less {words(b)}: give both in °C, or both in K")
+        return a - b
+    unit = str(a.units)
+    return (
+        difference(a.magnitude - b.to(a.units).magnitude, unit) if _offset(b) else _moved(a, b, -1)
+    )
+
+
+def difference(value: float, unit: str) -> Any:
+    """A difference of two values in this unit: of temperatures in °C it is in K."""
+    if not has_offset(unit):
+        return quantity(value, unit)
+    return quantity(float(f"{value * _kelvin(unit):.14g}"), "K")
+
+
+def _moved(a: Any, by: Any, sign: int) -> Any:
+    unit = str(a.units)
+    return quantity(
+        float(f"{a.magnitude + sign * by.to('K').magnitude / _kelvin(unit):.14g}"), unit
+    )
+
+
+def _kelvin(unit: str) -> float:
+    """How many kelvin one degree of a scale is."""
+    return float((1.0 * degree(unit)).to("K").magnitude)
+
+
+def _offset(value: Any) -> bool:
+    return is_quantity(value) and not value._is_multiplicative
 
 
 def _factors(a: Any, b: Any, verb: str) -> None:
     for value in (a, b):
-        if not (_is_number(value) or is_quantity(value)):
+        if not (is_number(value) or is_quantity(value)):
             raise OperatorFault(f"{words(a)} and {words(b)} cannot be {verb}")
     _steady(a, b)
 
@@ -129,7 +168,7 @@ def remainder(a: Any, b: Any) -> Any:
 
 
 def _whole_parts(a: Any, b: Any) -> tuple[Any, Any]:
-    a, b = _fit(a, b, "divided")
+    a, b = fit(a, b, "divided")
     if is_quantity(a):
         a, b = a.magnitude, b.to(a.units).magnitude
     if b == 0:
@@ -139,7 +178,7 @@ def _whole_parts(a: Any, b: Any) -> tuple[Any, Any]:
 
 def power(a: Any, b: Any) -> Any:
     """Powers with a limit, so that a huge result cannot block the run."""
-    if not _is_number(b) or not (_is_number(a) or is_quantity(a)):
+    if not is_number(b) or not (is_number(a) or is_quantity(a)):
         raise OperatorFault(f"{words(a)} cannot be raised to {words(b)}")
     _steady(a)
     if abs(b) > MOST_BITS or (isinstance(a, int) and a.bit_length() * abs(b) > MOST_BITS):
@@ -165,7 +204,7 @@ def positive(a: Any) -> Any:
 def equal(a: Any, b: Any) -> bool:
     if is_quantity(a) or is_quantity(b):
         try:
-            a, b = _fit(a, b, "compared")
+            a, b = fit(a, b, "compared")
         except OperatorFault:
             return False
         return bool(a == b)
@@ -175,7 +214,7 @@ def equal(a: Any, b: Any) -> bool:
 def _ordered(compare: Callable[[Any, Any], bool]) -> Callable[[Any, Any], bool]:
     def ordered(a: Any, b: Any) -> bool:
         if not (isinstance(a, str) and isinstance(b, str)):
-            a, b = _fit(a, b, "compared")
+            a, b = fit(a, b, "compared")
         return bool(compare(a, b))
 
     return ordered

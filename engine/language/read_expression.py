@@ -4,6 +4,7 @@ import ast
 import math
 import re
 import warnings
+from collections.abc import Iterator
 from typing import Any
 
 from ...schemas.quantity import UnitError, unit_of
@@ -26,7 +27,7 @@ TOKEN = re.compile(
 ALLOWED = (
     ast.Expression, ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Slice, ast.List,
     ast.Tuple, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.keyword,
-    ast.Load, ast.And, ast.Or, *OPERATORS,
+    ast.Load, ast.Store, ast.And, ast.Or, ast.ListComp, ast.GeneratorExp, ast.comprehension, *OPERATORS,
 )  # fmt: skip
 
 
@@ -79,7 +80,10 @@ def _with_quantities(text: str) -> str:
         try:
             unit_of(unit + per)
         except UnitError as fault:
-            raise ExpressionError(f"{match[0]}: {unit}{per} is not a unit") from fault
+            guess = str(fault).partition("; ")[2]
+            raise ExpressionError(
+                f"{match[0]}: {unit}{per} is not a unit{'; ' * bool(guess)}{guess}"
+            ) from fault
         return f"{LITERAL}({match['number']},{unit + per!r})"
 
     return TOKEN.sub(replace, text)
@@ -116,8 +120,21 @@ def _refuse_node(node: ast.AST) -> None:
         raise ExpressionError(f"{node.value!r} is not allowed in an expression")
     if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
         raise ExpressionError(f"a field name must not begin with _: {node.attr}")
+    if isinstance(node, ast.comprehension):
+        _refuse_comprehension(node)
     if isinstance(node, ast.Call):
         _refuse_call(node)
+
+
+def _refuse_comprehension(node: ast.comprehension) -> None:
+    if node.is_async:
+        raise ExpressionError("`async` is not allowed in an expression")
+    targets = node.target.elts if isinstance(node.target, ast.Tuple | ast.List) else [node.target]
+    for target in targets:
+        if not isinstance(target, ast.Name):
+            raise ExpressionError(f"`for {ast.unparse(node.target)}` needs plain names")
+        if target.id in CONSTANTS or target.id in ("params", "steps", "run", "error"):
+            raise ExpressionError(f"`for {target.id}`: {target.id} already means something else")
 
 
 def _usable(value: Any) -> bool:
@@ -143,18 +160,29 @@ def _refuse_call(node: ast.Call) -> None:
 
 def _construct(node: ast.AST) -> str:
     known = {
-        "Lambda": "lambda", "ListComp": "a comprehension", "GeneratorExp": "a comprehension",
-        "DictComp": "a comprehension", "SetComp": "a comprehension", "JoinedStr": "an f-string",
-        "NamedExpr": "`:=`", "Dict": "{...}", "Set": "{...}", "Starred": "`*`", "Await": "await",
+        "Lambda": "lambda", "DictComp": "{... for ...}", "SetComp": "{... for ...}",
+        "JoinedStr": "an f-string", "NamedExpr": "`:=`", "Dict": "{...}", "Set": "{...}",
+        "Starred": "`*`", "Await": "await",
     }  # fmt: skip
     return known.get(type(node).__name__, type(node).__name__)
 
 
-def names_in(tree: ast.Expression) -> set[str]:
-    """The names that an expression uses, without functions."""
-    functions = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    return {
-        node.id
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Name) and id(node) not in functions and node.id not in CONSTANTS
-    }
+def names_in(tree: ast.AST, own: frozenset[str] = frozenset()) -> Iterator[str]:
+    """The names that an expression uses, without functions and without `own`."""
+    if isinstance(tree, ast.Name):
+        if tree.id not in CONSTANTS and tree.id not in own:
+            yield tree.id
+        return
+    if isinstance(tree, ast.ListComp | ast.GeneratorExp):
+        for part in tree.generators:
+            yield from names_in(part.iter, own)
+            own |= {node.id for node in ast.walk(part.target) if isinstance(node, ast.Name)}
+            for condition in part.ifs:
+                yield from names_in(condition, own)
+        yield from names_in(tree.elt, own)
+        return
+    inside = (
+        [*tree.args, *tree.keywords] if isinstance(tree, ast.Call) else ast.iter_child_nodes(tree)
+    )
+    for node in inside:
+        yield from names_in(node, own)

@@ -1,6 +1,6 @@
 """What is known about a value before the run: its kind, unit, items and fields."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Literal
@@ -15,7 +15,8 @@ Kind = Literal["any", "null", "boolean", "number", "text", "list", "map"]
 class Type:
     """The kind of a value; `unit` of a number, `item` of a list, `fields` and `rest` of a map.
 
-    `whole`: a whole number. `zero`: the bare 0 that fits any unit. `rest` is the type of fields
+    `whole`: a whole number. `zero`: the bare 0 that fits any unit. `difference`: of two temperatures.
+    `choices`: all that a text may be, where that is known. `rest` is the type of fields
     that are not named; None where there are no others.
     """
 
@@ -26,6 +27,8 @@ class Type:
     rest: "Type | None" = None
     whole: bool = False
     zero: bool = False
+    difference: bool = False
+    choices: tuple[str, ...] = ()
 
 
 ANY = Type("any")
@@ -102,7 +105,14 @@ def type_of_param(param: Param) -> Type:
         return number(param.unit)
     if param.type == "array":
         return Type("list", item=type_of_schema(param.items or {}))
+    if param.type == "string" and param.enum:
+        return one_of(param.enum)
     return {"number": NUMBER, "integer": INTEGER, "string": TEXT, "boolean": BOOLEAN}[param.type]
+
+
+def one_of(choices: Iterable[Any]) -> Type:
+    """A text that is one of these."""
+    return Type("text", choices=tuple(str(choice) for choice in choices))
 
 
 def type_of_schema(schema: Any, *, root: bool = False) -> Type:

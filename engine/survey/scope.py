@@ -8,6 +8,7 @@ from ..language.column import TableFault
 from ..language.expression import CONSTANTS
 from ..language.fold import Folding
 from ..language.functions import FUNCTIONS
+from ..language.functions import RESERVED as RESERVED_FUNCTIONS
 from ..language.infer import Fault
 from ..language.shape import Place
 from ..language.suggest import did_you_mean
@@ -16,7 +17,7 @@ from ..language.types import ANY, ERROR, RUN, Type, either
 
 OPEN = ("member", "branch")
 """Levels whose steps are visible after them, with a null result if they did not run."""
-RESERVED = {"params", "steps", "run", "error", *CONSTANTS, *FUNCTIONS}
+RESERVED = {"params", "steps", "run", "error", *CONSTANTS, *RESERVED_FUNCTIONS}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -45,7 +45,7 @@ def test_what_expressions_compute(text, value):
     "text",
     [
         "", "1 +", "import os", "__import__('os')", "params.__class__", "(1).__class__", "lambda: 1",
-        "[x for x in point.tags]", "f'{1}'", "{'a': 1}", "x := 1", "open('a')", "params.name.upper()",
+        "f'{1}'", "{'a': 1}", "x := 1", "open('a')", "params.name.upper()",
         "x = 1", "a && b", "1; 2", "print(1)", "*point.tags", "min(*point.tags)", "min(**params)",
         "b'1'", "...", "1j", "3 foo", "1 << 2", "~1", "await x", "(" * 300,
         "-" * 1000 + "1", "1" * 5000, "_quantity.__class__", "1e999", "${{ 1 }}", "\0", "a b",
@@ -64,7 +64,7 @@ def test_what_acts_or_cannot_be_read_is_refused_when_it_is_read(text):
         ("point.tags[7]", "no item 7"), ("params.n.x", "no field x"), ("'a' * 1000000000", "multiplied"),
         ("span(0, 1, 0.3)", "0.9"), ("span(0, 1, 0)", "never reaches the end"), ("len(3)", "no length"),
         ("grid(x=3, y=4)", "span or a list"), ("format(1, '999999999d')", "not a format"),
-        ("round('a')", "not a number"), ("1e308 * 10", "finite"), ("20 degC + 5 degC", "kelvin"),
+        ("round('a')", "not a number"), ("1e308 * 10", "finite"), ("20 degC + 5 degC", "a difference in K"),
         ("params.name < 3", "compared"), ("range(10 ** 12)", "more than"), ("span()", "missing 3"),
         ("(0 - 8) ** 0.5", "no real power"), ("'a' in 3", "no items to search"), ("params[0]", "no field 0"),
     ],
