@@ -205,6 +205,8 @@ class Inference:
     def _compared(self, a: ast.AST, left: Type, b: ast.AST, right: Type) -> None:
         if {left.kind, right.kind} == {"number", "text"}:
             text, other = (a, right) if left.kind == "text" else (b, left)
+            if isinstance(text, ast.Name):
+                return  # what a `set` gave it is judged there (W420)
             message = f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}"
             bare = isinstance(text, ast.Constant) and other.unit is not None
             hint = f"write {text.value} without quotes" if bare else ""  # type: ignore[attr-defined]
