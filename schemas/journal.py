@@ -99,6 +99,13 @@ class GoalEnded(Record):
     files: dict[str, str] = Field(default_factory=dict)
 
 
+class Expired(Record):
+    """A goal took longer than its timeout and is being cancelled: whatever its end is, it failed."""
+
+    kind: Literal["expired"] = "expired"
+    id: str
+
+
 class StepEnded(Record):
     """A step that is not an action ended: a wait, a question, a log line, a set."""
 
@@ -245,6 +252,7 @@ JournalRecord = Annotated[
     | Phase
     | GoalSent
     | GoalEnded
+    | Expired
     | StepEnded
     | Turned
     | Asked

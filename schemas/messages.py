@@ -15,6 +15,7 @@ Refusal = Literal[
     "HELD",
     "BUSY",
     "REJECTED",
+    "STOPPED",
     "INVALID",
     "STALE_BOOT",
     "STALE_EPOCH",
@@ -100,6 +101,10 @@ class DeviceDescription(Model):
     versions: dict[str, str] = Field(default_factory=dict)
     limits: dict[str, Any] = Field(default_factory=dict)
     status: dict[str, Any] = Field(default_factory=dict)
+    holder: str = ""
+    """Whose lease it is; empty if it is free."""
+    stopped: str = ""
+    """Who stopped it, and when, until its lease is taken again; empty if nobody has."""
 
 
 class ServerDescription(Model):

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Discriminator, Field, StringConstraints, Tag
+from pydantic import Discriminator, Field, StringConstraints, Tag, field_validator
 
 from .model import Model
 
@@ -56,9 +56,13 @@ class Retry(Model):
 
 
 class KeepGoing(Model):
-    """How many iterations of a loop may fail before it stops."""
+    """How many iterations of a loop may fail, in all and in a row, before it stops.
 
-    max_failed: int | str
+    `keep_going: true` is one without limits.
+    """
+
+    max_failed: int | str | None = None
+    in_a_row: int | str | None = None
 
 
 class StepBase(Model):
@@ -106,6 +110,11 @@ class LoopBase(StepBase):
     steps: "list[Step]" = Field(min_length=1)
     keep_going: KeepGoing | None = None
     collect: dict[str, Any] | None = None
+
+    @field_validator("keep_going", mode="before")
+    @classmethod
+    def _without_limits(cls, given: Any) -> Any:
+        return KeepGoing() if given is True else given
 
 
 class Foreach(LoopBase):

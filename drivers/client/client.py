@@ -51,7 +51,9 @@ class DeviceClient:
         self.status: dict[str, dict[str, Any]] = {}
         self._on_status = on_status
         self._on_link = on_link
-        events = {"update": self._update, "status": self._status}
+        events = {"update": self._update, "status": self._status, "stopped": self._stopped}
+        self.on_stopped: Callable[[str, str], None] | None = None
+        """Called with a device and who stopped it, when another client has."""
         self._link = Link(self.url, token, events, self._link_up, self._link_down)
         self._lease_keeper = LeaseKeeper(self._link)
         self._goal_watch = GoalWatch(self._link, lost_after_s)
@@ -142,11 +144,14 @@ class DeviceClient:
             raise ServerUnreachable(self.url, str(fault)) from fault
 
     async def stop(
-        self, device: str | None = None, timeout_s: float = 10.0
+        self, device: str | None = None, timeout_s: float = 10.0, *, by: str = ""
     ) -> dict[str, tuple[bool, str]]:
-        """Bring one device or all into the safe state; device -> (confirmed, message)."""
+        """Bring one device or all into the safe state; device -> (confirmed, message).
+
+        `by` says who does it, and how: everybody who uses the device is told.
+        """
         # The server gives up a little earlier than we do, so that its own message arrives.
-        request: Answer = {"timeout_s": 0.9 * timeout_s}
+        request: Answer = {"timeout_s": 0.9 * timeout_s, "by": by}
         if device is not None:
             request["device"] = device
         names = [device] if device is not None else list(self.devices)
@@ -180,6 +185,9 @@ class DeviceClient:
         self.status = {name: device.status for name, device in described.devices.items()}
         await self._lease_keeper.confirm(restarted=restarted)
         self._goal_watch.doubt_all()
+        for name, device in described.devices.items():
+            if device.stopped and not restarted:
+                self._stopped({"device": name, "message": device.stopped})
         if self._on_link is not None:
             self._on_link(True)
 
@@ -190,6 +198,10 @@ class DeviceClient:
 
     def _update(self, data: Answer) -> None:
         self._goal_watch.update(data)
+
+    def _stopped(self, data: Answer) -> None:
+        if self.on_stopped is not None:
+            self.on_stopped(str(data.get("device", "")), str(data.get("message", "")))
 
     def _status(self, data: Answer) -> None:
         status = dict(data)

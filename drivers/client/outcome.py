@@ -35,7 +35,7 @@ def outcome_of(report: GoalReport) -> Outcome:
 
 def refused(code: str, message: str, boot: str) -> Outcome:
     """The outcome of a goal that the server refused: it certainly did not happen."""
-    name = "Busy" if code == "BUSY" else "Rejected"
+    name = {"BUSY": "Busy", "STOPPED": "Stopped"}.get(code, "Rejected")
     return Outcome("ABORTED", error=GoalError(name=name, message=message, happened="no"), boot=boot)
 
 

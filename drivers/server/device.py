@@ -11,7 +11,7 @@ from ...schemas.messages import DeviceDescription, Goal, GoalReport, GoalState, 
 from ...system.tasks import spawn
 from ..driver import Driver, Place
 from .arguments import Arguments
-from .execution import Ending, Execution, never_started, not_begun
+from .execution import Ending, Execution, cut_short, never_started, not_begun
 from .lease import Lease, Refused
 from .ledger import Ledger, LedgerFault
 from .owner import Owner
@@ -48,6 +48,8 @@ class ServedDevice:
         self.lease = Lease(self.name, ledger, self._owner.lapse)
         self._owning: asyncio.Task[None] | None = None
         self._closed_to_goals: str | None = None
+        self._stop = "Stopped", f"{self.name} was stopped"
+        """The error of goals that the newest stop meets, and its words."""
         self._unwritten: str | None = None
         self._admitting = asyncio.Lock()
 
@@ -64,7 +66,7 @@ class ServedDevice:
         """Accept no more goals, go to the safe state, and end every running goal."""
         self._owner.end()
         self.lease.close()
-        safe, _ = await self.stop(timeout_s)
+        safe, _ = await self.stop(timeout_s, name="Lost", by="its server, which ended")
         ends = [execution.task for execution in self.running.values() if execution.task is not None]
         if ends:
             await asyncio.wait(ends, timeout=timeout_s)
@@ -96,6 +98,8 @@ class ServedDevice:
             versions=dict(self._driver.versions),
             limits={name: {"minimum": low, "maximum": high} for name, (low, high) in limits},
             status=self._status.latest,
+            holder=self.lease.holder.owner if self.lease.holder is not None else "",
+            stopped=self._closed_to_goals or "",
         )
 
     @property
@@ -139,7 +143,7 @@ class ServedDevice:
         async with self._admitting:  # until it is in the ledger, none is checked against what runs
             self._check(goal, arguments)
             if self.stops != stops:
-                raise Refused("REJECTED", f"{self.name} was stopped before the goal began")
+                raise Refused("STOPPED", f"{self._stop[1]}, before the goal began")
             state: GoalState = "EXECUTING" if self._owner.at_rest else "ACCEPTED"
             try:
                 seq = await self._ledger.queued(self._ledger.admit, goal, state)
@@ -149,14 +153,14 @@ class ServedDevice:
             execution.followers.add(session)
             self.running[goal.id] = execution
         if self.stops != stops:
-            execution.interrupt()
+            execution.cut_by(*self._stop)
         execution.task = spawn(f"goal {goal.id}", self._run(execution, arguments))
         return execution
 
     def _check(self, goal: Goal, arguments: Arguments) -> None:
         self.lease.check(goal.epoch)
         if self._closed_to_goals is not None:
-            raise Refused("REJECTED", self._closed_to_goals)
+            raise Refused("STOPPED", self._closed_to_goals)
         if self._unwritten is not None:
             raise Refused("REJECTED", self._unwritten)
         wrong = arguments.fault_in(goal)
@@ -171,6 +175,8 @@ class ServedDevice:
             ending = await self._perform(execution, arguments)
         finally:
             self._owner.returned(execution)
+        if execution.cut is not None:
+            ending = cut_short(ending, execution.cut)
         execution.over = True
         report = await self._record(execution, ending)
         del self.running[execution.goal.id]
@@ -231,22 +237,27 @@ class ServedDevice:
             if not execution.over:  # its outcome has the next number
                 self._tell_progress(execution)
 
-    async def stop(self, timeout_s: float = STOP_S, *, by_others: bool = False) -> tuple[bool, str]:
+    async def stop(
+        self, timeout_s: float = STOP_S, *, by: str = "", by_others: bool = False,
+        name: str = "Stopped",
+    ) -> tuple[bool, str]:  # fmt: skip
         """Go to the safe state now: goals are aborted, the driver is called at once.
 
         After a stop by others the device takes no more goals until its lease is taken again, since
         its holder does not know about the stop and would send the next goal milliseconds later; the
-        same goes for a holder whose lease has lapsed and who is about to come back.
+        same goes for a holder whose lease has lapsed and who is about to come back. Everybody is
+        told `by` whom; goals that it meets end with the error `name`.
         """
+        by = by or ("another client" if by_others else "the client that uses it")
+        words = f"{self.name} was stopped by {by} at {time.strftime('%H:%M:%S')}"
         if by_others:
-            self._closed_to_goals = (
-                f"{self.name} was stopped by another client at {time.strftime('%H:%M:%S')}; "
-                f"take its lease again to continue"
-            )
+            self._closed_to_goals = words
+            self._tell("stopped", {"device": self.name, "message": words}, set())
             # If this is not written, a run that is resumed later does not see this stop. The stop
             # does not wait for it, but any later lease does.
             self._note(self._ledger.skip_epoch)
-        answer = self._owner.stop()
+        self._stop = name, words
+        answer = self._owner.stop(*self._stop)
         self._status.changed()
         done, _ = await asyncio.wait({answer}, timeout=timeout_s)
         if not done:

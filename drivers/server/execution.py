@@ -4,7 +4,7 @@ import asyncio
 import logging
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ...schemas.contract import Action
@@ -57,6 +57,7 @@ class Execution:
         self.turn: asyncio.Future[bool] | None = None
         self.over = False
         self.outcome: GoalReport | None = None
+        self.cut: tuple[str, str] | None = None
         self._tell = tell
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
@@ -147,6 +148,12 @@ class Execution:
             self._kill_timer = self._loop.call_later(CANCEL_GRACE_S, self._kill)
         self._tell(self)
 
+    def cut_by(self, name: str, words: str) -> None:
+        """End it because of a stop or a lost lease; its outcome says so, however it ends."""
+        if self.cut is None and not (self.over or self.context.cancelled.is_set()):
+            self.cut = name, words
+        self.interrupt()
+
     def _kill(self) -> None:
         if self.task is not None and self._interruptible:
             self.task.cancel()
@@ -177,6 +184,20 @@ class Execution:
         for timer in (self._kill_timer, self._feedback_timer):
             if timer is not None:
                 timer.cancel()
+
+
+def cut_short(ending: Ending, cut: tuple[str, str]) -> Ending:
+    """The ending of a goal that a stop met: also a success, whose result may not be worth much."""
+    name, words = cut
+    if ending.state == "SUCCEEDED":
+        error = GoalError(name=name, message=f"{words} while the action ran", happened="yes")
+    elif ending.error is None:
+        error = GoalError(name=name, message=words, happened="unknown")
+    else:
+        own = ending.error
+        own_words = "" if own.name in (name, NEVER_STARTED.name) else f"; {own.name}: {own.message}"
+        error = GoalError(name=name, message=f"{words}{own_words}", happened=own.happened)
+    return replace(ending, error=error)
 
 
 def never_started(*, cancelled: bool) -> Ending:

@@ -75,11 +75,11 @@ class Owner:
         """Nobody has to wait for a safe state: a goal that comes now begins now."""
         return self.state is State.OPEN and not self._asked and not self._lapsed
 
-    def stop(self) -> asyncio.Future[Word]:
-        """Abort what runs and make the device safe; the future is the answer, once it is."""
+    def stop(self, name: str, words: str) -> asyncio.Future[Word]:
+        """Abort what runs, by this error, and make the device safe; the future is the answer."""
         self.stops += 1
         for execution in self.goals.values():
-            execution.interrupt()
+            execution.cut_by(name, words)
         answer: asyncio.Future[Word] = asyncio.get_running_loop().create_future()
         self._asked.append(answer)
         self._at_once = True

@@ -31,6 +31,8 @@ from .wire import wire
 BEAT_S = 1.0
 FLUSH_S = 1.0
 REFUSALS_KEPT = 10_000
+MAX_BY = 200
+"""Characters of the name of whoever stops a device."""
 MAX_MESSAGE_BYTES = 64 * 1024 * 1024
 
 LOG = logging.getLogger("labrun")
@@ -256,8 +258,12 @@ class DeviceServer:
         name = data.get("device")
         devices = list(self.devices.values()) if name is None else [self._device(name)]
         timeout_s = min(float(data.get("timeout_s") or STOP_S), STOP_S)
+        by = str(data.get("by") or "")[:MAX_BY]
         words = await asyncio.gather(
-            *(device.stop(timeout_s, by_others=_is_other(device, session)) for device in devices)
+            *(
+                device.stop(timeout_s, by=by, by_others=_is_other(device, session))
+                for device in devices
+            )
         )
         told = {d.name: {"safe": s, "message": m} for d, (s, m) in zip(devices, words, strict=True)}
         return {

@@ -1,8 +1,8 @@
 """`keep_going` has a limit that can be reached.
 
 W416. `keep_going: {max_failed: N}` lets a loop continue after N failed iterations and stops it at
-the next one. If the loop has no more than N iterations, all of them may fail and the run still
-succeeds, without a single measurement.
+the next one. If the loop has no more than N iterations, the limit never stops it: it goes through all
+of them, and fails only if not one succeeded. To mean that, write `keep_going: true`.
 
 Passes:
 
@@ -36,7 +36,8 @@ CODES = {"W416": "a limit on failures that cannot be reached"}
 def check(context: Context) -> Iterator[Problem]:
     """Every loop whose number of iterations does not depend on parameters."""
     for step, at in context.steps(LoopBase):
-        allowed = fixed_count(step.keep_going.max_failed) if step.keep_going is not None else None
+        most = step.keep_going.max_failed if step.keep_going is not None else None
+        allowed = None if most is None else fixed_count(most)
         total = _total(step)
         if allowed is None or not total or allowed < total:
             continue

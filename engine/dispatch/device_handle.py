@@ -14,6 +14,8 @@ class DeviceHandle(Protocol):
     ledger: str
     mark: str
     continues: bool
+    on_stopped: Callable[[str, str], None] | None
+    """Called with a device and who stopped it, when another client has."""
 
     def epoch(self, device: str) -> int:
         """The epoch of the lease that is held on a device."""
@@ -27,6 +29,10 @@ class DeviceHandle(Protocol):
 
     async def cancel(self, goal_id: str) -> None:
         """Cancel a goal."""
+        ...
+
+    async def take_lease(self, device: str, owner: str) -> int:
+        """Take the lease again, which also ends the hold after a stop; raises LeaseHeld."""
         ...
 
     async def stop(self, device: str | None = None) -> dict[str, tuple[bool, str]]:

@@ -10,12 +10,12 @@ from collections import deque
 from collections.abc import Callable, Coroutine, Mapping
 from typing import Any
 
-from ...drivers.client.client import Outcome
+from ...drivers.client.client import LeaseHeld, Outcome, ServerUnreachable
 from ...schemas import journal as j
 from ...schemas.contract import Contract, Happened
 from ...schemas.messages import ENDED, Goal, GoalError, GoalReport
 from ...system.tasks import end, spawn
-from ..journal.history import LAPSED, RESTARTED
+from ..journal.history import LAPSED, RESTARTED, STOPPED
 from ..journal.past import PastGoal
 from ..run.files import FileFault, read_content, write_content
 from ..run.run import Run
@@ -36,6 +36,10 @@ class Dispatcher:
         self.wake = asyncio.Event()
         self.paused = False
         self.disk_full: str = ""
+        self.stopped: dict[str, str] = {}
+        """Devices that another client has stopped -> who, and when: the run must pause."""
+        self.heeds_stops = False
+        """Whether a stop pauses what runs now; where not, what a stop cuts has failed."""
         self._queue: deque[Request] = deque()
         self._under_way: dict[str, Request] = {}
         self._holders: dict[str, Request] = {}
@@ -44,6 +48,8 @@ class Dispatcher:
         self._tasks: set[asyncio.Task[None]] = set()
         self._lasting = {r.device for r in run.roles.values() if _has_state(r.contract)}
         self._known = self._standing()
+        for client in clients.values():
+            client.on_stopped = self._was_stopped
 
     # --- what the tree asks for
 
@@ -69,7 +75,7 @@ class Dispatcher:
 
     def withdraw(self, request: Request) -> None:
         """This action is no longer needed: drop it from the queue, or cancel it."""
-        if request.outcome is not None:
+        if request.outcome is not None or request.cut:
             return
         request.withdrawn = True
         if request in self._queue:
@@ -94,6 +100,7 @@ class Dispatcher:
     def look_anew(self) -> None:
         """From now on compare with the devices' present state; the journal records the leases."""
         self._known = self._standing()
+        self.stopped.clear()
         for device, client in self.clients.items():
             self.run.record(
                 j.Leased(
@@ -106,6 +113,35 @@ class Dispatcher:
     def _standing(self) -> dict[str, tuple[str, int]]:
         """Boot and epoch of every device that has a state to lose."""
         return {d: (c.boot, c.epoch(d)) for d, c in self.clients.items() if d in self._lasting}
+
+    # --- stops by others
+
+    def _was_stopped(self, device: str, words: str) -> None:
+        if self.heeds_stops and device in self.clients and device not in self.stopped:
+            self.stopped[device] = words
+            self.wake.set()
+
+    def _was_cut(self, request: Request, outcome: Outcome) -> bool:
+        """True if a stop has ended or refused a goal, which is not a failure of its step."""
+        ours = request.withdrawn or request.expired
+        if not self.heeds_stops or ours or outcome.state == "SUCCEEDED":
+            return False
+        if outcome.error is None and outcome.state == "CANCELED":
+            self._was_stopped(request.device, f"{request.label} was cancelled by another client")
+        elif outcome.error is not None and outcome.error.name == STOPPED:
+            self._was_stopped(request.device, outcome.error.message)
+        else:
+            return False
+        return True
+
+    async def take_stopped_again(self) -> str:
+        """Take the leases of stopped devices, on a person's word; why it cannot be, or nothing."""
+        for device in self.stopped:
+            try:
+                await self.clients[device].take_lease(device, self.run.id)
+            except (LeaseHeld, ServerUnreachable) as fault:
+                return str(fault)
+        return ""
 
     # --- one round of the runner
 
@@ -133,7 +169,8 @@ class Dispatcher:
             if self._stuck.get(request.device) is request:
                 del self._stuck[request.device]
             outcome, written = self._keep_files(outcome)
-            if request.outcome is None:
+            request.cut = self._was_cut(request, outcome)
+            if request.outcome is None and not request.cut:
                 request.outcome = outcome
             if outcome.state != "LOST":
                 self.run.record(
@@ -169,6 +206,8 @@ class Dispatcher:
                 until = request.sent_at + request.timeout_s
                 if now >= until:
                     request.expired = True
+                    if request.adopt is None:  # of an adopted one nobody knows its real age
+                        self.run.record(j.Expired(id=request.goal_id))
                     self._cancel(request)
                     self._check_grace(request, now)
                 else:

@@ -26,7 +26,7 @@ class Request:
 
     `within`: the path of the iteration, or the phase, that it belongs to. `epoch`: that of the lease
     under which it was sent. `adopt`: the goal of an earlier engine session that is asked about under
-    its own id.
+    its own id. `cut`: it was ended by a stop, so it has no outcome: what asked for it waits.
     """
 
     goal_id: str
@@ -44,6 +44,7 @@ class Request:
     canceled_at: float | None = None
     expired: bool = False
     withdrawn: bool = False
+    cut: bool = False
 
     @property
     def device(self) -> str:

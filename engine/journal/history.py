@@ -18,6 +18,8 @@ STRANGER = "another client held or stopped it in between"
 LAPSED = (
     "no engine was in contact for as long as its lease: its server brought it to its safe state"
 )
+STOPPED = "Stopped"
+"""The error of a goal that a stop has cut or refused."""
 ORDER_KEPT = 1000
 REFUSALS = ("no", "stop")
 MAIN = "main/"
@@ -73,6 +75,8 @@ class History:
                 self._take_sent(record)
             case j.GoalEnded():
                 self._take_ended(record)
+            case j.Expired():
+                self._take_expired(record)
             case j.IterationEnded():
                 self._take_iteration(record)
             case j.StepEnded():
@@ -137,11 +141,22 @@ class History:
         sent = past.sent
         # Asked about under a later lease: it may have ended right after it was sent.
         asked = sent.n < self.leased_n.get(sent.device, 0)
-        # Lost with the engine that had sent it: the step is unfinished, and has not failed.
-        lost = record.error is not None and record.error.name == "Lost" and sent.n < self.resumed_n
         self.past.goals[path][attempt] = replace(
-            past, ended=record, state_n=sent.n if asked else record.n, spent=lost
-        )
+            past, ended=record, state_n=sent.n if asked else record.n,
+            spent=not past.expired and self._was_cut(record, sent),
+        )  # fmt: skip
+
+    def _was_cut(self, ended: j.GoalEnded, sent: j.GoalSent) -> bool:
+        """A stop, an abort or the death of the engine ended it: unfinished, and not a failure."""
+        name = ended.error.name if ended.error is not None else ""
+        lost = name == "Lost" and sent.n < self.resumed_n
+        return ended.state == "CANCELED" or name == STOPPED or lost
+
+    def _take_expired(self, record: j.Expired) -> None:
+        path, attempt = split_goal_id(record.id)
+        past = self.past.goal(path, attempt)
+        if past is not None:
+            self.past.goals[path][attempt] = replace(past, expired=True)
 
     def _take_iteration(self, record: j.IterationEnded) -> None:
         if self.past.comparing:

@@ -12,13 +12,14 @@ class PastGoal:
     """A goal that was sent; `ended` is None while its fate is not in the journal.
 
     `state_n`: the record since which the device has the state that the goal gave it. `spent`: it
-    does not count against the retries.
+    does not count against the retries. `expired`: it took longer than its timeout.
     """
 
     sent: j.GoalSent
     ended: j.GoalEnded | None = None
     state_n: int = 0
     spent: bool = False
+    expired: bool = False
 
     @property
     def succeeded(self) -> bool:
@@ -28,8 +29,10 @@ class PastGoal:
     @property
     def is_unknown(self) -> bool:
         """True if it ended, and its device did not report whether it happened."""
-        error = self.ended.error if self.ended is not None else None
-        return error is not None and error.happened == "unknown"
+        if self.ended is None or self.succeeded:
+            return False
+        error = self.ended.error
+        return error is None or error.happened == "unknown"
 
     def was_under_way(self, n: int) -> bool:
         """True if it had been sent before record `n`, and its outcome came after it."""

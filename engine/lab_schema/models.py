@@ -30,10 +30,18 @@ def _retry() -> Shape:
     }
 
 
+def _keep_going() -> Shape:
+    return {
+        **closed(KeepGoing),
+        "type": ["boolean", "object"],
+        "errorMessage": "Expected true, or {max_failed: 5, in_a_row: 3}.",
+    }
+
+
 VALUES: dict[str, Any] = {
     "when": condition, "if": condition, "while": condition, "require": condition,
     "repeat": lambda: {**count(), "examples": [10]}, "max": lambda: {**count(), "examples": [10]},
-    "max_failed": lambda: {**count(), "examples": [3]},
+    "max_failed": lambda: {**count(), "examples": [3]}, "in_a_row": lambda: {**count(), "examples": [3]},
     "timeout": lambda: time(exclusiveMinimum=0, examples=["30 s"]),
     "wait": lambda: time(minimum=0, examples=["1 s"]),
     "attempts": lambda: {"type": "integer", "minimum": 1, "maximum": 1000, "examples": [3]},
@@ -41,7 +49,7 @@ VALUES: dict[str, Any] = {
     "max_wait": lambda: time(computed=False, minimum=0),
     "retry": _retry,
     "on": lambda: {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/error-name"}},
-    "keep_going": lambda: closed(KeepGoing),
+    "keep_going": _keep_going,
     "defaults": lambda: closed(Defaults),
     "foreach": lambda: names(NAME, 60, items(), minProperties=1, maxProperties=1),
     "params": lambda: names(NAME, 60, {"$ref": "#/$defs/param"}),

@@ -39,6 +39,7 @@ WORDS = {
     "jitter": "A random share of the wait, from 0 to 1.",
     "on": "Retry only after these errors; the contract of the device names them.",
     "max_failed": "How many iterations may fail before the loop does.",
+    "in_a_row": "How many iterations may fail one after the other before the loop does.",
     "fallback": "Alternatives in order, each a step or a list of steps; the first that succeeds counts.",
     "on_error": "What to do if the step finally fails.",
     "on_unknown": "What to do if it is not known whether a `once` action happened.",

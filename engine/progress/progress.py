@@ -129,6 +129,8 @@ def ending_text(event: Event) -> str:
     words = f"run {event.state}"
     if holes:
         words += f", with {holes} hole{'s' if holes > 1 else ''}"
+    if event.text and event.state == "succeeded":
+        return f"{words}, but {event.text}"
     return f"{words}: {event.text}" if event.text else words
 
 

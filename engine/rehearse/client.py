@@ -36,6 +36,7 @@ class RehearsedDevice:
         self.mark, self.continues = self._ledger.mark, True
         self._driver = driver(place)
         self._served = ServedDevice(place, self._driver, contract, self._ledger, self._told)
+        self.on_stopped: Callable[[str, str], None] | None = None
         self._epoch = 0
         self._owner = ""
         self._followed: dict[str, tuple[asyncio.Future[GoalReport], Callable]] = {}
@@ -44,9 +45,7 @@ class RehearsedDevice:
     async def open(self, owner: str) -> None:
         """Open the driver and take the lease, which is kept until the end."""
         await self._served.open(make_safe=False)
-        self._owner = owner
-        request = LeaseRequest(device=self._served.name, owner=owner, ttl_s=LEASE_S)
-        self._epoch = await self._served.take_lease(request, owner)
+        await self.take_lease(self._served.name, owner)
         self._renewing = spawn("renew the rehearsal's lease", self._renew())
 
     async def close(self) -> None:
@@ -55,6 +54,13 @@ class RehearsedDevice:
         self._served.lease.close()
         await self._served.close()
         self._ledger.close()
+
+    async def take_lease(self, device: str, owner: str) -> int:
+        """Take the lease."""
+        self._owner = owner
+        request = LeaseRequest(device=device, owner=owner, ttl_s=LEASE_S)
+        self._epoch = await self._served.take_lease(request, owner)
+        return self._epoch
 
     async def release(self, device: str) -> None:
         """Give the lease back."""

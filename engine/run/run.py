@@ -62,6 +62,8 @@ class Run:
     """Paths of iterations and phases in which finished steps are done again, their device touched."""
     cut_off: dict[str, CutOff] = field(default_factory=dict)
     """By path, the used protocols that were entered and have not finished their `finally`."""
+    left_undone: dict[str, str] = field(default_factory=dict)
+    """Steps of a `finally` that have failed with `on_error: continue`: path -> what happened."""
     replaying: bool = False
     """True while what failed in an earlier engine session is replayed: see nodes/replay_failed.py."""
 

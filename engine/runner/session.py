@@ -119,10 +119,11 @@ class RunSession:
         Without `finally`, since the engine was never gone: `on_resume`, then the unfinished iterations, in
         which the finished steps of that device are repeated before anything else is done once.
         """
-        if self.dispatcher.states_lost():
+        stopped = dict(self.dispatcher.stopped)
+        if self.dispatcher.states_lost().keys() - stopped.keys():
             # The links of several devices on one server notice its restart at slightly different times.
             await asyncio.sleep(LINKS_S)
-        lost = self.dispatcher.states_lost()
+        lost = self.dispatcher.states_lost() | stopped
         for device, reason in lost.items():
             mark_state_lost(self.run, device, reason)
             self.run.log(f"{device}: {reason}; continuing from the journal")
@@ -166,6 +167,8 @@ class RunSession:
             reason = f"finally: {failure}"
             ending.reason = f"{ending.reason}; {reason}" if ending.reason else reason
             ending.fate = "failed" if ending.fate == "succeeded" else ending.fate
+        elif self.run.left_undone and ending.fate == "succeeded":
+            ending.reason = f"finally: {'; '.join(self.run.left_undone.values())}"
         return ending
 
     async def _finally(self) -> str | None:
@@ -197,7 +200,7 @@ class RunSession:
             yield left.build(Scope(Frame.phase(f"{phase}/{path}", left.names, left.frame)))
         if self.protocol.finally_:
             frame = Frame.phase(phase, self.names, self.main_frame)
-            yield self.compiler.sequence(self.protocol.finally_, Scope(frame))
+            yield self.compiler.finals(self.protocol.finally_, Scope(frame))
 
     def _begin(self, phase: str) -> None:
         self.run.record(j.Phase(phase=phase))

@@ -274,8 +274,10 @@ class Survey(Declarations):
 
     def _body(self, step: p.LoopBase, place: Place, env: Env, inner: Env) -> Type:
         if step.keep_going is not None:
-            at = (*place, "keep_going", "max_failed")
-            self._spot(at, step.keep_going.max_failed, "count", env, "max_failed")
+            for key in ("max_failed", "in_a_row"):
+                limit = getattr(step.keep_going, key)
+                if limit is not None:
+                    self._spot((*place, "keep_going", key), limit, "count", env, key)
         self._sequence(step.steps, (*place, "steps"), inner)
         late = inner.now(late=True)
         for column, value in (step.collect or {}).items():

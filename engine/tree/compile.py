@@ -22,6 +22,7 @@ from .nodes.action_set import ActionSet
 from .nodes.any_of import AnyOf
 from .nodes.background import Background, Join
 from .nodes.branch import Branch
+from .nodes.every_step import EveryStep
 from .nodes.fallback import Alternative, Fallback
 from .nodes.immediate import Fail, Log, Require, SetNames
 from .nodes.iterations import ConditionalIterations, CountedIterations, ItemIterations, Iterations
@@ -63,6 +64,8 @@ class TreeCompiler:
     takes_first: bool = True
     """Whether `data.csv` is for this protocol: a used one leaves it to the rows of the outer protocol."""
     used: dict[int, Used] = field(init=False)
+    _is_finally: bool = False
+    """Whether the steps of a `finally` are being compiled."""
 
     def __post_init__(self) -> None:
         # Two steps with the same text are two steps: they are distinguished as objects.
@@ -78,8 +81,9 @@ class TreeCompiler:
         return place.in_loop or (self.used_in is not None and self.used_in.in_loop)
 
     def sequence(
-        self, steps: list[p.Step], scope: Scope, prefix: str = "", *, in_loop: bool = False
-    ) -> Behaviour:
+        self, steps: list[p.Step], scope: Scope, prefix: str = "", *, in_loop: bool = False,
+        every: bool = False,
+    ) -> Behaviour:  # fmt: skip
         """Steps in sequence; outside loops it waits for the background steps started in it."""
         joins = not in_loop and any(isinstance(s, p.Do) and s.mode for s in steps)
         inner = Scope() if joins else scope
@@ -87,8 +91,20 @@ class TreeCompiler:
         for index, step in enumerate(steps):
             name = step.id or str(index)
             children.append(self.step(step, Place(inner, f"{prefix}{name}", in_loop, name)))
-        body = Sequence(prefix or "steps", memory=True, children=children)
+        body = (
+            EveryStep(prefix or "steps", self.run, children)
+            if every
+            else Sequence(prefix or "steps", memory=True, children=children)
+        )
         return Join(prefix or "steps", self.run, scope, inner, body) if joins else body
+
+    def finals(self, steps: list[p.Step], scope: Scope) -> Behaviour:
+        """The steps of a `finally`: each of them runs, whatever became of those before it."""
+        self._is_finally = True
+        try:
+            return self.sequence(steps, scope, every=True)
+        finally:
+            self._is_finally = False
 
     def step(self, step: p.Step, place: Place) -> Behaviour:
         """One step with everything it states around its kind."""
@@ -106,6 +122,7 @@ class TreeCompiler:
             timeout_s=None if total is None else value_of(total),
             on_error=step.on_error or "stop",
             in_loop=self._in_loop(place),
+            in_finally=self._is_finally,
         )
 
     def _aside(self, step: p.Do, place: Place) -> Behaviour:
@@ -231,9 +248,12 @@ class TreeCompiler:
         outside, self.within = self.within, f"{self.within}{place.path}/"
         body = self.sequence(step.steps, inner, in_loop=True)
         self.within = outside
+        kept = step.keep_going
         plan = LoopPlan(
             segment=place.path,
-            max_failed=None if step.keep_going is None else value_of(step.keep_going.max_failed),
+            keeps_going=kept is not None,
+            max_failed=None if kept is None else _value_or_none(kept.max_failed),
+            in_a_row=None if kept is None else _value_or_none(kept.in_a_row),
             background=self.defaults.background,
             nested=self._in_loop(place),
         )
@@ -274,7 +294,7 @@ class TreeCompiler:
             takes_first=self.takes_first and not self._collects(),
         )  # fmt: skip
         protocol, inner = used.protocol, Scope()
-        last = partial(other.sequence, protocol.finally_) if protocol.finally_ else None
+        last = partial(other.finals, protocol.finally_) if protocol.finally_ else None
         plan = UsePlan(
             segment=place.path,
             arguments={name: value_of(raw) for name, raw in step.with_.items()},
@@ -313,6 +333,10 @@ class TreeCompiler:
 
     def _fail(self, step: p.Fail, place: Place) -> Behaviour:
         return Fail(place.path, self.run, place.scope, value_of(step.fail))
+
+
+def _value_or_none(raw: int | str | None) -> Value | None:
+    return None if raw is None else value_of(raw)
 
 
 def retry_rules(said: int | p.Retry) -> RetryRules:

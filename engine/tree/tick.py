@@ -31,9 +31,11 @@ async def run_tree(
 ) -> Ended:  # fmt: skip
     """Run a tree to its end, or stop it for an abort; every goal has ended when this returns.
 
-    `watchful`: stop it also when a device has lost the state that earlier steps gave it.
+    `watchful`: stop it also when a device has lost the state that earlier steps gave it, or a
+    person goes on after a pause that the stop of a device has brought.
     Raises StopNow for a second abort and NoRoom when the disk is full.
     """
+    dispatcher.heeds_stops = watchful
     try:
         return await _rounds(root, run, dispatcher, control, abortable=abortable, watchful=watchful)
     except BaseException:
@@ -41,12 +43,15 @@ async def run_tree(
         root.stop(Status.INVALID)
         dispatcher.withdraw_all()
         raise
+    finally:
+        dispatcher.heeds_stops = False
 
 
 async def _rounds(
     root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control, *, abortable: bool,
     watchful: bool,
 ) -> Ended:  # fmt: skip
+    paused_for: set[str] = set()
     while True:
         if control.now:
             raise StopNow
@@ -59,7 +64,8 @@ async def _rounds(
             dispatcher.withdraw_all()
             await _drain(dispatcher, control)
             return "aborted"
-        if watchful and (run.requests.take_up or dispatcher.states_lost()):
+        goes_on = await _heed_stops(dispatcher, control, paused_for)
+        if watchful and (goes_on or run.requests.take_up or dispatcher.states_lost()):
             root.stop(Status.INVALID)
             dispatcher.withdraw_all()
             await _drain(dispatcher, control)
@@ -74,6 +80,23 @@ async def _rounds(
             await _wait(run, dispatcher, wake_at)
 
 
+async def _heed_stops(dispatcher: Dispatcher, control: Control, paused_for: set[str]) -> bool:
+    """Pause for every device that was stopped; True once a person has gone on, and nothing runs."""
+    new = dispatcher.stopped.keys() - paused_for
+    if new:
+        paused_for |= new
+        who = "; ".join(dispatcher.stopped[device] for device in sorted(new))
+        if control.paused:
+            dispatcher.run.log(who)
+        control.ask("pause", f"{who}; `labrun continue` goes on")
+    if not dispatcher.stopped or control.paused or control.aborted_by or dispatcher.busy:
+        return False
+    why_not = await dispatcher.take_stopped_again()
+    if why_not:
+        control.ask("pause", why_not)
+    return not why_not
+
+
 def _round(
     root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control
 ) -> tuple[bool, float | None]:
@@ -81,7 +104,7 @@ def _round(
     dispatcher.check_time()
     if run.requests.pause and not control.paused and not control.aborted_by:
         control.ask("pause", run.requests.pause)
-    dispatcher.paused = control.paused
+    dispatcher.paused = control.paused or bool(dispatcher.stopped)
     ready = dispatcher.prepare()
     try:
         run.journal.flush()

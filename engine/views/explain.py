@@ -209,8 +209,10 @@ def _said(step: p.StepBase, defaults: p.Defaults) -> str:
     if step.when is not None:
         parts.append(f"only when {shortened(bare(step.when))}")
     if isinstance(step, p.LoopBase) and step.keep_going is not None:
-        most = shortened(bare(step.keep_going.max_failed))
-        parts.append(f"up to {most} may fail")
+        most, in_a_row = step.keep_going.max_failed, step.keep_going.in_a_row
+        some = "any number" if most is None else f"up to {shortened(bare(most))}"
+        row = "" if in_a_row is None else f", {shortened(bare(in_a_row))} in a row"
+        parts.append(f"{some} may fail{row}")
     if step.on_error == "continue":
         parts.append("failures are ignored")
     return ", ".join(parts)

@@ -194,7 +194,7 @@ class OwnDevice:
 
     def stop_by_hand(self):
         """Another client stops the device, which needs no lease."""
-        self._by_another_client(lambda client: client.stop("a"))
+        self._by_another_client(lambda client: client.stop("a", by="the test (by hand)"))
 
     def use_by_hand(self):
         """Another client takes the lease, fires a shot, and gives the lease back."""

@@ -110,12 +110,13 @@ class Oracle:
     def loop(self, step):
         (items,) = step["foreach"].values()
         failed, limit = 0, step.get("keep_going", {}).get("max_failed")
+        total = len(items)
         for _ in items:
             if not self.steps(step["steps"]):
                 failed += 1
                 if limit is None or failed > limit:
                     return False
-        return True
+        return not failed or failed < total
 
 
 @settings(

@@ -14,6 +14,7 @@ from .device_link import DeviceLink
 from .jogging import Jogging
 
 LOG = logging.getLogger("labrun")
+BY = "STOP ALL on the page"
 ANSWER_S = 0.9
 """Time for a device to confirm; the answer is sent within one second."""
 
@@ -72,7 +73,7 @@ async def _stop(device_link: DeviceLink) -> StoppedDevice:
     if device_link.client is not None:
         try:
             async with asyncio.timeout(ANSWER_S + 0.05):
-                told = await device_link.client.stop(device_link.name, ANSWER_S)
+                told = await device_link.client.stop(device_link.name, ANSWER_S, by=BY)
             confirmed, message = told.get(device_link.name, (False, "it did not answer"))
         except TimeoutError:
             message = f"no answer within {ANSWER_S:g} s"

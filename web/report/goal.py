@@ -37,7 +37,8 @@ def failed_goal(goal: Sent, record: j.GoalEnded, life: int) -> Incident:
     once = goal.record.effect == "once" and happened == "unknown"
     return Incident(
         at=record.at, path=goal.path, attempt=goal.attempt, label=goal.label, error=name,
-        message=message, happened=happened, failed=record.state == "ABORTED" or name == "Timeout",
+        message=message, happened=happened,
+        failed=(record.state == "ABORTED" and name != "Stopped") or name == "Timeout",
         doubt="it was unknown whether it had happened" if once else "", life=goal.life, n=record.n,
     )  # fmt: skip
 

@@ -136,7 +136,7 @@ class ActionLeaf(Node):
             said = _changed(past, arguments)
             self.failure = replace(self._failure("Rejected", said, "yes"), stop=True)
         else:
-            request.outcome = outcome_of(past)
+            request.outcome, request.expired = outcome_of(past), past.expired
             self.dispatcher.replayed(request, past)
 
     def _repeat_in_replay(self, request: Request) -> None:
@@ -169,7 +169,7 @@ class ActionLeaf(Node):
         if self.plan.action.effect == "once" and happened != "no":
             # Unknown, or it did happen: never simply sent again, unless a probe shows it did not.
             return past.spent and happened == "unknown" and self._was_denied(past)
-        return past.spent or past.ended.state == "CANCELED"
+        return past.spent
 
     def _was_denied(self, past: PastGoal) -> bool:
         history, goal_id = self.run.history, past.sent.id
@@ -203,7 +203,9 @@ class ActionLeaf(Node):
         dying is a failure, and goes up the ladder as `Lost`.
         """
         error = outcome.error
-        if outcome.state != "ABORTED" or error is None or error.name != "Lost" or request.expired:
+        if outcome.state not in ("ABORTED", "CANCELED") or request.expired:
+            return False
+        if error is None or error.name != "Lost":
             return False
         if self.plan.action.effect == "once" and error.happened != "no":
             return False
@@ -212,7 +214,8 @@ class ActionLeaf(Node):
 
     def _lost_and_not_done(self, unknown: UnknownFate, verdict: Verdict) -> bool:
         """Lost with its server, and the device reports that it did not happen: unfinished, not failed."""
-        if verdict.skip or verdict.stop or unknown.failure.name != "Lost":
+        name = unknown.failure.name
+        if verdict.skip or verdict.stop or name not in ("Lost", "Stopped", "Canceled"):
             return False
         self.lost += 1
         return self.lost <= LOST_AT_MOST

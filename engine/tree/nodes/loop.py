@@ -1,7 +1,7 @@
 """A loop: one subtree, entered again for each turn; of a finished one, key and fate stay in memory."""
 
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -30,7 +30,9 @@ class LoopPlan:
     """What one loop states besides its iterations."""
 
     segment: str
+    keeps_going: bool
     max_failed: Value | None
+    in_a_row: Value | None
     background: int
     nested: bool
 
@@ -74,6 +76,9 @@ class Loop(Parent):
         self.position = 0
         self.counts: Counter[StepFate] = Counter()
         self.max_failed: int | None = None
+        self.in_a_row: int | None = None
+        self.failed_last = 0
+        """How many iterations before this one have failed, one after the other."""
         self.open: deque[Iteration] = deque()
         self.current: Iteration | None = None
         self.done_before: dict[str, StepFate] = {}
@@ -83,13 +88,13 @@ class Loop(Parent):
 
     def initialise(self) -> None:
         self.path = f"{self.outer.frame.path}/{self.plan.segment}"
-        self.position, self.current, self.counts = 0, None, Counter()
+        self.position, self.current, self.counts, self.failed_last = 0, None, Counter(), 0
         self.open.clear()
         try:
             names = self.outer.frame.names
             self.turns.begin(names)
-            limit = self.plan.max_failed
-            self.max_failed = None if limit is None else int(limit.evaluate(names))
+            self.max_failed = _limit(self.plan.max_failed, names)
+            self.in_a_row = _limit(self.plan.in_a_row, names)
         except (ExpressionError, ValueError, TypeError) as fault:
             self.status = self.fail(Failure("Expression", str(fault), step=self.path))
             return
@@ -133,7 +138,7 @@ class Loop(Parent):
             self.position += 1
             fate = self.done_before.pop(iteration.key, None)
             if fate is not None:
-                self.counts[fate] += 1
+                self._count(fate)
                 continue
             self.current = iteration
             self.inner.frame = iteration.frame
@@ -170,7 +175,7 @@ class Loop(Parent):
         assert self.current is not None
         if self.body.status == Status.FAILURE:
             self.current.failure = failure_of(self.body)
-            if not self._may_go_on(self.current.failure, self.counts["failed"] + 1):
+            if not self._may_go_on(self.current.failure):
                 self.failure = self.current.failure
         self.open.append(self.current)
         self.current = None
@@ -189,11 +194,11 @@ class Loop(Parent):
     def _finish(self, iteration: Iteration) -> None:
         failure = iteration.failure
         fate: StepFate = "succeeded" if failure is None else "failed"
-        if failure is not None and not self._may_go_on(failure, self.counts["failed"] + 1):
+        if failure is not None and not self._may_go_on(failure):
             # This iteration ends the run; it stays unfinished, so that resume continues it.
             self.failure = failure
             return
-        self.counts[fate] += 1
+        self._count(fate)
         row = self._write_row(iteration, fate)
         if failure is not None:
             self.run.log(f"{failure.sentence()} (left out: a hole)", iteration.frame.path)
@@ -216,14 +221,23 @@ class Loop(Parent):
         self.rows.write(iteration.frame.keys, row, fate)
         return row
 
-    def _may_go_on(self, failure: Failure, failed: int) -> bool:
+    def _count(self, fate: StepFate) -> None:
+        self.counts[fate] += 1
+        self.failed_last = self.failed_last + 1 if fate == "failed" else 0
+
+    def _may_go_on(self, failure: Failure) -> bool:
         if failure.stop or failure.bygone or failure.anew:
             return False
-        return failure.skip or (self.max_failed is not None and failed <= self.max_failed)
+        if failure.skip or not self.plan.keeps_going:
+            return failure.skip
+        too_many = self.max_failed is not None and self.counts["failed"] >= self.max_failed
+        return not too_many and (self.in_a_row is None or self.failed_last < self.in_a_row)
 
     # --- ending
 
     def _end(self) -> None:
+        if self.failure is None and self.counts["failed"] and not self.counts["succeeded"]:
+            self.failure = self._nothing_succeeded()
         fates: tuple[StepFate, ...] = ("succeeded", "failed", "skipped")
         self.result = {"total": self.counts.total(), **{fate: self.counts[fate] for fate in fates}}
         fate: StepFate = "succeeded" if self.failure is None else "failed"
@@ -231,6 +245,11 @@ class Loop(Parent):
             self.run.record(LoopEnded(loop=self.path, fate=fate, **self.result))
         self._tell("ended")
         self.status = Status.SUCCESS if self.failure is None else Status.FAILURE
+
+    def _nothing_succeeded(self) -> Failure:
+        failed = self.counts["failed"]
+        which = f"none of its {failed} iterations" if failed > 1 else "its only iteration"
+        return Failure("NothingSucceeded", f"{which} succeeded", step=self.path)
 
     def _tell(self, state: str, **data: Any) -> None:
         if self.run.listeners:
@@ -244,3 +263,7 @@ class Loop(Parent):
             for iteration in (*self.open, *([self.current] if self.current else [])):
                 stop_pending(iteration.frame)
         super().stop(new_status)
+
+
+def _limit(limit: Value | None, names: Mapping[str, Any]) -> int | None:
+    return None if limit is None else int(limit.evaluate(names))

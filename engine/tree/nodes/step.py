@@ -27,6 +27,7 @@ class StepRules:
     timeout_s: Value | None = None
     on_error: str = "stop"
     in_loop: bool = False
+    in_finally: bool = False
     silent: bool = False
 
 
@@ -133,6 +134,8 @@ class StepNode(Parent):
         self.run.tell("step", self.path, "failed", failure.sentence())
         if skips_here or goes_on:
             self.run.log(f"{failure.sentence()} (the run continues)", self.path)
+            if self.rules.in_finally:
+                self.run.left_undone[self.path] = failure.sentence()
             self.status = Status.SUCCESS
         elif self.rules.on_error == "pause" and not failure.skip and not failure.stop:
             self.run.requests.pause = (

@@ -74,10 +74,16 @@ def loop_ending(view: Outlook, step: p.LoopBase, place: Place) -> str:
     name = name if len(name) > 1 else "turn"
     parts = []
     if step.keep_going is not None:
-        most = spoken(view, step.keep_going.max_failed, (*place, "keep_going", "max_failed"))
-        parts.append(
-            f"A {name} that fails for good is left out; with more than {most} of them the step fails."
+        limits = " or ".join(
+            f"more than {spoken(view, limit, (*place, 'keep_going', key))} {words}"
+            for key, limit, words in (
+                ("max_failed", step.keep_going.max_failed, "of them"),
+                ("in_a_row", step.keep_going.in_a_row, "in a row"),
+            )
+            if limit is not None
         )
+        ends = f"with {limits} the step fails" if limits else "the step fails only if all do"
+        parts.append(f"A {name} that fails for good is left out; {ends}.")
     if isinstance(step, p.While) and step.max is not None:
         parts.append("If that still holds afterwards, the step fails (MaxReached).")
     if step.collect:

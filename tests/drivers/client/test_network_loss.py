@@ -335,7 +335,7 @@ def test_a_device_changes_hands_after_the_lapse_and_not_before(bench):
 
     assert [o.state for o in (through, theirs, still_theirs)] == ["SUCCEEDED"] * 3
     for refused in (blind, late):
-        assert (refused.error.name, refused.error.happened) == ("Rejected", "no")
+        assert (refused.error.name, refused.error.happened) == ("Stopped", "no")
         assert "run-2 holds it now" in refused.error.message
     assert not done(bench, "press")
 
@@ -366,7 +366,7 @@ def test_a_stop_works_over_another_connection_while_the_wire_is_frozen(bench):
     assert not told_early
     assert outcome.state == "CANCELED"
     for refused in (blind, late):
-        assert (refused.error.name, refused.error.happened) == ("Rejected", "no")
+        assert (refused.error.name, refused.error.happened) == ("Stopped", "no")
     assert "stopped by another client" in late.error.message
     assert not done(bench, "press")
 
@@ -392,7 +392,7 @@ def test_an_engine_that_takes_its_lease_again_by_itself_does_not_undo_a_stop(ben
     stop, refused, after = asyncio.run(story())
 
     assert stop["arm"][0]
-    assert (refused.error.name, refused.error.happened) == ("Rejected", "no")
+    assert (refused.error.name, refused.error.happened) == ("Stopped", "no")
     assert "stopped by another client" in refused.error.message
     assert not done(bench, "press")
     assert after.state == "SUCCEEDED"
@@ -468,6 +468,6 @@ def test_a_late_copy_of_a_lease_undoes_neither_a_release_nor_a_stop(bench):
 
     stopped, theirs = asyncio.run(story())
 
-    assert (stopped.error.name, stopped.error.happened) == ("Rejected", "no")
+    assert (stopped.error.name, stopped.error.happened) == ("Stopped", "no")
     assert "stopped by another client" in stopped.error.message
     assert theirs.state == "SUCCEEDED"

@@ -246,7 +246,7 @@ def test_after_a_strangers_stop_the_holder_must_take_its_lease_anew(bench):
 
     refused, still, anew, epochs = asyncio.run(story())
 
-    assert refused["code"] == still["code"] == "REJECTED"
+    assert refused["code"] == still["code"] == "STOPPED"
     assert "stopped by another client" in refused["message"]
     assert anew["ok"]
     assert epochs == 2  # the gap tells whoever resumes later that somebody else intervened

@@ -57,7 +57,7 @@ def test_a_stop_is_answered_while_a_goal_is_being_admitted_and_the_goal_never_st
     stopped, deeds, waits, update = asyncio.run(story())
 
     assert (stopped["safe"], deeds, waits) == (True, ["arm safe"], True)
-    assert update["error"]["name"] == "NEVER_STARTED"
+    assert (update["error"]["name"], update["error"]["happened"]) == ("Stopped", "no")
     assert "arm go g1" not in bench.deeds()
 
 
@@ -73,9 +73,9 @@ def test_a_goal_that_came_before_its_own_holders_stop_never_starts_after_it(benc
     stopped, refused, later = asyncio.run(story())
 
     assert stopped["safe"]
-    assert (refused["code"], refused["message"]) == (
-        "REJECTED", "arm was stopped before the goal began",
-    )  # fmt: skip
+    assert refused["code"] == "STOPPED"
+    assert "arm was stopped by the client that uses it" in refused["message"]
+    assert refused["message"].endswith(", before the goal began")
     assert later["ok"]  # its holder has stopped it, and goes on
     assert "arm go g1" not in bench.deeds()
 
@@ -118,7 +118,7 @@ def test_a_stop_is_answered_while_a_goal_that_waited_is_written_to_begin(bench):
     accepted, stopped, update = asyncio.run(story())
 
     assert (accepted["state"], stopped["safe"]) == ("ACCEPTED", True)
-    assert update["error"]["name"] == "NEVER_STARTED"
+    assert (update["error"]["name"], update["error"]["happened"]) == ("Stopped", "no")
     assert "arm go g1" not in bench.deeds()
 
 

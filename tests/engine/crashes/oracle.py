@@ -21,14 +21,14 @@ class Oracle(Blocks):
         status = self._phase(protocol["steps"])
         main = self.happened, self.focus
         self.happened, self.focus = Counter(), defaultdict(list)
-        final = self._phase(protocol.get("finally", []))
+        final = self._phase(protocol.get("finally", []), self.every)
         self.happened, self.focus = main
         return max(status, final)
 
-    def _phase(self, steps):
+    def _phase(self, steps, go_through=None):
         frame = Frame()
         try:
-            self.steps(steps, frame)
+            (go_through or self.steps)(steps, frame)
             self.join(frame)
         except Failed:
             return 1
@@ -40,6 +40,19 @@ class Oracle(Blocks):
         for step in steps:
             result = self.step(step, frame)
         return result
+
+    def every(self, steps, frame):
+        """Steps of a `finally`: each of them, whatever became of those before it."""
+        failures = []
+        for step in steps:
+            try:
+                self.step(step, frame)
+            except Failed as failure:
+                failures.append(failure)
+                if failure.stop:
+                    break
+        if failures:
+            raise max(failures, key=lambda failure: (failure.stop, not failure.skip))
 
     def step(self, step, frame):
         """One step with everything around it; its result."""

@@ -86,6 +86,8 @@ class Blocks(Acts):
         counts = Counter()
         for index, own in enumerate(turns):
             counts[self._iteration(step, own, index, frame, counts)] += 1
+        if counts["failed"] and not counts["succeeded"]:
+            raise Failed("NothingSucceeded")
         return counts
 
     def _iteration(self, step, own, index, frame, counts):
@@ -137,7 +139,10 @@ class Blocks(Acts):
             self._list(other["steps"], there)
         except Failed as why:
             failure = why
-        self._last(other.get("finally", []), there)
+        try:
+            self._last(other.get("finally", []), there)
+        except Failed as why:
+            failure = failure or why
         if failure:
             raise failure
         outputs = {name: raw.split(".")[1] for name, raw in other.get("outputs", {}).items()}
@@ -145,7 +150,12 @@ class Blocks(Acts):
 
     def _last(self, steps, frame):
         before = Counter(self.happened)
-        self.steps(steps, frame.but(cut=frozenset(), results={}))
+        try:
+            self.every(steps, frame.but(cut=frozenset(), results={}))
+        finally:
+            self._tidied(steps, frame, before)
+
+    def _tidied(self, steps, frame, before):
         self.tidy |= set(self.happened - before)
         if frame.cut:
             self.maybe += self.happened - before

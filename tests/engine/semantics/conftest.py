@@ -9,11 +9,13 @@ import subprocess
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from threading import Thread
 
 import pytest
 import typer
 from ruamel.yaml import YAML
 
+from labrun.drivers.client.client import DeviceClient
 from labrun.engine.check import check_file
 from labrun.engine.commands import resume as resume_command
 from labrun.engine.commands import run as run_command
@@ -216,12 +218,33 @@ class Bench:
 
 
 def _tell(control, verb):
-    """`pause` is over after a while; `go_on` ends a pause that the protocol has asked for."""
+    """`pause` is over after a while; `go_on` ends a pause that the protocol has asked for.
+
+    `stop`: another client stops the device `a`.
+    """
+    if verb == "stop":
+        told = Thread(target=asyncio.run, args=(_stop(control.run),))
+        told.start()
+        return
     if verb in ("pause", "go_on"):
         loop = asyncio.get_running_loop()
         loop.call_later(PAUSE_S, control.ask, "continue", "the test")
     if verb != "go_on":
         control.ask(verb.partition("_")[0], "the test")
+
+
+async def _stop(run):
+    client = DeviceClient(_url(run))
+    await client.open()
+    try:
+        await client.stop("a", by="Ada (the STOP button)")
+    finally:
+        await client.close()
+
+
+def _url(run):
+    lab = YAML(typ="safe").load((run.folder / "lab.yaml").read_text())
+    return lab["devices"]["a"]["url"]
 
 
 @pytest.fixture

@@ -31,15 +31,51 @@ test_finally = table(
 
 
 def test_finally_that_fails(run):
-    """A step of `finally` fails -> Its later steps are not sent; the run has failed, though all its
-    steps succeeded."""
+    """Steps of `finally` fail -> Its later steps run all the same; the run has failed, though all
+    its steps succeeded, and its reason names each of them."""
     ran = run("""
 steps: [{do: a.act, with: {name: x}}]
-finally: [{do: b.act, with: {name: tidy, script: Broken}}, {do: c.act, with: {name: never}}]
+finally:
+  - {do: b.act, with: {name: tidy, script: Broken}}
+  - {do: c.act, with: {name: close}}
+  - steps: [{do: a.act, with: {name: dry, script: Half}}, {do: a.act, with: {name: never}}]
+  - {do: b.act, with: {name: last}}
 """)
 
-    assert (ran.status, ran.finished.fate, ran.sent) == (1, "failed", ["x", "tidy"])
+    assert (ran.status, ran.finished.fate) == (1, "failed")
+    assert ran.sent == ["x", "tidy", "close", "dry", "last"]
     assert ran.finished.reason.startswith("finally: ")
+    assert "Broken" in ran.finished.reason and "Half" in ran.finished.reason
+
+
+def test_finally_that_need_not_succeed(run):
+    """A step of `finally` fails, `on_error: continue` -> The run has succeeded, and says what failed
+    there."""
+    ran = run("""
+steps: [{do: a.act, with: {name: x}}]
+finally:
+  - {do: b.act, with: {name: tidy, script: Broken}, on_error: continue}
+  - {do: c.act, with: {name: last}}
+""")
+
+    assert (ran.status, ran.finished.fate, ran.sent) == (0, "succeeded", ["x", "tidy", "last"])
+    assert ran.finished.reason.startswith("finally: ")
+    assert "Broken" in ran.finished.reason
+
+
+def test_finally_of_an_aborted_run(run):
+    """Abort, and a step of `finally` fails -> Its later steps run; the run is aborted."""
+    ran = run(
+        """
+steps: [{id: x, do: a.act, with: {name: x, script: hang}}]
+finally:
+  - {do: b.act, with: {name: tidy, script: Broken}}
+  - {do: c.act, with: {name: last}}
+""",
+        abort="feedback .* main/x",
+    )
+
+    assert (ran.finished.fate, ran.sent) == ("aborted", ["x", "tidy", "last"])
 
 
 def test_finally_knows_the_results(run):
@@ -156,3 +192,53 @@ steps:
     assert ran.status == 0
     assert kinds.index("ended") < kinds.index("continue")
     assert kinds.index("continue") < len(kinds) - 1 - kinds[::-1].index("goal")
+
+
+STOPPED = """
+steps:
+  - foreach: {i: [0, 1]}
+    keep_going: {max_failed: 2}
+    steps:
+      - {do: a.act, with: {name: "set${{ i }}"}}
+      - {id: x, do: WHAT, with: {name: "x${{ i }}", MORE}, on_error: continue}
+      - {do: b.act, with: {name: "y${{ i }}"}}
+on_resume: [{do: c.act, with: {name: home}}]
+"""
+MOVE = STOPPED.replace("WHAT", "a.act").replace(
+    "MORE", """script: "${{ 'hang,ok' if i else 'ok' }}\""""
+)
+SHOT = STOPPED.replace("WHAT", "a.shoot").replace("MORE", 'seconds: "${{ 20 if i else 0 }}"')
+
+
+def test_a_device_that_somebody_stops(run):
+    """A device is stopped by somebody else (`labrun stop`, STOP on the page) -> The run is paused,
+    sends nothing and says who it was. After `labrun continue`: `on_resume`, then what the stop cut is
+    done; no iteration has failed."""
+    ran = run(MOVE, stop="feedback .* main/0/1/x", go_on="control pause")
+
+    assert (ran.status, ran.finished.holes) == (0, 0)
+    assert ran.sent == ["set0", "x0", "y0", "set1", "x1", "home", "set1", "x1", "y1"]
+    (pause, _) = [r for r in ran.records if r.kind == "control"]
+    assert "a was stopped by Ada (the STOP button)" in pause.by
+
+
+def test_a_shot_in_flight_when_its_device_is_stopped(run):
+    """As before, while a `once` action runs that ends in spite of the stop -> It is done, and not
+    sent again; its record in the journal says that the device was stopped meanwhile."""
+    ran = run(SHOT, stop="feedback .* main/0/1/x", go_on="control pause")
+
+    assert (ran.status, ran.finished.holes) == (0, 0)
+    assert ran.sent == ["set0", "x0", "y0", "set1", "x1", "home", "set1", "y1"]
+    assert [r.error.name for r in ran.records if r.kind == "ended" and r.error] == ["Stopped"]
+
+
+def test_a_stopped_run_that_is_aborted(bench):
+    """A device is stopped, and the run is aborted in the pause -> What the stop cut is unfinished:
+    `labrun resume` does it."""
+    steers = {"stop": "feedback .* main/0/1/x", "abort": "control pause"}
+    first = bench.run(MOVE, **steers)
+
+    ran = bench.resume()
+
+    assert (first.status, ran.status, ran.finished.holes) == (1, 0, 0)
+    assert ran.sent == ["set0", "x0", "y0", "set1", "x1", "home", "set1", "x1", "y1"]

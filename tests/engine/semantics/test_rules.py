@@ -97,6 +97,28 @@ steps:
     ("one_failure_too_many_ends_the_loop",
      "One more fails -> The loop fails there; that iteration is not a hole, and stays unfinished.",
      LOOP.format(most=1), {"status": 1, "sent": ["x0", "x1"], "holes": 1}),
+    ("keep_going_whatever_fails",
+     "`keep_going: true` -> Any number of iterations may fail.",
+     LOOP.format(most=0).replace("{max_failed: 0}", "true"),
+     {"status": 0, "sent": ["x0", "x1", "x2", "x3", "y3"], "holes": 3}),
+    ("too_many_in_a_row",
+     "`in_a_row: 2`, and a third fails directly after two others -> The loop fails there. A success in "
+     "between starts the count anew.", """
+steps:
+  - foreach: {i: "${{ range(8) }}"}
+    keep_going: {max_failed: 7, in_a_row: 2}
+    steps: [{do: a.act, with: {name: "x${{ i }}", script: "${{ 'ok' if i == 1 else 'Broken' }}"}}]
+""", {"status": 1, "sent": ["x0", "x1", "x2", "x3", "x4"], "holes": 3}),
+    ("nothing_succeeded",
+     "Every iteration fails, within `keep_going` -> The loop fails when it is through, and with it the run.",
+     """
+steps:
+  - {repeat: 3, keep_going: true, steps: [{do: a.shoot, with: {name: x, script: Broken}}]}
+  - {do: a.act, with: {name: after}}
+""", {"status": 1, "sent": ["x", "x", "x"], "holes": 3, "reason": "none of its 3 iterations succeeded"}),
+    ("no_iterations",
+     "A loop has no iterations -> It succeeds.",
+     "steps: [{repeat: 0, keep_going: true, steps: [{log: x}]}]\n", {"status": 0}),
 )
 # fmt: on
 
@@ -119,9 +141,9 @@ steps:
   - id: outer
     foreach: {i: [1, 2]}
     steps:
-      - repeat: 1
+      - repeat: 2
         keep_going: {max_failed: 1}
-        steps: [{do: a.act, with: {name: x, script: Broken}}]
+        steps: [{do: a.act, with: {name: "x${{ i }}", script: "Broken,ok"}}]
 outputs: {failed: "${{ steps.outer.failed }}"}
 """)
 
@@ -139,6 +161,17 @@ def test_holes_stay_holes_after_a_kill(bench):
     assert ran.status == 1
     assert ran.sent == ["x0", "x1"]
     assert [row["fate"] for row in ran.rows()] == ["failed"]
+
+
+def test_failures_in_a_row_over_a_kill(bench):
+    """The engine is killed after an iteration that failed -> It counts for `in_a_row`."""
+    bench.kill(LOOP.format(most=3).replace("max_failed: 3", "in_a_row: 1"),
+               "iteration main/all/0")  # fmt: skip
+
+    ran = bench.resume()
+
+    assert ran.status == 1
+    assert ran.sent == ["x0", "x1"]
 
 
 def test_a_loop_that_ended_goes_on_when_the_run_is_resumed(bench):
