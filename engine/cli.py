@@ -19,7 +19,10 @@ GROUPS = {
     ),
     "Run it": ("run", "rehearse", "pause", "continue", "abort", "answer", "resume", "torture"),
     "Look at runs": ("runs", "report"),
-    "Devices": ("devices", "call", "calibrate-camera", "locate", "record-buttons", "find-buttons"),
+    "Devices": (
+        "devices", "status", "stop", "call", "calibrate-camera", "locate", "record-buttons",
+        "find-buttons",
+    ),
     "Spectra": ("reduce", "map", "spectrum", "lines"),
     "Serve": ("serve", "web", "ros"),
 }  # fmt: skip

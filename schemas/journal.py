@@ -168,6 +168,14 @@ class IterationEnded(Record):
         return f"{self.within}/{self.key}" if self.within else self.key
 
 
+class Planned(Record):
+    """A loop that is in no other one begins: how many iterations it will have, if that is known."""
+
+    kind: Literal["planned"] = "planned"
+    loop: str
+    total: int | None = None
+
+
 class LoopEnded(Record):
     """A loop is over, with its counts."""
 
@@ -235,13 +243,44 @@ class Touched(Record):
     reason: str
 
 
+class Points(Model):
+    """A run in four numbers: the iterations of its outermost loops, as far as they have begun.
+
+    `plan`, `left`: None where a loop's length is not known. plan = measured + failed + left.
+    """
+
+    plan: int | None = None
+    measured: int = 0
+    failed: int = 0
+    left: int | None = None
+
+    def words(self) -> str:
+        """`7 of 35 measured, 2 failed, 26 left`; nothing for a run without loops."""
+        if not (self.plan or self.measured or self.failed):
+            return ""
+        of = "" if self.plan is None else f" of {self.plan:,}"
+        failed = f", {self.failed:,} failed" if self.failed else ""
+        return f"{self.measured:,}{of} measured{failed}" + (
+            f", {self.left:,} left" if self.left else ""
+        )
+
+
+def ended_as(fate: str, holes: int) -> str:
+    """How a run ended, in its own words: `succeeded with 8 holes` is not `succeeded`."""
+    with_holes = f" with {holes:,} hole{'s' if holes > 1 else ''}"
+    return f"{fate}{with_holes}" if holes and fate == "succeeded" else fate
+
+
 class Finished(Record):
     """The last record of a run that ended."""
 
     kind: Literal["finished"] = "finished"
     fate: RunFate
     reason: str = ""
+    detail: str = ""
+    """The paths and error names behind the reason."""
     holes: int = 0
+    points: Points | None = None
     outputs: dict[str, Any] = Field(default_factory=dict)
 
 
@@ -258,6 +297,7 @@ JournalRecord = Annotated[
     | Asked
     | Answered
     | IterationEnded
+    | Planned
     | LoopEnded
     | Control
     | SafeState

@@ -136,6 +136,14 @@ class DeviceClient:
         except LinkDown as fault:
             raise ServerUnreachable(self.url, str(fault)) from fault
 
+    async def describe(self) -> dict[str, DeviceDescription]:
+        """What the server says of its devices now; raises ServerUnreachable."""
+        try:
+            answer = accepted(await self._link.call("describe", {}), self.url)
+        except LinkDown as fault:
+            raise ServerUnreachable(self.url, str(fault)) from fault
+        return ServerDescription.model_validate(answer).devices
+
     async def query(self, ids: list[str]) -> QueryAnswer:
         """What the server knows about goals; raises ServerUnreachable."""
         try:

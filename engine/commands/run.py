@@ -1,6 +1,7 @@
 """`labrun run FILE`: check, start, show progress, leave a run folder."""
 
 import asyncio
+import errno
 import shutil
 import sys
 from pathlib import Path
@@ -16,7 +17,7 @@ from .options import RUNS, Bind, Lab, Params, Runs, say
 
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 Yes = Annotated[bool, typer.Option("--yes", "-y", help="Answer every `confirm` with yes.")]
-GO_ON = "Devices are safe. When there is space again, `labrun resume last` continues the run."
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 Answers = Annotated[
     list[str] | None,
     typer.Option("--answer", metavar="ID=CHOICE", help="Answer a question in advance."),
@@ -92,7 +93,11 @@ def run_to_end(session) -> int:
         say(f"{fault}. Nothing was sent.")
         return NOT_REACHED
     except OSError as fault:
-        say(f"{fault.strerror or fault}: {fault.filename or 'the folder of the run'}. {GO_ON}")
+        cured = "there is space again" if fault.errno in FULL else "that is cured"
+        say(
+            f"{fault.strerror or fault}: {fault.filename or 'the folder of the run'}. Devices are "
+            f"safe. When {cured}, `labrun resume last` continues the run."
+        )
         return FAILED
     if why := why_no_page():
         say(f"the page, `labrun web`, is missing here: {why}. See docs/how-to/web.md")

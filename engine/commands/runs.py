@@ -22,31 +22,31 @@ def runs(runs: Runs = RUNS, json: Json = False) -> None:
     if not rows:
         typer.echo(f"no runs in {runs}")
     for line in rows:
-        typer.echo(f"{line['run']:<44} {line['fate']:<12} {_more(line)}".rstrip())
+        typer.echo(f"{line['run']:<44} {line['word']:<12} {_more(line)}".rstrip())
 
 
 def _more(line: dict[str, Any]) -> str:
-    done = f"{line['done']} iterations" if line["done"] else ""
-    return ", ".join(part for part in (done, line["reason"]) if part)
+    return ", ".join(part for part in (line["points"], line["reason"]) if part)
 
 
 def row(folder: Path) -> dict[str, Any]:
     """One run as a row; its fate is `interrupted` if its engine vanished without recording an end."""
-    from ..journal.history import read_history
-    from ..journal.journal import JournalFault, read_records
-    from ..run.folder import is_live
+    from ...schemas.journal import ended_as
+    from ..journal.journal import JournalFault
+    from ..run.summary import summary_of
 
-    row = {"run": folder.name, "protocol": "", "fate": "", "reason": "", "done": 0}
     try:
-        history = read_history(list(read_records(folder / "journal.jsonl")))
+        told = summary_of(folder)
     except JournalFault as fault:
-        return {**row, "fate": "unreadable", "reason": str(fault)}
-    done = sum(len(fates) for fates in history.past.iterations.values())
-    protocol = history.started.protocol if history.started else ""
-    row.update(protocol=protocol, done=done)
-    if is_live(folder):
-        return {**row, "fate": "running"}
-    if history.finished is None:
+        unknown = {"plan": None, "measured": 0, "failed": 0, "left": None}
+        told = {"run": folder.name, "protocol": "", "fate": "unreadable", "reason": str(fault)}
+        return {**told, "word": "unreadable", "done": 0, "holes": 0, "points": "", **unknown}
+    reason = told.reason
+    if told.fate == "interrupted":
         reason = f"continue with `labrun resume {folder.name}`"
-        return {**row, "fate": "interrupted", "reason": reason}
-    return {**row, "fate": history.finished.fate, "reason": history.finished.reason}
+    points = told.points
+    return {
+        "run": folder.name, "protocol": told.protocol, "fate": told.fate, "reason": reason,
+        "word": ended_as(told.fate, told.holes), "done": points.measured + points.failed,
+        "holes": told.holes, "points": points.words(), **points.model_dump(),
+    }  # fmt: skip

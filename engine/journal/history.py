@@ -4,7 +4,7 @@ Recording is learning. `History.take` is the only way in: a living run takes eac
 it, a resumed one takes them all from the disk, and both know the same.
 """
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -55,6 +55,8 @@ class History:
     marks: dict[str, str] = field(default_factory=dict)
     touched: dict[str, int] = field(default_factory=dict)
     boots: dict[str, str] = field(default_factory=dict)
+    plans: dict[str, int | None] = field(default_factory=dict)
+    """The outermost loops of the protocol that have begun -> how many iterations they have."""
 
     # --- learning
 
@@ -79,6 +81,11 @@ class History:
                 self._take_expired(record)
             case j.IterationEnded():
                 self._take_iteration(record)
+            case j.Planned() if record.loop.startswith(MAIN):
+                self.plans[record.loop] = record.total
+            case j.LoopEnded():  # for journals that say nothing of plans
+                total = record.total if record.fate == "succeeded" else None
+                self.plans.setdefault(record.loop, total)
             case j.StepEnded():
                 self.past.steps[record.path] = record
             case j.Turned():
@@ -163,8 +170,9 @@ class History:
             self.past.gone_through.add(f"{record.loop}/{record.key}")
             return
         self.past.forget(f"{record.loop}/{record.key}/")
-        self.holes += record.fate == "failed"
-        self.past.iterations.setdefault(record.loop, {})[record.key] = record.fate
+        fates = self.past.iterations.setdefault(record.loop, {})
+        self.holes += (record.fate == "failed") - (fates.get(record.key) == "failed")
+        fates[record.key] = record.fate
         if record.sets:
             self.past.sets.setdefault(record.loop, {}).update(record.sets)
 
@@ -195,6 +203,17 @@ class History:
             if path.startswith(used)
             for goal in tries.values()
         }
+
+    def points(self) -> j.Points:
+        """How far the run is: plan, measured, failed, left."""
+        fates = Counter(
+            fate for loop in self.plans for fate in self.past.iterations.get(loop, {}).values()
+        )
+        totals = list(self.plans.values())
+        plan = None if None in totals else sum(total or 0 for total in totals)
+        measured, failed = fates["succeeded"], fates["failed"]
+        left = None if plan is None else max(0, plan - fates.total())
+        return j.Points(plan=plan, measured=measured, failed=failed, left=left)
 
     # --- devices
 

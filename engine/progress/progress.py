@@ -4,6 +4,7 @@ import time
 from dataclasses import dataclass, field
 
 from ...schemas.event import Event
+from ...schemas.journal import ended_as
 from ..journal.encode import QUANTITY_KEY
 from ..run.questions import HAPPENED
 
@@ -125,10 +126,7 @@ def choices_text(event: Event) -> str:
 
 def ending_text(event: Event) -> str:
     """The last line of a run, for people."""
-    holes = event.data.get("holes", 0)
-    words = f"run {event.state}"
-    if holes:
-        words += f", with {holes} hole{'s' if holes > 1 else ''}"
+    words = f"run {ended_as(event.state, event.data.get('holes', 0))}"
     if event.text and event.state == "succeeded":
         return f"{words}, but {event.text}"
     return f"{words}: {event.text}" if event.text else words
@@ -137,6 +135,8 @@ def ending_text(event: Event) -> str:
 def ending_lines(event: Event) -> list[str]:
     """What follows the last line: outputs, the folder, and how to resume if possible."""
     lines = [f"  {name}: {value_text(value)}" for name, value in event.data["outputs"].items()]
+    if event.data.get("points") and (event.state != "succeeded" or event.data["holes"]):
+        lines.append(f"  points: {event.data['points']}")
     lines.append(f"everything is in {event.data['folder']}")
     if event.state != "succeeded":
         lines.append(f"continue with: labrun resume {event.path.rpartition('_')[2]}")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from ...schemas.journal import ended_as
 from .totals import Totals
 
 SHOWN = 12
@@ -23,9 +24,8 @@ def lines(totals: Totals, real_s: float) -> Iterator[str]:
 
 
 def _ends(totals: Totals) -> str:
-    holes = f" with {_count(totals.holes, 'hole')}" if totals.holes else ""
     reason = f": {totals.reason}" if totals.reason else ""
-    return f"{totals.fate}{holes}{reason}"
+    return f"{ended_as(totals.fate, totals.holes)}{reason}"
 
 
 def _parts(totals: Totals) -> Iterator[str]:

@@ -14,6 +14,7 @@ from ..journal.encode import encode
 from ..journal.journal import DiskFull, JournalFault
 from ..run.folder import CONTRACTS, COPIES
 from ..run.run import Run
+from ..run.summary import keep_summary
 from .begin import RunOptions
 from .live_figures import live_figures
 from .reports import make_reports
@@ -70,11 +71,14 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
             j.Finished(
                 fate=ending.fate,
                 reason=ending.reason,
+                detail=ending.detail,
                 holes=run.history.holes,
+                points=run.history.points(),
                 outputs=encode(outputs),
             )
         )
         run.journal.close()
+        keep_summary(run.folder, run.history)
     except (JournalFault, DiskFull) as fault:
         ending.reason = (
             f"{ending.reason}; {fault}" if str(fault) not in ending.reason else ending.reason
@@ -86,5 +90,5 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
         run.log(line)
     run.tell(
         "finished", run.id, ending.fate, ending.reason, holes=run.history.holes, outputs=encode(outputs),
-        folder=str(run.folder),
+        folder=str(run.folder), detail=ending.detail, points=run.history.points().words(),
     )  # fmt: skip

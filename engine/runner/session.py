@@ -42,10 +42,14 @@ FINALLY_S = 600.0
 
 @dataclass(slots=True)
 class Ending:
-    """How a run ended; `interrupted` when Ctrl-C ended it."""
+    """How a run ended; `interrupted` when Ctrl-C ended it.
+
+    `reason` is in words; `detail` has the paths and names of errors behind it.
+    """
 
     fate: j.RunFate
     reason: str = ""
+    detail: str = ""
     interrupted: bool = False
 
 
@@ -126,7 +130,8 @@ class RunSession:
         lost = self.dispatcher.states_lost() | stopped
         for device, reason in lost.items():
             mark_state_lost(self.run, device, reason)
-            self.run.log(f"{device}: {reason}; continuing from the journal")
+            who = reason if device in stopped else f"{device}: {reason}"
+            self.run.log(f"{who}; continuing from the journal")
         if self.run.requests.take_up:
             self.run.record(j.Again())
             self.run.requests.take_up = False
@@ -157,31 +162,33 @@ class RunSession:
             return Ending("aborted", f"aborted by {self.control.aborted_by}")
         if ended == "failed":
             failure = failure or failure_of(self.main)
-            reason = failure.sentence() if phase == "main" else f"{phase}: {failure.sentence()}"
-            return Ending("aborted" if failure.stop else "failed", reason)
+            said = (failure.words(), failure.sentence())
+            reason, detail = said if phase == "main" else (f"{phase}: {text}" for text in said)
+            return Ending("aborted" if failure.stop else "failed", reason, detail)
         return Ending("succeeded")
 
     async def _then_finally(self, ending: Ending) -> Ending:
         failure = await self._finally()
         if failure is not None:
-            reason = f"finally: {failure}"
-            ending.reason = f"{ending.reason}; {reason}" if ending.reason else reason
+            words, detail = (f"finally: {text}" for text in failure)
+            ending.detail = f"{ending.detail}; {detail}" if ending.detail else detail
+            ending.reason = f"{ending.reason}; {words}" if ending.reason else words
             ending.fate = "failed" if ending.fate == "succeeded" else ending.fate
         elif self.run.left_undone and ending.fate == "succeeded":
             ending.reason = f"finally: {'; '.join(self.run.left_undone.values())}"
         return ending
 
-    async def _finally(self) -> str | None:
+    async def _finally(self) -> tuple[str, str] | None:
         """Run every `finally` that is due, never cut short by the abort that caused it.
 
-        Those of used protocols that were stopped come first, starting with the innermost. Returns a
-        sentence if one failed; the others still run.
+        Those of used protocols that were stopped come first, starting with the innermost. Returns
+        words and details if one failed; the others still run.
         """
         if not self.protocol.finally_ and not self.run.cut_off:
             return None
         phase = f"finally:{self.run.history.finals + 1}"
         self._begin(phase)
-        failures: list[str] = []
+        failures: list[Failure] = []
         try:
             async with asyncio.timeout(FINALLY_S):
                 for root in self._finals(phase):
@@ -189,10 +196,13 @@ class RunSession:
                         root, self.run, self.dispatcher, self.control, abortable=False
                     )
                     if ended != "succeeded":
-                        failures.append(failure_of(root).sentence())
+                        failures.append(failure_of(root))
         except TimeoutError:
-            return f"not finished within {FINALLY_S:g} s"
-        return "; ".join(failures) or None
+            late = f"not finished within {FINALLY_S:g} s"
+            return late, late
+        if not failures:
+            return None
+        return "; ".join(f.words() for f in failures), "; ".join(f.sentence() for f in failures)
 
     def _finals(self, phase: str) -> Iterator[Behaviour]:
         cut_off, self.run.cut_off = self.run.cut_off, {}

@@ -21,13 +21,16 @@ class RunSummary(ApiModel):
     protocol: str = Field(description="The protocol's name.")
     file: str = Field(description="The file it was started from.")
     fate: Fate
+    word: str = Field(default="", description="The fate in words: `succeeded with 8 holes`.")
     reason: str = ""
     live: bool
     began_at: str
     ended_at: str | None = None
     done: int = Field(description="Iterations of the outermost loops that have ended.")
+    measured: int = Field(default=0, description="Those of them that have succeeded.")
     failed: int = 0
-    total: int | None = None
+    left: int | None = Field(default=None, description="total = measured + failed + left.")
+    total: int | None = Field(default=None, description="How many the plan has, if that is known.")
     holes: int = 0
     resumes: int = 0
     operator: str = ""

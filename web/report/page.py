@@ -1,5 +1,6 @@
 """The report as one HTML page that needs no server: it shows the run and how to verify it."""
 
+from ...schemas.journal import ended_as
 from .chapter_record import data, figures, files, versions
 from .chapter_trouble import answers, doubts, failures, holes, stops
 from .chapter_work import actions, done, logged, when
@@ -50,16 +51,18 @@ def verdict(data: ReportData) -> str:
     digest = data.digest
     finished = digest.finished
     reason = f": {finished.reason}" if finished is not None and finished.reason else ""
-    holes = count(digest.hole_count, "hole") if digest.hole_count else "no holes"
+    how = ended_as(data.fate, digest.hole_count) if digest.hole_count else "succeeded with no holes"
+    but = reason.replace(":", ", but", 1)
     said = {
-        "succeeded": f"The run succeeded{reason}, with {holes}.",
+        "succeeded": f"The run {how}{but}.",
         "failed": f"The run failed{reason}.",
         "aborted": f"The run was {reason[2:] or 'aborted'}.",
         "running": "The run is still going; this report covers its journal so far.",
         "interrupted": "The run was interrupted: its engine ended without a last record. "
         f"`labrun resume {data.folder.name}` continues it.",
     }.get(data.fate, f"The run is {data.fate}{reason}.")
-    return f"{said} {_sums(data)}"
+    points = finished.points.words() if finished is not None and finished.points else ""
+    return f"{said} {f'Points: {points}. ' if points else ''}{_sums(data)}"
 
 
 def _sums(data: ReportData) -> str:

@@ -248,7 +248,8 @@ class Picture:
         found = self._find(record["loop"])
         if found is not None:
             table = self.table(found.step.told.path, found.within)
-            table.total = record["total"]
+            if table.total is None or record["fate"] == "succeeded":
+                table.total = record["total"]
             self.nodes[found.step.told.path].end(FATES[record["fate"]], None, "")
             self._ran(found.step)
 

@@ -1,5 +1,6 @@
 """A run as the page sees it: in the list, its present state, all of it, and windows of its points."""
 
+from ...schemas.journal import ended_as
 from ..local.clock import iso
 from ..models.runs import Loop, NeedsYou, Now, OutlineNode, Points, RunDetail, RunHead, RunSummary
 from .counts import Table
@@ -15,6 +16,9 @@ def summary(run: OpenRun) -> RunSummary:
     totals = [table.total for table in loops]
     over = _eta(run)
     fate = run.fate
+    done = sum(table.done for table in loops)
+    failed = sum(table.counts.get("failed", 0) for table in loops)
+    total = sum(t or 0 for t in totals) if totals and None not in totals else None
     reason = (picture.finished or {}).get("reason", "") or run.damage
     if fate == "interrupted":
         reason = reason or "its engine is gone: resume it"
@@ -22,8 +26,8 @@ def summary(run: OpenRun) -> RunSummary:
         id=run.id, protocol=picture.started.get("protocol") or inputs.title,
         file=inputs.file, fate=fate, reason=reason, live=run.live,
         began_at=run.began_at, ended_at=picture.ended_at or None,
-        done=sum(table.done for table in loops), failed=sum(table.counts.get("failed", 0) for table in loops),
-        total=sum(t or 0 for t in totals) if totals and None not in totals else None,
+        word=ended_as(fate, picture.holes), done=done, measured=done - failed, failed=failed,
+        left=None if total is None else max(0, total - done), total=total,
         holes=picture.holes, resumes=picture.resumes, operator=inputs.launch.operator,
         questions=len(picture.questions), now=_now_text(run),
         eta=None if over is None else (iso(over[0]), iso(over[1])),

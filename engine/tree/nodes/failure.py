@@ -12,7 +12,9 @@ class Failure:
 
     `skip`: a person chose to leave this iteration out. `stop`: a person chose to end the run;
     nothing above may continue then. `bygone`: the point that an earlier session had reached when it
-    turned to another branch. `anew`: what had succeeded then, and was repeated, fails now.
+    turned to another branch. `anew`: what had succeeded then, and was repeated, fails now. `where`,
+    `tries` and `limit` say for people in which iterations, after how many attempts, and past which
+    limit of a loop.
     """
 
     name: str
@@ -26,6 +28,9 @@ class Failure:
     stop: bool = False
     bygone: bool = False
     anew: bool = False
+    where: tuple[str, ...] = ()
+    tries: int = 1
+    limit: str = ""
 
     def as_error(self) -> dict[str, Any]:
         """What `error` holds in an expression."""
@@ -55,3 +60,19 @@ class Failure:
         """One line for a person: where, what."""
         where = ": ".join(part for part in (self.step, self.action and f"{self.action}") if part)
         return f"{where}: {self.name}: {self.message}" if where else f"{self.name}: {self.message}"
+
+    def words(self) -> str:
+        """One line for a person who knows neither paths nor codes.
+
+        `point 10 of 35 (x = 4 mm): libs.measure: its button was not found, 3 tries; no more than 2
+        may fail`.
+        """
+        what = self.message or self.name
+        if self.action and not what.startswith(self.action):
+            what = f"{self.action}: {what}"
+        what += f", {self.tries} tries" if self.tries > 1 else ""
+        what += f"; {self.limit}" if self.limit else ""
+        step = self.step.rpartition("/")[2]
+        named = f"step {step}" if step and not step.isdecimal() else ""
+        where = ", ".join(self.where) or named
+        return f"{where}: {what}" if where else what

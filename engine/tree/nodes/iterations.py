@@ -4,10 +4,15 @@ from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
+from ....schemas.quantity import is_quantity
+from ...language.operators import words
 from ...language.value import Value
 from ...run.frame import segment
 
 MANY = 10_000
+PLACES = ("ix", "iy", "index")
+"""Fields of an item that only number it."""
+TOLD = 4
 
 
 class NotOver(ValueError):
@@ -30,6 +35,10 @@ class Iterations(Protocol):
 
     def own(self, index: int) -> dict[str, Any]:
         """The names of this turn alone."""
+        ...
+
+    def words(self, index: int) -> str:
+        """The turn as people name it: `point 10 of 35 (x = 4 mm, y = 0.2 mm)`."""
         ...
 
     def key(self, index: int, names: Any) -> str:
@@ -57,6 +66,18 @@ class ItemIterations:
 
     def own(self, index: int) -> dict[str, Any]:
         return {self.name: self.items[index]}
+
+    def words(self, index: int) -> str:
+        item = self.items[index]
+        fields = item.items() if isinstance(item, Mapping) else [(self.name, item)]
+        told = [
+            f"{name} = {words(value)}"
+            for name, value in fields
+            if name not in PLACES and (is_quantity(value) or isinstance(value, int | float | str))
+        ]
+        noun = self.name if len(self.name) > 1 else "point"
+        values = f" ({', '.join(told[:TOLD])})" if told else ""
+        return f"{noun} {index + 1:,} of {self.total:,}{values}"
 
     def key(self, index: int, names: Any) -> str:
         return (
@@ -97,6 +118,9 @@ class CountedIterations:
     def own(self, index: int) -> dict[str, Any]:
         return {}
 
+    def words(self, index: int) -> str:
+        return f"turn {index + 1:,}" + (f" of {self.total:,}" if self.total else "")
+
     def key(self, index: int, names: Any) -> str:
         return str(index)
 
@@ -124,6 +148,9 @@ class ConditionalIterations:
 
     def own(self, index: int) -> dict[str, Any]:
         return {}
+
+    def words(self, index: int) -> str:
+        return f"turn {index + 1:,}"
 
     def key(self, index: int, names: Any) -> str:
         return str(index)

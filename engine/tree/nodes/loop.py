@@ -2,13 +2,13 @@
 
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from ....schemas.journal import IterationEnded, LoopEnded, StepFate
+from ....schemas.journal import IterationEnded, LoopEnded, Planned, StepFate
 from ...journal.encode import decode, encode
 from ...language.expression import ExpressionError
 from ...language.value import Value
@@ -105,7 +105,14 @@ class Loop(Parent):
             self.last_done = max(known, default=-1)
         for name, value in done.sets.pop(self.path, {}).items():
             self.outer.frame.assign(name, decode(value))
+        if not (self.plan.nested or self.run.replaying or done.comparing):
+            self._record_plan()
         self._tell("begun")
+
+    def _record_plan(self) -> None:
+        known = self.run.history.plans
+        if self.path not in known or known[self.path] != self.turns.total:
+            self.run.record(Planned(loop=self.path, total=self.turns.total))
 
     # --- one tick
 
@@ -196,12 +203,15 @@ class Loop(Parent):
         fate: StepFate = "succeeded" if failure is None else "failed"
         if failure is not None and not self._may_go_on(failure):
             # This iteration ends the run; it stays unfinished, so that resume continues it.
-            self.failure = failure
+            self.failure = replace(
+                self._placed(failure, iteration), limit=self._limit_passed(failure)
+            )
             return
         self._count(fate)
         row = self._write_row(iteration, fate)
         if failure is not None:
-            self.run.log(f"{failure.sentence()} (left out: a hole)", iteration.frame.path)
+            words = self._placed(failure, iteration).words()
+            self.run.log(f"{words} (left out: a hole)", iteration.frame.path)
         self.run.record(
             IterationEnded(
                 loop=self.path, index=iteration.index, key=iteration.key,
@@ -213,6 +223,18 @@ class Loop(Parent):
             )
         )  # fmt: skip
         self._tell(fate, index=iteration.index, key=iteration.key)
+
+    def _placed(self, failure: Failure, iteration: Iteration) -> Failure:
+        place = self.turns.words(iteration.index)
+        return replace(failure, where=(place, *failure.where))
+
+    def _limit_passed(self, failure: Failure) -> str:
+        ends_all = failure.stop or failure.bygone or failure.anew
+        if ends_all or failure.limit or not self.plan.keeps_going:
+            return failure.limit
+        if self.max_failed is not None and self.counts["failed"] >= self.max_failed:
+            return f"no more than {self.max_failed} may fail"
+        return f"no more than {self.in_a_row} in a row may fail"
 
     def _write_row(self, iteration: Iteration, fate: StepFate) -> dict[str, Any] | None:
         if self.rows is None:

@@ -2,7 +2,7 @@
 
 import random
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -110,7 +110,7 @@ class Retry(Parent):
         came_so_far = failure.bygone or failure.anew
         spent = self.turn >= self.rules.attempts
         if came_so_far or spent or not self.rules.allows(failure):
-            self.status = self.fail(failure)
+            self.status = self.fail(failure if came_so_far else replace(failure, tries=self.turn))
             return
         wait_s = self.rules.pause_s(self.turn)
         self.run.log(

@@ -153,7 +153,7 @@ def test_an_unanswered_question_fails_at_its_timeout_and_finally_runs(tmp_path, 
     )  # fmt: skip
 
     assert live.end() == 1
-    assert "Timeout" in live.records[-1].reason
+    assert "Timeout" in live.records[-1].detail
     assert live.calls[0]["name"] == "last"
 
 

@@ -70,7 +70,7 @@ def test_a_server_that_goes_on_dying_is_a_failure_of_the_step(tmp_path):
 
     assert status == 1
     assert [e.error.name for e in ended] == ["Lost"] * 4
-    assert "Lost" in finished.reason
+    assert "Lost" in finished.detail
 
 
 @pytest.mark.slow

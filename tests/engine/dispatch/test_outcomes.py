@@ -191,7 +191,7 @@ def test_an_action_that_takes_too_long_is_cancelled_at_its_device_and_fails(own_
         "steps: [{do: a.act, with: {name: slow, script: hang}, timeout: 0.2 s}]\n"
     )
 
-    assert (ran.status, "Timeout: a.act took longer than 0.2 s" in ran.finished.reason) == (1, True)
+    assert (ran.status, "Timeout: a.act took longer than 0.2 s" in ran.finished.detail) == (1, True)
     assert [r.state for r in ran.records if r.kind == "ended"] == ["CANCELED"]
 
 

@@ -269,6 +269,6 @@ def compare(run):
         found = {name: getattr(ran if hasattr(ran, name) else ran.finished, name) for name in exact}
 
         assert found == exact
-        assert left.get("reason", "") in ran.finished.reason
+        assert left.get("reason", "") in f"{ran.finished.reason} {ran.finished.detail}"
 
     return compared

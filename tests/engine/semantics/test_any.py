@@ -58,7 +58,7 @@ def test_when_all_fail_the_set_fails(run):
 
     assert ran.status == 1
     assert ran.sent == ["left", "right"]
-    assert "b.act: Half" in ran.finished.reason
+    assert "b.act: Half" in ran.finished.detail
 
 
 def test_a_member_goes_up_its_own_ladder(run):

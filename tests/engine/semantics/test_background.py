@@ -77,7 +77,7 @@ def test_a_failure_makes_the_iteration_fail(run):
 
     assert ran.status == 1
     assert "a2" not in ran.sent
-    assert "b.act: Broken" in ran.finished.reason
+    assert "b.act: Broken" in ran.finished.detail
 
 
 def test_within_keep_going_a_failure_is_a_hole(run):

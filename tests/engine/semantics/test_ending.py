@@ -44,8 +44,8 @@ finally:
 
     assert (ran.status, ran.finished.fate) == (1, "failed")
     assert ran.sent == ["x", "tidy", "close", "dry", "last"]
-    assert ran.finished.reason.startswith("finally: ")
-    assert "Broken" in ran.finished.reason and "Half" in ran.finished.reason
+    assert ran.finished.detail.startswith("finally: ")
+    assert "Broken" in ran.finished.detail and "Half" in ran.finished.detail
 
 
 def test_finally_that_need_not_succeed(run):
@@ -165,7 +165,7 @@ def test_on_resume_that_fails(bench):
 
     assert ran.status == 1
     assert ran.sent == ["x", "tidy", "home", "tidy"]
-    assert "resume:1" in ran.finished.reason
+    assert "resume:1" in ran.finished.detail
 
 
 def test_a_first_run_has_no_on_resume(run):

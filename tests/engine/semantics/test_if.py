@@ -149,4 +149,4 @@ steps:
 """)
 
     assert ran.status == 1
-    assert "Timeout" in ran.finished.reason
+    assert "Timeout" in ran.finished.detail

@@ -140,7 +140,7 @@ steps:
 """)
 
     assert ran.sent == ["x", "x"]
-    assert "MaxReached" in ran.finished.reason
+    assert "MaxReached" in ran.finished.detail
 
 
 def test_loops_of_all_kinds_nest(run):
@@ -243,7 +243,7 @@ steps:
 
     assert ran.status == 1
     assert ran.sent == ["a1", "a2", "a3"]
-    assert "MaxReached" in ran.finished.reason
+    assert "MaxReached" in ran.finished.detail
 
 
 def test_repeat_goes_on_after_a_kill(bench):

@@ -26,7 +26,7 @@ steps: [{do: a.act, with: {name: x, script: "Broken,Half"}, retry: 2}]
 """)
 
     assert (ran.status, ran.sent) == (1, ["x", "x"])
-    assert "Half" in ran.finished.reason
+    assert "Half" in ran.finished.detail
 
 
 def test_every_attempt_is_a_goal_of_its_own(run):

@@ -24,8 +24,8 @@ steps:
 
 
 def test_a_step_that_fails_ends_the_run(run):
-    """A step fails for good -> No later step is sent; the run fails; its reason names step, action
-    and error."""
+    """A step fails for good -> No later step is sent; the run fails; its reason says in words which
+    step and action and why, its detail has path and error."""
     ran = run("""
 steps:
   - {id: bad, do: a.act, with: {name: bad, script: Broken}}
@@ -34,7 +34,8 @@ steps:
 
     assert (ran.status, ran.finished.fate) == (1, "failed")
     assert ran.sent == ["bad"]
-    assert ran.finished.reason == "main/bad: a.act: Broken: scripted Broken"
+    assert ran.finished.reason == "step bad: a.act: scripted Broken"
+    assert ran.finished.detail == "main/bad: a.act: Broken: scripted Broken"
 
 
 def test_the_result_of_a_group_is_that_of_its_last_step(run):
@@ -83,8 +84,8 @@ def test_an_error_that_the_contract_does_not_declare_is_a_failure_too(run):
     ran = run("steps: [{do: a.act, with: {name: x, script: Surprise}}]\n")
 
     assert ran.status == 1
-    assert "Surprise" in ran.finished.reason
-    assert "does not declare" in ran.finished.reason
+    assert "Surprise" in ran.finished.detail
+    assert "does not declare" in ran.finished.detail
 
 
 def test_abort_cancels_what_runs(run):

@@ -50,7 +50,7 @@ steps:
 """)
 
     assert (ran.status, ran.done) == (1, ["slow"])
-    assert "b.act: Broken" in ran.finished.reason
+    assert "b.act: Broken" in ran.finished.detail
 
 
 def test_on_failure_cancel_stops_the_others(run):

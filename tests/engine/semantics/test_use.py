@@ -90,7 +90,7 @@ steps:
 
     assert ran.status == 1
     assert ran.sent == ["one"]
-    assert "turns" in ran.finished.reason
+    assert "turns" in ran.finished.detail
 
 
 def test_names_are_its_own(run):
@@ -170,8 +170,8 @@ def test_the_first_failure_is_the_reason(run):
         beside={"other.yaml": TIDY.replace("{name: tidy}", "{name: tidy, script: Half}")},
     )
 
-    assert "Broken" in ran.finished.reason
-    assert "Half" not in ran.finished.reason
+    assert "Broken" in ran.finished.detail
+    assert "Half" not in ran.finished.detail
 
 
 def test_its_finally_knows_its_results(run):

@@ -75,3 +75,29 @@ steps:
     assert ran.status == 1
     assert [(r.key, r.fate) for r in ran.records if r.kind == "iteration"] == [("1", "succeeded")]
     assert counts_of(ran) == ("failed", 1, 1, 0, 0)
+
+
+POINTS = """
+steps:
+  - id: scan
+    foreach: {point: "${{ grid(x=span(0 mm, 4 mm, 2 mm), y=span(0 mm, 1 mm, 1 mm)) }}"}
+    keep_going: {max_failed: 1}
+    steps:
+      - set: {ok: "${{ point.x != 4 mm }}"}
+      - id: shoot
+        do: a.act
+        with: {name: "x${{ point.ix }}${{ point.iy }}", script: "${{ 'ok' if ok else 'Broken' }}"}
+        retry: 3
+"""
+
+
+def test_a_failure_is_told_in_words_and_its_details_beside_them(own_device):
+    told = []
+    ran = own_device().run(POINTS, watch=lambda event: told.append((event.event, event.text)))
+
+    assert ran.finished.reason == (
+        "point 6 of 6 (x = 4 mm, y = 1 mm): a.act: scripted Broken, 3 tries; no more than 1 may fail"
+    )
+    assert ran.finished.detail == "main/scan/5/shoot: a.act: Broken: scripted Broken"
+    hole = "point 3 of 6 (x = 4 mm, y = 0 mm): a.act: scripted Broken, 3 tries (left out: a hole)"
+    assert ("log", hole) in told

@@ -3060,6 +3060,11 @@ export interface components {
             id: string;
             launch: components["schemas"]["Launch"];
             /**
+             * Left
+             * @description total = measured + failed + left.
+             */
+            left?: number | null;
+            /**
              * Lines
              * @description Log lines so far.
              * @default 0
@@ -3069,6 +3074,12 @@ export interface components {
             live: boolean;
             /** Loops */
             loops?: components["schemas"]["Loop"][];
+            /**
+             * Measured
+             * @description Those of them that have succeeded.
+             * @default 0
+             */
+            measured: number;
             needs_you?: components["schemas"]["NeedsYou"] | null;
             /** Nodes */
             nodes: {
@@ -3148,10 +3159,19 @@ export interface components {
              * @description Number of the last patch included.
              */
             seq: number;
-            /** Total */
+            /**
+             * Total
+             * @description How many the plan has, if that is known.
+             */
             total?: number | null;
             /** Under Way */
             under_way?: components["schemas"]["Now"][];
+            /**
+             * Word
+             * @description The fate in words: `succeeded with 8 holes`.
+             * @default
+             */
+            word: string;
         };
         /**
          * RunFile
@@ -3213,6 +3233,11 @@ export interface components {
             /** Id */
             id: string;
             /**
+             * Left
+             * @description total = measured + failed + left.
+             */
+            left?: number | null;
+            /**
              * Lines
              * @description Log lines so far.
              * @default 0
@@ -3222,6 +3247,12 @@ export interface components {
             live: boolean;
             /** Loops */
             loops?: components["schemas"]["Loop"][];
+            /**
+             * Measured
+             * @description Those of them that have succeeded.
+             * @default 0
+             */
+            measured: number;
             needs_you?: components["schemas"]["NeedsYou"] | null;
             /**
              * Now
@@ -3276,10 +3307,19 @@ export interface components {
              * @default 0
              */
             retries: number;
-            /** Total */
+            /**
+             * Total
+             * @description How many the plan has, if that is known.
+             */
             total?: number | null;
             /** Under Way */
             under_way?: components["schemas"]["Now"][];
+            /**
+             * Word
+             * @description The fate in words: `succeeded with 8 holes`.
+             * @default
+             */
+            word: string;
         };
         /**
          * RunLog
@@ -3352,8 +3392,19 @@ export interface components {
             holes: number;
             /** Id */
             id: string;
+            /**
+             * Left
+             * @description total = measured + failed + left.
+             */
+            left?: number | null;
             /** Live */
             live: boolean;
+            /**
+             * Measured
+             * @description Those of them that have succeeded.
+             * @default 0
+             */
+            measured: number;
             /**
              * Now
              * @default
@@ -3384,8 +3435,17 @@ export interface components {
              * @default 0
              */
             resumes: number;
-            /** Total */
+            /**
+             * Total
+             * @description How many the plan has, if that is known.
+             */
             total?: number | null;
+            /**
+             * Word
+             * @description The fate in words: `succeeded with 8 holes`.
+             * @default
+             */
+            word: string;
         };
         /**
          * SaveConflict

@@ -1,0 +1,72 @@
+"""`labrun stop [DEVICE...]`: devices into their safe state, from any shell, past every lease."""
+
+import asyncio
+import getpass
+import socket
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..exit_status import FAILED, PROBLEMS, SUCCEEDED
+from .options import RUNS, Lab, Runs, say
+
+Devices = Annotated[
+    list[str] | None, typer.Argument(metavar="[DEVICE...]", help="Which; default: all of the lab.")
+]
+REACH_S = 3.0
+"""How long a server may take to answer before its device counts as not confirmed."""
+
+
+def stop(devices: Devices = None, lab: Lab = None, runs: Runs = RUNS) -> None:
+    """Stop devices at once, whoever uses them; names each that did not confirm."""
+    from ..dispatch.serving import servers_of
+
+    loaded, names = lab_devices(lab, devices)
+    servings = servers_of(loaded, names, runs)
+    for name in sorted(set(names) - {one.device for one in servings}):
+        say(f"{name}: no server of it is known here, so nothing was sent")
+    confirmed = asyncio.run(_stop_all(servings)) if servings else []
+    unknown = devices and set(names) - {one.device for one in servings}
+    raise typer.Exit(SUCCEEDED if all(confirmed) and not unknown else FAILED)
+
+
+def lab_devices(lab: Path | None, devices: list[str] | None):
+    """The lab, and the devices that were named, or all of them; ends the command if it cannot."""
+    from ..lab.lab import load_lab
+    from ..language.suggest import did_you_mean
+    from ..problems.print import print_problems
+
+    loaded, problems = load_lab(lab)
+    if loaded is None:
+        print_problems(problems, format="text")
+        raise typer.Exit(PROBLEMS)
+    for name in devices or []:
+        if name not in loaded.lab.devices:
+            known = loaded.lab.devices
+            say(f"no device {name!r} in this lab{did_you_mean(name, known)}; {', '.join(known)}")
+            raise typer.Exit(PROBLEMS)
+    return loaded, devices or list(loaded.lab.devices)
+
+
+async def _stop_all(servings) -> list[bool]:
+    by = f"{getpass.getuser()} (labrun stop on {socket.gethostname()})"
+    return await asyncio.gather(*(_stop(serving, by) for serving in servings))
+
+
+async def _stop(serving, by: str) -> bool:
+    from ...drivers.client.client import DeviceClient, ServerUnreachable
+
+    client = DeviceClient(serving.url, serving.token)
+    try:
+        await client.open(REACH_S)
+        confirmed, message = (await client.stop(serving.device, by=by))[serving.device]
+    except ServerUnreachable as fault:
+        confirmed, message = False, str(fault)
+    finally:
+        await client.close()
+    if confirmed:
+        typer.echo(message)
+    else:
+        say(f"{serving.device} DID NOT CONFIRM: {message}. Use its emergency stop; go and look.")
+    return confirmed

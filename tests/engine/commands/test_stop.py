@@ -1,0 +1,98 @@
+"""Stop and status from another shell, past every lease."""
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+COMMAND = [sys.executable, "-m", "labrun.engine"]
+LAB = """
+name: own
+simulated: true
+devices:
+  gantry: {contract: gantry@1, driver: sim_gantry, config: {clock: real, homed: true}}
+"""
+SCAN = """labrun: 1
+name: far
+devices: {gantry: gantry@1}
+steps: [{do: gantry.move_to, with: {x: 700 mm, y: 10 mm, z: 40 mm}}]
+"""
+
+
+def labrun(folder, *words):
+    return subprocess.run(
+        [*COMMAND, *map(str, words)], cwd=folder, capture_output=True, text=True, timeout=100
+    )
+
+
+def begun(bench, folder, name):
+    """A call by hand that lasts."""
+    before = len(bench.calls())
+    process = subprocess.Popen(
+        [*COMMAND, "call", "a.act", f"name={name}", "seconds=60", "--lab", str(bench.lab)],
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    while len(bench.calls()) == before and process.poll() is None:
+        time.sleep(0.02)
+    return process
+
+
+def test_stop_goes_past_the_lease_of_a_call_which_hears_who_it_was(tmp_path, bench):
+    process = begun(bench, tmp_path, "stopme")
+
+    shown = labrun(tmp_path, "status", "a", "--lab", bench.lab)
+    stopped = labrun(tmp_path, "stop", "a", "--lab", bench.lab)
+    _, said = process.communicate(timeout=60)
+
+    assert "held by call-" in shown.stdout
+    assert (stopped.returncode, stopped.stdout.strip()) == (0, "a is in its safe state")
+    assert process.returncode == 1
+    assert "a was stopped by" in said and "labrun stop on" in said
+
+
+def test_a_device_whose_server_does_not_answer_is_named(tmp_path):
+    (tmp_path / "lab.yaml").write_text(
+        "name: gone\ndevices:\n  gantry: {contract: gantry@1, url: 'http://127.0.0.1:9'}\n"
+    )
+
+    stopped = labrun(tmp_path, "stop", "--lab", "lab.yaml")
+    shown = labrun(tmp_path, "status", "gantry", "--lab", "lab.yaml")
+
+    assert stopped.returncode == shown.returncode == 1
+    assert "gantry DID NOT CONFIRM" in stopped.stderr
+    assert "no answer" in shown.stdout
+
+
+def test_a_device_that_is_not_in_the_lab_is_refused(tmp_path, bench):
+    stopped = labrun(tmp_path, "stop", "gantri", "--lab", bench.lab)
+
+    assert stopped.returncode == 2
+    assert "no device 'gantri'" in stopped.stderr
+
+
+@pytest.mark.slow
+def test_the_device_of_a_live_run_is_found_stopped_and_shown(tmp_path):
+    (tmp_path / "lab.yaml").write_text(LAB)
+    (tmp_path / "far.yaml").write_text(SCAN)
+    process = subprocess.Popen(
+        [*COMMAND, "run", "far.yaml", "--lab", "lab.yaml"],
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    journal = None
+    while journal is None or '"kind":"goal"' not in journal.read_text():
+        journal = next(tmp_path.glob("runs/*/journal.jsonl"), None)
+        time.sleep(0.05)
+
+    stopped = labrun(tmp_path, "stop", "--lab", "lab.yaml")
+    until = time.monotonic() + 30
+    while '"verb":"pause"' not in journal.read_text() and time.monotonic() < until:
+        time.sleep(0.05)
+    shown = labrun(tmp_path, "status", "gantry", "--lab", "lab.yaml")
+    labrun(tmp_path, "abort", "last")
+    process.communicate(timeout=60)
+
+    assert stopped.returncode == 0, stopped.stderr
+    assert "gantry was stopped by" in journal.read_text()
+    assert "gantry was stopped by" in shown.stdout and "held by 2" in shown.stdout
+    assert " x " in shown.stdout or "(x " in shown.stdout
