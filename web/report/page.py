@@ -51,8 +51,8 @@ def verdict(data: ReportData) -> str:
     digest = data.digest
     finished = digest.finished
     reason = f": {finished.reason}" if finished is not None and finished.reason else ""
-    how = ended_as(data.fate, digest.hole_count) if digest.hole_count else "succeeded with no holes"
-    but = reason.replace(":", ", but", 1)
+    how = ended_as(data.fate, digest.hole_count)
+    but = reason.replace(":", ", but", 1) + ("" if digest.hole_count else ", with no holes")
     said = {
         "succeeded": f"The run {how}{but}.",
         "failed": f"The run failed{reason}.",
