@@ -1,12 +1,16 @@
 """What a person watching a run wants to know: points done, rate, time left, what runs now."""
 
 import time
+from collections import deque
 from dataclasses import dataclass, field
 
 from ...schemas.event import Event
 from ...schemas.journal import ended_as
 from ..journal.encode import QUANTITY_KEY
 from ..run.questions import HAPPENED
+
+WINDOW = 30
+"""The rate is that of the last so many points: what was slow at first says nothing of the rest."""
 
 
 @dataclass(slots=True)
@@ -18,14 +22,31 @@ class LoopProgress:
     done: int = 0
     failed: int = 0
     key: str = ""
-    began: float = field(default_factory=time.monotonic)
-    began_done: int = 0
+    recent: deque[tuple[float, int]] = field(default_factory=lambda: deque(maxlen=WINDOW + 1))
+    """When the last points ended, and how many were done then."""
 
     @property
     def rate(self) -> float:
-        """Iterations per second since this engine started the loop."""
-        elapsed = time.monotonic() - self.began
-        return (self.done - self.began_done) / elapsed if elapsed > 0 else 0.0
+        """Iterations per second, of the last ones; less while one takes longer than they did."""
+        if not self.recent:
+            return 0.0
+        (first, before), (last, done) = self.recent[0], self.recent[-1]
+        if done == before:
+            return 0.0
+        usual = (last - first) / (done - before)
+        elapsed = last - first + max(0.0, time.monotonic() - last - usual)
+        return (done - before) / elapsed if elapsed > 0 else 0.0
+
+    def count(self, done: int, failed: int) -> None:
+        """Take in how many are done now."""
+        if not self.recent or done != self.done:
+            self.recent.append((time.monotonic(), done))
+        self.done, self.failed = done, failed
+
+    def measure_anew(self) -> None:
+        """From now on: the time before says nothing about the rate."""
+        self.recent.clear()
+        self.recent.append((time.monotonic(), self.done))
 
     @property
     def left_s(self) -> float | None:
@@ -66,6 +87,8 @@ class Progress:
             self.phase = event.path
         elif event.event == "control":
             self.paused = event.state == "pause"
+            for loop in self.loops.values():
+                loop.measure_anew()
 
     def _iteration(self, event: Event) -> None:
         if event.state == "ended":
@@ -75,11 +98,11 @@ class Progress:
         if loop is None:
             loop = LoopProgress(event.path, event.data["total"])
             self.loops[event.path] = loop
+        loop.count(event.data["done"], event.data["failed"])
         if event.state == "running":
             if not loop.key:  # skipping the work of earlier engine sessions is over
-                loop.began_done = event.data["done"]
+                loop.measure_anew()
             loop.key = event.data["key"]
-        loop.done, loop.failed = event.data["done"], event.data["failed"]
 
     def now(self) -> str:
         """What runs now, in a few words."""
@@ -102,8 +125,10 @@ def duration_text(seconds: float | None) -> str:
 
 
 def rate_text(rate: float) -> str:
-    """Points per second, or per minute if they are slow."""
-    return f"{rate:.1f}/s" if rate >= 0.5 else f"{rate * 60:.1f}/min"
+    """Points per second, or per minute or hour if they are slow."""
+    if rate >= 0.5:
+        return f"{rate:.1f}/s"
+    return f"{rate * 60:.1f}/min" if rate * 60 >= 0.5 else f"{rate * 3600:.1f}/h"
 
 
 def value_text(value: object) -> str:

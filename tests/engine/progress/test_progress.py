@@ -1,0 +1,58 @@
+"""Rate and time left are those of the last points, not of the whole run."""
+
+from labrun.engine.progress import progress as progress_module
+from labrun.engine.progress.progress import Progress, rate_text
+from labrun.schemas.event import Event
+
+
+class Told:
+    """A run of `total` points, told to a `Progress` by a clock of its own."""
+
+    def __init__(self, monkeypatch, total):
+        self.now, self.total, self.done = 0.0, total, 0
+        monkeypatch.setattr(progress_module.time, "monotonic", lambda: self.now)
+        self.progress = Progress()
+
+    def points(self, count, seconds):
+        for _ in range(count):
+            self.tell("running")
+            self.now += seconds
+            self.done += 1
+            self.tell("succeeded")
+        return self.progress.loops["main/scan"]
+
+    def tell(self, state):
+        data = {"total": self.total, "done": self.done, "failed": 0, "key": str(self.done)}
+        self.progress.take(Event(event="iteration", path="main/scan", state=state, data=data))
+
+
+def test_a_slow_beginning_does_not_spoil_the_time_left(monkeypatch):
+    told = Told(monkeypatch, total=200)
+    told.points(1, 60.0)
+
+    loop = told.points(99, 1.0)
+
+    assert loop.rate == 1.0
+    assert loop.left_s == 100
+
+
+def test_a_pause_is_no_slowness(monkeypatch):
+    told = Told(monkeypatch, total=100)
+    told.points(10, 1.0)
+    told.progress.take(Event(event="control", state="pause"))
+    told.now += 1000
+    told.progress.take(Event(event="control", state="continue"))
+
+    assert told.points(5, 1.0).rate == 1.0
+
+
+def test_a_point_that_takes_longer_than_its_kind_slows_the_rate(monkeypatch):
+    told = Told(monkeypatch, total=100)
+    loop = told.points(10, 1.0)
+    told.now += 11
+
+    assert loop.rate == 0.5
+
+
+def test_slow_rates_are_told_per_minute_or_hour():
+    assert [rate_text(r) for r in (2.0, 0.1, 1 / 600)] == ["2.0/s", "6.0/min", "6.0/h"]
