@@ -135,7 +135,7 @@ class StepNode(Parent):
         if skips_here or goes_on:
             self.run.log(f"{failure.sentence()} (the run continues)", self.path)
             if self.rules.in_finally:
-                self.run.left_undone[self.path] = failure.sentence()
+                self.run.left_undone[self.path] = failure.words()
             self.status = Status.SUCCESS
         elif self.rules.on_error == "pause" and not failure.skip and not failure.stop:
             self.run.requests.pause = (
