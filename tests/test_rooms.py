@@ -16,6 +16,7 @@ DOORS = {
     "reduction": {"__init__", "reduce", "warm_up"},
     "system": {
         "__init__",
+        "cells",
         "files",
         "keyboard",
         "page",

@@ -18,9 +18,9 @@ Fails:
       - {id: first, do: gantry.home}
 
 E407. A name defined by a loop or a `set` must not already have a meaning in expressions (`params`,
-`steps`, `run`, `error`, `true`, functions such as `span`), and an inner loop must not reuse the name of an outer
-one. The id of a step in a group with a `fallback` or `retry` must not be `f1`, `a2` or `r2`: these
-are the journal's names for the group's first fallback and its second attempts.
+`steps`, `run`, `error`, `true`, functions such as `span`), and an inner loop must not reuse the
+name of an outer one. The id of a step in a group with a `fallback` or `retry` must not be `f1`,
+`a2` or `r2`: these are the journal's names for the group's first fallback and its second attempts.
 
 Passes:
 

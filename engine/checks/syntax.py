@@ -2,8 +2,9 @@
 
 E300. Expressions are written as in Python: arithmetic, comparisons, `and or not`,
 `a if b else c`, fields `a.b`, items `a[0]`, lists, `[a.b for a in c]`, and functions: grid, span,
-csv, range, len, min, max, round, format, and those that calculate, such as mean. A number followed by a unit is a quantity: `0.1 mm`. Expressions have
-no side effects: no assignments, no imports, no other functions.
+csv, range, len, min, max, round, format, and those that calculate, such as mean. A number followed
+by a unit is a quantity: `0.1 mm`. Expressions have no side effects: no assignments, no imports, no
+other functions.
 
 Passes:
 
