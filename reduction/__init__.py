@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from .spectrum.bad import BadChannels, mark_bad
     from .spectrum.fault import Unreadable
     from .spectrum.noise import local_noise
-    from .spectrum.read import read_spectrum
+    from .spectrum.read import read_shots, read_spectrum
     from .spectrum.resampled import resampled as channels_sharing_noise
-    from .spectrum.shots import Shots, read_shots
+    from .spectrum.shots import Shots
     from .spectrum.spectrum import Spectrum
 
 __all__ = [
@@ -113,9 +113,9 @@ _NAMES = {
     "spectrum.bad": "BadChannels mark_bad",
     "spectrum.fault": "Unreadable",
     "spectrum.noise": "local_noise",
-    "spectrum.read": "read_spectrum",
+    "spectrum.read": "read_shots read_spectrum",
     "spectrum.resampled": "channels_sharing_noise",
-    "spectrum.shots": "Shots read_shots",
+    "spectrum.shots": "Shots",
     "spectrum.spectrum": "Spectrum",
 }
 _OWN_NAME = {

@@ -109,7 +109,7 @@ def reduce_spectrum(
     said = {} if identified is None else evidence(identified, profiles.peaks)
     plasma = plasma_state(profiles.peaks, identified)
     return Reduction(profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified,
-        averaged, _notes(x, averaged, shared),
+        averaged, (*spectrum.notes, *_notes(x, averaged, shared, len(profiles.peaks))),
     )  # fmt: skip
 
 
@@ -132,7 +132,7 @@ def noise_shared(intensity: FloatArray) -> int:
     return resampled(bridged(intensity, missing))
 
 
-def _notes(x: FloatArray, averaged: int, shared: int) -> tuple[str, ...]:
+def _notes(x: FloatArray, averaged: int, shared: int, n_peaks: int) -> tuple[str, ...]:
     notes = []
     if averaged > 1:
         why = (
@@ -146,6 +146,8 @@ def _notes(x: FloatArray, averaged: int, shared: int) -> tuple[str, ...]:
             f"from {x[0]:g} to {x[-1]:g} nm the line table has no lines "
             f"({FIRST_LINE_NM:g} to {LAST_LINE_NM:g} nm); are the wavelengths in nm?"
         )
+    if not n_peaks:
+        notes.append("no peak stands out of the noise; were the right columns read?")
     return tuple(notes)
 
 

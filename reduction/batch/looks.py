@@ -5,13 +5,31 @@ something else may be skipped.
 """
 
 import re
+import zlib
 from pathlib import Path
 
-TEXT = {".csv", ".tsv", ".txt", ".dat", ".asc", ".xy", ".prn"}
-SUFFIXES = {*TEXT, ".npy"}
+from ..spectrum.columns import AXIS, COUNTER
+from ..spectrum.dialect import find, lines_of
+from ..spectrum.fault import Unreadable
+from ..spectrum.source import GZIP
+from ..spectrum.text_bytes import shown, text_bytes
+
+TEXT = {".csv", ".tsv", ".txt", ".dat", ".asc", ".xy", ".prn", ".ttt", ".trt"}
+OTHER = {".npy", ".spc", ".sif", ".h5", ".hdf5", ".nxs", ".raw8", ".rwd8", ".irr8", ".str8"}
+SUFFIXES = {*TEXT, *OTHER}
+PACKED = ".gz"
+AVASOFT_7 = "a binary file of AvaSoft 7, for which there is no kept reader; export it as text"
+UNREAD = {
+    ".rmd": AVASOFT_7, ".roh": AVASOFT_7, ".rcm": AVASOFT_7,
+    ".spe": "a Princeton file; export it as CSV or HDF5",
+    ".xlsx": "a spreadsheet; export it as CSV",
+    ".xls": "a spreadsheet; export it as CSV",
+    ".ods": "a spreadsheet; export it as CSV",
+    ".zip": "an archive; unpack it",
+    ".mat": "a MATLAB file; save its variables as CSV or HDF5",
+}  # fmt: skip
 BEGINNING = 8192  # bytes that are examined
-AXIS = re.compile(r"wave|lambda|λ|wl\b|nm\b|ang|å|pixel|channel|x\b", re.I)
-BETWEEN = re.compile(r"[,;\t]|\s+")
+HEADING = re.compile(r"wave|lambda|λ|wl\b|nm\b|ang|å|pixel|channel|x\b", re.I)
 SHOWN = 40
 
 
@@ -21,45 +39,46 @@ def not_a_spectrum(path: Path) -> str | None:
         return "hidden"
     if path.exists() and not path.is_file():
         return "not a regular file: a pipe, a socket or a device"
-    suffix = path.suffix.lower()
+    inner = path.with_suffix("") if path.suffix.lower() == PACKED else path
+    suffix = inner.suffix.lower()
+    if suffix in UNREAD:
+        return UNREAD[suffix]
     if suffix not in SUFFIXES:
         return f"a spectrum has one of the suffixes {' '.join(sorted(SUFFIXES))}"
     if suffix not in TEXT:
         return None
     with path.open("rb") as file:
         beginning = file.read(BEGINNING)
-    return _other_text(beginning, suffix)
-
-
-def _other_text(beginning: bytes, suffix: str) -> str | None:
     try:
-        lines = beginning.decode("utf-8-sig", "strict" if len(beginning) < BEGINNING else "ignore")
-    except UnicodeDecodeError:
+        return _other_text(_unpacked(beginning))
+    except (Unreadable, zlib.error):
         return None  # a damaged spectrum
-    told = [line.strip() for line in lines.splitlines()]
-    told = [line for line in told if line and not line.startswith("#")]
-    if not told or _numbers(told[0]):
+
+
+def _unpacked(beginning: bytes) -> bytes:
+    if not beginning.startswith(GZIP):
+        return beginning
+    return zlib.decompressobj(wbits=31).decompress(beginning, BEGINNING)
+
+
+def _other_text(beginning: bytes) -> str | None:
+    text = text_bytes(beginning)
+    if len(beginning) >= BEGINNING:
+        text = text[: text.rfind(b"\n") + 1] or text
+    dialect = find(text)
+    if dialect is not None:
+        names = dialect.headings
+        spectral = any(AXIS.search(name) or COUNTER.search(name) for name in names)
+        if dialect.columns == 2 or not names or spectral:
+            return None
+        return _no_header(dialect.above[-1])
+    told = [line for _, _, raw in lines_of(text) if (line := shown(raw)) and line[0] not in "#%"]
+    if not told or not re.match(r"\W*[a-z]", told[0], re.I | re.A):
+        return None  # empty, one column of numbers, or damaged
+    if HEADING.match(told[0].lstrip("\"' ")):
         return None
-    if AXIS.match(told[0].lstrip("\"' ")) or any(_two_numbers(line) for line in told[1:2]):
-        return None
-    if suffix == ".txt" and any(_two_numbers(line) for line in told):
-        return None
-    return f"its first line is not a spectrum's header: {told[0][:SHOWN]!r}"
+    return _no_header(told[0])
 
 
-def _numbers(line: str) -> bool:
-    """Whether a line begins with a number, as the lines of a spectrum do."""
-    return _is_number(BETWEEN.split(line, maxsplit=1)[0])
-
-
-def _two_numbers(line: str) -> bool:
-    fields = [field for field in BETWEEN.split(line) if field]
-    return len(fields) == 2 and all(_is_number(field) for field in fields)
-
-
-def _is_number(field: str) -> bool:
-    try:
-        float(field)
-    except ValueError:
-        return False
-    return True
+def _no_header(line: str) -> str:
+    return f"its first line is not a spectrum's header: {line[:SHOWN]!r}"

@@ -10,9 +10,11 @@ from ..spectrum.spectrum import Medium
 class Settings:
     """elements: those requested, None for the usual ones and a row for all. medium None: decided.
 
-    unit: of the wavelengths in the files.
+    unit: of the wavelengths in the files, None as they say. columns: which to read, None as they
+    say.
     """
 
     elements: tuple[str, ...] | None = None
     medium: Medium | None = None
-    unit: Unit = "nm"
+    unit: Unit | None = None
+    columns: tuple[str, ...] | None = None

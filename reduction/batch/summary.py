@@ -21,7 +21,8 @@ NAME = "summary.json"
 class Circumstances:
     """The contents of a summary besides the spectra themselves.
 
-    workers: as text. started: UTC. seconds: wall-clock time up to the tables.
+    workers: as text. started: UTC. seconds: wall-clock time up to the tables. waited_s: of these,
+    until the first spectrum was done: processes start, and compile on first use.
     """
 
     settings: Settings
@@ -30,11 +31,21 @@ class Circumstances:
     left_aside: list[tuple[str, str]] = field(default_factory=list)
     started: datetime = field(default_factory=lambda: datetime.now(UTC))
     seconds: float = 0.0
+    waited_s: float = 0.0
+
+    def rate(self, spectra: int) -> float:
+        """Spectra per second, without the wait for the first one."""
+        if spectra < 2:
+            return spectra / max(self.seconds, 1e-9)
+        return (spectra - 1) / max(self.seconds - self.waited_s, 1e-9)
 
 
 @dataclass(slots=True)
 class Counts:
-    """Over all spectra; elements: in how many each is detected, uncertain; both by symbol."""
+    """Over all spectra; elements: in how many each is detected, uncertain; both by symbol.
+
+    notes: the spectra of each note.
+    """
 
     spectra: int = 0
     reduced: int = 0
@@ -44,6 +55,7 @@ class Counts:
     temperatures_k: list[float] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     failed: list[tuple[str, str]] = field(default_factory=list)
+    notes: dict[str, list[str]] = field(default_factory=dict)
 
 
 def counts_of(spool: Spool) -> Counts:
@@ -59,6 +71,8 @@ def counts_of(spool: Spool) -> Counts:
         counts.detected.update(done.detected)
         counts.uncertain.update(done.uncertain)
         counts.seconds.append(done.seconds)
+        for note in done.notes:
+            counts.notes.setdefault(note, []).append(done.name)
         if done.temperature_k is not None:
             counts.temperatures_k.append(done.temperature_k)
     return counts
@@ -76,6 +90,7 @@ def summary_of(spool: Spool, counts: Counts, about: Circumstances) -> dict[str, 
             "elements": None if settings.elements is None else list(settings.elements),
             "medium": settings.medium,
             "unit": settings.unit,
+            "columns": None if settings.columns is None else list(settings.columns),
         },
         "folder": str(about.root),
         "counts": {
@@ -89,13 +104,18 @@ def summary_of(spool: Spool, counts: Counts, about: Circumstances) -> dict[str, 
             name: {"detected": counts.detected[name], "uncertain": counts.uncertain[name]}
             for name in sorted({*counts.detected, *counts.uncertain})
         },
+        "notes": [
+            {"note": note, "spectra": len(names), "first": names[0]}
+            for note, names in counts.notes.items()
+        ],
         "median_temperature_k": round(median(counts.temperatures_k), 1)
         if counts.temperatures_k
         else None,
         "timings": {
             "workers": about.workers,
             "seconds": round(about.seconds, 3),
-            "spectra_per_second": round(counts.spectra / max(about.seconds, 1e-9), 2),
+            "seconds_to_first": round(about.waited_s, 3),
+            "spectra_per_second": round(about.rate(counts.spectra), 2),
             "seconds_per_spectrum": round(median(counts.seconds), 5) if counts.seconds else None,
         },
         "inputs": [

@@ -14,7 +14,8 @@ from .settings import Settings
 class Done:
     """The result of one file: its packed rows, and its data for the summary.
 
-    reason: why it was not reduced, or empty. seconds: wall-clock time, reading included.
+    reason: why it was not reduced, or empty. seconds: wall-clock time, reading included. notes:
+    what was noticed, as sentences.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Done:
     detected: tuple[str, ...] = ()
     uncertain: tuple[str, ...] = ()
     temperature_k: float | None = None
+    notes: tuple[str, ...] = ()
     rows: bytes = b""
 
 
@@ -81,7 +83,7 @@ def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
     from ..spectrum.read import read_spectrum
     from ..tables.rows import packed, rows_of
 
-    spectrum = read_spectrum(raw, settings.unit)
+    spectrum = read_spectrum(raw, settings.unit, settings.columns)
     reduction = reduce_spectrum(spectrum, settings.elements, settings.medium)
     rows = packed(rows_of(spectrum, reduction, settings.elements))
     said = reduction.evidence.values()
@@ -89,7 +91,7 @@ def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
         name, "", *_known(raw), time.perf_counter() - began, reduction.n_peaks,
         tuple(sorted(reduction.detected)),
         tuple(sorted(found.element for found in said if found.status == "uncertain")),
-        reduction.temperature_k, rows,
+        reduction.temperature_k, reduction.notes, rows,
     )  # fmt: skip
 
 

@@ -10,16 +10,16 @@ from ..batch.summary import Circumstances, Counts
 
 MOST_ELEMENTS = 12
 MOST_FAILED = 5
+MOST_NOTES = 4
 
 
 def tell_ending(counts: Counts, about: Circumstances, out: Path, made: list[Path]) -> None:
     """Print the short summary to stdout."""
     console = Console(highlight=False)
     console.print(_elements(counts))
-    rate = counts.spectra / max(about.seconds, 1e-9)
     console.print(
         f"{counts.reduced:,} spectra reduced, {counts.peaks:,} peaks, {about.seconds:.1f} s "
-        f"({rate:.0f}/s, {about.workers})", markup=False,
+        f"({about.rate(counts.spectra):.0f}/s, {about.workers})", markup=False,
     )  # fmt: skip
     if counts.temperatures_k:
         console.print(f"median temperature {median(counts.temperatures_k):,.0f} K")
@@ -29,6 +29,11 @@ def tell_ending(counts: Counts, about: Circumstances, out: Path, made: list[Path
             console.print(f"  {name}: {reason}", markup=False, soft_wrap=True)
         if len(counts.failed) > MOST_FAILED:
             console.print(f"  and {len(counts.failed) - MOST_FAILED:,} more, in files.csv")
+    for note, names in list(counts.notes.items())[:MOST_NOTES]:
+        which = names[0] if len(names) == 1 else f"{len(names):,} spectra"
+        console.print(f"note: {which}: {note}", markup=False, soft_wrap=True)
+    if len(counts.notes) > MOST_NOTES:
+        console.print(f"  and {len(counts.notes) - MOST_NOTES:,} more notes, in files.csv")
     for path in made:
         console.print(f"wrote {path}", markup=False, soft_wrap=True)
     console.print(f"the tables are in {out}", markup=False, soft_wrap=True)

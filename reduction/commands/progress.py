@@ -21,6 +21,7 @@ class Shown:
         self.out = out or sys.stderr
         self.total = self.done = self.failed = 0
         self.began = self.said_at = time.monotonic()
+        self.waited_s = 0.0
         self.bar: Progress | None = None
 
     def __enter__(self) -> "Shown":
@@ -56,12 +57,17 @@ class Shown:
     def take(self, done: Done) -> None:
         """Count one spectrum, reduced or failed."""
         self.done += 1
+        if self.done == 1:
+            self.waited_s = time.monotonic() - self.began
         self.failed += bool(done.reason)
         self._show()
 
     def compiling(self) -> None:
         """Explain why the very first reduction is slow."""
-        self.say("compiling the fits, on first use only (about half a minute)")
+        self.say(
+            "compiling the loops of the fits, on first use of this version only "
+            "(half a minute to two; not counted in the rate)"
+        )
 
     def say(self, text: str) -> None:
         """Print a separate line, above the bar if there is one."""
@@ -70,9 +76,13 @@ class Shown:
         else:
             say(text)
 
+    def rate(self, now: float) -> float:
+        """Spectra per second since the first was done: starting and compiling do not count."""
+        return max(self.done - 1, 0) / max(now - self.began - self.waited_s, 1e-3)
+
     def _show(self) -> None:
         now = time.monotonic()
-        rate = self.done / max(now - self.began, 1e-3)
+        rate = self.rate(now)
         bad = f"{self.failed} failed" if self.failed else ""
         if self.bar is not None:
             self.bar.update(
@@ -80,5 +90,8 @@ class Shown:
             )  # fmt: skip
         elif now - self.said_at >= EVERY_S and self.done:
             self.said_at = now
-            left = (self.total - self.done) / rate
-            say(f"{self.done}/{self.total} spectra, {rate:.0f}/s, {left:.0f} s left {bad}".rstrip())
+            said = f"{self.done}/{self.total} spectra"
+            if self.done > 1:
+                left = (self.total - self.done) / rate
+                said += f", {rate:.0f}/s, {left:.0f} s left"
+            say(f"{said} {bad}".rstrip())

@@ -25,7 +25,20 @@ Medium = Annotated[
     str | None,
     typer.Option(help="Wavelengths in air or vacuum.", show_default="decided by the lines"),
 ]
-Unit = Annotated[str, typer.Option(help="Wavelength unit: nm, angstrom or um.")]
+Unit = Annotated[
+    str | None,
+    typer.Option(
+        help="Wavelength unit: nm, angstrom or um.", show_default="as the file says, or nm"
+    ),
+]
+Columns = Annotated[
+    str | None,
+    typer.Option(
+        help="Which columns to read, where none fits: wavelengths, then counts (several are "
+        "shots), by number or heading, such as 1,3 or Wave,Scope; of HDF5 two paths.",
+        metavar="X,Y...", show_default="by their headings",
+    ),
+]  # fmt: skip
 Jobs = Annotated[
     int | None, typer.Option(help="Number of processes.", show_default="all cores", metavar="N")
 ]
@@ -46,7 +59,8 @@ def reduce(
     out: Out = None,
     elements: Elements = None,
     medium: Medium = None,
-    unit: Unit = "nm",
+    unit: Unit = None,
+    columns: Columns = None,
     jobs: Jobs = None,
     dask: Dask = None,
     watch: Watching = False,
@@ -60,5 +74,7 @@ def reduce(
     """
     from .reducing import Asked, reduce_asked
 
-    asked = Asked(files, out, elements, medium, unit, jobs, dask, watch, until_idle, figures)
+    asked = Asked(
+        files, out, elements, medium, unit, columns, jobs, dask, watch, until_idle, figures
+    )
     raise typer.Exit(reduce_asked(asked))

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .say import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, TERMINATED, say
+from .say import CTRL_C, FAILED, NOT_REACHED, PARTLY, PROBLEMS, TERMINATED, say
 
 MEDIA = ("air", "vacuum")
+MOST_NAMED = 3  # skipped files of one reason that are named; summary.json has all
 
 
 class WrongUsage(ValueError):
@@ -24,7 +25,8 @@ class Asked:
     out: Path | None
     elements: str | None
     medium: str | None
-    unit: str
+    unit: str | None
+    columns: str | None
     jobs: int | None
     dask: str | None
     watch: bool
@@ -85,10 +87,13 @@ def _reduce(asked: Asked) -> int:
                 if not _finished(batch, shown):
                     return CTRL_C
             executor.close()
+            about.waited_s = shown.waited_s
             counts = job.write()
     drawn = _overview(out, counts) if asked.figures else None
     tell_ending(counts, about, out, [] if drawn is None else [drawn])
-    return FAILED if counts.failed and not counts.reduced else 0
+    if not counts.failed:
+        return 0
+    return PARTLY if counts.reduced else FAILED
 
 
 def _finished(batch: Any, shown: Any) -> bool:
@@ -120,7 +125,7 @@ def _settings(asked: Asked) -> Any:
             raise WrongUsage(f"{path} does not exist")
     if asked.medium not in (None, *MEDIA):
         raise WrongUsage(f"--medium {asked.medium}: choose air or vacuum")
-    if asked.unit not in NM_PER:
+    if asked.unit not in (None, *NM_PER):
         raise WrongUsage(f"--unit {asked.unit}: choose {', '.join(NM_PER)}")
     if asked.jobs is not None and asked.jobs < 1:
         raise WrongUsage(f"--jobs {asked.jobs}: at least one process is needed")
@@ -128,7 +133,16 @@ def _settings(asked: Asked) -> Any:
         raise WrongUsage("--until-idle SECONDS (above 0) needs --watch")
     if asked.watch and not any(path.is_dir() for path in asked.files):
         raise WrongUsage("--watch needs a folder to watch")
-    return Settings(_elements(asked.elements), asked.medium, asked.unit)  # type: ignore[arg-type]
+    return Settings(_elements(asked.elements), asked.medium, asked.unit, _columns(asked.columns))  # type: ignore[arg-type]
+
+
+def _columns(text: str | None) -> tuple[str, ...] | None:
+    from .words import columns
+
+    try:
+        return columns(text)
+    except ValueError as fault:
+        raise WrongUsage(str(fault)) from None
 
 
 def _elements(text: str | None) -> tuple[str, ...] | None:
@@ -148,12 +162,21 @@ def _elements(text: str | None) -> tuple[str, ...] | None:
 
 
 def _say_what(found: Any, asked: Asked) -> None:
-    for name, reason in found.left_aside[:3]:
-        say(f"skipped: {name} ({reason})")
-    if len(found.left_aside) > 3:
-        say(f"skipped: {len(found.left_aside) - 3} more files; see summary.json")
-    if not found.spectra and not asked.watch:
-        raise WrongUsage(f"no spectrum found in {', '.join(map(str, asked.files))}")
+    """Name what is skipped, files of one reason together."""
+    from ..batch.source import natural
+
+    by_reason: dict[str, list[str]] = {}
+    for name, reason in found.left_aside:
+        by_reason.setdefault(reason, []).append(name)
+    for reason, names in by_reason.items():
+        names.sort(key=natural)
+        more = f" and {len(names) - MOST_NAMED:,} more" if len(names) > MOST_NAMED else ""
+        say(f"skipped: {', '.join(names[:MOST_NAMED])}{more} ({reason})")
+    if found.spectra or asked.watch:
+        return
+    n = len(found.left_aside)
+    why = f"none of its {n:,} files may be one" if n else "it is empty"
+    raise WrongUsage(f"no spectrum found in {', '.join(map(str, asked.files))}: {why}")
 
 
 def _crew(asked: Asked, settings: Any, shown: Any) -> Any:

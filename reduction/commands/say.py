@@ -2,7 +2,7 @@
 
 import sys
 
-FAILED, PROBLEMS, NOT_REACHED, CTRL_C, TERMINATED = 1, 2, 4, 130, 143
+FAILED, PROBLEMS, PARTLY, NOT_REACHED, CTRL_C, TERMINATED = 1, 2, 3, 4, 130, 143
 
 
 def say(text: str) -> None:

@@ -6,13 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .words import FAILED, PROBLEMS, say, symbols
+from .words import columns as columns_of
 
 if TYPE_CHECKING:
     from ..reduce import Reduction
 
 
 def spectrum(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A CSV, text or .npy file.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A text, .npy, .spc, .sif, HDF5 or AvaSoft file.")
+    ],
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Output folder; FILE's folder by default.")
     ] = None,
@@ -24,7 +27,15 @@ def spectrum(
         typer.Option(metavar="FROM:TO", help="Range of the fit figure in nm, such as 668:674."),
     ] = None,
     log: Annotated[bool, typer.Option("--log", help="Logarithmic axis for the counts.")] = False,
-    unit: Annotated[str, typer.Option(help="Wavelength unit: nm, angstrom or um.")] = "nm",
+    unit: Annotated[
+        str | None, typer.Option(help="Wavelength unit: nm, angstrom or um; nm if FILE says none.")
+    ] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y...", help="Columns to read, such as 1,3; by headings if not given."
+        ),
+    ] = None,
     format: Annotated[str, typer.Option(help="Figure format: png, svg or pdf.")] = "png",
 ) -> None:
     """Draw a spectrum with labelled lines, its fit, and the plots of its plasma."""
@@ -35,7 +46,7 @@ def spectrum(
         raise typer.Exit(PROBLEMS)
     try:
         stretch = None if window is None else _stretch(window)
-        reduction, written = _draw(file, out, elements, stretch, log, unit, format)
+        reduction, written = _draw(file, out, elements, stretch, log, (unit, columns), format)
     except ValueError as fault:
         say(f"{file}: {fault}")
         raise typer.Exit(PROBLEMS) from None
@@ -48,12 +59,12 @@ def spectrum(
         typer.echo(f"wrote {path}")
 
 
-def _draw(file: Path, out: Path | None, elements, stretch, log: bool, unit, format):
+def _draw(file: Path, out: Path | None, elements, stretch, log: bool, how, format):
     from ..figures.spectrum_figures import draw_spectrum
     from ..reduce import reduce_spectrum
     from ..spectrum.read import read_spectrum
 
-    found = read_spectrum(file, unit)
+    found = read_spectrum(file, how[0], columns_of(how[1]))
     reduction = reduce_spectrum(found, symbols(elements, "--elements"))
     folder = file.parent if out is None else out
     folder.mkdir(parents=True, exist_ok=True)
@@ -75,6 +86,8 @@ def _print(reduction: "Reduction") -> None:
     from ..figures.spectrum_figures import share_of
 
     typer.echo(f"{reduction.n_peaks} peaks, wavelengths in {reduction.medium}")
+    for note in reduction.notes:
+        typer.echo(f"note: {note}")
     typer.echo(f"detected: {', '.join(reduction.detected) or 'no element'}")
     for element, peak in reduction.elements.items():
         said = f"{peak.area:.5g} ± {peak.area_error:.2g} counts nm" if peak.area else f"{peak.fate}"

@@ -20,6 +20,19 @@ def listed(text: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
 
 
+def columns(text: str | None) -> tuple[str, ...] | None:
+    """The columns of `--columns`, None if it was not given; ValueError for fewer than two."""
+    if text is None:
+        return None
+    found = listed(text)
+    if len(found) < 2:
+        raise ValueError(
+            f"--columns {text}: write the column of the wavelengths and that of the counts, by "
+            "number or heading, as in --columns 1,3"
+        )
+    return found
+
+
 def symbols(text: str | None, option: str) -> tuple[str, ...] | None:
     """The elements of an option, None if it was not given; ValueError if it names none."""
     if text is None:

@@ -1,5 +1,6 @@
 """Convert the first column to nanometres, and reject one that cannot be wavelengths."""
 
+import re
 from typing import Literal
 
 import numpy as np
@@ -9,11 +10,33 @@ from .spectrum import FloatArray
 
 Unit = Literal["nm", "angstrom", "um"]
 NM_PER: dict[str, float] = {"nm": 1.0, "angstrom": 0.1, "um": 1000.0}
+NAMED: tuple[tuple[Unit, re.Pattern[str]], ...] = (
+    ("nm", re.compile(r"\bnm\b|nano\W?met", re.I)),
+    ("angstrom", re.compile(r"[åÅ\u212b]|[åa]ngstr|[(\[]A[)\]]")),
+    ("um", re.compile(r"[µμu]m\b|micro\W?(met|n)|\bmicrons?\b", re.I)),
+)
+NO_WAVELENGTH = re.compile(r"cm\s?\^?\s?[-−⁻][1¹]|1/cm|wave\s?number|raman|\beV\b|\bTHz\b", re.I)
 SHORTEST_NM, LONGEST_NM = (
     100.0,
     3_000.0,
 )  # no plasma is observed outside this range, through any window or air
 USUAL_NM = 1_200.0  # limit of silicon: beyond it, steps of exactly 1 are channel numbers
+
+
+def unit_named(words: str) -> Unit | None:
+    """The unit that a heading names, None for none.
+
+    Raises Unreadable for a quantity that is no wavelength.
+    """
+    for unit, pattern in NAMED:
+        if pattern.search(words):
+            return unit
+    if NO_WAVELENGTH.search(words):
+        raise Unreadable(
+            f"the axis is {words.strip()[:40]!r}, not a wavelength; export the spectrum over "
+            "wavelengths in nm"
+        )
+    return None
 
 
 def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
@@ -24,7 +47,7 @@ def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
     first, last = float(np.min(nm)), float(np.max(nm))
     if first >= SHORTEST_NM and last <= USUAL_NM:
         return nm
-    if _counts_channels(np.asarray(values)):
+    if counts_channels(np.asarray(values)):
         raise Unreadable(
             "the first column is channel numbers (..., 7, 8, 9, ...), not wavelengths; "
             "export the spectrum with its wavelength axis"
@@ -42,9 +65,16 @@ def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
     )
 
 
+def may_be_nm(values: FloatArray) -> bool:
+    """Whether these ascend and lie where spectra are, in nm."""
+    inside = values[0] >= SHORTEST_NM and values[-1] <= LONGEST_NM
+    return bool(inside and np.all(np.diff(values) > 0))
+
+
 def _plausible(first: float, last: float, factor: float) -> bool:
     return first * factor >= SHORTEST_NM and last * factor <= LONGEST_NM
 
 
-def _counts_channels(values: FloatArray) -> bool:
+def counts_channels(values: FloatArray) -> bool:
+    """Whether these are numbers of channels: each one more than the one before."""
     return len(values) > 1 and bool(np.all(np.diff(values) == 1))

@@ -74,7 +74,7 @@ def pairs(text, at, first, second, n):
     """Read lines of two numbers from `at` into first[n:], second[n:] until one is odd.
 
     text: uint8, shape (m,). Returns where the odd line begins (m if there was none) and how many
-    rows are filled. Empty lines and further columns are skipped.
+    rows are filled. Empty lines are skipped; a line with a third column is odd.
     """
     end = len(text)
     while at < end:
@@ -97,13 +97,11 @@ def pairs(text, at, first, second, n):
         y, at, understood = number(text, at)
         if not understood:
             return begin, n
-        after = at
         at = skip_blanks(text, at)
+        if at < end and (text[at] == COMMA or text[at] == SEMICOLON):
+            at = skip_blanks(text, at + 1)
         if at < end and text[at] != LINE_FEED:
-            if at == after and text[at] != COMMA and text[at] != SEMICOLON:
-                return begin, n
-            while at < end and text[at] != LINE_FEED:
-                at += 1
+            return begin, n
         at += 1
         first[n] = x
         second[n] = y

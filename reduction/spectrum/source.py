@@ -1,8 +1,12 @@
-"""The complete bytes of a spectrum: a file that is still growing is refused."""
+"""The complete bytes of a spectrum: a file that is still growing is refused; gzip is unpacked."""
 
+import zlib
 from pathlib import Path
 
 from .fault import Unreadable
+
+GZIP = b"\x1f\x8b\x08"
+MOST_BYTES = 2**30
 
 
 def bytes_of(source: Path | str | bytes) -> bytes:
@@ -21,3 +25,24 @@ def bytes_of(source: Path | str | bytes) -> bytes:
     if not before == len(raw) == path.stat().st_size:
         raise Unreadable(f"{path.name} is still being written; read it again when it is complete")
     return raw
+
+
+def unpacked(raw: bytes) -> bytes:
+    """The bytes, or what they hold if they are gzip. Raises Unreadable if that is cut off."""
+    found = b""
+    while raw.startswith(GZIP):
+        unpack = zlib.decompressobj(wbits=31)
+        try:
+            found += unpack.decompress(raw, MOST_BYTES)
+        except zlib.error as fault:
+            raise Unreadable(f"the gzip file is damaged ({fault}); copy it again") from None
+        if unpack.unconsumed_tail:
+            raise Unreadable(
+                f"the gzip file holds more than {MOST_BYTES:,} bytes: no spectrum does"
+            )
+        if not unpack.eof:
+            raise Unreadable("the gzip file ends before its end: was it copied completely?")
+        raw = unpack.unused_data
+        if not raw.startswith(GZIP):
+            return found
+    return found or raw

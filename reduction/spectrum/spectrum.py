@@ -19,11 +19,13 @@ class Spectrum:
     """One measured spectrum.
 
     wavelength_nm: shape (n,), strictly ascending. intensity: shape (n,), counts; NaN marks a
-    bad channel. Raises ValueError if the two do not match or there is no channel.
+    bad channel. notes: what was noticed while it was read, as sentences. Raises ValueError if
+    wavelengths and intensities do not match or there is no channel.
     """
 
     wavelength_nm: FloatArray
     intensity: FloatArray
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.wavelength_nm.shape != self.intensity.shape or self.wavelength_nm.ndim != 1:
@@ -48,4 +50,4 @@ class Spectrum:
             raise ValueError("every channel of the spectrum is bad (NaN)")
         good = ~bad
         bridged = np.interp(self.wavelength_nm, self.wavelength_nm[good], self.intensity[good])
-        return Spectrum(self.wavelength_nm, bridged)
+        return Spectrum(self.wavelength_nm, bridged, self.notes)

@@ -44,6 +44,7 @@ FILES = (
     number("offset_low_nm", "nm", decimals=4),
     number("offset_high_nm", "nm", decimals=4),
     whole("n_peaks"),
+    text("notes"),
 )
 PEAKS = (
     text("spectrum"),

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..reduce import Reduction
 from ..spectrum.spectrum import Spectrum
-from .columns import Cells
+from .columns import BETWEEN_FLAGS, Cells
 from .element_rows import offsets_of
 
 REDUCED, FAILED = "reduced", "failed"
@@ -25,6 +25,7 @@ def file_row(spectrum: Spectrum, reduction: Reduction) -> Cells:
         "offset_low_nm": [float(offset_nm.min())],
         "offset_high_nm": [float(offset_nm.max())],
         "n_peaks": [reduction.n_peaks],
+        "notes": [BETWEEN_FLAGS.join(reduction.notes)],
     }
 
 
@@ -35,4 +36,5 @@ def failed_row(reason: str) -> Cells:
         "status": [FAILED], "reason": [reason], "channels": nothing, "first_nm": nothing,
         "last_nm": nothing, "bad_channels": nothing, "saturated_channels": nothing,
         "medium": [""], "offset_low_nm": nothing, "offset_high_nm": nothing, "n_peaks": nothing,
+        "notes": [""],
     }  # fmt: skip

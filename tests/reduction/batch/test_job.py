@@ -105,8 +105,11 @@ def test_the_summary_tells_inputs_versions_configuration_and_times(mixed, tmp_pa
         "sha256": hashlib.sha256(first).hexdigest(),
     }
     assert {"labrun", "python", "numpy", "numba", "scipy", "pyarrow"} <= set(told["versions"])
-    assert told["configuration"] == {"elements": ["Li"], "medium": "air", "unit": "nm"}
+    assert told["configuration"] == {
+        "elements": ["Li"], "medium": "air", "unit": None, "columns": None,
+    }  # fmt: skip
     assert told["counts"]["spectra"] == 9
+    assert told["notes"] == []
     assert told["left_aside"][0]["file"] == "notes.md"
     assert told["timings"]["seconds"] > 0
 

@@ -1,6 +1,7 @@
 """`labrun reduce`, through its command line: real files, real processes, a real terminal."""
 
 import csv
+import gzip
 import os
 import signal
 import subprocess
@@ -34,7 +35,7 @@ def test_a_folder_is_reduced_into_tables_beside_it(spectra, tmp_path):
     done = reduce(spectra)
     out = tmp_path / "reduced"
 
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 3, done.stderr  # six are reduced, one failed
     assert "skipped: photo.jpg" in done.stderr
     assert "6 spectra reduced" in done.stdout
     assert (
@@ -110,6 +111,86 @@ def test_where_nothing_could_be_reduced_the_status_says_so(tmp_path):
 
     assert done.returncode == 1
     assert rows(tmp_path / "out" / "files.csv")[0]["status"] == "failed"
+
+
+def in_dialect(shot: bytes, form: str) -> bytes:
+    """A spectrum as another program writes it."""
+    pairs = [line.split(",") for line in shot.decode().splitlines()[1:]]
+    return "".join(form.format(x, y) for x, y in pairs).encode()
+
+
+@pytest.mark.slow
+def test_a_folder_of_many_programs_loses_none_and_says_what_it_noticed(spectra, shots, tmp_path):
+    folder = tmp_path / "many programs, one folder"
+    folder.mkdir()
+    german = in_dialect(shots[0], "{}|{}\n").replace(b".", b",").replace(b"|", b";")
+    (folder / "a german.csv").write_bytes("Wellenlänge;Zähler\n".encode("cp1252") + german)
+    (folder / "b suite.txt").write_bytes(
+        b"SpectraSuite Data File\n++++\n>>>>>Begin Processed Spectral Data<<<<<\n"
+        + in_dialect(shots[0], "{}\t{}\n") + b">>>>>End Processed Spectral Data<<<<<\n"
+    )  # fmt: skip
+    (folder / "c plain.csv.gz").write_bytes(gzip.compress(shots[0]))
+    (folder / "d three.csv").write_bytes(in_dialect(shots[0], "{0},{1},{1},{1}\n"))
+    (folder / "e half.csv").write_bytes(shots[0][: len(shots[0]) // 2 - 1])
+    (folder / "f zeros.csv").write_bytes(in_dialect(shots[0], "{},0\n"))
+    (folder / "g pixel.csv").write_bytes(b"pixel,raw\n" + in_dialect(shots[0], "{},{}\n"))
+    (folder / "h archive.zip").write_bytes(b"PK\x03\x04\0\0")
+    done = reduce(folder, "-o", tmp_path / "out", "--no-figures")
+    files = {row["spectrum"]: row for row in rows(tmp_path / "out" / "files.csv")}
+    peaks = rows(tmp_path / "out" / "peaks.csv")
+    of = {name: [r["area"] for r in peaks if r["spectrum"] == name] for name in files}
+
+    assert done.returncode == 3, done.stderr
+    assert [row["status"] for row in files.values()] == ["reduced"] * 4 + ["failed"] * 3
+    assert of["a german.csv"] == of["b suite.txt"] == of["c plain.csv.gz"] == of["d three.csv"]
+    assert files["a german.csv"]["notes"] == "decimal commas"
+    assert files["d three.csv"]["notes"] == "the mean of 3 shots"
+    assert "note: d three.csv: the mean of 3 shots" in done.stdout
+    assert "f zeros.csv: every intensity is 0" in done.stdout
+    assert "skipped: h archive.zip (an archive; unpack it)" in done.stderr
+
+
+def test_a_folder_without_spectra_is_told_with_what_is_in_it(tmp_path, labrun):
+    (tmp_path / "empty folder").mkdir()
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    for n in range(12):
+        (pictures / f"{n}.png").write_bytes(b"\x89PNG")
+    empty, images = labrun("reduce", tmp_path / "empty folder"), labrun("reduce", pictures)
+
+    assert (empty.returncode, images.returncode) == (2, 2)
+    assert "empty folder: it is empty" in empty.stderr
+    assert "skipped: 0.png, 1.png, 2.png and 9 more (a spectrum has one of" in images.stderr
+    assert "none of its 12 files may be one" in images.stderr
+
+
+@pytest.mark.slow
+def test_columns_may_be_said_where_none_fits(shots, tmp_path):
+    path = tmp_path / "odd.csv"
+    path.write_bytes(b"a,b,c\n" + in_dialect(shots[0], "7,{},{}\n"))
+    plain = tmp_path / "plain.csv"
+    plain.write_bytes(shots[0])
+    wrong = reduce(path, "--columns", "2,9", "-o", tmp_path / "out")
+    done = reduce(path, plain, "--columns", "b,c", "-o", tmp_path / "out", "--no-figures")
+
+    assert wrong.returncode == 1 and "no column 9; the table has 3" in wrong.stdout
+    assert done.returncode == 3 and "plain.csv: --columns: no columns are headed 'b'" in done.stdout
+
+
+@pytest.mark.soak
+def test_one_bad_file_among_1071_is_named_and_the_others_are_reduced(many, shots, tmp_path):
+    for copy in range(470):
+        os.link(many / "s_0.csv", many / f"t_{copy}.csv")
+    (many / "s_0_50.csv").unlink()
+    (many / "s_0_50.csv").write_bytes(shots[0][:-3].replace(b",", b";", 40) + b"\nhalf")
+    (many / "last.csv").write_bytes(shots[0])
+    done = reduce(many, "-o", tmp_path / "out", "--no-figures")
+    failed = [r for r in rows(tmp_path / "out" / "files.csv") if r["status"] == "failed"]
+
+    assert done.returncode == 3, done.stderr
+    assert "1 could not be reduced" in done.stdout and "s_0_50.csv: line" in done.stdout
+    assert "1,070 spectra reduced" in done.stdout
+    assert [row["spectrum"] for row in failed] == ["s_0_50.csv"]
 
 
 @pytest.mark.slow
@@ -254,4 +335,4 @@ def test_the_first_reduction_after_an_install_says_that_it_compiles(spectra, tmp
     )  # fmt: skip
 
     assert done.returncode == 0, done.stderr
-    assert "compiling the fits, on first use only" in done.stderr
+    assert "compiling the loops of the fits, on first use of this version only" in done.stderr

@@ -86,7 +86,7 @@ def test_bad_channels_are_marked_with_nan():
         (b"wavelength,intensity\n200,1\n201\n", "line 3 has one column"),
         (b"wavelength,intensity\n200,1\n201,dark\n", "line 3 is not two numbers: '201,dark'"),
         (b"200,1\nnan,3\n", "line 2 has no wavelength"),
-        (b"200,1\n\xff\xd8\xff\n", "line 2 is not UTF-8 text"),
+        (b"200,1\n201,\xff\xd8\xff\n", "line 2 is not two numbers"),
         (b"200,nan\n201,nan\n", "no numeric intensity"),
         (b"200,1e\n", "line 1 is not two numbers"),
     ],

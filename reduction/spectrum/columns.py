@@ -1,0 +1,146 @@
+"""Choose the columns of a table: the one with wavelengths, and those with a shot each."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .axis import Unit, counts_channels, may_be_nm, unit_named
+from .fault import Unreadable
+from .spectrum import FloatArray
+
+AXIS = re.compile(r"wave|lambda|λ|^w\.?l\b|^nm\b|\[nm\]|\(nm\)|^x\b|^w$|[åÅ]ngstr|^axis", re.I)
+COUNTER = re.compile(r"pixel|channel|^(index|idx|no|nr|row|px|ch|#|n|i)\b\.?|order", re.I)
+BESIDE = re.compile(
+    r"dark|backg|\bbg\b|\bref|white|err|std|stdev|sigma|\bsd\b|unc|noise|±|%|transm|reflec|absor"
+    r"|time|^[dr]$|flag|mask|weight|\bfit\b|valid", re.I
+)  # fmt: skip
+RESULT = re.compile(r"correct|process|\bnet\b|^p$|minus|mean|average|\bavg\b", re.I)
+UNLIKE = 5.0  # ratio of the median counts of columns that cannot be shots of one another
+LEAST_ALIKE = 0.3  # correlation of shots
+HOW = "say which with --columns, as in --columns 1,2 (wavelengths, counts) or by their headings"
+SHOWN = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """Indices from 0. unit: None where no heading says it."""
+
+    axis: int
+    shots: tuple[int, ...]
+    unit: Unit | None
+    notes: tuple[str, ...]
+
+
+def choose(headings: Sequence[str], table: FloatArray, asked: Sequence[str] | None) -> Chosen:
+    """headings: () without any. table: shape (columns, n); a column of words is all NaN.
+
+    Raises Unreadable where it would be a guess.
+    """
+    names = list(headings) or [""] * len(table)
+    if asked is not None:
+        axis, *shots = (_index(one, names) for one in asked)
+        return Chosen(axis, tuple(shots), _unit(names[axis]), ())
+    axis, notes = _axis(names, table)
+    words = [at for at in range(len(table)) if at != axis and np.isnan(table[at]).all()]
+    shots = [at for at in range(len(table)) if at != axis and at not in words]
+    shots = [at for at in shots if not COUNTER.search(names[at])] or shots
+    if headings:
+        shots = _by_name(names, shots)
+    shots = [at for at in shots if not _counts_from_start(table[at])] or shots
+    if len(shots) > 1 and not all(names[at] for at in shots):
+        _check_alike(table, shots)
+    aside = [_called(names, at) for at in range(len(table)) if at != axis and at not in shots]
+    if aside:
+        notes.append(f"not used: {_listed(aside)}")
+    return Chosen(axis, tuple(shots), _unit(names[axis]), tuple(notes))
+
+
+def _axis(names: list[str], table: FloatArray) -> tuple[int, list[str]]:
+    said = [at for at, name in enumerate(names) if AXIS.search(name) and not COUNTER.search(name)]
+    if said:
+        return said[0], []
+    able = [at for at in range(len(table)) if _axis_like(table[at])]
+    if COUNTER.search(names[0]) or not able or able[0] != 0:
+        if able and (able[0] != 0 or len(able) > 1):
+            at = next(one for one in able if one != 0)
+            return at, [f"the wavelengths are {_called(names, at)}"]
+        if COUNTER.search(names[0]):
+            raise Unreadable(
+                f"the first column is headed {names[0]!r}, and no column has wavelengths; "
+                f"export the spectrum with its wavelength axis, or {HOW}"
+            )
+        return 0, []
+    if counts_channels(table[0]) and len(able) > 1:
+        return able[1], [f"the wavelengths are {_called(names, able[1])}"]
+    for name in names[:1]:
+        unit_named(name)
+    return 0, []
+
+
+def _axis_like(values: FloatArray) -> bool:
+    if len(values) < 3 or not np.isfinite(values).all():
+        return False
+    ascending = values if values[-1] > values[0] else values[::-1]
+    if may_be_nm(ascending):
+        return True
+    # angstrom and micrometres, detectors that overlap, orders of an echelle
+    steps = np.diff(ascending)
+    return bool(np.mean(steps > 0) > 0.98 and ascending[0] > 0 and ascending[-1] < 30_000)
+
+
+def _counts_from_start(values: FloatArray) -> bool:
+    return len(values) > 3 and values[0] in (0, 1) and counts_channels(values)
+
+
+def _by_name(names: list[str], shots: list[int]) -> list[int]:
+    plain = [at for at in shots if not BESIDE.search(names[at])]
+    results = [at for at in shots if RESULT.search(names[at])]
+    results = [at for at in results if not re.search(r"err|std|dev|%", names[at], re.I)]
+    if len(results) == 1:
+        return results
+    return plain or shots
+
+
+def _check_alike(table: FloatArray, shots: list[int]) -> None:
+    """Raise Unreadable where columns without names cannot be shots of one spectrum."""
+    first = np.nan_to_num(table[shots[0]])
+    for at in shots[1:]:
+        other = np.nan_to_num(table[at])
+        sizes = sorted((float(np.abs(first).mean()), float(np.abs(other).mean())))
+        if not first.std() or not other.std() or len(first) < 10:
+            alike = bool(sizes[1] == 0) or len(first) < 10
+        else:
+            alike = float(np.corrcoef(first, other)[0, 1]) > LEAST_ALIKE
+        if not alike or sizes[1] > UNLIKE * sizes[0]:
+            raise Unreadable(
+                f"columns {shots[0] + 1} and {at + 1} have no headings, and are too unlike to be "
+                f"shots of one spectrum; {HOW}"
+            )
+
+
+def _index(one: str, names: list[str]) -> int:
+    if one.isdecimal():
+        if not 1 <= int(one) <= len(names):
+            raise Unreadable(f"--columns: there is no column {one}; the table has {len(names)}")
+        return int(one) - 1
+    found = [at for at, name in enumerate(names) if name.lower() == one.lower()]
+    found = found or [at for at, name in enumerate(names) if name.lower().startswith(one.lower())]
+    if len(found) != 1:
+        there = _listed([name for name in names if name]) if any(names) else "it has no headings"
+        raise Unreadable(f"--columns: {len(found) or 'no'} columns are headed {one!r}; {there}")
+    return found[0]
+
+
+def _unit(name: str) -> Unit | None:
+    return unit_named(name)
+
+
+def _called(names: list[str], at: int) -> str:
+    return f"column {at + 1}" + (f" ({names[at]})" if names[at] else "")
+
+
+def _listed(names: list[str]) -> str:
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more

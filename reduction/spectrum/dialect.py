@@ -1,0 +1,209 @@
+"""Find where the numbers of a text begin, and how they are written.
+
+Instruments put blocks of words before (and after) the numbers, separate columns by commas,
+semicolons, tabs or spaces, and write decimals with a point or a comma.
+"""
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from .fault import Unreadable
+from .text_bytes import shown
+
+COMMENT = (b"#", b"%", b"//", b"!", b"*", b";;", b">>>>>")
+BAD_CHANNEL = ("", "nan", "-nan", "na", "n/a", "null", "none", "inf", "-inf", "+inf", "-", "--")
+NUMBER = re.compile(r"[+-]?(\d[\d.,]*|[.,]\d+)([eE][+-]?\d+)?")
+UNIT_WORD = re.compile(
+    r"[\[(]?\s*(nm|å|a|ang\w*|[µμu]m|counts?|a\.?\s?u\.?|arb\.?.*|dn|%|cts|nanomet\w*)\s*[\])]?",
+    re.I,
+)
+THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?([eE][+-]?\d+)?")
+THOUSANDS_BY_POINTS = re.compile(r"[+-]?\d{1,3}(\.\d{3})+(,\d*)?([eE][+-]?\d+)?")
+WORDS = re.compile(r"\s{2,}|[\t;,]")
+CONFIRMING = 2  # lines of the same kind after the first one of the numbers
+MOST_WORDS = 4  # lines before the numbers that may be headings
+SAMPLED = 200  # lines that the decimal mark is told from
+SPACES = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """begin: offset of the first line of numbers, from 0; line: its number, from 1.
+
+    separator: one character, SPACES for runs of blanks. decimal: the mark. columns: of the first
+    line. headings: of the columns, empty if there are none; above: the lines before the numbers.
+    """
+
+    begin: int
+    line: int
+    separator: str
+    decimal: str
+    columns: int
+    headings: tuple[str, ...]
+    above: tuple[str, ...]
+
+
+def fields_of(line: str, separator: str) -> list[str]:
+    """The fields of a line; quotes around them are taken off."""
+    line = line.strip()
+    if separator == SPACES:
+        return line.split()
+    fields = next(_csv(line, separator)) if '"' in line else line.split(separator)
+    return [field.strip() for field in fields]
+
+
+def separator_of(line: str) -> str:
+    """The character between the columns of a line of numbers."""
+    bare = re.sub(r'"[^"]*"', '""', line) if '"' in line else line
+    for separator in ";\t":
+        if separator in bare.strip():
+            return separator
+    if "," not in bare:
+        return SPACES
+    words = bare.split()
+    decimals = len(words) > 1 and all(NUMBER.fullmatch(w) and w[-1] != "," for w in words)
+    return SPACES if decimals and any("," in word for word in words) else ","
+
+
+def numeric(field: str) -> bool:
+    return bool(NUMBER.fullmatch(field))
+
+
+def is_row(fields: list[str]) -> bool:
+    """Whether a line holds numbers: two at least, or one and a channel without a count."""
+    numbers = sum(map(numeric, fields))
+    empty = sum(field.lower() in BAD_CHANNEL for field in fields)
+    first = numeric(fields[0]) or fields[0].lower() in BAD_CHANNEL
+    return first and numbers >= 1 and numbers + empty >= 2
+
+
+def find(text: bytes) -> Dialect | None:
+    """The dialect of a text; None without a line of numbers."""
+    above: list[str] = []
+    first: tuple[int, int, str, list[str]] | None = None
+    lone: tuple[int, int, str, list[str], int] | None = None
+    confirmed, n_above = 0, 0
+    for at, number, raw in lines_of(text):
+        if not raw.strip():
+            continue
+        line = shown(raw)
+        if raw.strip().startswith(COMMENT):
+            above.append(line)
+            continue
+        separator = separator_of(line)
+        fields = fields_of(line, separator)
+        if len(fields) > 2 and not fields[-1]:
+            fields.pop()  # "200;5;" has two columns
+        row = is_row(fields)
+        if row and first and (separator, len(fields)) == (first[2], len(first[3])):
+            confirmed += 1
+            if confirmed == CONFIRMING:
+                break
+            continue
+        if row:
+            first, confirmed, n_above = (at, number, separator, fields), 0, len(above)
+            lone = lone or (at, number, separator, fields, n_above)
+        else:
+            first = None
+        above.append(line)
+    if confirmed == 0 and lone is not None:
+        *kept, n_above = lone
+        first = (kept[0], kept[1], kept[2], kept[3])
+    if first is None:
+        return None
+    at, number, separator, fields = first
+    told = tuple(above[:n_above])
+    sample = _sample(text, at, separator)
+    return Dialect(
+        at, number, separator, _decimal(sample, separator), len(fields),
+        headings(told, separator, len(fields)), told,
+    )  # fmt: skip
+
+
+def lines_of(text: bytes, at: int = 0, number: int = 1) -> Iterator[tuple[int, int, bytes]]:
+    """Offset, number and bytes of every line."""
+    while at < len(text):
+        stop = text.find(b"\n", at)
+        stop = len(text) if stop < 0 else stop
+        yield at, number, text[at:stop]
+        at, number = stop + 1, number + 1
+
+
+def headings(above: tuple[str, ...], separator: str, columns: int) -> tuple[str, ...]:
+    """The names of the columns, each with its unit if a line of units follows."""
+    units: list[str] = []
+    for line in reversed(above[-MOST_WORDS:]):
+        line = line.strip().lstrip("#%!*/").strip()
+        if line.startswith(">>>>>") or not line:
+            continue
+        names = _names(line, separator, columns)
+        if names is None:
+            return ()
+        if not units and all(UNIT_WORD.fullmatch(name) for name in names if name):
+            units = names
+            continue
+        return tuple(
+            f"{n} {u}".strip() for n, u in zip(names, units or [""] * columns, strict=True)
+        )
+    return tuple(units)
+
+
+def _names(line: str, separator: str, columns: int) -> list[str] | None:
+    for fields in (fields_of(line, separator), WORDS.split(line), line.split()):
+        fields = [field.strip().strip('"') for field in fields]
+        if len(fields) == columns - 1 and columns > 2:
+            fields.append("")  # the last column often has no unit
+        elif len(fields) == columns + 1 and columns > 2:
+            fields.pop()  # of a result that was not exported
+        if len(fields) == columns and not any(numeric(field) for field in fields):
+            return fields
+    return None
+
+
+def value(field: str, decimal: str) -> float:
+    """A field's number; a channel without one is NaN. Raises ValueError for words."""
+    if field.lower() in BAD_CHANNEL:
+        return math.nan
+    if "," not in field and (decimal == "." or "." not in field):
+        return float(field)
+    other = "." if decimal == "," else ","
+    if other in field:
+        if not (THOUSANDS if other == "," else THOUSANDS_BY_POINTS).fullmatch(field):
+            raise ValueError(field)
+        field = field.replace(other, "")
+    return float(field.replace(decimal, "."))
+
+
+def _sample(text: bytes, at: int, separator: str) -> list[list[str]]:
+    """The fields of some lines from there on."""
+    found: list[list[str]] = []
+    for _, number, raw in lines_of(text, at):
+        if number > SAMPLED:
+            break
+        found.append(fields_of(shown(raw), separator))
+    return [fields for fields in found if is_row(fields)]
+
+
+def _decimal(sample: list[list[str]], separator: str) -> str:
+    """The decimal mark. Raises Unreadable where commas may be decimals or thousands alike."""
+    numbers = [f for fields in sample for f in fields if numeric(f)]
+    commas = [f for f in numbers if "," in f and "." not in f]
+    if not commas:
+        return "," if any(THOUSANDS_BY_POINTS.fullmatch(f) and "," in f for f in numbers) else "."
+    if any("." in f and "," not in f for f in numbers):
+        return "."
+    in_axis = any("," in fields[0] for fields in sample)
+    if not in_axis and all(THOUSANDS.fullmatch(f) and f[0] != "0" for f in commas):
+        raise Unreadable(
+            f"{commas[0]!r} may be {commas[0].replace(',', '.')} or {commas[0].replace(',', '')}; "
+            "export the numbers with decimal points"
+        )
+    return ","
+
+
+def _csv(line: str, separator: str) -> Iterator[list[str]]:
+    import csv
+
+    return csv.reader([line], delimiter=separator)

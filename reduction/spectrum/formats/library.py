@@ -1,0 +1,36 @@
+"""A reader that is installed on request: `pip install 'labrun[formats]'`."""
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+from ..fault import Unreadable
+
+
+def library(name: str, what: str) -> ModuleType:
+    """The module. Raises Unreadable, with the way to install it."""
+    try:
+        return import_module(name)
+    except ImportError:
+        raise Unreadable(
+            f"this is {what}; to read it, install its reader: python -m pip install "
+            "'labrun[formats]' (or export the spectrum as text)"
+        ) from None
+
+
+def spoiled(what: str, fault: BaseException) -> Unreadable:
+    """The error for a file that its reader cannot take."""
+    words = " ".join(str(fault).split())[:160] or type(fault).__name__
+    return Unreadable(f"this is {what}, but its reader stopped: {words}; is the file complete?")
+
+
+@contextmanager
+def on_disk(raw: bytes, suffix: str) -> Iterator[Path]:
+    """A file with these bytes, for a reader that takes paths only."""
+    with tempfile.TemporaryDirectory(prefix="labrun-") as folder:
+        path = Path(folder) / f"spectrum{suffix}"
+        path.write_bytes(raw)
+        yield path

@@ -1,0 +1,44 @@
+"""Galactic .spc (GRAMS), as Ocean Optics, Horiba and others write it; read by spc-io."""
+
+import logging
+from io import BytesIO
+
+import numpy as np
+
+from ..axis import Unit
+from ..fault import Unreadable
+from ..readout import Readout
+from .library import library, spoiled
+
+NAME = "a Galactic .spc file"
+VERSIONS = (0x4B, 0x4C, 0x4D, 0xCF)  # new, big-endian, old, LabCalc
+HEADER = 512
+UNITS: dict[str, Unit] = {"XNMETR": "nm", "XUMETR": "um"}
+UNNAMED = "XARB"
+
+
+def begins(raw: bytes) -> bool:
+    """Its second byte is a version; text has no zero bytes in its header."""
+    return len(raw) > HEADER and raw[1] in VERSIONS and b"\0" in raw[:HEADER]
+
+
+def read(raw: bytes) -> Readout:
+    spc_io = library("spc_io", NAME)
+    logging.getLogger("spc_io").setLevel(logging.ERROR)  # a date that is missing is no news
+    try:
+        file = spc_io.SPC.from_bytes_io(BytesIO(raw))
+        subs = [file[at] for at in range(len(file))]
+        axes = [np.asarray(sub.xarray, dtype=np.float64) for sub in subs]
+        shots = [np.asarray(sub.yarray, dtype=np.float64) for sub in subs]
+        name = str(file.xtype)
+    except Exception as fault:  # what it raises has no common base
+        raise spoiled(NAME, fault) from fault
+    if name not in UNITS and name != UNNAMED:
+        raise Unreadable(
+            f"{NAME} whose axis is {name}, not a wavelength: export the spectrum over wavelengths"
+        )
+    if any(axis.shape != axes[0].shape or not np.array_equal(axis, axes[0]) for axis in axes):
+        raise Unreadable(
+            f"{NAME} with {len(axes)} spectra on different axes: export them one by one"
+        )
+    return Readout(axes[0], np.stack(shots), UNITS.get(name))

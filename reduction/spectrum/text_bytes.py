@@ -1,0 +1,82 @@
+"""Bring the bytes of a text to one alphabet: UTF-8 or any other in which digits are ASCII."""
+
+import codecs
+
+from .fault import Unreadable
+
+MARKS = (
+    (codecs.BOM_UTF8, ""),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+KINDS = (
+    (
+        b"PK\x03\x04",
+        "a zip archive, or a spreadsheet (.xlsx, .ods); export it as CSV, or unpack it",
+    ),
+    (b"\xd0\xcf\x11\xe0", "an old Office file (.xls); export it as CSV"),
+    (b"%PDF", "a PDF"),
+    (b"\x89PNG", "a picture"),
+    (b"\xff\xd8\xff", "a picture"),
+    (b"GIF8", "a picture"),
+    (b"II*\0", "a picture"),
+    (b"MM\0*", "a picture"),
+    (b"BM", "a picture"),
+    (b"BZh", "packed with bzip2; unpack it"),
+    (b"\xfd7zXZ", "packed with xz; unpack it"),
+    (b"7z\xbc\xaf", "a 7z archive; unpack it"),
+    (b"Rar!", "a rar archive; unpack it"),
+    (b"SQLite format", "a database"),
+    (b"PAR1", "a Parquet table"),
+    (b"MATLAB 5.0", "a MATLAB file; save its variables as CSV or HDF5"),
+)
+BEGINNING = 4096
+
+
+def text_bytes(raw: bytes) -> bytes:
+    """The text without its byte order mark, lines ended by LF. Raises Unreadable for no text."""
+    for mark, encoding in MARKS:
+        if raw.startswith(mark):
+            return _lines(_decoded(raw, encoding) if encoding else raw[len(mark) :])
+    beginning = raw[:BEGINNING]
+    if b"\0" in beginning:
+        for at, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
+            if beginning[at::2].count(0) > 0.9 * (len(beginning) // 2):
+                return _lines(_decoded(raw, encoding))
+    kind = kind_of(raw)
+    if kind:
+        raise Unreadable(f"this is {kind}; a spectrum is text or one of the formats of the manual")
+    return _lines(raw)
+
+
+def kind_of(raw: bytes) -> str:
+    """What a file that is no text is, as the end of a sentence; empty for text."""
+    for magic, kind in KINDS:
+        if raw.startswith(magic) and (len(magic) > 2 or b"\0" in raw[:BEGINNING]):
+            return kind
+    return "not text" if b"\0" in raw[:BEGINNING] else ""
+
+
+def shown(line: bytes) -> str:
+    """A line as a person reads it."""
+    try:
+        return line.decode("utf-8").strip()
+    except UnicodeDecodeError:
+        return line.decode("cp1252", "replace").strip()
+
+
+def _decoded(raw: bytes, encoding: str) -> bytes:
+    try:
+        return raw.decode(encoding).encode()
+    except UnicodeDecodeError:
+        raise Unreadable(
+            f"the text is {encoding.upper()}, but broken: was it cut off or transferred wrongly?"
+        ) from None
+
+
+def _lines(text: bytes) -> bytes:
+    if b"\r" in text and b"\n" not in text:
+        return text.replace(b"\r", b"\n")
+    return text

@@ -1,0 +1,221 @@
+"""Every dialect that instruments write is read back the same, or refused with a way on."""
+
+import gzip
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labrun.reduction import Unreadable, read_shots, read_spectrum
+
+N = 60
+X = np.round(np.linspace(200.0338, 961.2, N), 4)
+Y = np.round(np.abs(np.random.default_rng(3).normal(400, 300, N)) + 1, 3)
+OCEAN = """Data from sample_HG_0001.txt Node
+
+Date: Fri Jan 31 11:58:08 CET 2019
+User: lab
+Spectrometer: HR4C1234
+Integration Time (sec): 1.000000E-1
+Number of Pixels in Spectrum: 60
+>>>>>Begin Spectral Data<<<<<
+"""
+SUITE = """SpectraSuite Data File
+++++++++++++++++++++++++++++++++++++
+Date: Mon Jun 11 14:59:44 JST 2018
+Integration Time (usec): 60000 (USB4F06998)
+Number of Pixels in Processed Spectrum: 60
+>>>>>Begin Processed Spectral Data<<<<<
+"""
+AVANTES = """
+Integration time [ms]: {t}
+Averaging Nr. [scans]: 9
+Smoothing Nr. [pixels]: 0
+Data measured with spectrometer [name]: 0911147U1
+Wave   ;Sample   ;Dark     ;Reference;Scope
+[nm]   ;[counts] ;[counts] ;[counts]
+
+"""
+SOLIS = """
+
+Date and Time:,Fri Jan 31 11:58:08 2020
+Software Version:,4.30.30024.0
+Exposure Time (secs):,0.05
+"""
+
+
+def rows(form, x=X, y=Y):
+    return "".join(form.format(a, b) for a, b in zip(x, y, strict=True))
+
+
+def commas(text):
+    return text.replace(".", ",")
+
+
+DIALECTS = {
+    "sciaps": "wavelength,intensity\n" + rows("{},{}\n"),
+    "bare": rows("{},{}\n"),
+    "crlf": ("wavelength,intensity\n" + rows("{},{}\n")).replace("\n", "\r\n"),
+    "old mac": ("wavelength,intensity\n" + rows("{},{}\n")).replace("\n", "\r"),
+    "quoted": '"Wavelength","Counts"\n' + rows('"{}","{}"\n'),
+    "semicolon comma": "Wellenlänge;Zähler\n" + commas(rows("{};{}\n")),
+    "tab comma": commas(rows("{}\t{}\n")),
+    "spaces comma": commas(rows(" {}   {}\n")),
+    "quoted commas": "nm,counts\n" + commas(rows('"{}"|"{}"\n')).replace("|", ","),
+    "commas for both": commas(rows("{}|{}\n", X, np.round(Y, 1))).replace("|", ","),
+    "percent": "% LIBS, gate 1 us\n% nm counts\n" + rows("{} {}\n"),
+    "hash": "#sample 7\n#wavelength\tcounts\n" + rows("{}\t{}\n") + "# end\n",
+    "comment between": rows("{} {}\n").replace("\n", "\n# half\n", 1),
+    "ocean": OCEAN + rows("{}\t{}\n"),
+    "spectrasuite": SUITE + rows("{}\t{}\n") + ">>>>>End Processed Spectral Data<<<<<\n",
+    "jaz": SUITE + "W\tD\tR\tS\tP\n" + rows("{0}\t3.5\t7.5\t9.9\t{1}\n"),
+    "avantes": AVANTES.format(t="15.000") + rows(" {};  {};   31.5;   41.5;\n"),
+    "avantes comma": AVANTES.format(t="15,000") + commas(rows(" {};  {};   31.5;   41.5;\n")),
+    "andor asc": rows("{},{}\n") + SOLIS,
+    "andor top": SOLIS.replace("\n\n", "") + "\n" + rows("{},{}\n"),
+    "descending": "nm;counts\n" + rows("{};{}\n", X[::-1], Y[::-1]),
+    "angstrom": "Wavelength (Å),Intensity\n" + rows("{},{}\n", np.round(10 * X, 3)),
+    "micrometre": "wavelength [µm];counts\n" + rows("{:.7f};{}\n", X / 1000),
+    "swapped": "intensity,wavelength\n" + rows("{},{}\n", Y, X),
+    "swapped and bare": rows("{},{}\n", Y, X),
+    "pixel first": "Pixel,Wavelength,Counts\n" + "".join(
+        f"{i},{a},{b}\n" for i, (a, b) in enumerate(zip(X, Y, strict=True))),
+    "pixel bare": "".join(f"{i} {a} {b}\n" for i, (a, b) in enumerate(zip(X, Y, strict=True))),
+    "with errors": "wavelength,intensity,std\n" + rows("{0},{1},2.25\n"),
+    "trailing separator": rows("{};{};\n"),
+    "thousands": "nm;counts\n" + rows("{};{:,.3f}\n", X, 1000 * Y),
+}  # fmt: skip
+SCALED = {"thousands": 1000.0}
+
+
+@pytest.mark.parametrize("name", DIALECTS)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be", "cp1252"])
+def test_what_is_written_in_a_dialect_is_read_back_the_same(name, encoding):
+    found = read_spectrum(DIALECTS[name].encode(encoding))
+    tenths = name == "commas for both"
+
+    assert found.wavelength_nm == pytest.approx(X, rel=1e-12)
+    assert found.intensity == pytest.approx(
+        (np.round(Y, 1) if tenths else Y) * SCALED.get(name, 1.0), rel=1e-12
+    )
+
+
+def test_gzip_is_unpacked_and_a_part_of_it_is_refused():
+    packed = gzip.compress(DIALECTS["sciaps"].encode())
+
+    assert read_spectrum(packed).intensity.tolist() == Y.tolist()
+    with pytest.raises(Unreadable, match="ends before its end"):
+        read_spectrum(packed[:-20])
+    with pytest.raises(Unreadable, match="damaged"):
+        read_spectrum(packed[:30] + b"\xff\xff\xff\xff" + packed[34:])
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(1_500_000, 9_500_000), st.integers(0, 655_350)),
+        min_size=4, max_size=30, unique_by=lambda row: row[0],
+    ),
+    st.sampled_from([(",", "."), (";", "."), ("\t", "."), ("  ", "."), (";", ","), ("\t", ",")]),
+    st.sampled_from(["", "wavelength{}counts\n", "# made by hand\n", "a: 1\nb: 2{}3 4\n\n"]),
+    st.booleans(), st.booleans(),
+)  # fmt: skip
+def test_any_spectrum_in_any_dialect_is_read_back(table, marks, head, descending, packed):
+    separator, decimal = marks
+    table = sorted(table, reverse=descending)
+    if len({count for _, count in table}) == 1:
+        return
+    lines = [f"{x / 1e4:.4f}{separator}{y / 10:.1f}\n" for x, y in table]
+    raw = (head.format(separator) + "".join(lines).replace(".", decimal)).encode()
+    found = read_spectrum(gzip.compress(raw) if packed else raw)
+
+    assert found.wavelength_nm.tolist() == [x / 1e4 for x, _ in sorted(table)]
+    assert found.intensity.tolist() == [y / 10 for _, y in sorted(table)]
+
+
+def shots_text(form, *shots, head=""):
+    return head + "".join(form.format(*row) for row in zip(X, *shots, strict=True))
+
+
+@pytest.mark.parametrize(
+    "head", ["", "wavelength,shot 1,shot 2,shot 3\n", "wavelength,17,18,19\n", "# burst of 3\n"]
+)
+def test_several_columns_are_shots_and_their_mean_says_so(head):
+    text = shots_text("{},{},{},{}\n", Y, 1.5 * Y + 3, 0.5 * Y + 1, head=head)
+
+    assert len(read_shots(text.encode())) == 3
+    found = read_spectrum(text.encode())
+    assert found.intensity == pytest.approx(Y + 4 / 3)
+    assert found.notes[-1] == "the mean of 3 shots"
+
+
+def test_columns_beside_the_counts_are_named_and_left_out():
+    found = read_spectrum(DIALECTS["avantes"].encode())
+
+    assert "not used: column 3 (Dark [counts]), column 4 (Reference [counts])" in found.notes
+
+
+def test_columns_without_names_that_are_no_shots_are_a_question():
+    text = shots_text("{} {} {}\n", Y, np.sqrt(Y)).encode()
+
+    with pytest.raises(Unreadable, match="too unlike to be shots of one spectrum; say which with"):
+        read_spectrum(text)
+    assert read_spectrum(text, columns=("1", "2")).intensity.tolist() == Y.tolist()
+
+
+@pytest.mark.parametrize("columns", [("1", "3"), ("nm", "b"), ("NM", "B")])
+def test_columns_may_be_said(columns):
+    text = shots_text("{};{};{}\n", Y, Y + 1, head="nm;a;b\n").encode()
+
+    assert read_spectrum(text, columns=columns).intensity.tolist() == (Y + 1).tolist()
+
+
+@pytest.mark.parametrize(
+    ("columns", "sentence"),
+    [(("1", "4"), "no column 4; the table has 3"), (("nm", "c"), "no columns are headed 'c'")],
+)
+def test_columns_that_are_not_there_are_told(columns, sentence):
+    text = shots_text("{};{};{}\n", Y, Y + 1, head="nm;a;b\n").encode()
+
+    with pytest.raises(Unreadable, match=sentence):
+        read_spectrum(text, columns=columns)
+
+
+def test_spectra_one_below_the_other_are_shots():
+    text = rows("{} {}\n") + rows("{} {}\n", X, Y + 2)
+    found = read_spectrum(text.encode())
+
+    assert found.intensity == pytest.approx(Y + 1)
+    assert found.notes[0] == "2 spectra stand one below the other"
+
+
+def test_detectors_that_overlap_are_sorted_and_the_note_says_so():
+    x = np.concatenate([np.linspace(200, 420, 100), np.linspace(410, 900, 100)])
+    y = np.random.default_rng(5).normal(100, 9, 200)
+    found = read_spectrum(rows("{:.3f},{:.2f}\n", x, y).encode())
+
+    assert len(found) == 200
+    assert found.notes == ("the wavelengths go back at 1 places; the ranges overlap there",)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (rows("{},0\n"), "every intensity is 0"),
+        (rows("{},1000\n"), "every intensity is 1000: is this the column of counts"),
+        (rows("500.25,{1}\n"), "60 rows have only 1 different wavelengths"),
+        (rows("{:.0f},{}\n", np.repeat(X[:20], 3)), "60 rows have only 20 different"),
+        ("pixel,raw\n" + "".join(f"{i + 150},{y}\n" for i, y in enumerate(Y)), "headed 'pixel'"),
+        ("".join(f"{i},{y}\n" for i, y in enumerate(Y)), "channel numbers"),
+        ("Raman shift (cm-1),counts\n" + rows("{},{}\n"), "not a wavelength"),
+        ("nm;counts\n" + "".join(f"{i + 200};12,34{i % 10}\n" for i in range(60)), "may be 12.340"),
+        (rows("{},{}\n").rstrip()[: -len(str(Y[-1])) - 3], "cut off while it was written"),
+        (rows("{},{}\n") + "962.1,5,7\n", "line 61 has 3 columns"),
+        ("PK\x03\x04\0\0", "a zip archive, or a spreadsheet"),
+        ("\x89PNG\r\n\x1a\n\0\0", "a picture"),
+        ("Dear colleague,\nhere are the spectra.\nBest\n", "no line of it is two numbers"),
+    ],
+)
+def test_what_would_be_a_silent_wrong_reading_is_refused(text, sentence):
+    with pytest.raises(Unreadable, match=sentence):
+        read_spectrum(text.encode("latin-1") if text[0] in "P\x89" else text.encode())

@@ -1,0 +1,163 @@
+"""Binary formats, written here byte by byte as instruments write them, and read back the same."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from labrun.reduction import Unreadable, read_shots, read_spectrum
+from labrun.reduction.spectrum.formats import library
+
+N = 64
+X = np.linspace(200.0, 900.0, N)
+Y = np.round(np.abs(np.random.default_rng(4).normal(500, 300, N)), 2).astype(np.float32)
+
+
+def spc(x=X, shots=(Y,), kind=3, even=True):
+    """Galactic's new format, little-endian; kind 1: wavenumbers, 2: micrometres, 3: nanometres."""
+    flags = (0x80 if not even else 0) | (0x04 if len(shots) > 1 else 0)
+    head = struct.pack(
+        "<BBBBIddIBBBB", flags, 0x4B, 0, 0x80, len(x), x[0], x[-1], len(shots), kind, 4, 0, 0
+    )
+    head += struct.pack("<I", 2019 << 20 | 1 << 16 | 31 << 11 | 11 << 6 | 58)
+    body = b"" if even else x.astype("<f4").tobytes()
+    for at, shot in enumerate(shots):
+        body += struct.pack("<BBHfffIIf4x", 0, 0x80, at, at, at, 0, len(x), 0, 0)
+        body += shot.astype("<f4").tobytes()
+    return head.ljust(512, b"\0") + body
+
+
+def sif(shots=(Y,), axis="190.0 10.0 0 0"):
+    """Andor Solis, version 65567: axis is a polynomial in the pixel, from 1."""
+    zeros = "0 " * 16
+    text = (
+        "Andor Technology Multi-Channel File\n65538 1\n65567 0 0 1 1731005709 -49.2           "
+        f"0 0.1 0.1 0.1 1 \0 0.1 1e-06 0 1 1 0 0 0.1 {zeros}0 1 8\nDU401\n{N} 256 8\nfile.sif \n"
+        "65538 4\nnote\n65538         0 0\n" + "skip\n" * 8 + "65540 Shamrock\nskip\n"
+        + "0 " * 8 + "\n" * 8 + f"65539 {axis}\n0 1 0 0\n0 1 0 0\n0\n422\n13\n13\n"
+        f"10\nWavelength6\nCounts5\nPixel65541 1 256 {N} 1 {len(shots)} 1 {N * len(shots)} {N}\n"
+        f"65538 1 256 {N} 1 256 1 0\n" + "0\n" * len(shots) + "0\n"
+    )  # fmt: skip
+    return text.encode() + b"".join(shot.astype("<f4").tobytes() for shot in shots)
+
+
+def raw8(*channels):
+    """AvaSoft 8: each channel its wavelengths, counts, dark and reference."""
+    raw = b"AVS84" + bytes([len(channels)])
+    for at, (x, y, dark) in enumerate(channels):
+        head = struct.pack("<bB2x10s64sB", at, 0, b"1204091U1", b"mine", 1)
+        head += struct.pack("<HHfIIBBHBBBBBHIIfH", 0, len(x) - 1, 1.05, 0, 1, 0, 0, 0, 0, 0, 0, 0, 2,
+                            0, 0, 0, 0.0, 0)  # fmt: skip
+        head += struct.pack("<IIfffff5d130s", 0, 0, 20, 20, 0, 0, 1, *[0.0] * 5, b"made here")
+        columns = (x, y, dark, np.zeros(len(x)))
+        data = head + b"".join(np.asarray(c).astype("<f4").tobytes() for c in columns)
+        raw += struct.pack("<H2x", len(data) + 4) + data + b"\0" * 10
+    return raw
+
+
+def hdf5(tmp_path, fill):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "s.h5", "w") as file:
+        fill(file)
+    return (tmp_path / "s.h5").read_bytes()
+
+
+@pytest.mark.parametrize("even", [True, False])
+def test_a_galactic_file_is_read_back(even):
+    pytest.importorskip("spc_io")
+    found = read_spectrum(spc(even=even))
+
+    assert found.wavelength_nm == pytest.approx(X, rel=1e-7)
+    assert found.intensity.tolist() == Y.tolist()
+
+
+def test_a_galactic_file_of_several_spectra_gives_shots_and_micrometres_are_converted():
+    pytest.importorskip("spc_io")
+    found = read_shots(spc(X / 1000, (Y, Y + 2), kind=2))
+
+    assert found.wavelength_nm == pytest.approx(X)
+    assert (found.intensity[1] - found.intensity[0]).tolist() == pytest.approx([2] * N, abs=1e-4)
+    assert found.notes == ("wavelengths in um, as the file says",)
+
+
+def test_a_galactic_file_over_wavenumbers_and_a_part_of_one_are_refused():
+    pytest.importorskip("spc_io")
+    with pytest.raises(Unreadable, match="whose axis is XWAVEN, not a wavelength"):
+        read_spectrum(spc(kind=1))
+    with pytest.raises(Unreadable, match="is the file complete"):
+        read_spectrum(spc()[:-30])
+
+
+def test_an_andor_file_is_read_back_with_its_shots():
+    pytest.importorskip("sif_parser")
+    found = read_shots(sif((Y, 2 * Y)))
+
+    assert found.wavelength_nm == pytest.approx(190 + 10 * np.arange(1, N + 1))
+    assert found.intensity.tolist() == [Y.tolist(), (2 * Y).tolist()]
+
+
+def test_an_andor_file_without_a_calibration_or_its_end_is_refused():
+    pytest.importorskip("sif_parser")
+    with pytest.raises(Unreadable, match="channel numbers"):
+        read_spectrum(sif(axis="0 1 0 0"))
+    for cut in (200, 500, len(sif()) - 40):
+        with pytest.raises(Unreadable, match="is the file complete"):
+            read_spectrum(sif()[:cut])
+
+
+def test_an_avasoft_file_joins_its_spectrometers_and_subtracts_the_dark():
+    pytest.importorskip("avaread")
+    half = N // 2
+    dark = np.full(half, 31.5)
+    found = read_spectrum(raw8((X[:half], Y[:half], dark), (X[half:], Y[half:], dark)))
+
+    assert found.wavelength_nm == pytest.approx(X, rel=1e-7)
+    assert found.intensity == pytest.approx(Y - 31.5, abs=1e-4)
+    with pytest.raises(Unreadable, match="is the file complete"):
+        read_spectrum(raw8((X, Y, np.zeros(N)))[:-60])
+
+
+def test_the_default_plot_of_a_nexus_file_is_read(tmp_path):
+    def fill(file):
+        file.attrs["default"] = "entry"
+        entry = file.create_group("entry")
+        entry.attrs["default"] = "libs"
+        libs = entry.create_group("libs")
+        libs.attrs.update(signal="counts", axes=["shot", "lambda"])
+        libs["counts"] = np.stack([Y, Y + 1])
+        libs["lambda"] = 10 * X
+        libs["lambda"].attrs["units"] = "angstrom"
+        libs["other"] = np.arange(N)
+
+    found = read_shots(hdf5(tmp_path, fill))
+
+    assert found.wavelength_nm == pytest.approx(X)
+    assert found.intensity.tolist() == [Y.tolist(), (Y + 1).tolist()]
+
+
+def test_datasets_are_known_by_their_names_or_asked_for(tmp_path):
+    def plain(file):
+        file["wavelength"], file["intensity"], file["dark"] = X, Y, np.ones(N)
+
+    def unclear(file):
+        file["a/x1"], file["a/y1"], file["a/y2"] = X, Y, Y + 1
+
+    assert read_spectrum(hdf5(tmp_path, plain)).intensity.tolist() == Y.tolist()
+    with pytest.raises(Unreadable, match=r"name both, as in --columns .* it has /a/x1 \(64,\)"):
+        read_spectrum(hdf5(tmp_path, unclear))
+    found = read_spectrum(hdf5(tmp_path, unclear), columns=("a/x1", "a/y2"))
+    assert found.intensity.tolist() == (Y + 1).tolist()
+    with pytest.raises(Unreadable, match="no dataset a/z"):
+        read_spectrum(hdf5(tmp_path, unclear), columns=("a/x1", "a/z"))
+    with pytest.raises(Unreadable, match="is the file complete"):
+        read_spectrum(hdf5(tmp_path, plain)[:-300])
+
+
+@pytest.mark.parametrize("raw", [spc(), sif(), raw8((X, Y, Y)), b"\x89HDF\r\n\x1a\n" + b"\0" * 600])
+def test_without_its_reader_a_file_says_how_to_install_it(monkeypatch, raw):
+    def missing(name):
+        raise ImportError(name)
+
+    monkeypatch.setattr(library, "import_module", missing)
+    with pytest.raises(Unreadable, match=r"python -m pip install 'labrun\[formats\]'"):
+        read_spectrum(raw)
