@@ -11,7 +11,7 @@ from .fault import Unreadable
 from .spectrum import FloatArray
 
 AXIS = re.compile(r"wave|lambda|λ|^w\.?l\b|^nm\b|\[nm\]|\(nm\)|^x\b|^w$|[åÅ]ngstr|^axis", re.I)
-COUNTER = re.compile(r"pixel|channel|^(index|idx|no|nr|row|px|ch|#|n|i)\b\.?|order", re.I)
+COUNTER = re.compile(r"pixel|channel|^(index|idx|no|nr|row|px|ch|#)\b\.?|order", re.I)
 BESIDE = re.compile(
     r"dark|backg|\bbg\b|\bref|white|err|std|stdev|sigma|\bsd\b|unc|noise|±|%|transm|reflec|absor"
     r"|time|^[dr]$|flag|mask|weight|\bfit\b|valid", re.I
@@ -52,6 +52,8 @@ def choose(headings: Sequence[str], table: FloatArray, asked: Sequence[str] | No
     if len(shots) > 1 and not all(names[at] for at in shots):
         _check_alike(table, shots)
     aside = [_called(names, at) for at in range(len(table)) if at != axis and at not in shots]
+    if len(shots) > 1 and any(names[at] for at in shots):
+        notes.append(f"read as shots: {_listed([_called(names, at) for at in shots])}")
     if aside:
         notes.append(f"not used: {_listed(aside)}")
     return Chosen(axis, tuple(shots), _unit(names[axis]), tuple(notes))

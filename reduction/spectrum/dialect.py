@@ -75,16 +75,15 @@ def is_row(fields: list[str]) -> bool:
     """Whether a line holds numbers: two at least, or one and a channel without a count."""
     numbers = sum(map(numeric, fields))
     empty = sum(field.lower() in BAD_CHANNEL for field in fields)
-    first = numeric(fields[0]) or fields[0].lower() in BAD_CHANNEL
+    first = numeric(fields[0]) or fields[0].lower() in BAD_CHANNEL[1:]
     return first and numbers >= 1 and numbers + empty >= 2
 
 
 def find(text: bytes) -> Dialect | None:
     """The dialect of a text; None without a line of numbers."""
     above: list[str] = []
-    first: tuple[int, int, str, list[str]] | None = None
-    lone: tuple[int, int, str, list[str], int] | None = None
-    confirmed, n_above = 0, 0
+    first: tuple[int, int, str, list[str], int] | None = None  # the last: lines above it
+    lone, confirmed = first, 0
     for at, number, raw in lines_of(text):
         if not raw.strip():
             continue
@@ -103,17 +102,16 @@ def find(text: bytes) -> Dialect | None:
                 break
             continue
         if row:
-            first, confirmed, n_above = (at, number, separator, fields), 0, len(above)
-            lone = lone or (at, number, separator, fields, n_above)
+            first, confirmed = (at, number, separator, fields, len(above)), 0
+            lone = lone or first
         else:
             first = None
         above.append(line)
-    if confirmed == 0 and lone is not None:
-        *kept, n_above = lone
-        first = (kept[0], kept[1], kept[2], kept[3])
+    if first is None or confirmed == 0:
+        first = lone
     if first is None:
         return None
-    at, number, separator, fields = first
+    at, number, separator, fields, n_above = first
     told = tuple(above[:n_above])
     sample = _sample(text, at, separator)
     return Dialect(

@@ -87,6 +87,11 @@ def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
             f"{unique[0]:g}, so that their order is unknown; are decimals missing, or is this "
             "another column? Export them with more decimals, or say the columns with --columns"
         )
+    if len(nm) > 3 and (np.all(steps[1:] > 0) or np.all(steps[1:] < 0)):
+        raise Unreadable(
+            f"the first line of numbers ({nm[0]:g}) is not in the order of those that follow "
+            f"({nm[1]:g}, {nm[2]:g}, ...): is it a part of the header? Put # before it"
+        )
     back = int(np.sum(steps < 0))
     if back > max(SOME_BACK * len(steps), 1) and np.sum(steps > 0) > max(SOME_BACK * len(steps), 1):
         notes.append("the rows were not in the order of their wavelengths, and were sorted")

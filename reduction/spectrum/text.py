@@ -11,7 +11,7 @@ import numpy as np
 
 from .axis import Unit, unit_named
 from .columns import AXIS, choose
-from .dialect import COMMENT, Dialect, fields_of, find, is_row, lines_of, numeric, value
+from .dialect import COMMENT, Dialect, fields_of, find, lines_of, numeric, value
 from .fault import Unreadable
 from .readout import Readout
 from .spectrum import FloatArray
@@ -32,8 +32,9 @@ def read_text(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
     if dialect is None:
         raise _no_numbers(text)
     notes: list[str] = []
-    if dialect.columns == 2 and dialect.separator != "," and dialect.decimal == ",":
-        body = text[dialect.begin :].replace(b",", b".")
+    body = text[dialect.begin :]
+    if dialect.columns == 2 and dialect.decimal == "," != dialect.separator and b"." not in body:
+        body = body.replace(b",", b".")
         table = _pairs(text[: dialect.begin] + body, dialect, ".")
     elif dialect.columns == 2:
         table = _pairs(text, dialect, dialect.decimal)
@@ -189,7 +190,7 @@ def _no_numbers(text: bytes) -> Unreadable:
                     "a spectrum has two, wavelength and intensity"
                 )
             return Unreadable(f"line {number} is not two numbers: {line[:SHOWN]!r}")
-    if len(lines) <= 1 or any(is_row(fields_of(line, ",")) for _, line in lines):
+    if AXIS.search(lines[-1][1]) and lines[0][1][0] not in "{[<":
         return Unreadable("the spectrum is empty: it has no row of wavelength and intensity")
     return Unreadable(
         f"no line of it is two numbers; the first is {lines[0][1][:SHOWN]!r}: is it a spectrum?"

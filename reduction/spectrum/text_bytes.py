@@ -30,6 +30,7 @@ KINDS = (
     (b"Rar!", "a rar archive; unpack it"),
     (b"SQLite format", "a database"),
     (b"PAR1", "a Parquet table"),
+    (b"##TITLE", "a JCAMP-DX file; export it as CSV"),
     (b"MATLAB 5.0", "a MATLAB file; save its variables as CSV or HDF5"),
 )
 BEGINNING = 4096
@@ -54,7 +55,7 @@ def text_bytes(raw: bytes) -> bytes:
 def kind_of(raw: bytes) -> str:
     """What a file that is no text is, as the end of a sentence; empty for text."""
     for magic, kind in KINDS:
-        if raw.startswith(magic) and (len(magic) > 2 or b"\0" in raw[:BEGINNING]):
+        if raw.lstrip().startswith(magic) and (len(magic) > 2 or b"\0" in raw[:BEGINNING]):
             return kind
     return "not text" if b"\0" in raw[:BEGINNING] else ""
 

@@ -55,7 +55,8 @@ def _plot(h5py: Any, file: Any) -> tuple[Any, Any]:
 
 def _groups(h5py: Any, file: Any) -> list[Any]:
     """The group that is the default plot, then every other, as NeXus says."""
-    found, at = [], file
+    found: list[Any] = []
+    at: Any = file
     while isinstance(at, h5py.Group):
         found.append(at)
         name = _text(at.attrs.get("default"))

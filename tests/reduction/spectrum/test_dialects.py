@@ -84,9 +84,19 @@ DIALECTS = {
     "pixel bare": "".join(f"{i} {a} {b}\n" for i, (a, b) in enumerate(zip(X, Y, strict=True))),
     "with errors": "wavelength,intensity,std\n" + rows("{0},{1},2.25\n"),
     "trailing separator": rows("{};{};\n"),
+    "thousands by points": ("nm;counts\n" + rows("{};{:,.3f}\n", X, 1000 * Y)).translate(
+        str.maketrans(".,", ",.")),
+    "sep line": "sep=;\nWave;Int\n" + rows("{};{}\n"),
+    "pandas": ",wavelength,intensity\n" + "".join(
+        f"{i},{a},{b}\n" for i, (a, b) in enumerate(zip(X, Y, strict=True))),
+    "symbols": "lambda\tI\tsigma_I\n" + rows("{0}\t{1}\t2.25\n"),
+    "mean of shots": "wavelength,mean,std\n" + rows("{0},{1},9.5\n"),
+    "scientific comma": commas(rows("{:.6E};{:.6E}\n")),
+    "empty columns": "Wave;Int;;;\n" + rows("{};{};;;\n"),
+    "in rows": ",".join(map(str, X)) + "\n" + ",".join(map(str, Y)) + "\n",
     "thousands": "nm;counts\n" + rows("{};{:,.3f}\n", X, 1000 * Y),
 }  # fmt: skip
-SCALED = {"thousands": 1000.0}
+SCALED = {"thousands": 1000.0, "thousands by points": 1000.0}
 
 
 @pytest.mark.parametrize("name", DIALECTS)
@@ -210,6 +220,9 @@ def test_detectors_that_overlap_are_sorted_and_the_note_says_so():
         ("Raman shift (cm-1),counts\n" + rows("{},{}\n"), "not a wavelength"),
         ("nm;counts\n" + "".join(f"{i + 200};12,34{i % 10}\n" for i in range(60)), "may be 12.340"),
         (rows("{},{}\n").rstrip()[: -len(str(Y[-1])) - 3], "cut off while it was written"),
+        ("2048 3\n" + rows("{} {}\n"), r"first line of numbers \(2048\) is not in the order"),
+        ("##TITLE= x\n##JCAMP-DX=4.24\n" + rows("{} {}\n"), "a JCAMP-DX file; export it as CSV"),
+        ('{"wavelength": [200, 201], "counts": [1, 2]}', "no line of it is two numbers"),
         (rows("{},{}\n") + "962.1,5,7\n", "line 61 has 3 columns"),
         ("PK\x03\x04\0\0", "a zip archive, or a spreadsheet"),
         ("\x89PNG\r\n\x1a\n\0\0", "a picture"),

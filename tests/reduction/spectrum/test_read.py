@@ -37,6 +37,7 @@ def test_a_file_is_read_by_its_path(tmp_path):
         b"200\t1\n\n201\t-2\n",
         b"# analyser 3\nnm counts\n200 1\n201 -2\n",
         b" 200 , 1 , 7\n+2.01e2,-2.,x\n",
+        b"200,1\n201,-2\nDate: today\n",
     ],
 )
 def test_separators_comments_and_further_columns_are_understood(text):
