@@ -83,7 +83,7 @@ def _stretch(text: str) -> tuple[float, float]:
 
 
 def _print(reduction: "Reduction") -> None:
-    from ..figures.spectrum_figures import share_of
+    from ..tables.plot import cation_fraction
 
     typer.echo(f"{reduction.n_peaks} peaks, wavelengths in {reduction.medium}")
     for note in reduction.notes:
@@ -92,7 +92,7 @@ def _print(reduction: "Reduction") -> None:
     for element, peak in reduction.elements.items():
         said = f"{peak.area:.5g} ± {peak.area_error:.2g} counts nm" if peak.area else f"{peak.fate}"
         typer.echo(f"{element:>4} {said}")
-    plasma, share = reduction.plasma, share_of(reduction)
+    plasma, share = reduction.plasma, cation_fraction(reduction)
     if plasma is None:
         typer.echo("the plasma temperature cannot be determined")
         return
@@ -102,6 +102,9 @@ def _print(reduction: "Reduction") -> None:
     if plasma.log10_ne is not None:
         typer.echo(f"log10 ne = {plasma.log10_ne:.2f} ± {plasma.log10_ne_error or 0.0:.2f} per cm3")
     if share is not None:
-        typer.echo(f"Li is {share.share:.3f} ± {share.share_error:.3f} of the cations, by atoms")
+        typer.echo(
+            f"Li cation fraction {share.share:.3f} ± {share.share_error:.3f} "
+            f"(atoms, of {', '.join(share.elements)})"
+        )
     for flag in plasma.flags:
         typer.echo(flag)

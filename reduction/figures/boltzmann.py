@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..elements.plot_lines import plot_lines
 from ..lines.lines import BOLTZMANN_EV_PER_K
-from ..plasma.boltzmann import CALIBRATION, PlotLines
+from ..plasma.boltzmann import CALIBRATION
 from ..plasma.strengths import atoms
 from ..reduce import Reduction
+from ..tables.plot import lines_of_plot
 from .paper import CLASS_COLOURS, INK, ONE_COLUMN_IN, SMALL, place
 
 if TYPE_CHECKING:
@@ -18,17 +18,6 @@ if TYPE_CHECKING:
 
 MARKERS = "osD^vP*Xph"
 COLOURS = (*CLASS_COLOURS, "#882255", "#44AA99", "#332288")
-
-
-def lines_of_plot(reduction: Reduction) -> PlotLines | None:
-    """The lines that the plasma's plot was fitted to; None where there was no plot."""
-    found = reduction.identified
-    if found is None or found.plot is None:
-        return None
-    lines = plot_lines(
-        reduction.peaks, found.catalogue, found.effective, found.matched, found.indexed
-    )
-    return lines if len(lines) == len(found.plot.residual) else None
 
 
 def boltzmann_figure(reduction: Reduction) -> Figure:

@@ -12,6 +12,7 @@ from ..maps.maps import ElementMap
 from .layout import MARGIN_IN, Layout, lay_out
 from .map_panel import draw_cells, extent, hole_key, scale_bar
 from .paper import COLOURS, QUIET, SMALL, paper, place, save, short, write
+from .robust import Limits, robust_limits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,13 +21,13 @@ FOOTER_IN, HEADING_IN = 0.42, 0.2
 RANGE_IN, BAR_IN = 0.13, 0.29  # below each panel: its range, or its own colour bar
 COLOUR_BAR_IN = 1.55
 LEAST_BAR_IN = 0.7  # room for two numbers
-COLOUR_LABEL = "lowest to highest value of each map"
+COLOUR_LABEL = "the range below each map"
 
 
 def draw_element_maps(
     maps: Mapping[str, ElementMap], path: Path, title: str = "", unit: str = "mm"
 ) -> Path:
-    """Draw one panel a map, each from its smallest value (0) to its largest (1), into a file.
+    """Draw one panel a map, each on its own range (see `robust_limits`), into a file.
 
     maps: panel title -> map, all of one sample, coordinates in `unit`. The format is that of the
     path's suffix (.png, .svg, .pdf). Gives the path back. Raises ValueError without a map.
@@ -40,14 +41,14 @@ def element_maps_figure(
     title: str = "",
     unit: str = "mm",
     own_bars: str | None = None,
-    limits: Mapping[str, tuple[float, float]] | None = None,
+    limits: Mapping[str, Limits] | None = None,
     below: Mapping[str, str] | None = None,
 ) -> Figure:
     """The figure itself, for those who want to draw more into it.
 
-    own_bars: a unit, where each map is to have a colour bar of its own in that unit; one bar from
-    each map's lowest to its highest if None. limits: lowest and highest value by title, those of
-    the map where not said. below: the range in words under each map.
+    own_bars: a unit, where each map is to have a colour bar of its own in that unit; one bar for
+    the ranges below the maps if None. limits: of the colours by title, `robust_limits` of the map
+    where not said. below: the range in words under each map; what lies beyond is added.
     """
     if not maps:
         raise ValueError("there is no map to draw")
@@ -63,38 +64,38 @@ def element_maps_figure(
     for index, (name, element_map) in enumerate(maps.items()):
         left, bottom, width, height = layout.at(index)
         panel = place(figure, left, bottom, width, height)
-        lowest, highest = _limits(element_map, (limits or {}).get(name))
-        mesh = draw_cells(panel, element_map, colours, lowest, highest)
+        scale = _limits(element_map, (limits or {}).get(name))
+        mesh = draw_cells(panel, element_map, colours, scale.lowest, scale.highest)
         panel.set_title(name, pad=3)
         holes |= bool(np.isnan(element_map.values).any())
         if own_bars is None:
-            said = (below or {}).get(name, f"{short(lowest)} to {short(highest)}")
+            said = (below or {}).get(name, f"{short(scale.lowest)} to {short(scale.highest)}")
+            said = "; ".join(filter(None, (said, scale.said)))
             write(figure, left + width / 2, bottom - 0.035, said, fontsize=5.5, color=QUIET,
                   ha="center", va="top")  # fmt: skip
         else:
-            _own_bar(figure, mesh, left, bottom, width, lowest, highest)
+            _own_bar(figure, mesh, left, bottom, width, scale)
     if title:
         write(figure, MARGIN_IN, layout.size[1] - MARGIN_IN, title, fontweight="bold", va="top")
     _footer(figure, layout, unit, first, holes, mesh, own_bars)
     return figure
 
 
-def _limits(element_map: ElementMap, given: tuple[float, float] | None) -> tuple[float, float]:
-    known = element_map.values[np.isfinite(element_map.values)]
-    if given is None:
-        given = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-    lowest, highest = given
-    return (lowest, highest) if highest > lowest else (lowest, lowest + 1.0)
+def _limits(element_map: ElementMap, given: Limits | None) -> Limits:
+    found = given or robust_limits(element_map.values)
+    return found if found.highest > found.lowest else Limits(found.lowest, found.lowest + 1.0)
 
 
-def _own_bar(figure: Figure, mesh, left, bottom, width, lowest, highest) -> None:
+def _own_bar(figure: Figure, mesh, left, bottom, width, scale: Limits) -> None:
     left, width = min(left, left + (width - LEAST_BAR_IN) / 2), max(width, LEAST_BAR_IN)
     bar = figure.colorbar(
         mesh, cax=place(figure, left, bottom - 0.1, width, 0.06), orientation="horizontal",
-        ticks=[lowest, highest],
+        ticks=[scale.lowest, scale.highest],
     )  # fmt: skip
     _plain(bar)
-    bar.ax.set_xticklabels([short(lowest), short(highest)])
+    low = short(scale.lowest) + (f" ({scale.below} below)" if scale.below else "")
+    high = short(scale.highest) + (f" ({scale.above} above)" if scale.above else "")
+    bar.ax.set_xticklabels([low, high])
     for text, side in zip(bar.ax.get_xticklabels(), ("left", "right"), strict=True):
         text.set_horizontalalignment(side)
 

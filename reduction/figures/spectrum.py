@@ -22,6 +22,7 @@ LEFT_IN, RIGHT_IN, BOTTOM_IN = 0.55, 0.16, 0.38
 NAME_IN = 0.088  # that a name takes along the axis
 MOST_NAMES = 34
 LEAST_HEIGHT = 0.025  # of the highest in the stretch, on a linear scale
+ALWAYS = 10  # of the highest in a stretch, named by their wavelengths where by nothing else
 
 
 def spectrum_figure(reduction: Reduction, log: bool = False) -> Figure:
@@ -31,7 +32,7 @@ def spectrum_figure(reduction: Reduction, log: bool = False) -> Figure:
     x, y = reduction.profiles.wavelength_nm, reduction.profiles.counts
     n = int(np.clip(np.ceil((x[-1] - x[0]) / STRETCH_NM), 1, MOST_STRETCHES))
     names = peak_names(reduction)
-    band = BAND_IN if any(names) else 0.05
+    band = BAND_IN if len(names) else 0.05
     row_in = AXES_IN + band + BETWEEN_IN
     height = BOTTOM_IN + n * row_in - BETWEEN_IN + 0.04
     figure = Figure(figsize=(TWO_COLUMNS_IN, height))
@@ -76,10 +77,10 @@ def _names(figure: Figure, axes: Axes, reduction: Reduction, names, bottom, x, y
     tops = y[np.clip(np.searchsorted(x, centre), 0, len(y) - 1)]
     under = np.interp(centre, x, reduction.profiles.under)
     rise = np.log(np.maximum(tops, 1e-9) / np.maximum(under, 1e-9)) if log else tops - under
-    inside = [
-        k for k in np.flatnonzero((centre > first) & (centre < last))
-        if names[k] and (log or rise[k] > LEAST_HEIGHT * (high - low))
-    ]  # fmt: skip
+    here = np.flatnonzero((centre > first) & (centre < last))
+    here = here[log | (rise[here] > LEAST_HEIGHT * (high - low))]
+    always = set(here[np.argsort(-rise[here], kind="stable")][:ALWAYS].tolist())
+    inside = [k for k in here.tolist() if names[k] or k in always]
     across = TWO_COLUMNS_IN - LEFT_IN - RIGHT_IN
     most = min(MOST_NAMES, int(across / NAME_IN))
     chosen = sorted(sorted(inside, key=lambda k: -rise[k])[:most], key=lambda k: centre[k])
@@ -94,5 +95,5 @@ def _names(figure: Figure, axes: Axes, reduction: Reduction, names, bottom, x, y
             Line2D(np.array([here, here, there]) / wide, np.array([up + 0.02, knee, foot]) / tall,
                    color=QUIET, linewidth=0.3)
         )  # fmt: skip
-        figure.text(there / wide, (foot + 0.015) / tall, names[k], rotation=90, fontsize=4.8,
-                    ha="center", va="bottom")  # fmt: skip
+        figure.text(there / wide, (foot + 0.015) / tall, names[k] or f"? {centre[k]:.1f}",
+                    rotation=90, fontsize=4.8, ha="center", va="bottom")  # fmt: skip

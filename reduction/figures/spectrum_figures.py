@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..plasma.lithium_share import LithiumShare, lithium_share
 from ..reduce import Reduction
 from ..spectrum.spectrum import Spectrum
-from .boltzmann import boltzmann_figure, lines_of_plot
+from ..tables.plot import cation_fraction, lines_of_plot
+from .boltzmann import boltzmann_figure
 from .fit_window import fit_figure, window_around
 from .lithium_ratio import lithium_ratio_figure
 from .lithium_share import lithium_share_figure
@@ -38,14 +38,6 @@ def draw_spectrum(
         ]
 
 
-def share_of(reduction: Reduction) -> LithiumShare | None:
-    """Lithium's share of the cations, where the plasma's plot has its lines."""
-    lines, found = lines_of_plot(reduction), reduction.identified
-    if lines is None or found is None or found.plot is None:
-        return None
-    return lithium_share(lines, found.plot)
-
-
 def _figures(reduction: Reduction, window_nm, log) -> Iterator[tuple[str, Callable]]:
     if len(reduction.peaks):
         yield "fit", lambda: fit_figure(reduction, window_nm)
@@ -59,7 +51,7 @@ def _figures(reduction: Reduction, window_nm, log) -> Iterator[tuple[str, Callab
     if plasma.lithium is not None and plasma.method != "lithium ratio":
         ratio = _one(plasma.lithium.ratio, plasma.lithium.ratio_error)
         yield "lithium_ratio", lambda: lithium_ratio_figure(kelvin, ratio)
-    share = share_of(reduction)
+    share = cation_fraction(reduction)
     if share is not None:
         found = _one(share.share, share.share_error)
         curve = share.temperature_k, share.curve, share.low, share.high

@@ -7,20 +7,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..maps.maps import ElementMap
+from ..spectrum.spectrum import FloatArray
 from .layout import MARGIN_IN, lay_out
 from .map_panel import draw_cells, extent, hole_key, largest_extent, scale_bar
 from .paper import HEAT, SMALL, place, write
+from .robust import robust_limits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FOOTER_IN = 0.46
 BAR_IN = 1.4
-LIMITS = 0.01, 0.99  # quantiles: one wild fit does not take the colours of all others
+HEADING_IN = 0.3
 
 
-def temperature_map_figure(maps: dict[str, ElementMap], unit: str = "mm") -> Figure:
-    """maps: temperature in K by the sample's title. Raises ValueError where none is known."""
+def temperature_map_figure(
+    maps: dict[str, ElementMap], unit: str = "mm", error_k: FloatArray | None = None
+) -> Figure:
+    """maps: temperature in K by the sample's title. error_k: standard errors of the points, any
+    shape. Raises ValueError where no temperature is known."""
     import matplotlib
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
@@ -30,10 +35,10 @@ def temperature_map_figure(maps: dict[str, ElementMap], unit: str = "mm") -> Fig
     if not len(known):
         raise ValueError("there is no temperature to draw")
     largest = largest_extent(maps.values())
-    layout = lay_out(len(maps), *largest, 0.0, FOOTER_IN)
+    layout = lay_out(len(maps), *largest, 0.0, FOOTER_IN, HEADING_IN)
     figure = Figure(figsize=layout.size)
-    lowest, highest = (float(q) for q in np.quantile(known, LIMITS))
-    highest = max(highest, lowest + 1.0)
+    scale = robust_limits(known)
+    lowest, highest = scale.lowest, max(scale.highest, scale.lowest + 1.0)
     mesh = None
     for index, (name, one) in enumerate(maps.items()):
         panel = place(figure, *layout.of_smaller(index, *extent(one)))
@@ -54,5 +59,21 @@ def temperature_map_figure(maps: dict[str, ElementMap], unit: str = "mm") -> Fig
     bar.locator = MaxNLocator(4)
     bar.update_ticks()
     bar.ax.tick_params(labelsize=5.5, length=1.5, width=0.4, pad=1.5)
-    write(figure, edge - BAR_IN, line + 0.16, "plasma temperature (K)", fontsize=SMALL)
+    label = "plasma temperature (K)" + (f"; {scale.said}" if scale.said else "")
+    write(figure, edge - BAR_IN, line + 0.16, label, fontsize=SMALL)
+    write(figure, MARGIN_IN, layout.size[1] - MARGIN_IN, _title(known, error_k), va="top",
+          fontsize=SMALL, linespacing=1.35)  # fmt: skip
     return figure
+
+
+def _title(known: FloatArray, error_k: FloatArray | None) -> str:
+    """The median, and how well one point tells it."""
+    told = f"plasma temperature, median {np.median(known):,.0f} K of {len(known):,} points"
+    errors = np.empty(0) if error_k is None else error_k[np.isfinite(error_k)]
+    if not len(errors):
+        return f"{told}\nstandard errors not known"
+    low, middle, high = np.quantile(errors, [0.16, 0.5, 0.84])
+    return (
+        f"{told}\nstandard error of a point: median ± {middle:,.0f} K, "
+        f"for two thirds ± {low:,.0f} to {high:,.0f} K"
+    )

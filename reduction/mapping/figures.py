@@ -13,7 +13,8 @@ from ..figures.paper import paper, save
 from ..figures.series import Series
 from ..figures.temperature_map import temperature_map_figure
 from ..maps.classes.classify import Classes
-from ..maps.points.lithium import lithium_ratios, lithium_shares
+from ..maps.classes.minerals import UNNAMED
+from ..maps.points.lithium import lithium_ratios
 from ..maps.points.points import Points
 from ..maps.scattered import along_line, map_of
 from ..spectrum.spectrum import BoolArray, FloatArray
@@ -47,7 +48,9 @@ def _figures(points: Points, elements, classes, choices: MapChoices) -> Iterator
         )
     if areas and np.isfinite(points.temperature_k).any():
         maps = _maps(points, points.temperature_k, areas)
-        yield "temperature_map", lambda: temperature_map_figure(maps, points.unit)
+        drawn = np.any(list(areas.values()), axis=0) & np.isfinite(points.temperature_k)
+        error_k = points.temperature_error_k[drawn]
+        yield "temperature_map", lambda: temperature_map_figure(maps, points.unit, error_k)
     if classes is not None:
         yield "classes", lambda: class_scatter_figure(points, classes)
     yield from _lithium(points, classes)
@@ -57,19 +60,25 @@ def _lithium(points: Points, classes: Classes | None) -> Iterator[Drawn]:
     if points.reduced is None:
         return
     labels = None if classes is None else classes.label.astype(np.float64)
+    names = {} if classes is None else _names(classes)
     kelvin = Series(points.temperature_k, points.temperature_error_k)
     at, here = points.spectrum, points.spectrum >= 0
     found = lithium_ratios(points.reduced)
     ratio = Series(np.where(here, found.value[at], np.nan), np.where(here, found.error[at], np.nan))
     if np.isfinite(ratio.value * kelvin.value).any():
-        yield "lithium_ratio", lambda: lithium_ratio_figure(kelvin, ratio, labels)
-        share = np.where(here, lithium_shares(points.reduced)[at], np.nan)
+        yield "lithium_ratio", lambda: lithium_ratio_figure(kelvin, ratio, labels, names)
+    told = points.reduced.li_cation_fraction, points.reduced.li_cation_fraction_error
+    share, error = (np.where(here, values[at], np.nan) for values in told)
+    if np.isfinite(share * kelvin.value).any():
         yield (
             "lithium_fraction",
-            lambda: lithium_share_figure(
-                kelvin, Series(share, np.full(len(share), np.nan)), labels
-            ),
+            lambda: lithium_share_figure(kelvin, Series(share, error), labels, names=names),
         )
+
+
+def _names(classes: Classes) -> dict[int, str]:
+    """The likely mineral of each class that has one."""
+    return {s.number - 1: s.likely for s in classes.summary if s.likely != UNNAMED}
 
 
 def _maps(points: Points, values: FloatArray, areas: dict[str, BoolArray]):

@@ -9,6 +9,7 @@ import numpy as np
 from ..figures.element_maps import element_maps_figure
 from ..figures.line_scan import line_scan_figure
 from ..figures.paper import short
+from ..figures.robust import robust_limits
 from ..maps.classes.classify import Classes
 from ..maps.points.points import Points
 from ..maps.points.scales import on_scale
@@ -48,11 +49,10 @@ def _elements(points: Points, elements, choices: MapChoices, own: BoolArray, sai
         title = _title(points, element)
         value = on_scale(points, element, choices.scale)
         maps[title] = map_of(points.x[own], points.y[own], value[own])
-        known = value[np.isfinite(value)]
-        limits[title] = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-        area = points.area[element][np.isfinite(points.area[element])]
-        if len(area):
-            below[title] = f"{short(float(area.min()))} to {short(float(area.max()))}"
+        limits[title] = robust_limits(value)
+        if np.isfinite(points.area[element]).any():
+            area = robust_limits(points.area[element])
+            below[title] = f"{short(area.lowest)} to {short(area.highest)}"
     return element_maps_figure(
         maps,
         said,

@@ -80,6 +80,8 @@ PLASMA = (
     number("temperature_err", "K", decimals=1),
     number("log10_ne", "per cm3", decimals=3),
     number("log10_ne_err", decimals=3),
+    number("li_cation_fraction", decimals=5),
+    number("li_cation_fraction_err", decimals=5),
     text("method"),
     text("flags"),
 )

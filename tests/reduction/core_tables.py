@@ -9,6 +9,7 @@ import numpy as np
 from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction import Reduction, read_spectrum, reduce_spectrum
 from labrun.reduction.figures.peak_names import peak_names
+from labrun.reduction.tables.plot import cation_fraction
 
 ELEMENTS = ("Li", "H", "K", "Na", "Si", "Al", "Rb", "Mg")
 COLUMNS, ROWS, PITCH_MM = 24, 12, 0.2
@@ -21,7 +22,10 @@ FOUND = (
     "spectrum,element,status,score,lines_matched,lines_expected,area,line_nm,confounders,"
     "detection_limit"
 )
-PLASMA = "spectrum,temperature_k,temperature_err,log10_ne,log10_ne_err,method,flags"
+PLASMA = (
+    "spectrum,temperature_k,temperature_err,log10_ne,log10_ne_err,"
+    "li_cation_fraction,li_cation_fraction_err,method,flags"
+)
 USUAL_NM = {"Li": 670.78, "H": 656.28, "K": 766.49, "Na": 589.0, "Si": 288.16, "Al": 396.15,
             "Rb": 780.03, "Mg": 279.55}  # fmt: skip
 
@@ -76,11 +80,12 @@ def add(tables: dict[str, list], name: str, reduction: Reduction) -> None:
         tables["elements"].append(
             [name, element, status, 0, 0, 0, f"{area:.7g}", USUAL_NM[element], "", 1]
         )
-    plasma = reduction.plasma
+    plasma, lithium = reduction.plasma, cation_fraction(reduction)
     assert plasma is not None
     tables["plasma"].append([
         name, plasma.temperature_k, plasma.temperature_error_k, plasma.log10_ne,
-        plasma.log10_ne_error, plasma.method, "",
+        plasma.log10_ne_error, *((lithium.share, lithium.share_error) if lithium else ("", "")),
+        plasma.method, "",
     ])  # fmt: skip
 
 

@@ -47,6 +47,8 @@ class Reduced:
     temperature_k: FloatArray
     temperature_error_k: FloatArray
     log10_ne: FloatArray
+    li_cation_fraction: FloatArray
+    li_cation_fraction_error: FloatArray
     paths: list[Path]
 
 
@@ -75,6 +77,8 @@ def read_reduced(folder: Path) -> Reduced | None:
         list(spectra), failed, _records(tables.get("peaks"), spectra),
         _records(tables.get("elements"), spectra), _spread(plasma, spectra, "temperature_k"),
         _spread(plasma, spectra, "temperature_err"), _spread(plasma, spectra, "log10_ne"),
+        _spread(plasma, spectra, "li_cation_fraction"),
+        _spread(plasma, spectra, "li_cation_fraction_err"),
         [table.path for table in tables.values()],
     )  # fmt: skip
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from labrun.reduction import Spectrum, element_map, reduce_spectrum
-from labrun.reduction.figures.boltzmann import boltzmann_figure, lines_of_plot
+from labrun.reduction.figures.boltzmann import boltzmann_figure
 from labrun.reduction.figures.class_map import class_map_figure
 from labrun.reduction.figures.class_scatter import class_scatter_figure
 from labrun.reduction.figures.element_maps import element_maps_figure
@@ -17,6 +17,7 @@ from labrun.reduction.figures.temperature_map import temperature_map_figure
 from labrun.reduction.maps.classes.classify import classify
 from labrun.reduction.maps.points.points import Points
 from labrun.reduction.plasma.lithium_share import lithium_share
+from labrun.reduction.tables.plot import lines_of_plot
 
 
 def one(value, error=1.0):
@@ -139,7 +140,7 @@ def test_the_temperature_curve_has_the_measured_points_on_it(overlaps):
         axes = figure.axes[0]
 
         assert axes.get_ylim()[1] > 0.6
-        assert "measured" in [text.get_text() for text in axes.get_legend().get_texts()]
+        assert "measured" in [text.get_text() for text in figure.legends[0].get_texts()]
         assert overlaps(figure) == []
 
 
@@ -215,3 +216,80 @@ def test_classes_are_named_beside_their_map_and_above_their_plane(overlaps):
         assert plane.axes[0].get_xlabel() == "Li 670.8 nm, area (counts nm)"
         assert overlaps(plane) == [] and overlaps(both) == []
         assert "none: no signal" in texts(both) and "A" in texts(both)
+
+
+def many(n=40):
+    """Temperatures and fractions of points in two classes, each with its error."""
+    rng = np.random.default_rng(6)
+    kelvin = Series(rng.uniform(9_000, 12_000, n), np.full(n, 250.0))
+    share = Series(rng.uniform(0.1, 0.4, n), rng.uniform(0.01, 0.03, n))
+    return kelvin, share, np.arange(n, dtype=float) % 2
+
+
+def test_the_fraction_of_lithium_has_vertical_errors_and_names_of_classes_off_the_points(overlaps):
+    kelvin, share, labels = many()
+    with paper():
+        figure = lithium_share_figure(
+            kelvin, share, labels, names={0: "spodumene", 1: "lepidolite"}
+        )
+        axes = figure.axes[0]
+        vertical = [np.array(bars.get_segments()) for bars in axes.collections]
+        heights = np.concatenate([np.ptp(lines[..., 1], axis=1) for lines in vertical])
+
+        assert sorted(heights[heights > 0]) == pytest.approx(sorted(2 * share.error), rel=1e-6)
+        assert {"1 spodumene", "2 lepidolite"} <= set(texts(figure))
+        assert axes.get_legend() is None and overlaps(figure) == []
+        key = figure.legends[0].get_window_extent()
+        assert not key.overlaps(axes.get_window_extent())
+
+
+def test_one_wild_fraction_does_not_set_the_scale_and_is_said():
+    kelvin, share, labels = many()
+    share.value[7] = 40.0
+    with paper():
+        axes = lithium_share_figure(kelvin, share, labels).axes[0]
+
+        assert axes.get_ylim()[1] < 0.5
+        assert axes.get_ylabel().endswith("; 1 above")
+
+
+def test_a_temperature_map_is_titled_with_its_errors(overlaps):
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(12.0), np.arange(9.0)))
+    kelvin = np.random.default_rng(8).normal(11_000, 200, len(x))
+    kelvin[5] = 60_000.0
+    with paper():
+        figure = temperature_map_figure(
+            {"": element_map(x, y, kelvin)}, "mm", np.linspace(200, 400, len(x))
+        )
+        said = "\n".join(texts(figure))
+
+        assert "plasma temperature, median 10,988 K of 108 points" in said
+        assert "standard error of a point: median ± 300 K, for two thirds ± 232 to 368 K" in said
+        assert "plasma temperature (K); 1 above" in said
+        assert overlaps(figure) == []
+
+
+def test_the_strongest_peaks_are_labelled_though_nothing_explains_them(make_truth, overlaps):
+    # Where no element has such lines: nothing may be named, and the highest are still told apart.
+    places = (301.37, 412.91, 523.77)
+    truth = make_truth([(900.0, nm, 0.05, 0.01) for nm in places])
+    reduction = reduce_spectrum(Spectrum(truth.wavelength_nm, truth.intensity))
+    with paper():
+        figure = spectrum_figure(reduction)
+        said = texts(figure)
+
+        for nm in places:
+            assert any(f"{nm:.1f}" in text for text in said)
+        assert overlaps(figure) == []
+
+
+def test_a_hot_pixel_leaves_the_other_cells_their_colours():
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(12.0), np.arange(9.0)))
+    area = np.random.default_rng(8).uniform(5, 10, len(x))
+    area[17] = 9_000.0
+    with paper():
+        figure = element_maps_figure({"Li": element_map(x, y, area)})
+        mesh = figure.axes[0].collections[0]
+
+        assert mesh.get_clim()[1] < 10.1
+        assert any(text.endswith("; 1 above") for text in texts(figure))

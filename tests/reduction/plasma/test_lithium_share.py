@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from labrun.reduction.figures.spectrum_figures import share_of
 from labrun.reduction.plasma.boltzmann import Known, fit_plot
 from labrun.reduction.plasma.lithium_share import lithium_share
 from labrun.reduction.plasma.strengths import atoms
+from labrun.reduction.tables.plot import cation_fraction
 
 from .uniform_plasma import lines_at
 
@@ -46,7 +46,7 @@ def test_no_lithium_has_no_share():
 
 def test_the_share_in_spodumene_is_near_that_of_its_formula(reduced):
     _, found = reduced("train", 0)
-    share = share_of(found)
+    share = cation_fraction(found)
 
     assert share.share == pytest.approx(0.25, abs=0.1)  # LiAlSi2O6: 1 of 4 cations
     assert 0 < share.share_error < 0.15
