@@ -20,6 +20,8 @@ from .text_bytes import shown, text_bytes
 SHOWN = 40  # characters of a faulty line shown in an error
 MANY_COLUMNS = 50  # in fewer rows than columns: a row for each shot
 WHOLE = re.compile(r"[+-]?\d+")
+ALIKE = 50  # lines with equal decimals: no program that drops zeros writes so many
+LAST_DECIMALS, LAST_DECIMALS_OR_COMMA = re.compile(rb"\.(\d+)\s*$"), re.compile(rb"[.,](\d+)\s*$")
 CUT = "; was the file cut off while it was written?"
 
 
@@ -31,6 +33,7 @@ def read_text(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
     dialect = find(text)
     if dialect is None:
         raise _no_numbers(text)
+    _check_end(text, dialect)
     notes: list[str] = []
     body = text[dialect.begin :]
     if dialect.columns == 2 and dialect.decimal == "," != dialect.separator and b"." not in body:
@@ -177,6 +180,22 @@ def _joined(fields: list[list[str]], table: FloatArray) -> FloatArray | None:
     if not (np.all(steps > 0) or np.all(steps < 0)):
         return None
     return np.stack([axis, np.array([float(".".join(row[2:])) for row in fields])])
+
+
+def _check_end(text: bytes, dialect: Dialect) -> None:
+    """Raise Unreadable where the text ends within its last number.
+
+    That is certain where many lines before all have as many decimals, and the last one, which no
+    line feed ends, has fewer.
+    """
+    *before, last = text[dialect.begin :].rsplit(b"\n", ALIKE + 1)
+    if not last or len(before) <= ALIKE:
+        return
+    ending = LAST_DECIMALS if dialect.separator == "," else LAST_DECIMALS_OR_COMMA
+    found = [ending.search(line) for line in (*before[1:], last)]
+    *lengths, end = [len(one[1]) if one else 0 for one in found]
+    if end < lengths[0] and set(lengths) == {lengths[0]}:
+        raise Unreadable(f"the last line ends within a number ({shown(last)[-SHOWN:]!r}){CUT}")
 
 
 def _no_numbers(text: bytes) -> Unreadable:

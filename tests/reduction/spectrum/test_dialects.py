@@ -220,6 +220,8 @@ def test_detectors_that_overlap_are_sorted_and_the_note_says_so():
         ("Raman shift (cm-1),counts\n" + rows("{},{}\n"), "not a wavelength"),
         ("nm;counts\n" + "".join(f"{i + 200};12,34{i % 10}\n" for i in range(60)), "may be 12.340"),
         (rows("{},{}\n").rstrip()[: -len(str(Y[-1])) - 3], "cut off while it was written"),
+        (rows("{:.4f},{:.2f}\n").rstrip()[:-1], r"ends within a number \('961.2000,"),
+        (commas(rows("{:.4f};{:.2f}\n")).rstrip()[:-4], "cut off while it was written"),
         ("2048 3\n" + rows("{} {}\n"), r"first line of numbers \(2048\) is not in the order"),
         ("##TITLE= x\n##JCAMP-DX=4.24\n" + rows("{} {}\n"), "a JCAMP-DX file; export it as CSV"),
         ('{"wavelength": [200, 201], "counts": [1, 2]}', "no line of it is two numbers"),

@@ -2,7 +2,7 @@ import io
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from labrun.reduction import Unreadable, read_spectrum
@@ -52,6 +52,7 @@ def test_separators_comments_and_further_columns_are_understood(text):
 )
 def test_numbers_are_those_that_python_reads(rows):
     rows = sorted(rows)
+    assume(len({y for _, y in rows}) > 1 or len(rows) == 1)  # a level one is refused
     spectrum = read_spectrum("\n".join(f"{x!r},{y!r}" for x, y in rows).encode())
 
     assert spectrum.wavelength_nm.tolist() == [x for x, _ in rows]
