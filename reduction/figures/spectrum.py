@@ -47,7 +47,9 @@ def spectrum_figure(reduction: Reduction, log: bool = False) -> Figure:
         _scale(axes, y[inside], log)
         _names(figure, axes, reduction, names, bottom, x, y, log)
     if axes is not None:
-        axes.set_xlabel(f"wavelength in {reduction.medium} (nm)")
+        bad = int(np.count_nonzero(reduction.bad.missing | reduction.bad.dead | reduction.bad.hot))
+        told = f"; bad channels, bridged: {bad:,}" if bad else ""
+        axes.set_xlabel(f"wavelength in {reduction.medium} (nm){told}")
     figure.text(0.1 / TWO_COLUMNS_IN, (height - band + BOTTOM_IN) / 2 / height,
                 "intensity (counts)", rotation=90, va="center", ha="center")  # fmt: skip
     return figure

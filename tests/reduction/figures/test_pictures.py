@@ -283,6 +283,18 @@ def test_the_strongest_peaks_are_labelled_though_nothing_explains_them(make_trut
         assert overlaps(figure) == []
 
 
+def test_a_hot_channel_does_not_set_the_scale_of_a_spectrum_and_is_said(make_truth):
+    truth = make_truth([(900.0, 412.91, 0.05, 0.01)])
+    counts = truth.intensity.copy()
+    counts[7_000] = 5e6
+    reduction = reduce_spectrum(Spectrum(truth.wavelength_nm, counts))
+    with paper():
+        axes = spectrum_figure(reduction).axes
+
+        assert max(one.get_ylim()[1] for one in axes) < 10_000
+        assert axes[-1].get_xlabel().endswith("; bad channels, bridged: 1")
+
+
 def test_a_hot_pixel_leaves_the_other_cells_their_colours():
     x, y = (axis.ravel() for axis in np.meshgrid(np.arange(12.0), np.arange(9.0)))
     area = np.random.default_rng(8).uniform(5, 10, len(x))
