@@ -26,6 +26,8 @@ SHIPPED = {
     "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",
     "aecp": "labrun.drivers.aecp.driver:Aecp",
     "sciaps_gui": "labrun.drivers.sciaps_gui.driver:SciapsGui",
+    "scpi": "labrun.drivers.bridges.scpi:Scpi",
+    "text": "labrun.drivers.bridges.text:Text",
     "ros_action": "labrun.drivers.ros_action.driver:RosAction",
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds others."""

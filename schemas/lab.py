@@ -64,6 +64,15 @@ class Lab(Model):
     start_timeout: Number = "60 s"
     ros: RosNames | None = None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _said_in_config(cls, data: Any) -> Any:
+        """A device whose `config` says its actions has a contract of its own, named after it."""
+        devices = data.get("devices") if isinstance(data, dict) else None
+        if not isinstance(devices, dict):
+            return data
+        return {**data, "devices": {name: _named(name, one) for name, one in devices.items()}}
+
     @field_validator("start_timeout")
     @classmethod
     def _is_a_time(cls, value: Number) -> Number:
@@ -78,3 +87,11 @@ class Lab(Model):
     def start_timeout_s(self) -> float:
         """How long a device server may take to start, or to answer for the first time."""
         return seconds(self.start_timeout)
+
+
+def _named(name: Any, device: Any) -> Any:
+    if not isinstance(device, dict) or "contract" in device or "driver" not in device:
+        return device
+    config = device.get("config")
+    said = isinstance(config, dict) and "actions" in config
+    return {**device, "contract": f"{str(name).lower()}@1"} if said else device

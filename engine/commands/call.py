@@ -32,11 +32,12 @@ def call(
     from ..language.arguments import ArgumentFaults, resolve_arguments, typed
 
     loaded, problems = load_lab(lab)
-    if loaded is None:
+    if loaded is None or problems:
         from ..problems.print import print_problems
 
         print_problems(problems, format="text")
-        raise typer.Exit(PROBLEMS)
+        if loaded is None or any(problem.severity == "error" for problem in problems):
+            raise typer.Exit(PROBLEMS)
     device, _, name = action.partition(".")
     try:
         found = _find(loaded, device, name)

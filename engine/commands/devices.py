@@ -18,11 +18,12 @@ def devices(
 ) -> None:
     """List the lab's devices, or one device's actions with their parameters."""
     loaded, problems = load_lab(lab)
-    if loaded is None:
+    if loaded is None or problems:
         from ..problems.print import print_problems
 
         print_problems(problems, format="text")
-        raise typer.Exit(PROBLEMS)
+        if loaded is None or any(problem.severity == "error" for problem in problems):
+            raise typer.Exit(PROBLEMS)
     if device is None:
         _list(loaded)
         return

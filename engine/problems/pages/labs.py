@@ -26,6 +26,30 @@ Fails as a lab:
     devices:
       gantry: {contract: gantry@1, driver: sim_gantry, limits: {x: {maximum: 40 s}}}
 
+E132. Where the `config` of a device says its actions (`driver: scpi`, `text`, `modbus`, `http`), they
+fit one another: a text that is sent names parameters of its action, a probe and a count are actions,
+a unit is one, and a contract with a file of its own has the same actions.
+
+Passes as a lab:
+
+    devices:
+      source:
+        driver: scpi
+        config:
+          resource: 10.0.0.5:5025
+          actions:
+            set_range: {write: "VOLT:RANG {range:g}", params: {range: {unit: V}}}
+
+Fails as a lab:
+
+    devices:
+      source:
+        driver: scpi
+        config:
+          resource: 10.0.0.5:5025
+          actions:
+            set_range: {write: "VOLT:RANG {rnge:g}", params: {range: {unit: V}}}
+
 E208. A contract is named with its version, such as gantry@1, and must be one that ships with
 labrun or one of the lab's own.
 

@@ -1,0 +1,161 @@
+"""Texts that instruments answer, as values of a JSON Schema: numbers with or without their unit.
+
+SCPI (volume 1, 7.2.1) writes infinity as 9.9E37 and not-a-number as 9.91E37.
+"""
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from ...schemas.quantity import UnitError, kind_of_unit, magnitude_in, quantity, registry, unit_of
+
+NUMBER = re.compile(
+    r"\s*([+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?|ovld|overload|ol))"
+    r"\s*([A-Za-z%°µμΩ][^,;]*)?\s*",
+    re.I,
+)
+INFINITE = 9.9e37
+NOT_A_NUMBER = 9.91e37
+WORDS = {"ovld": math.inf, "overload": math.inf, "ol": math.inf}
+UNITS = {
+    "vdc": "V", "vac": "V", "adc": "A", "aac": "A", "ohms": "ohm", "ohm4w": "ohm", "ohms4w": "ohm",
+    "secs": "s", "sec": "s", "deg c": "degC", "deg f": "degF", "°c": "degC", "°f": "degF",
+    "c": "degC", "f": "degF", "celsius": "degC", "kohm": "kohm", "mohm": "megaohm",
+}  # fmt: skip
+"""What instruments write -> the unit, where pint does not know it or knows another one."""
+TRUE, FALSE = {"1", "on", "true", "yes"}, {"0", "off", "false", "no"}
+
+
+class BadAnswer(ValueError):
+    """An answer that is not what the contract returns, with the reason."""
+
+
+class NoNumber(ValueError):
+    """The instrument answered that it has no number: `name` is the contract's error."""
+
+    def __init__(self, name: str, words: str) -> None:
+        super().__init__(words)
+        self.name = name
+
+
+def values(
+    text: str, returns: Mapping[str, Any], pattern: re.Pattern[str] | None
+) -> dict[str, Any]:
+    """The values of an answer; raises BadAnswer or NoNumber.
+
+    With a pattern: its named groups, or its groups in order. Without: fields between commas or
+    semicolons; an array takes what is left.
+    """
+    if pattern is None:
+        return _split(text, returns)
+    found = pattern.fullmatch(text.strip())
+    if found is None:
+        raise BadAnswer(f"it does not match {pattern.pattern!r}")
+    if not returns:
+        return {}
+    named = found.groupdict()
+    if named:
+        missing = [name for name in returns if named.get(name) is None]
+        if missing and not _may_lack(returns[missing[0]]):
+            raise BadAnswer(f"{missing[0]} is not in it")
+        return {n: None if named.get(n) is None else value(named[n], s) for n, s in returns.items()}
+    parts = [part for part in found.groups() if part is not None] or [found[0]]
+    if len(parts) < len(returns):
+        raise BadAnswer(f"it has {len(parts)} of {len(returns)} values")
+    return {name: value(part, schema) for (name, schema), part in zip(returns.items(), parts)}  # noqa: B905
+
+
+def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
+    if len(returns) <= 1:
+        return {name: value(text, schema) for name, schema in returns.items()}
+    left = re.split(r"[,;]", text)
+    found = {}
+    for name, schema in returns.items():
+        if not left:
+            raise BadAnswer(f"it has no {name}")
+        if _kind(schema) == "array":
+            found[name], left = value(",".join(left), schema), []
+        else:
+            found[name] = value(left.pop(0), schema)
+    return found
+
+
+def value(text: str, schema: Mapping[str, Any]) -> Any:
+    """One value; raises BadAnswer or NoNumber."""
+    plain, kind = text.strip(), _kind(schema)
+    if kind == "array":
+        items = schema.get("items", {"type": "number"})
+        return [value(part, items) for part in re.split(r"[,;\s]+", plain) if part]
+    if kind in ("number", "integer"):
+        return _number(plain, schema, whole=kind == "integer")
+    if kind == "boolean":
+        word = plain.strip("\"'").lower()
+        if word not in TRUE | FALSE:
+            raise BadAnswer(f"{plain!r} is neither on nor off")
+        return word in TRUE
+    quoted = len(plain) > 1 and plain[0] == plain[-1] and plain[0] in "\"'"
+    return plain[1:-1] if quoted else plain
+
+
+def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int | None:
+    found = NUMBER.fullmatch(text)
+    if found is None:
+        raise BadAnswer(f"{text!r} is not a number")
+    word = found[1].replace(" ", "")
+    number = WORDS[word.lstrip("+-").lower()] if word.lstrip("+-").lower() in WORDS else float(word)
+    size = abs(number)
+    if math.isnan(number) or math.isclose(size, NOT_A_NUMBER, rel_tol=1e-6):
+        return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
+    if size >= INFINITE * (1 - 1e-6):
+        return none_for("Overload", f"it answered {text!r}: beyond its range", schema)
+    if found[2] and schema.get("unit"):
+        number = _in_unit(number, found[2].strip(), schema["unit"])
+    elif found[2]:
+        raise BadAnswer(f"{text!r} has a unit, and the contract has none")
+    if whole and number != int(number):
+        raise BadAnswer(f"{text!r} is not a whole number")
+    return int(number) if whole else number
+
+
+def none_for(name: str, words: str, schema: Mapping[str, Any]) -> None:
+    """Null where the contract allows it; otherwise raises NoNumber."""
+    if not _may_lack(schema):
+        raise NoNumber(name, words)
+
+
+def _in_unit(number: float, written: str, unit: str) -> float:
+    for name in dict.fromkeys((written, UNITS.get(written.lower(), written))):
+        try:
+            return magnitude_in(quantity(number, name), unit)
+        except UnitError:
+            continue
+    for name in _any_case(written):  # KHZ, KV: as IEEE 488.2 writes them
+        if _fits(name, unit):
+            return magnitude_in(quantity(number, name), unit)
+    raise BadAnswer(f"its unit is {written!r}, wanted is {kind_of_unit(unit)} ({unit})")
+
+
+def _any_case(written: str) -> list[str]:
+    ways = dict.fromkeys((written, written[0].lower() + written[1:]))
+    found = [registry().parse_unit_name(way, case_sensitive=False) for way in ways]
+    return ["".join(parts[:2]) for one in found for parts in one]
+
+
+def _fits(name: str, unit: str) -> bool:
+    try:
+        return unit_of(name).dimensionality == unit_of(unit).dimensionality
+    except UnitError:
+        return False
+
+
+def _kind(schema: Mapping[str, Any]) -> str:
+    from .config import typed
+
+    kind = typed(dict(schema))["type"]
+    return next((one for one in kind if one != "null"), "null") if isinstance(kind, list) else kind
+
+
+def _may_lack(schema: Mapping[str, Any]) -> bool:
+    kind = schema.get("type", "")
+    return isinstance(kind, list) and "null" in kind

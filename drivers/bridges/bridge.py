@@ -1,0 +1,259 @@
+"""A driver whose actions are said in its lab's config: one at a time, recorded, cancelled, made safe.
+
+A bridge's own file says how one action is performed; everything else is here.
+"""
+
+import asyncio
+import contextlib
+import functools
+from typing import Any, ClassVar
+
+from pydantic import ValidationError
+
+from ...schemas.contract import Action
+from ...schemas.quantity import seconds
+from ...system.tasks import end, first_of, spawn
+from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
+from .answers import BadAnswer, NoNumber
+from .config import ActionConfig, BridgeConfig
+from .lines import NoAnswer
+from .record import OnceRecord
+
+ABORTED_S = 2.0
+"""How long an aborted action may take to end by itself; the server gives it 3 s."""
+STATUS_S = 1.5
+COUNT_S, COUNT_AGAIN_S = 45.0, 0.25
+"""How long a probe watches a count; it has 60 s."""
+Values = dict[str, Any]
+
+
+class Bridge(Driver):
+    """Implements whichever contract its lab says or names."""
+
+    any_contract: ClassVar[bool] = True
+    config_model: ClassVar[type[BridgeConfig]]
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.config: Any = read_config(self.config_model, place.config)
+        self._said: dict[str, Any] = self.config.said()
+        made = self.config.contract(f"{place.device.lower()}@1")
+        self.contract_kept = place.contract or made
+        apart = self.contract_kept.actions != made.actions
+        for fault in self.config.faults(self.contract_kept, apart=apart):
+            where = ".".join(str(part) for part in fault.path)
+            raise ValueError(f"config.{where}: {fault.message}")
+        self.record = OnceRecord(place.folder)
+        self._turn = asyncio.Lock()
+        self._latest: Values = {}
+        self._looked_at = float("-inf")
+        self._look: asyncio.Task[None] | None = None
+        for name in self.contract_kept.actions:
+            setattr(self, name, functools.partial(self._do, name))
+
+    async def ready(self, timeout_s: float) -> None:
+        """Be connected to the instrument that it was; raises OSError."""
+
+    async def drop(self) -> None:
+        """Give up the connection: nothing that is still to come may be taken for something else."""
+
+    async def perform(self, said: Any, action: Action, values: Values, goal: GoalContext) -> Values:
+        """Do one action; raises ActionFailed, NoAnswer, BadAnswer, NoNumber or OSError."""
+        raise NotImplementedError
+
+    async def abort(self) -> bool:
+        """Tell the instrument to give up what it is doing, past whoever has its turn."""
+        return False
+
+    async def open(self) -> None:
+        self.record.open()
+        try:
+            await self.ready(self.timeout_s(None))
+        except BaseException:
+            await self.drop()
+            raise
+
+    async def close(self) -> None:
+        await end(self._look)
+        await self.drop()
+
+    def timeout_s(self, said: ActionConfig | None) -> float:
+        """How long an action may take to answer."""
+        given = said.timeout if said is not None else None
+        return seconds(self.config.timeout if given is None else given)
+
+    async def status(self) -> Values:
+        """The last values; what is due is read beside, since an instrument may be slow."""
+        now = asyncio.get_running_loop().time()
+        idle = (self._look is None or self._look.done()) and not self._turn.locked()
+        if (
+            self.config.status_actions()
+            and idle
+            and now - self._looked_at >= seconds(self.config.every)
+        ):
+            self._looked_at = now
+            look = self._look = spawn(
+                f"look at {self.place.device}", self._read_status(), expected=(OSError,)
+            )
+            await first_of({look}, STATUS_S)
+            if look.done() and (fault := look.exception()) is not None:
+                raise fault
+        return dict(self._latest)
+
+    async def _read_status(self) -> None:
+        for name in self.config.status_actions():
+            fields = dict.fromkeys(self._said[name].returns)
+            try:
+                self._latest |= await self._do(name, GoalContext(f"status:{name}"))
+            except ActionFailed as failure:
+                self._latest |= fields
+                if failure.name not in ("Overload", "NotANumber"):
+                    raise OSError(failure.message) from failure
+
+    async def safe(self) -> None:
+        """Abort at once; when nothing runs any more, go to the safe state."""
+        with contextlib.suppress(OSError):  # what runs says that it is gone
+            await self.abort()
+        if self._turn.locked() and any(not name.startswith("status:") for name in self._running):
+            return  # called again when that has ended
+        for name in self.contract_kept.safe_state:
+            try:
+                await self._do(name, GoalContext(f"safe:{name}"))
+            except ActionFailed as failure:
+                raise OSError(failure.message) from failure
+
+    @functools.cached_property
+    def _running(self) -> set[str]:
+        return set()
+
+    async def _do(self, name: str, goal: GoalContext, **values: Any) -> Values:
+        self._running.add(goal.id)
+        try:
+            async with self._turn:
+                if name not in self._said:
+                    return await self._last_once()
+                return await self._with_cancel(name, goal, values)
+        finally:
+            self._running.discard(goal.id)
+
+    async def _with_cancel(self, name: str, goal: GoalContext, values: Values) -> Values:
+        action = self.contract_kept.actions[name]
+        doing = spawn(
+            f"{name} of {self.place.device}", self._recorded(name, goal, values),
+            expected=(ActionFailed,),
+        )  # fmt: skip
+        cancelled = spawn(f"the cancel of {goal.id}", goal.cancelled.wait())
+        try:
+            await first_of({doing, cancelled})
+            if doing.done():
+                return doing.result()
+            with contextlib.suppress(OSError):  # then `doing` says so
+                await self.abort()
+            await first_of({doing}, ABORTED_S)
+            if doing.done() and not action.cancel:
+                return doing.result()
+        finally:
+            ended = doing.done()
+            await end(doing, cancelled)
+            if not ended:
+                await self.drop()
+        if action.cancel:
+            raise ActionCanceled
+        raise self.failed("Stopped", name, "was stopped; how far it got is not known", "unknown")
+
+    async def _recorded(self, name: str, goal: GoalContext, values: Values) -> Values:
+        said, action = self._said[name], self.contract_kept.actions[name]
+        try:
+            await self.ready(self.timeout_s(None))
+            once = action.effect == "once"
+            if once:
+                count = None
+                if said.count is not None:
+                    count = await self._attempt(said.count, GoalContext(f"count:{goal.id}"), {})
+                self.record.begin(goal.id, name, count)
+        except OSError as fault:
+            await self.drop()
+            raise self.failed("Lost", name, f"{fault}; nothing was sent", "no") from fault
+        try:
+            result = await self._attempt(name, goal, values)
+        except ActionFailed as failure:
+            if once:
+                self.record.ended(goal.id, failure.happened or action.happened(failure.name))
+            raise
+        if once:
+            self.record.ended(goal.id, "yes", result)
+        return result
+
+    async def _attempt(self, name: str, goal: GoalContext, values: Values) -> Values:
+        """Perform it; what changes nothing is tried again if the connection broke meanwhile."""
+        said, action = self._said[name], self.contract_kept.actions[name]
+        for again in (action.effect == "pure", False):
+            try:
+                return await self.perform(said, action, values, goal)
+            except NoNumber as fault:
+                raise self.failed(fault.name, name, str(fault), "yes") from fault
+            except BadAnswer as fault:
+                raise self.failed("BadAnswer", name, str(fault)) from fault
+            except NoAnswer as fault:
+                await self.drop()
+                raise self.failed("Timeout", name, str(fault), "unknown") from fault
+            except OSError as fault:
+                await self.drop()
+                if not again:
+                    raise self.failed("Lost", name, str(fault), "unknown") from fault
+                with contextlib.suppress(OSError):  # the second attempt says it
+                    await self.ready(self.timeout_s(None))
+        raise AssertionError("the second attempt returns or raises")
+
+    def failed(self, error: str, name: str, words: str, happened: Any = None) -> ActionFailed:
+        """A failure that names device and action."""
+        return ActionFailed(error, f"{self.place.device}.{name}: {words}", happened)
+
+    async def _last_once(self) -> Values:
+        """What is known of the last `once` action; a count is watched as long as it may still change."""
+        begun = self.record.begun
+        if begun is None:
+            return self.record.last()
+        said = self._said.get(begun["action"])
+        if said is None or said.count is None or begun["count"] is None:
+            return {"goal_id": None}
+        clock = asyncio.get_running_loop().time
+        needed_s = self.timeout_s(said)
+        until = clock() + min(needed_s, COUNT_S)
+        while True:
+            await self._be_ready(said.count)
+            now = await self._attempt(said.count, GoalContext(f"count:{begun['goal']}"), {})
+            happened = _by_count(begun["count"], now)
+            if happened != "no" or clock() >= until:
+                break
+            await asyncio.sleep(COUNT_AGAIN_S)
+        if happened == "unknown" or (happened == "no" and needed_s > COUNT_S):
+            return {"goal_id": None}
+        self.record.ended(begun["goal"], happened)
+        return self.record.last()
+
+    async def _be_ready(self, name: str) -> None:
+        try:
+            await self.ready(self.timeout_s(None))
+        except OSError as fault:
+            raise self.failed("Lost", name, str(fault), "no") from fault
+
+
+def _by_count(before: Values, now: Values) -> str:
+    """One more (or one less left) is this action; a leap is somebody else's, too, or a new count."""
+    if before == now:
+        return "no"
+    whole = [(before.get(n), v) for n, v in now.items() if isinstance(v, int)]
+    if whole and any(isinstance(b, int) and abs(v - b) > 1 for b, v in whole):
+        return "unknown"
+    return "yes"
+
+
+def read_config(model: type[BridgeConfig], written: dict[str, Any]) -> BridgeConfig:
+    """The config; raises ValueError with its first fault."""
+    try:
+        return model.model_validate(written)
+    except ValidationError as fault:
+        first = fault.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise ValueError(f"config.{where}: {first['msg']}") from fault

@@ -1,0 +1,285 @@
+"""Bytes to and from an instrument: TCP, UDP, a serial port, or whatever VISA reaches.
+
+TCP and serial ports are streams that are always listened to, so that a banner, a late answer or an
+unsolicited line is seen when it comes. VISA is asked in a thread of its own.
+"""
+
+import asyncio
+import contextlib
+import errno
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
+from typing import Any
+
+from ..serial_io.condition import Condition
+from ..serial_io.port import SerialPort
+from .resource import Resource
+
+LOOK_S, END_S = 0.1, 2.0
+REFUSED_AGAIN_S = 0.25
+MOST = 256 * 1024 * 1024
+"""Bytes that are kept of an instrument that nobody listens to."""
+
+
+class Channel:
+    """`received` grows while it is open; `fault` says why it is not."""
+
+    def __init__(self, resource: Resource) -> None:
+        self.resource = resource
+        self.received = bytearray()
+        self.news = Condition()
+        self.is_open = False
+        self.fault = "it is not open"
+
+    async def open(self, timeout_s: float) -> None:
+        """Connect; raises OSError with the reason."""
+        raise NotImplementedError
+
+    async def close(self) -> None:
+        """Disconnect."""
+        self.is_open = False
+
+    async def write(self, data: bytes) -> None:
+        """Send; raises OSError if the connection is gone."""
+        raise NotImplementedError
+
+    async def more(self, timeout_s: float) -> bool:
+        """Wait for more bytes; False if none came. Raises OSError if the connection is gone."""
+        before = len(self.received)
+        await self.news.until(lambda: len(self.received) > before or not self.is_open, timeout_s)
+        if len(self.received) > before:
+            return True
+        if not self.is_open:
+            raise OSError(f"{self.resource}: {self.fault}")
+        return False
+
+    def take(self, data: bytes) -> None:
+        """What came in."""
+        self.received += data[: MOST - len(self.received)]
+        self.news.set()
+
+    def lost(self, fault: str) -> None:
+        """The other end is gone."""
+        self.is_open, self.fault = False, fault
+        self.news.set()
+
+
+class _Listener(asyncio.Protocol, asyncio.DatagramProtocol):
+    def __init__(self, channel: Channel) -> None:
+        self._channel: Channel | None = channel
+
+    def data_received(self, data: bytes) -> None:
+        if self._channel is not None:
+            self._channel.take(data)
+
+    def datagram_received(self, data: bytes, addr: Any) -> None:
+        self.data_received(data if data.endswith((b"\n", b"\r")) else data + b"\n")
+
+    def error_received(self, exc: Exception) -> None:
+        if self._channel is not None:
+            self._channel.lost(f"nothing is there ({exc})")
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        if self._channel is not None:
+            self._channel.lost(f"the connection was closed{f' ({exc})' if exc else ''}")
+
+    def forget(self) -> None:
+        self._channel = None
+
+
+class Network(Channel):
+    """TCP or UDP."""
+
+    _transport: Any = None
+    _listener: _Listener
+
+    async def open(self, timeout_s: float) -> None:
+        await self.close()
+        self.received.clear()
+        loop, at = asyncio.get_running_loop(), self.resource
+        self._listener = _Listener(self)
+        until = loop.time() + timeout_s
+        try:
+            async with asyncio.timeout_at(until):
+                if at.kind == "udp":
+                    self._transport, _ = await loop.create_datagram_endpoint(
+                        lambda: self._listener, remote_addr=(at.host, at.port)
+                    )
+                else:
+                    self._transport = await self._connected(until)
+        except TimeoutError as fault:
+            raise OSError(
+                f"{at} does not answer within {timeout_s:g} s: is it on, and is this its address?"
+            ) from fault
+        except OSError as fault:
+            raise OSError(f"{at} cannot be reached: {_reason(fault)}") from fault
+        self.is_open = True
+
+    async def _connected(self, until: float) -> Any:
+        """An instrument with one place for a client refuses until it has seen the last one leave."""
+        loop, at = asyncio.get_running_loop(), self.resource
+        while True:
+            try:
+                made = await loop.create_connection(lambda: self._listener, at.host, at.port)
+                return made[0]
+            except ConnectionRefusedError:
+                if loop.time() + 2 * REFUSED_AGAIN_S > min(until, loop.time() + 1.0):
+                    raise
+                until = min(until, loop.time() + 1.0)
+                await asyncio.sleep(REFUSED_AGAIN_S)
+
+    async def close(self) -> None:
+        await super().close()
+        if self._transport is not None:
+            self._listener.forget()
+            self._transport.abort()  # nothing that was typed before may go out later
+            self._transport = None
+
+    async def write(self, data: bytes) -> None:
+        if not self.is_open:
+            raise OSError(f"{self.resource}: {self.fault}")
+        if self.resource.kind == "udp":
+            self._transport.sendto(data)
+        else:
+            self._transport.write(data)
+
+
+class Serial(Channel):
+    """A serial port, read by a thread."""
+
+    _serial: Any = None
+    _thread: threading.Thread | None = None
+
+    def __init__(self, resource: Resource, port: SerialPort, flow: str) -> None:
+        super().__init__(resource)
+        self.port = port
+        self._flow = {"rtscts": flow == "rtscts", "xonxoff": flow == "xonxoff"}
+
+    async def open(self, timeout_s: float) -> None:
+        from serial import Serial as Port
+
+        await self.close()
+        self.received.clear()
+        options = {**self.port.framing, **self._flow}
+        try:
+            self._serial = await asyncio.to_thread(
+                Port, self.port.name, timeout=LOOK_S, write_timeout=END_S, exclusive=True, **options
+            )
+        except OSError as fault:
+            raise self.port.why_not(fault) from fault
+        self.is_open = True
+        work = (self._serial, asyncio.get_running_loop())
+        self._thread = threading.Thread(target=self._listen, args=work, daemon=True)
+        self._thread.start()
+
+    def _listen(self, serial: Any, loop: Any) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended, and so has the listener
+            while self._serial is serial:
+                try:
+                    data = serial.read(serial.in_waiting or 1)
+                except (OSError, TypeError) as fault:
+                    loop.call_soon_threadsafe(self.lost, str(fault))
+                    return
+                if data:
+                    loop.call_soon_threadsafe(self.take, data)
+
+    async def close(self) -> None:
+        await super().close()
+        serial, thread = self._serial, self._thread
+        self._serial = self._thread = None
+        if serial is not None and thread is not None:
+            await asyncio.to_thread(thread.join, END_S)
+            await asyncio.to_thread(serial.close)
+
+    async def write(self, data: bytes) -> None:
+        if not self.is_open or self._serial is None:
+            raise self.port.unplugged(self.fault)
+        try:
+            await asyncio.to_thread(self._serial.write, data)
+        except OSError as fault:
+            self.lost(str(fault))
+            raise self.port.unplugged(fault) from fault
+
+
+class Visa(Channel):
+    """USB, GPIB, VXI-11, HiSLIP, Prologix and others, by PyVISA; `library` is `@py` or another."""
+
+    _session: Any = None
+    _manager: Any = None
+
+    def __init__(self, resource: Resource, library: str) -> None:
+        super().__init__(resource)
+        self._library = library
+        self._worker = ThreadPoolExecutor(1, f"visa {resource}")
+
+    async def open(self, timeout_s: float) -> None:
+        await self.close()
+        self.received.clear()
+        try:
+            await self._call(self._open, timeout_s)
+        except (
+            Exception
+        ) as fault:  # PyVISA raises its own, and ValueError, for what it cannot reach
+            raise OSError(f"{self.resource} cannot be opened by VISA: {fault}") from fault
+        self.is_open = True
+
+    def _open(self, timeout_s: float) -> None:
+        try:
+            pyvisa = import_module("pyvisa")
+        except ImportError as fault:
+            raise OSError(
+                f"PyVISA is missing ({fault}): `pip install 'labrun[visa]'` brings it and PyVISA-py"
+            ) from fault
+        self._manager = pyvisa.ResourceManager(self._library)
+        self._session = self._manager.open_resource(
+            self.resource.name, open_timeout=int(timeout_s * 1000)
+        )
+
+    async def _call(self, work: Any, *given: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._worker, work, *given)
+
+    async def close(self) -> None:
+        await super().close()
+        manager, self._session, self._manager = self._manager, None, None
+        if manager is not None:
+            with contextlib.suppress(Exception):  # it may be gone already
+                await self._call(manager.close)
+
+    async def write(self, data: bytes) -> None:
+        if self._session is None:
+            raise OSError(f"{self.resource}: {self.fault}")
+        try:
+            await self._call(self._session.write_raw, data)
+        except Exception as fault:
+            self.lost(str(fault))
+            raise OSError(f"{self.resource} does not take what is sent: {fault}") from fault
+
+    async def more(self, timeout_s: float) -> bool:
+        if self._session is None:
+            raise OSError(f"{self.resource}: {self.fault}")
+        try:
+            self.take(await self._call(self._read, max(timeout_s, 0.001)))
+        except Exception as fault:
+            if "VI_ERROR_TMO" in str(fault):
+                return False
+            self.lost(str(fault))
+            raise OSError(f"{self.resource}: {fault}") from fault
+        return True
+
+    def _read(self, timeout_s: float) -> bytes:
+        self._session.timeout = int(timeout_s * 1000) or 1
+        data: bytes = self._session.read_raw()
+        return data if data.endswith((b"\n", b"\r")) else data + b"\n"  # a message is a line
+
+    async def clear(self) -> None:
+        """Clear the device: what it is doing is given up, its buffers are emptied."""
+        await self._call(self._session.clear)
+
+
+def _reason(fault: OSError) -> str:
+    known = {
+        errno.ECONNREFUSED: "nothing listens there; is it on, and is this its port?",
+        errno.EHOSTUNREACH: "there is no way to it; is it on, and is the cable plugged in?",
+    }
+    return known.get(fault.errno or 0, str(fault.strerror or fault))

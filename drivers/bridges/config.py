@@ -1,0 +1,278 @@
+"""Actions as a device's `config:` says them, and the contract that they make.
+
+Every bridge has the same keys for what an action is; how it is done (`query`, `send`, `get`, `read`)
+are the bridge's own. A contract may also stand apart: then `params` and `returns` may be left out.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field, field_validator
+
+from ...schemas.contract import (
+    Action,
+    ActionError,
+    Contract,
+    Danger,
+    Effect,
+    Happened,
+    JsonSchema,
+    Name,
+)
+from ...schemas.model import Model
+from ...schemas.quantity import UnitError, seconds, unit_of
+
+LAST_ONCE = "last_once"
+"""The probe of every `once` action without its own: the driver's record of what it sent."""
+Time = int | float | str
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigFault:
+    """What is wrong in a config, at the path of its key or value."""
+
+    path: tuple[str | int, ...]
+    message: str
+    key: bool = False
+
+
+class ErrorConfig(ActionError):
+    """An error: its code (SCPI, HTTP, Modbus) or a pattern of the answer by which it is known."""
+
+    code: int | None = None
+    answer: str | None = None
+
+    @field_validator("answer")
+    @classmethod
+    def _is_a_pattern(cls, value: str | None) -> str | None:
+        return pattern(value)
+
+
+class ActionConfig(Model):
+    """What is read or done: what every action and status field has in common."""
+
+    summary: str = ""
+    params: dict[Name, JsonSchema] = Field(default_factory=dict)
+    returns: dict[Name, JsonSchema] = Field(default_factory=dict)
+    errors: dict[Name, ErrorConfig] = Field(default_factory=dict)
+    effect: Effect | None = None
+    probe: str | None = None
+    count: str | None = None
+    duration: str | None = None
+    timeout: Time | None = None
+    cancel: bool = False
+    danger: Danger | None = None
+
+    @field_validator("timeout", "duration")
+    @classmethod
+    def _is_a_time(cls, value: Time | None) -> Time | None:
+        return time(value)
+
+    def guessed_effect(self) -> Effect:
+        """`once` unless the bridge knows better: it may not happen twice by accident."""
+        return "once"
+
+    def used(self) -> Iterator[tuple[str, str]]:
+        """(key, text) of everything with {placeholders}."""
+        return iter(())
+
+
+class BridgeConfig(Model):
+    """What every bridge's config has: actions, status, safe state."""
+
+    own_keys: ClassVar[tuple[str, ...]] = ()
+    """Keys of a returned value that say where it is found, and are no part of the contract."""
+    own_errors: ClassVar[dict[str, tuple[Happened, str]]] = {}
+
+    summary: str = ""
+    timeout: Time = 5
+    errors: dict[Name, ErrorConfig] = Field(default_factory=dict)
+    safe_state: list[str] = Field(default_factory=list)
+    on_lease_lapse: Literal["finish", "cancel", "safe"] = "finish"
+    every: Time = 5
+
+    @field_validator("timeout", "every")
+    @classmethod
+    def _is_a_time(cls, value: Time) -> Any:
+        return time(value)
+
+    def said(self) -> dict[str, Any]:
+        """Action name -> its `ActionConfig`."""
+        return dict(getattr(self, "actions", {}))
+
+    def status_actions(self) -> list[str]:
+        """The actions that make up the status."""
+        return list(getattr(self, "status", []))
+
+    def contract(self, type_: str) -> Contract:
+        """The contract that this config says."""
+        actions = {name: self._action(said) for name, said in self.said().items()}
+        kept = {n for n, a in actions.items() if a.probe == LAST_ONCE}
+        if kept and LAST_ONCE not in actions:
+            actions[LAST_ONCE] = _last_once([actions[name] for name in sorted(kept)])
+        fields = [self.said()[n].returns for n in self.status_actions() if n in self.said()]
+        status = {n: self._nullable(s) for returns in fields for n, s in returns.items()}
+        return Contract(
+            type=type_, summary=self.summary, safe_state=self.safe_state,
+            on_lease_lapse=self.on_lease_lapse, actions=actions,
+            status={"type": "object", "properties": status} if status else {},
+        )  # fmt: skip
+
+    def _action(self, said: ActionConfig) -> Action:
+        effect = said.effect or said.guessed_effect()
+        errors = {n: ActionError(happened=h, summary=s) for n, (h, s) in self.own_errors.items()}
+        for name, error in {**self.errors, **said.errors}.items():
+            errors[name] = ActionError(happened=error.happened, summary=error.summary)
+        params = {name: typed(schema) for name, schema in said.params.items()}
+        needed = [name for name, schema in params.items() if "default" not in schema]
+        returns = {name: self._plain(schema) for name, schema in said.returns.items()}
+        return Action(
+            summary=said.summary, effect=effect, errors=errors, duration=self._duration(said),
+            probe=said.probe or (LAST_ONCE if effect == "once" else None), cancel=said.cancel,
+            danger=said.danger,
+            params=_object(params, needed, closed=True) if params else {},
+            returns=_object(returns, list(returns)) if returns else {},
+        )  # fmt: skip
+
+    def _duration(self, said: ActionConfig) -> str:
+        """Unless it is said: a second, or half of a longer timeout."""
+        limit_s = seconds(self.timeout if said.timeout is None else said.timeout)
+        return said.duration or (f"{limit_s / 2:g} s" if limit_s > 10 else "1 s")
+
+    def _plain(self, schema: JsonSchema) -> JsonSchema:
+        return typed({key: value for key, value in schema.items() if key not in self.own_keys})
+
+    def _nullable(self, schema: JsonSchema) -> JsonSchema:
+        """In a status, a value that is not known is null."""
+        plain = self._plain(schema)
+        kinds = plain["type"] if isinstance(plain["type"], list) else [plain["type"]]
+        return {**plain, "type": [*kinds, *([] if "null" in kinds else ["null"])]}
+
+    def faults(self, contract: Contract, *, apart: bool) -> Iterator[ConfigFault]:
+        """What the models cannot see: names that must agree, units, placeholders.
+
+        `apart` if the contract stands in a file of its own.
+        """
+        said = self.said()
+        ours = {a.probe for a in contract.actions.values()} - set(said)
+        for name in contract.actions:
+            if name not in said and not (apart and name in ours) and name != LAST_ONCE:
+                yield ConfigFault(("actions",), f"{name} of {contract.type} is not said here", True)
+        for name, one in said.items():
+            if name in contract.actions:
+                action = contract.actions[name]
+                for fault in self._action_faults(name, one, action, apart=apart):
+                    yield ConfigFault(("actions", name, *fault.path), fault.message, fault.key)
+            else:
+                message = (
+                    f"{contract.type} has no action {name}; it has {_listed(contract.actions)}"
+                )
+                yield ConfigFault(("actions", name), message, True)
+        for key, names in (("safe_state", self.safe_state), ("status", self.status_actions())):
+            for index, name in enumerate(names):
+                yield from self._named((key, index), name, needs_none=True)
+
+    def _action_faults(
+        self, name: str, said: ActionConfig, action: Action, *, apart: bool
+    ) -> Iterator[ConfigFault]:
+        for part in ("params", "returns"):
+            for one, schema in getattr(said, part).items():
+                yield from _schema_faults((part, one), schema)
+        if apart and (said.params or said.returns):
+            made, given = self._action(said), (action.param_schemas(), action.returns)
+            if (made.param_schemas(), made.returns.get("properties", {})) != (
+                given[0], given[1].get("properties", {}),
+            ):  # fmt: skip
+                part = "params" if made.param_schemas() != given[0] else "returns"
+                message = (
+                    f"{part} of {name} differ from those of its contract's file; say them once"
+                )
+                yield ConfigFault((part,), message, True)
+        for key in ("probe", "count"):
+            if getattr(said, key) not in (None, LAST_ONCE):
+                yield from self._named((key,), getattr(said, key), needs_none=True)
+        from .template import template_faults
+
+        for key, text in said.used():
+            for message in template_faults(text, action.param_schemas()):
+                yield ConfigFault((key,), message)
+
+    def _named(
+        self, path: tuple[str | int, ...], name: str, *, needs_none: bool
+    ) -> Iterator[ConfigFault]:
+        said = self.said()
+        if name not in said:
+            yield ConfigFault(path, f"there is no action {name}; there is {_listed(said)}")
+        elif needs_none and any("default" not in s for s in said[name].params.values()):
+            needed = _listed(n for n, s in said[name].params.items() if "default" not in s)
+            yield ConfigFault(path, f"{name} is called without parameters, but it needs {needed}")
+
+
+def typed(schema: JsonSchema) -> JsonSchema:
+    """With its `type`: a number where there is a unit or a range, that of its choices, or text."""
+    if "type" in schema:
+        return schema
+    if {"unit", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"} & set(schema):
+        return {"type": "number", **schema}
+    if "format" in schema:
+        return {"type": "string", **schema}
+    samples = [*schema.get("enum", []), *([schema["default"]] if "default" in schema else [])]
+    kinds = {bool: "boolean", int: "integer", float: "number", str: "string"}
+    return {"type": kinds.get(type(samples[0]), "string") if samples else "number", **schema}
+
+
+def pattern(value: str | None) -> str | None:
+    """A regular expression; raises ValueError with the reason if it is none."""
+    import re
+
+    try:
+        re.compile(value or "")
+    except re.error as fault:
+        raise ValueError(f"{value!r} is not a regular expression: {fault}") from fault
+    return value
+
+
+def time(value: Time | None) -> Time | None:
+    """A time longer than 0 s; raises ValueError."""
+    try:
+        if value is None or seconds(value) > 0:
+            return value
+    except (UnitError, TypeError):
+        pass  # what it is not is said below
+    raise ValueError(f"{value!r} is not a time longer than 0 s, such as `2 s`")
+
+
+def _schema_faults(path: tuple[str | int, ...], schema: JsonSchema) -> Iterator[ConfigFault]:
+    from jsonschema import Draft202012Validator, SchemaError
+
+    try:
+        Draft202012Validator.check_schema(schema)
+        if "unit" in schema:
+            unit_of(str(schema["unit"]))
+    except SchemaError as fault:
+        yield ConfigFault((*path, *fault.absolute_path), fault.message)
+    except UnitError as fault:
+        yield ConfigFault((*path, "unit"), str(fault))
+
+
+def _object(properties: dict[str, Any], needed: list[str], *, closed: bool = False) -> JsonSchema:
+    shape: JsonSchema = {"type": "object", "properties": properties}
+    if closed:
+        shape["additionalProperties"] = False
+    return {**shape, "required": needed} if needed else shape
+
+
+def _last_once(actions: list[Action]) -> Action:
+    fields: dict[str, Any] = {"goal_id": {"type": ["string", "null"]}}
+    for action in actions:
+        for name, schema in action.returns.get("properties", {}).items():
+            fields[name] = schema if fields.get(name, schema) == schema else {}
+    return Action(
+        summary="What the driver's record says about the last `once` action",
+        effect="pure", returns=_object(fields, ["goal_id"]),
+    )  # fmt: skip
+
+
+def _listed(names: Any) -> str:
+    return ", ".join(names) or "none"

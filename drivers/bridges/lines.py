@@ -1,0 +1,250 @@
+"""Lines of text with an instrument, whatever its habits: banner, echo, prompt, terminators, blocks."""
+
+import asyncio
+import re
+from typing import Any, Literal
+
+from pydantic import Field, field_validator
+
+from ...schemas.model import Model
+from ...schemas.quantity import seconds
+from ..driver import Place
+from ..serial_io.port import read_port
+from .channel import Channel, Network, Serial, Visa
+from .config import Time, pattern, time
+from .resource import Resource, read_resource
+
+CALM_S = 0.1
+"""What comes within this time after connecting is a banner."""
+
+
+class Terminator(Model):
+    """What ends a line: one that is sent, one that is read."""
+
+    write: str = "\n"
+    read: str | None = None
+
+
+class LineConfig(Model):
+    """Where the instrument is, and its habits."""
+
+    resource: str
+    terminator: str | Terminator | None = None
+    encoding: Literal["ascii", "latin-1", "utf-8"] = "latin-1"
+    echo: bool = False
+    prompt: str | None = None
+    banner: str | None = None
+    ignore: str | None = None
+    pause: Time | None = None
+    visa_library: str = "@py"
+    baud: int = Field(default=9600, gt=0)
+    bits: Literal[5, 6, 7, 8] = 8
+    parity: Literal["N", "E", "O"] = "N"
+    stop_bits: Literal[1, 2] = 1
+    flow: Literal["none", "rtscts", "xonxoff"] = "none"
+
+    @field_validator("resource")
+    @classmethod
+    def _is_a_resource(cls, value: str) -> str:
+        read_resource(value)
+        return value
+
+    @field_validator("banner", "ignore")
+    @classmethod
+    def _is_a_pattern(cls, value: str | None) -> str | None:
+        return pattern(value)
+
+    @field_validator("pause")
+    @classmethod
+    def _is_a_pause(cls, value: Time | None) -> Time | None:
+        return time(value)
+
+    @property
+    def terminators(self) -> Terminator:
+        """Sent is a line feed, and any line end is read, unless they are given."""
+        if isinstance(self.terminator, str):
+            return Terminator(write=self.terminator, read=self.terminator)
+        return self.terminator or Terminator()
+
+
+class NoAnswer(Exception):
+    """Nothing came in time, or not what was waited for; the text says what did."""
+
+
+class Lines:
+    """One instrument's dialogue. Only one asks at a time; whoever asks holds `turn`."""
+
+    def __init__(self, place: Place, config: LineConfig) -> None:
+        self.resource = read_resource(config.resource)
+        self.channel = _channel(self.resource, place, config)
+        self.turn = asyncio.Lock()
+        self._device = place.device
+        self._config = config
+        self._end = config.terminators
+        self._ignore = re.compile(config.ignore) if config.ignore else None
+        self._pause_s = seconds(config.pause) if config.pause is not None else 0.0
+
+    @property
+    def is_open(self) -> bool:
+        return self.channel.is_open
+
+    async def open(self, timeout_s: float) -> None:
+        """Connect and let the banner pass; raises OSError."""
+        await self.channel.open(timeout_s)
+        try:
+            await self._pass_banner(timeout_s)
+        except (OSError, NoAnswer) as fault:
+            await self.close()
+            raise OSError(str(fault)) from fault
+
+    async def _pass_banner(self, timeout_s: float) -> None:
+        if self._config.banner is not None:
+            wanted = re.compile(self._config.banner)
+            until = asyncio.get_running_loop().time() + timeout_s
+            while not wanted.search(self._decoded(self.channel.received)):
+                if not await self.channel.more(until - asyncio.get_running_loop().time()):
+                    said = self._decoded(self.channel.received).strip() or "nothing"
+                    raise NoAnswer(
+                        f"{self} did not greet with {wanted.pattern!r}, but with {said!r}"
+                    )
+        if self.resource.kind != "visa":  # which is only read when it has been asked
+            await self.quiet(CALM_S)
+
+    async def quiet(self, calm_s: float, most: int = 20) -> None:
+        """Drop what has come, until nothing comes any more for a moment."""
+        while most and await self.channel.more(calm_s):
+            most -= 1
+        self.channel.received.clear()
+
+    async def close(self) -> None:
+        """Disconnect: a late answer must not be taken for a later one."""
+        await self.channel.close()
+
+    async def send(self, text: str) -> None:
+        """Send a line, and let the instrument echo it; raises OSError or NoAnswer."""
+        if self._pause_s:
+            await asyncio.sleep(self._pause_s)
+        if self.resource.kind != "visa":
+            for _ in range(2):  # what has come but was not taken in yet
+                await asyncio.sleep(0)
+            self.channel.received.clear()
+        await self.at_once(text)
+
+    async def at_once(self, text: str) -> None:
+        """Send a line without waiting for anybody's turn: an abort."""
+        await self.channel.write(self._encoded(text) + self._end.write.encode("latin-1"))
+
+    async def finish(self, text: str, timeout_s: float) -> str:
+        """After a line without an answer: its echo, and all up to the prompt, which is returned."""
+        if self._config.prompt is not None:
+            return await self.answer(text, timeout_s)
+        if self._config.echo:
+            await self._line(asyncio.get_running_loop().time() + timeout_s)
+        return ""
+
+    async def answer(self, text: str, timeout_s: float) -> str:
+        """The next answer to `text`: a line, or all lines up to the prompt. Raises NoAnswer, OSError."""
+        until = asyncio.get_running_loop().time() + timeout_s
+        if self._config.prompt is not None:
+            lines = await self._until_prompt(until)
+        else:
+            lines = [await self._line(until)]
+        if self._config.echo and lines and lines[0].strip() == text.strip():
+            lines = lines[1:]
+            if not lines and self._config.prompt is None:
+                lines = [await self._line(until)]
+        return "\n".join(lines)
+
+    async def next_line(self, timeout_s: float) -> str:
+        """One more line; raises NoAnswer, OSError."""
+        return await self._line(asyncio.get_running_loop().time() + timeout_s)
+
+    async def _line(self, until: float) -> str:
+        while True:
+            line = self._taken_line()
+            if line is None:
+                await self._more(until)
+            elif line.strip() and not (self._ignore and self._ignore.search(line)):
+                return line
+
+    def _taken_line(self) -> str | None:
+        buffer = self.channel.received
+        found = self._ending().search(buffer)
+        if found is None:
+            return None
+        line = self._decoded(buffer[: found.start()])
+        del buffer[: found.end()]
+        return line
+
+    def _ending(self) -> "re.Pattern[bytes]":
+        end = self._end.read
+        return re.compile(rb"\r\n|\n|\r" if end is None else re.escape(end.encode("latin-1")))
+
+    async def _until_prompt(self, until: float) -> list[str]:
+        prompt = (self._config.prompt or "").strip()
+        while True:
+            *lines, last = self._ending().split(bytes(self.channel.received))
+            if self._decoded(last).strip() == prompt:
+                self.channel.received.clear()
+                told = [self._decoded(line) for line in lines]
+                kept = [one for one in told if one.strip() and one.strip() != prompt]
+                # A device that echoes at its prompt shows both in one line.
+                kept = [one.strip().removeprefix(prompt).strip() for one in kept]
+                return [o for o in kept if o and not (self._ignore and self._ignore.search(o))]
+            await self._more(until)
+
+    async def block(self, text: str, timeout_s: float) -> bytes:
+        """A binary block of IEEE 488.2: `#` digits, length, data; `#0` goes on to the line's end."""
+        until = asyncio.get_running_loop().time() + timeout_s
+        buffer = self.channel.received
+        while (start := buffer.find(b"#")) < 0:
+            if (line := self._taken_line()) and line.strip() not in ("", text.strip()):
+                raise NoAnswer(f"answered {line[:60]!r}, which is no binary block")
+            await self._more(until)
+        await self._at_least(start + 2, until)
+        digits = int(chr(buffer[start + 1])) if chr(buffer[start + 1]).isdigit() else -1
+        if digits < 0:
+            raise NoAnswer(f"answered {self._decoded(buffer[:60])!r}, which is no binary block")
+        if digits == 0:
+            while not buffer.endswith(b"\n"):
+                await self._more(until)
+            data = bytes(buffer[start + 2 : -1])
+            buffer.clear()
+            return data
+        await self._at_least(start + 2 + digits, until)
+        size = int(buffer[start + 2 : start + 2 + digits])
+        end = start + 2 + digits + size
+        await self._at_least(end, until)
+        data = bytes(buffer[start + 2 + digits : end])
+        del buffer[:end]
+        return data
+
+    async def _at_least(self, size: int, until: float) -> None:
+        while len(self.channel.received) < size:
+            await self._more(until)
+
+    async def _more(self, until: float) -> None:
+        left = until - asyncio.get_running_loop().time()
+        if left <= 0 or not await self.channel.more(left):
+            heard = self._decoded(self.channel.received).strip()
+            raise NoAnswer(f"sent {heard[:80]!r} without a line end" if heard else "was silent")
+
+    def _encoded(self, text: str) -> bytes:
+        return text.encode(self._config.encoding, "replace")
+
+    def _decoded(self, data: bytes | bytearray) -> str:
+        return bytes(data).decode(self._config.encoding, "backslashreplace")
+
+    def __str__(self) -> str:
+        return f"{self._device} at {self.resource}"
+
+
+def _channel(resource: Resource, place: Place, config: LineConfig) -> Channel:
+    if resource.kind == "visa":
+        return Visa(resource, config.visa_library)
+    if resource.kind != "serial":
+        return Network(resource)
+    keys = ("baud", "bits", "parity", "stop_bits")
+    framing: dict[str, Any] = {key: getattr(config, key) for key in keys}
+    there = Place(place.device, {"port": resource.name, **framing}, {}, place.folder, place.world)
+    return Serial(resource, read_port(there), config.flow)

@@ -1,0 +1,49 @@
+"""Where an instrument is, as a lab writes it: `host:port`, `udp://...`, a serial port, VISA."""
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+Kind = Literal["tcp", "udp", "serial", "visa"]
+SOCKET = re.compile(r"TCPIP\d*::(?P<host>[^:]+|\[[^\]]+\])::(?P<port>\d+)::SOCKET", re.I)
+ADDRESS = re.compile(
+    r"(?:(?P<kind>tcp|udp|telnet)://)?(?P<host>[A-Za-z0-9_.-]+|\[[^\]]+\]):(?P<port>\d+)/?", re.I
+)
+SERIAL = re.compile(r"ASRL(?P<name>[^:]+)(?:::INSTR)?|(?P<plain>/.+|COM\d+)", re.I)
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    """One of four kinds of address; `name` is the serial port or the VISA resource."""
+
+    kind: Kind
+    written: str
+    host: str = ""
+    port: int = 0
+    name: str = ""
+
+    def __str__(self) -> str:
+        return self.written
+
+
+def read_resource(text: str) -> Resource:
+    """The address that a text names; raises ValueError."""
+    plain = text.strip()
+    found = SOCKET.fullmatch(plain) or ADDRESS.fullmatch(plain)
+    if found is not None:
+        port = int(found["port"])
+        if not 0 < port < 65536:
+            raise ValueError(f"{text!r}: {port} is no port; a port is a number from 1 to 65535")
+        udp = found.groupdict().get("kind") or ""
+        return Resource(
+            "udp" if udp.lower() == "udp" else "tcp", plain, found["host"].strip("[]"), port
+        )
+    if found := SERIAL.fullmatch(plain):
+        name = found["plain"] or found["name"]
+        return Resource("serial", plain, name=f"COM{name}" if name.isdigit() else name)
+    if re.match(r"[A-Z]+\d*::", plain, re.I):
+        return Resource("visa", plain, name=plain)
+    raise ValueError(
+        f"{text!r} is no address: write host:port, udp://host:port, a serial port (/dev/ttyUSB0, COM3) "
+        f"or a VISA resource (TCPIP::10.0.0.5::INSTR, USB0::..., GPIB0::22::INSTR)"
+    )

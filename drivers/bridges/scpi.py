@@ -1,0 +1,244 @@
+"""SCPI instruments: `*IDN?` is checked, and `SYST:ERR?` after each action, as named errors.
+
+IEEE 488.2 and SCPI 1999.0, volume 2, chapter 21. See docs/how-to/instruments-in-yaml.md.
+"""
+
+import re
+from collections.abc import Iterator
+from hashlib import sha256
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from ...schemas.contract import Action, Effect, Happened, Name
+from ...schemas.messages import FileContent
+from ..driver import ActionFailed, GoalContext
+from .answers import BadAnswer, values
+from .bridge import Values
+from .config import pattern
+from .line_bridge import NUMBER_ERRORS, LineAction, LineBridge, LineBridgeConfig
+from .lines import NoAnswer
+from .template import fill
+
+CLASSES: dict[str, tuple[Happened, str]] = {
+    "CommandError": ("no", "The instrument does not know the command (-100 to -199)"),
+    "ExecutionError": ("unknown", "The instrument could not carry it out (-200 to -299)"),
+    "DeviceError": ("unknown", "The instrument's own error (-300 to -399, or positive)"),
+    "QueryError": ("unknown", "A question and its answer have met wrongly (-400 to -499)"),
+}
+NOT_DONE = {*range(-229, -219), -211, -213, -203}
+"""Execution errors by which a command was refused: parameters, triggers, protection."""
+ERROR = re.compile(r"\s*([+-]?\d+)\s*,\s*(.*)|\s*[+-]?0+\s*")
+"""A bare number that is not 0 is a late answer to something else."""
+MOST_ERRORS = 30
+QUERY = re.compile(r"\s*[*:]?[A-Za-z][\w:]*\?.*", re.S)
+KINDS = re.compile(r"[<>]?[iuf][1248]")
+
+
+class ScpiAction(LineAction):
+    """`write`, then `wait` for *OPC?, then `query`; `block` for binary data."""
+
+    write: str | list[str] | None = None
+    query: str | None = None
+    wait: bool = False
+    block: str | None = None
+
+    @field_validator("block")
+    @classmethod
+    def _is_a_kind(cls, value: str | None) -> str | None:
+        if value in (None, "file") or KINDS.fullmatch(value or ""):
+            return value
+        raise ValueError(f"{value!r} is no kind of block: `file`, or a number type as >f4, <i2, u1")
+
+    @model_validator(mode="after")
+    def _does_something(self) -> "ScpiAction":
+        if self.write is None and self.query is None:
+            raise ValueError('it needs `query: "MEAS:VOLT:DC?"` or `write: "OUTP ON"`')
+        if self.returns and self.query is None:
+            raise ValueError("it returns something, so it needs a `query` that asks for it")
+        return self
+
+    @property
+    def writes(self) -> list[str]:
+        """The commands, in order."""
+        return [self.write] if isinstance(self.write, str) else list(self.write or [])
+
+    def guessed_effect(self) -> Effect:
+        """A question changes nothing; a command may not happen twice by accident."""
+        asks = [part for part in (self.query or "").split(";") if part.strip()]
+        only_asks = not self.writes and all(QUERY.fullmatch(part) for part in asks)
+        return "pure" if only_asks else "once"
+
+    def used(self) -> Iterator[tuple[str, str]]:
+        yield from (("write", text) for text in self.writes)
+        if self.query is not None:
+            yield "query", self.query
+
+
+class ScpiConfig(LineBridgeConfig):
+    """The config of `driver: scpi`."""
+
+    own_errors = {**CLASSES, **NUMBER_ERRORS}  # type: ignore[assignment] # noqa: RUF012
+
+    idn: str | bool = True
+    error_query: str | bool = "SYST:ERR?"
+    actions: dict[Name, ScpiAction] = Field(min_length=1)
+    status: list[str] = Field(default_factory=list)
+
+    @field_validator("idn")
+    @classmethod
+    def _is_an_identity(cls, value: str | bool) -> str | bool:
+        return pattern(value) or "" if isinstance(value, str) else value
+
+
+class Scpi(LineBridge):
+    """Implements whichever contract its lab says or names."""
+
+    config_model: ClassVar = ScpiConfig
+    _identity: str | None = None
+
+    async def identify(self, timeout_s: float) -> None:
+        if self.config.idn is False:
+            return
+        try:
+            await self.lines.send("*IDN?")
+            said = (await self.lines.answer("*IDN?", timeout_s)).strip()
+            wanted = self.config.idn if isinstance(self.config.idn, str) else ""
+            while wanted and not re.search(wanted, said):
+                try:
+                    said = (await self.lines.next_line(min(timeout_s, 1.0))).strip()
+                except NoAnswer:
+                    raise OSError(
+                        f"{self.lines} is {said!r}, but the lab expects {wanted!r}: is another "
+                        f"instrument at this address?"
+                    ) from None
+        except NoAnswer as fault:
+            await self.drop()
+            raise OSError(
+                f"{self.lines} was sent '*IDN?' and {fault}: check address, terminator and baud rate; "
+                f"an instrument that does not know *IDN? needs `idn: false`"
+            ) from fault
+        except OSError:
+            await self.drop()
+            raise
+        if self._identity not in (None, said):
+            await self.drop()
+            raise OSError(
+                f"{self.lines} is now {said!r}, but was {self._identity!r}: swap them back"
+            )
+        self._identity = said
+        names = ("manufacturer", "model", "serial_number", "firmware")
+        self.versions = dict(zip(names, (part.strip() for part in said.split(",")), strict=False))
+        await self._errors()  # those of before are nobody's now
+
+    async def perform(
+        self, said: ScpiAction, action: Action, values: Values, goal: GoalContext
+    ) -> Values:
+        params = action.param_schemas()
+        texts = [fill(text, values, params, goal.id) for text in said.writes]
+        query = fill(said.query, values, params, goal.id) if said.query is not None else None
+        timeout_s, sent = self.timeout_s(said), " ".join([*texts, query or ""]).strip()
+        result: Values = {}
+        try:
+            for text in texts:
+                await self.lines.send(text)
+                self.refuse(text, await self.lines.finish(text, timeout_s), said)
+            if said.wait:
+                await self._completed(timeout_s)
+            if query is not None:
+                await self.lines.send(query)
+                result = await self._answered(query, said, action, values, goal)
+        except NoAnswer as fault:
+            await self._explain(said, sent, fault)
+            raise
+        except BadAnswer as fault:
+            await self._explain(said, sent, fault)
+            await self.drop()  # the right answer may still come
+            raise
+        await self._refuse_errors(said, sent)
+        return result
+
+    async def _completed(self, timeout_s: float) -> None:
+        await self.lines.send("*OPC?")
+        told = await self.lines.answer("*OPC?", timeout_s)
+        if told.strip().lstrip("+") != "1":
+            raise NoAnswer(f"it was sent '*OPC?' and answered {told[:80]!r} where 1 is expected")
+
+    async def _answered(
+        self, query: str, said: ScpiAction, action: Action, given: Values, goal: GoalContext
+    ) -> Values:
+        if said.block is None:
+            return await self.heard(query, said, action, goal)
+        data = await self.lines.block(query, self.timeout_s(said))
+        name = next(iter(action.returns.get("properties", {})), None)
+        if name is None:
+            return {}
+        if said.block == "file":
+            path = str(given.get(name) or f"{name}.bin")
+            digest = sha256(data).hexdigest()
+            goal.files[name] = FileContent(path=path, sha256=digest, data=data)
+            return {name: path}
+        kind = np.dtype(said.block)
+        if len(data) % kind.itemsize:
+            raise BadAnswer(
+                f"a block of {len(data)} bytes does not hold whole {said.block} numbers"
+            )
+        numbers: list[Any] = np.frombuffer(data, kind).tolist()
+        whole = ",".join(repr(number) for number in numbers)
+        return values(whole, {name: action.returns["properties"][name]}, None)
+
+    async def _errors(self) -> list[tuple[int, str]]:
+        """What the instrument's error queue holds; it is empty then."""
+        query = self.config.error_query
+        if not query:
+            return []
+        query = "SYST:ERR?" if query is True else query
+        found: list[tuple[int, str]] = []
+        while len(found) < MOST_ERRORS:
+            await self.lines.send(query)
+            told = await self.lines.answer(query, self.timeout_s(None))
+            error = ERROR.fullmatch(told)
+            if error is None:
+                raise NoAnswer(
+                    f"it was sent {query!r} and answered {told[:80]!r}, which is no error"
+                )
+            if int(error[1] or 0) == 0:
+                break
+            found.append((int(error[1]), (error[2] or "").strip().strip('"')))
+        return found
+
+    async def _refuse_errors(self, said: ScpiAction, sent: str) -> None:
+        found = await self._errors()
+        if not found:
+            return
+        code, _ = found[0]
+        words = "; ".join(f"{number} {text}".strip() for number, text in found)
+        told = f"{self.place.device} was sent {sent!r} and reports {words}"
+        named = {**self.config.errors, **said.errors}
+        for name, error in named.items():
+            if error.code == code:
+                raise ActionFailed(name, told, error.happened)
+        kind = _class_of(code)
+        single = len(said.writes) <= 1 and ";" not in sent and not (said.writes and said.query)
+        refused = code in NOT_DONE or kind == "CommandError"
+        raise ActionFailed(kind, told, "no" if refused and single else "unknown")
+
+    async def _explain(self, said: ScpiAction, sent: str, fault: Exception) -> None:
+        """Where no answer came, the error queue may say why: an unknown query is not answered."""
+        try:
+            await self._refuse_errors(said, sent)
+        except (NoAnswer, OSError):
+            await self.drop()
+            return
+        except ActionFailed:
+            await self.drop()  # its answer may still come
+            raise
+
+
+def _class_of(code: int) -> str:
+    if -200 < code <= -100:
+        return "CommandError"
+    if -300 < code <= -200:
+        return "ExecutionError"
+    return "QueryError" if -500 < code <= -400 else "DeviceError"

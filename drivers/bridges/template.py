@@ -1,0 +1,83 @@
+"""What is sent, with the parameters put in: `VOLT:RANG {range:g}`, `OUTP {on:ON|OFF}`, `{{`."""
+
+from collections.abc import Iterator, Mapping
+from string import Formatter
+from typing import Any
+
+from ..driver import ActionFailed
+
+GOAL = "goal"
+"""The placeholder of the goal's id, for an instrument that can keep a text beside what it did."""
+
+
+def template_faults(text: str, params: Mapping[str, Any]) -> Iterator[str]:
+    """What is wrong with a text that is sent, for parameters of these JSON Schemas."""
+    try:
+        parts = list(Formatter().parse(text))
+    except ValueError as fault:
+        yield f"{text!r}: {fault}; a brace that is sent is written twice: {{{{"
+        return
+    for _, name, spec, conversion in parts:
+        if name is None:
+            continue
+        if name not in params and name != GOAL:
+            known = ", ".join(params) or "none"
+            yield f"{{{name}}}: the action has no parameter {name!r}; its parameters: {known}"
+        elif conversion or "{" in (spec or ""):
+            yield f"{{{name}}}: only a format may follow the name, such as {{{name}:.3f}}"
+        else:
+            try:
+                _put(_sample(params.get(name, {"type": "string"})), spec or "", name)
+            except (ValueError, TypeError) as fault:
+                yield f"{{{name}:{spec}}}: {fault}"
+
+
+def fill(text: str, given: Mapping[str, Any], params: Mapping[str, Any], goal: str) -> str:
+    """The text as it is sent; a parameter that is not given has its default.
+
+    Raises ActionFailed (Rejected) for a text with control characters: it would be a second command.
+    """
+    made = []
+    for literal, name, spec, _ in Formatter().parse(text):
+        made.append(literal)
+        if name is None:
+            continue
+        schema = params.get(name, {})
+        value = (
+            goal if name == GOAL and name not in params else given.get(name, schema.get("default"))
+        )
+        put = _put(_of_kind(value, schema), spec or "", name)
+        if any(ord(sign) < 32 or ord(sign) == 127 for sign in put):
+            raise ActionFailed(
+                "Rejected", f"{name}: {put!r} has control characters; nothing was sent", "no"
+            )
+        made.append(put)
+    return "".join(made)
+
+
+def _of_kind(value: Any, schema: Mapping[str, Any]) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return value
+    return int(value) if schema.get("type") == "integer" else float(value)
+
+
+def _put(value: Any, spec: str, name: str) -> str:
+    if isinstance(value, (list, tuple)):
+        return ",".join(_put(one, spec, name) for one in value)
+    if isinstance(value, bool):
+        yes, bar, no = spec.partition("|")
+        return (yes if value else no) if bar else format(int(value), spec)
+    if value is None:
+        raise ValueError(f"{name} has no value")
+    return format(value, spec or (".12g" if isinstance(value, float) else ""))
+
+
+def _sample(schema: Mapping[str, Any]) -> Any:
+    from .config import typed
+
+    if schema.get("enum"):
+        return _of_kind(schema["enum"][0], schema)
+    kind = typed(dict(schema))["type"]
+    kind = kind[0] if isinstance(kind, list) else kind
+    samples = {"number": 1.5, "integer": 1, "boolean": True, "array": [1.5]}
+    return samples.get(kind, "x")

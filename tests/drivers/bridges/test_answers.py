@@ -1,0 +1,85 @@
+"""Numbers as instruments write them."""
+
+import re
+
+import pytest
+
+from labrun.drivers.bridges.answers import BadAnswer, NoNumber, value, values
+from labrun.schemas.quantity import registry
+
+VOLT, CELSIUS = {"type": "number", "unit": "V"}, {"type": "number", "unit": "degC"}
+
+
+@pytest.mark.parametrize(
+    ("text", "schema", "wanted"),
+    [
+        ("1.23", VOLT, 1.23),
+        ("+1.2300E+00", VOLT, 1.23),
+        ("1.23 V", VOLT, 1.23),
+        ("+1.23E+00VDC", VOLT, 1.23),
+        ("1230mV", VOLT, 1.23),
+        ("0.00123 KV", VOLT, 1.23),
+        (" - 5 ", VOLT, -5.0),
+        (".5", VOLT, 0.5),
+        ("25.5 C", CELSIUS, 25.5),
+        ("77 F", CELSIUS, 25.0),
+        ("25.5 °C", CELSIUS, 25.5),
+        ("298.65 K", CELSIUS, 25.5),
+        ("+3.000E+00", {"type": "integer"}, 3),
+        ("ON", {"type": "boolean"}, True),
+        ("0", {"type": "boolean"}, False),
+        ('"DM 1"', {"type": "string"}, "DM 1"),
+        ("1, 2;3 4", {"type": "array", "items": {"type": "integer"}}, [1, 2, 3, 4]),
+        ("50 %", {"type": "number", "unit": "percent"}, 50.0),
+        ("9.9E37", {"type": ["number", "null"]}, None),
+    ],
+)
+def test_a_value_is_read_in_the_contracts_unit(text, schema, wanted):
+    registry()
+    assert (
+        value(text, schema) == pytest.approx(wanted)
+        if isinstance(wanted, float)
+        else (value(text, schema) == wanted)
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "schema", "words"),
+    [
+        ("1.23 s", VOLT, "its unit is 's', wanted is"),
+        ("1.23 bananas", VOLT, "its unit is 'bananas'"),
+        ("hello", VOLT, "'hello' is not a number"),
+        ("1.5", {"type": "integer"}, "not a whole number"),
+        ("maybe", {"type": "boolean"}, "neither on nor off"),
+        ("1.5 V", {"type": "number"}, "the contract has none"),
+    ],
+)
+def test_what_is_no_such_value_is_said(text, schema, words):
+    with pytest.raises(BadAnswer, match=words):
+        value(text, schema)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [("9.9E37", "Overload"), ("-9.90000000E+37", "Overload"), ("OVLD", "Overload"), ("+OL", "Overload"),
+     ("inf", "Overload"), ("9.91E37", "NotANumber"), ("NaN", "NotANumber"), ("1E300", "Overload")],
+)  # fmt: skip
+def test_no_number_has_its_name(text, name):
+    with pytest.raises(NoNumber) as fault:
+        value(text, VOLT)
+
+    assert fault.value.name == name
+
+
+def test_a_pattern_gives_names_or_an_order():
+    returns = {"x": VOLT, "on": {"type": "boolean"}}
+
+    assert values("on=1 x=2 V", returns, re.compile("on=(?P<on>.) x=(?P<x>.*)")) == {
+        "x": 2.0,
+        "on": True,
+    }
+    assert values("<2|off>", returns, re.compile(r"<(.*)\|(.*)>")) == {"x": 2.0, "on": False}
+    with pytest.raises(BadAnswer, match="it has 1 of 2 values"):
+        values("2", returns, re.compile("(.)"))
+    with pytest.raises(BadAnswer, match="it has no on"):
+        values("2", returns, None)

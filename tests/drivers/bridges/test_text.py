@@ -1,0 +1,109 @@
+"""Instruments with a line protocol of their own, said in YAML by patterns."""
+
+import pytest
+
+from labrun.drivers.driver import ActionFailed, GoalContext
+
+VOLTAGE = {"send": "MEAS:VOLT:DC?", "effect": "pure", "returns": {"voltage": {"unit": "V"}}}
+GO = {
+    "send": "GO {to:.1f}", "params": {"to": {"unit": "mm"}}, "answer": r"OK (\d+)",
+    "done": r"DONE at .* mm", "returns": {"count": {"type": "integer"}}, "timeout": "5 s",
+    "errors": {"Jam": {"answer": "ERR JAMMED", "happened": "no", "summary": "free it by hand"}},
+}  # fmt: skip
+ERRORS = {"Unknown": {"answer": r"^\?1", "happened": "no"}}
+
+
+def config(where, **more):
+    actions = more.pop("actions", {})
+    actions = {"voltage": VOLTAGE, "go": GO, **actions}
+    return {"resource": where, "actions": actions, "errors": ERRORS, **more}
+
+
+@pytest.mark.parametrize(
+    ("habits", "said"),
+    [
+        ({}, {}),
+        ({"over": "udp"}, {}),
+        ({"over": "pty", "end": "\r\n"}, {"terminator": "\r\n"}),
+        ({"end": "\r", "unit": " mV"}, {"terminator": {"write": "\r", "read": "\r"}}),
+        ({"chatter": "T=21.5 C"}, {}),
+        ({"banner": "PUMP 3000 ready", "banner_s": 0.3}, {"banner": "ready"}),
+        ({"echo": True, "end": "\r\n"}, {"echo": True}),
+    ],
+)
+def test_a_reading_and_a_move_that_takes_time(peer, once, habits, said):
+    there = peer(**habits, error_query=False)
+    hello = {
+        "send": "*IDN?",
+        "answer": "ACME,(?P<model>[^,]+).*",
+        "returns": {"model": {"type": "string"}},
+    }
+    reading = {**VOLTAGE, "answer": r"\+?(?P<voltage>\d\.\d+E[+-]\d+ ?m?V?)"}
+    said = config(there.where, **said, hello=hello, actions={"voltage": reading})
+
+    assert once("text", said, "voltage") == {"voltage": 1.25}
+    assert once("text", said, "go", to=12.5) == {"count": 1}
+    assert there.done("go") == [{"done": "go", "given": "12.5"}]
+
+
+def test_the_instruments_refusals_are_named_errors(peer, once):
+    there = peer(error_query=False)
+    said = config(there.where, actions={"x": {"send": "XYZ"}, "y": {"send": "XYZ", "answer": "OK"}})
+    with pytest.raises(ActionFailed, match="answered 'ERR JAMMED': free it by hand") as jam:
+        once("text", said, "go", to=200)
+    with pytest.raises(ActionFailed, match=r"'\?1 unknown command'") as unknown:
+        once("text", said, "x")
+    with pytest.raises(ActionFailed) as answered:
+        once("text", said, "y")
+
+    assert (jam.value.name, jam.value.happened) == ("Jam", "no")
+    assert (unknown.value.name, unknown.value.happened) == ("Unknown", "no")
+    assert answered.value.name == "Unknown"
+
+
+def test_an_answer_that_is_none_says_what_came(peer, once):
+    said = {**VOLTAGE, "send": "*IDN?", "timeout": "0.3 s"}
+    with pytest.raises(
+        ActionFailed, match=r"answered 'ACME,DM-1,0042,1.0'.*is not a number"
+    ) as odd:
+        once("text", config(peer().where, actions={"voltage": said}), "voltage")
+    silent = {**VOLTAGE, "send": "ABOR", "timeout": "0.3 s"}
+    with pytest.raises(ActionFailed, match="was sent 'ABOR' and was silent") as nothing:
+        once("text", config(peer(name="b").where, actions={"voltage": silent}), "voltage")
+
+    assert (odd.value.name, nothing.value.name) == ("BadAnswer", "Timeout")
+
+
+def test_another_instrument_is_known_by_its_hello(peer, once):
+    hello = {"send": "*IDN?", "answer": "PUMP.*", "timeout": "0.3 s"}
+    with pytest.raises(OSError, match=r"answered 'ACME.*is another device there"):
+        once("text", config(peer().where, hello=hello), "voltage")
+
+
+def test_one_that_speaks_by_itself_is_listened_to(peer, once):
+    there = peer(chatter="T=21.5 C")
+    heard = {"answer": "T=(.*)", "effect": "pure", "returns": {"t": {"unit": "K"}}}
+
+    assert once("text", config(there.where, actions={"t": heard}), "t")["t"] == pytest.approx(
+        294.65
+    )
+
+
+def test_what_is_watched_is_its_status(peer, ask):
+    async def story(driver):
+        return await driver.status()
+
+    assert ask("text", config(peer().where, status=["voltage"]), story) == {"voltage": 1.25}
+
+
+def test_the_goals_id_can_be_left_with_the_instrument(peer, ask):
+    there = peer()
+    said = {"send": "DISP {goal}", "effect": "once"}
+
+    async def story(driver):
+        await driver.dispense(GoalContext("run/map/1"))
+        return await driver.voltage(GoalContext("run/y/1"))
+
+    ask("text", config(there.where, actions={"dispense": said}), story)
+
+    assert there.done("dispense") == [{"done": "dispense", "given": "run/map/1"}]
