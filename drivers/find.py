@@ -28,6 +28,8 @@ SHIPPED = {
     "sciaps_gui": "labrun.drivers.sciaps_gui.driver:SciapsGui",
     "scpi": "labrun.drivers.bridges.scpi:Scpi",
     "text": "labrun.drivers.bridges.text:Text",
+    "modbus": "labrun.drivers.bridges.modbus:Modbus",
+    "http": "labrun.drivers.bridges.http:Http",
     "ros_action": "labrun.drivers.ros_action.driver:RosAction",
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds others."""

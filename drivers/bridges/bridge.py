@@ -63,7 +63,13 @@ class Bridge(Driver):
 
     async def abort(self) -> bool:
         """Tell the instrument to give up what it is doing, past whoever has its turn."""
-        return False
+        name = self.config.abort
+        if name is None:
+            return False
+        said, action = self._said[name], self.contract_kept.actions[name]
+        with contextlib.suppress(ActionFailed, NoAnswer, BadAnswer):  # what runs says how it ended
+            await self.perform(said, action, {}, GoalContext("abort"))
+        return True
 
     async def open(self) -> None:
         self.record.open()
@@ -189,7 +195,10 @@ class Bridge(Driver):
         said, action = self._said[name], self.contract_kept.actions[name]
         for again in (action.effect == "pure", False):
             try:
-                return await self.perform(said, action, values, goal)
+                result = await self.perform(said, action, values, goal)
+                if said.until is not None:
+                    await self._until(said, goal)
+                return result
             except NoNumber as fault:
                 raise self.failed(fault.name, name, str(fault), "yes") from fault
             except BadAnswer as fault:
@@ -204,6 +213,22 @@ class Bridge(Driver):
                 with contextlib.suppress(OSError):  # the second attempt says it
                     await self.ready(self.timeout_s(None))
         raise AssertionError("the second attempt returns or raises")
+
+    async def _until(self, said: ActionConfig, goal: GoalContext) -> None:
+        """Ask until the instrument says that it is done; raises NoAnswer when the time is up."""
+        wanted = {n: v for n, v in (said.until or {}).items() if n != "do"}
+        asked, clock = str((said.until or {})["do"]), asyncio.get_running_loop().time
+        until = clock() + self.timeout_s(said)
+        while True:
+            await asyncio.sleep(seconds(self.config.poll))  # it may need a moment to begin
+            told = await self._attempt(asked, GoalContext(f"until:{goal.id}"), {})
+            if all(told.get(name) == value for name, value in wanted.items()):
+                return
+            goal.feedback(None, ", ".join(f"{name} {value}" for name, value in told.items()))
+            if clock() >= until:
+                raise NoAnswer(
+                    f"it is not done after {self.timeout_s(said):g} s: {asked} is {told}"
+                )
 
     def failed(self, error: str, name: str, words: str, happened: Any = None) -> ActionFailed:
         """A failure that names device and action."""

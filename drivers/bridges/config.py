@@ -61,6 +61,7 @@ class ActionConfig(Model):
     count: str | None = None
     duration: str | None = None
     timeout: Time | None = None
+    until: dict[str, Any] | None = None
     cancel: bool = False
     danger: Danger | None = None
 
@@ -91,8 +92,10 @@ class BridgeConfig(Model):
     safe_state: list[str] = Field(default_factory=list)
     on_lease_lapse: Literal["finish", "cancel", "safe"] = "finish"
     every: Time = 5
+    poll: Time = 0.5
+    abort: str | None = None
 
-    @field_validator("timeout", "every")
+    @field_validator("timeout", "every", "poll")
     @classmethod
     def _is_a_time(cls, value: Time) -> Any:
         return time(value)
@@ -192,11 +195,34 @@ class BridgeConfig(Model):
         for key in ("probe", "count"):
             if getattr(said, key) not in (None, LAST_ONCE):
                 yield from self._named((key,), getattr(said, key), needs_none=True)
+        if said.until is not None:
+            yield from self._until_faults(said.until)
+        if said.cancel and self.abort is None:
+            message = "to cancel it, the instrument must be told to: give the config an `abort`"
+            yield ConfigFault(("cancel",), message)
         from .template import template_faults
 
         for key, text in said.used():
             for message in template_faults(text, action.param_schemas()):
                 yield ConfigFault((key,), message)
+
+    def _until_faults(self, until: dict[str, Any]) -> Iterator[ConfigFault]:
+        asked, fields = until.get("do"), [name for name in until if name != "do"]
+        if not isinstance(asked, str) or not fields:
+            message = (
+                "say which action is asked, and what it has to return: {do: state, state: idle}"
+            )
+            yield ConfigFault(("until",), message)
+            return
+        yield from self._named(("until", "do"), asked, needs_none=True)
+        returned = self.said()[asked].returns if asked in self.said() else {}
+        for name in fields:
+            if returned and name not in returned:
+                yield ConfigFault(
+                    ("until", name),
+                    f"{asked} returns no {name}; it returns {_listed(returned)}",
+                    True,
+                )
 
     def _named(
         self, path: tuple[str | int, ...], name: str, *, needs_none: bool

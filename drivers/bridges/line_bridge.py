@@ -36,14 +36,10 @@ class LineBridgeConfig(LineConfig, BridgeConfig):
     """Address, habits, and actions."""
 
     own_errors = NUMBER_ERRORS  # type: ignore[assignment]
-    abort: str | None = None
 
     def faults(self, contract: Any, *, apart: bool) -> Iterator[ConfigFault]:
         yield from super().faults(contract, apart=apart)
         for name, said in self.said().items():
-            if said.cancel and self.abort is None:
-                message = "to cancel it, the instrument must be told to: give the config an `abort`"
-                yield ConfigFault(("actions", name, "cancel"), message)
             if said.answer is None:
                 continue
             groups = set(re.compile(said.answer).groupindex)

@@ -3,8 +3,10 @@
 import re
 from pathlib import Path
 
+from labrun.drivers.bridges.http import HttpAction, HttpConfig
 from labrun.drivers.bridges.line_bridge import LineAction
 from labrun.drivers.bridges.lines import LineConfig
+from labrun.drivers.bridges.modbus import ModbusAction, ModbusConfig, Register
 from labrun.drivers.bridges.scpi import ScpiAction, ScpiConfig
 from labrun.drivers.bridges.text import TextAction, TextConfig
 from labrun.engine.lab.lab import load_lab
@@ -19,12 +21,15 @@ def test_every_instrument_on_the_page_is_one(tmp_path):
     loaded, problems = load_lab(lab)
 
     assert problems == []
-    assert {"dmm", "stage"} <= set(loaded.lab.devices)
+    assert {"dmm", "stage", "furnace", "shaker"} == set(loaded.lab.devices)
     assert set(loaded.contracts["dmm@1"].actions) == {"voltage", "set_range"}
 
 
 def test_every_key_is_on_the_page():
-    models = (LineAction, LineConfig, ScpiConfig, ScpiAction, TextConfig, TextAction)
+    models = (
+        *(LineAction, LineConfig, ScpiConfig, ScpiAction, TextConfig, TextAction),
+        *(ModbusAction, ModbusConfig, Register, HttpAction, HttpConfig),
+    )
     keys = {key for model in models for key in model.model_fields}
 
     assert [key for key in sorted(keys) if not re.search(rf"`?\b{key}\b[`:]", PAGE)] == []

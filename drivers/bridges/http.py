@@ -1,0 +1,167 @@
+"""Devices with an HTTP interface: JSON in and out.
+
+See docs/how-to/instruments-in-yaml.md.
+"""
+
+import asyncio
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import Field, field_validator, model_validator
+
+from ...schemas.contract import Action, Effect, Name
+from ..driver import ActionFailed, GoalContext
+from .answers import BadAnswer, value
+from .bridge import Bridge, Values
+from .by_action import ByAction, filled, texts
+from .config import ActionConfig
+from .lines import NoAnswer
+from .template import fill
+
+if TYPE_CHECKING:
+    from aiohttp import ClientSession
+
+METHODS = ("get", "put", "post", "patch", "delete")
+
+
+class HttpAction(ActionConfig):
+    """One of get, put, post, patch or delete, with a path; `body` is sent as JSON."""
+
+    get: str | None = None
+    put: str | None = None
+    post: str | None = None
+    patch: str | None = None
+    delete: str | None = None
+    body: Any = None
+
+    @model_validator(mode="after")
+    def _one_method(self) -> "HttpAction":
+        if len([method for method in METHODS if getattr(self, method) is not None]) != 1:
+            raise ValueError(f"it needs one of {', '.join(METHODS)}, with a path: `get: /state`")
+        return self
+
+    @property
+    def request(self) -> tuple[str, str]:
+        """Method and path."""
+        return next((m, str(getattr(self, m))) for m in METHODS if getattr(self, m) is not None)
+
+    def guessed_effect(self) -> Effect:
+        return "pure" if self.get is not None else "once"
+
+    def used(self) -> Iterator[tuple[str, str]]:
+        yield self.request
+        yield from texts("body", self.body)
+
+
+class HttpConfig(ByAction):
+    """The config of `driver: http`; a returned value says `at: data.speed` where it is found."""
+
+    own_keys = ("at",)
+    own_errors = {  # type: ignore[assignment] # noqa: RUF012
+        "Refused": ("no", "The device refused it (status 400 to 499)"),
+        "DeviceError": ("unknown", "The device failed (status 500 to 599)"),
+        "BadAnswer": ("unknown", "The answer is not what this action returns"),
+        "Overload": ("yes", "The device answered that the value is beyond its range"),
+        "NotANumber": ("yes", "The device answered that it has no value"),
+    }
+
+    url: str
+    headers: dict[str, str] = Field(default_factory=dict)
+    hello: str | None = None
+    actions: dict[Name, HttpAction] = Field(min_length=1)
+    status: list[str] = Field(default_factory=list)
+
+    @field_validator("url")
+    @classmethod
+    def _is_an_address(cls, value: str) -> str:
+        if not value.startswith(("http://", "https://")):
+            raise ValueError(f"{value!r} is no address such as http://10.0.0.8:8080/api")
+        return value.rstrip("/")
+
+
+class Http(Bridge):
+    """Implements whichever contract its lab says or names."""
+
+    config_model: ClassVar = HttpConfig
+    _session: "ClientSession | None" = None
+
+    async def ready(self, timeout_s: float) -> None:
+        if self._session is not None:
+            return
+        from aiohttp import ClientSession
+
+        self._session = ClientSession(headers=self.config.headers)
+        try:  # any answer shows that it is there; `hello` is a path that it has
+            async with asyncio.timeout(timeout_s):
+                url = self.config.url + (self.config.hello or "/")
+                async with self._session.get(url) as answer:
+                    if self.config.hello is not None and answer.status >= 400:
+                        raise OSError(f"{url} answers with status {answer.status}")
+        except TimeoutError as fault:
+            await self.drop()
+            raise OSError(f"{self.config.url} does not answer within {timeout_s:g} s") from fault
+        except OSError as fault:  # aiohttp's ClientError of a connection is one, too
+            await self.drop()
+            raise OSError(f"{self.config.url} cannot be reached: {fault}") from fault
+
+    async def drop(self) -> None:
+        session, self._session = self._session, None
+        if session is not None:
+            await session.close()
+
+    async def perform(
+        self, said: HttpAction, action: Action, values: Values, goal: GoalContext
+    ) -> Values:
+        from aiohttp import ClientError
+
+        params = action.param_schemas()
+        method, template = said.request
+        path = fill(template, values, params, goal.id)
+        body = filled(said.body, values, params, goal.id)
+        more = {"json": body} if body is not None else {}
+        url = self.config.url + path
+        what = f"{self.place.device} was asked to {method.upper()} {path}"
+        if self._session is None:
+            raise OSError("the connection was closed")
+        try:
+            async with (
+                asyncio.timeout(self.timeout_s(said)),
+                self._session.request(method, url, allow_redirects=False, **more) as got,
+            ):
+                status, text = got.status, await got.text()
+        except TimeoutError as fault:
+            wait = f"{self.timeout_s(said):g} s"
+            raise NoAnswer(f"{what} and did not answer within {wait}") from fault
+        except ClientError as fault:
+            raise OSError(f"{what}: {fault or type(fault).__name__}") from fault
+        self._refuse(what, said, status, text)
+        returns = action.returns.get("properties", {})
+        try:
+            data = json.loads(text) if returns else None
+        except ValueError as fault:
+            raise BadAnswer(f"{what} and answered {text[:80]!r}, which is no JSON") from fault
+        return {name: _found(data, name, said, schema) for name, schema in returns.items()}
+
+    def _refuse(self, what: str, said: HttpAction, status: int, text: str) -> None:
+        if status < 300:
+            return
+        words = f"{what} and answered with status {status}: {text[:200].strip()}"
+        for name, error in {**self.config.errors, **said.errors}.items():
+            if error.code == status:
+                raise ActionFailed(name, words, error.happened)
+        if status < 500:
+            raise ActionFailed("Refused", words, "no")
+        raise ActionFailed("DeviceError", words, "unknown")
+
+
+def _found(data: Any, name: str, said: HttpAction, schema: dict[str, Any]) -> Any:
+    """A value of the answer, at its place."""
+    at = said.returns.get(name, {}).get("at")
+    single = at is None and not isinstance(data, dict)
+    for part in [] if single else str(at or name).split("."):
+        try:
+            data = data[int(part)] if isinstance(data, list) else data[part]
+        except (KeyError, IndexError, ValueError, TypeError) as fault:
+            raise BadAnswer(f"the answer has no {at or name}: {str(data)[:80]}") from fault
+    return value(data, schema) if isinstance(data, str) else data

@@ -1,0 +1,282 @@
+"""Modbus devices: registers with types and units, over TCP or a serial line, by pymodbus.
+
+MODBUS Application Protocol Specification V1.1b3. See docs/how-to/instruments-in-yaml.md.
+"""
+
+import asyncio
+import contextlib
+from collections.abc import Iterator
+from importlib import import_module
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from ...schemas.contract import Action, Effect, Happened, Name
+from ...schemas.model import Model
+from ..driver import ActionFailed, GoalContext
+from .bridge import Bridge, Values
+from .by_action import ByAction, filled, texts
+from .config import ActionConfig, ConfigFault
+from .lines import NoAnswer
+from .resource import read_resource
+
+REFUSALS: dict[int, tuple[str, Happened, str]] = {
+    1: ("IllegalFunction", "no", "the device does not have this function"),
+    2: ("IllegalAddress", "no", "the device has no such register"),
+    3: ("IllegalValue", "no", "the device does not take this value"),
+    4: ("DeviceFailure", "unknown", "the device failed while it was doing it"),
+    5: ("DeviceFailure", "unknown", "the device has accepted it and needs time"),
+    6: ("DeviceBusy", "no", "the device is busy"),
+}
+"""Exception code -> error, whether it happened, meaning (section 7 of the specification)."""
+LONGEST_S = 3600.0
+"""The library's own patience; how long is waited is said by each action."""
+Kind = Literal[
+    "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64", "bit", "string"
+]
+
+
+class Register(Model):
+    """One value of the device: which of the four tables, address from 0, type, scale."""
+
+    holding: int | None = Field(default=None, ge=0, le=65535)
+    input: int | None = Field(default=None, ge=0, le=65535)
+    coil: int | None = Field(default=None, ge=0, le=65535)
+    discrete: int | None = Field(default=None, ge=0, le=65535)
+    type: Kind = "uint16"
+    scale: float = 1.0
+    offset: float = 0.0
+    length: int = Field(default=8, gt=0, le=125)
+
+    @model_validator(mode="after")
+    def _one_table(self) -> "Register":
+        if (
+            len(
+                [
+                    t
+                    for t in ("holding", "input", "coil", "discrete")
+                    if getattr(self, t) is not None
+                ]
+            )
+            != 1
+        ):
+            raise ValueError("it is in one table: holding: 10, input: 10, coil: 10 or discrete: 10")
+        if not self.scale:
+            raise ValueError("its scale is 0, so it has no value")
+        return self
+
+    @property
+    def table(self) -> str:
+        return next(
+            t for t in ("holding", "input", "coil", "discrete") if getattr(self, t) is not None
+        )
+
+    @property
+    def is_bit(self) -> bool:
+        return self.table in ("coil", "discrete")
+
+    @property
+    def writable(self) -> bool:
+        return self.table in ("holding", "coil")
+
+
+class ModbusAction(ActionConfig):
+    """`write`: register -> value, in order; then `read`: register names, which are the results."""
+
+    write: dict[str, Any] | None = None
+    read: list[str] | str | None = None
+
+    @model_validator(mode="after")
+    def _does_something(self) -> "ModbusAction":
+        if not self.write and not self.read:
+            raise ValueError('it needs `read: [temperature]` or `write: {target: "{target}"}`')
+        return self
+
+    @property
+    def reads(self) -> list[str]:
+        """The registers that are read."""
+        return [self.read] if isinstance(self.read, str) else list(self.read or [])
+
+    def guessed_effect(self) -> Effect:
+        return "once" if self.write else "pure"
+
+    def used(self) -> Iterator[tuple[str, str]]:
+        yield from texts("write", self.write)
+
+
+class ModbusConfig(ByAction):
+    """The config of `driver: modbus`."""
+
+    own_errors = {name: (happened, words) for name, happened, words in REFUSALS.values()}  # type: ignore[assignment] # noqa: RUF012
+
+    resource: str
+    unit: int = Field(default=1, ge=0, le=255)
+    word_order: Literal["big", "little"] = "big"
+    framer: Literal["socket", "rtu", "ascii"] | None = None
+    baud: int = Field(default=9600, gt=0)
+    bits: Literal[7, 8] = 8
+    parity: Literal["N", "E", "O"] = "N"
+    stop_bits: Literal[1, 2] = 1
+    registers: dict[Name, Register] = Field(min_length=1)
+    actions: dict[Name, ModbusAction] = Field(min_length=1)
+    status: list[str] = Field(default_factory=list)
+
+    @field_validator("resource")
+    @classmethod
+    def _is_an_address(cls, value: str) -> str:
+        if read_resource(value).kind not in ("tcp", "serial"):
+            raise ValueError(f"{value!r} is neither host:port nor a serial port")
+        return value
+
+    def faults(self, contract: Any, *, apart: bool) -> Iterator[ConfigFault]:
+        yield from super().faults(contract, apart=apart)
+        for name, said in self.actions.items():
+            known = ", ".join(self.registers)
+            for key, names in (("read", said.reads), ("write", list(said.write or {}))):
+                for one in names:
+                    path = ("actions", name, key)
+                    if one not in self.registers:
+                        yield ConfigFault(path, f"there is no register {one}; there is {known}")
+                    elif key == "write" and not self.registers[one].writable:
+                        yield ConfigFault(path, f"{one} is in the table of {self.registers[one].table} "
+                                          "registers, which can only be read")  # fmt: skip
+            if name in contract.actions:
+                returns = contract.actions[name].returns.get("properties", {})
+                for one in set(returns) - set(said.reads):
+                    yield ConfigFault(
+                        ("actions", name), f"{name} returns {one}, which is not read", True
+                    )
+
+
+class Modbus(Bridge):
+    """Implements whichever contract its lab says or names."""
+
+    config_model: ClassVar = ModbusConfig
+    _client: Any = None
+
+    async def ready(self, timeout_s: float) -> None:
+        if self._client is not None and self._client.connected:
+            return
+        await self.drop()
+        at = read_resource(self.config.resource)
+        try:
+            library = import_module("pymodbus.client")
+        except ImportError as fault:
+            raise OSError(
+                f"pymodbus is missing ({fault}): `pip install 'labrun[modbus]'`"
+            ) from fault
+        # A repeated request may write twice: whether to ask again is decided here.
+        options = {"timeout": LONGEST_S, "retries": 0, "reconnect_delay": 0}
+        framer = self.config.framer or ("socket" if at.kind == "tcp" else "rtu")
+        options["framer"] = import_module("pymodbus").FramerType(framer)
+        if at.kind == "tcp":
+            self._client = library.AsyncModbusTcpClient(at.host, port=at.port, **options)
+        else:
+            self._client = library.AsyncModbusSerialClient(
+                at.name, baudrate=self.config.baud, bytesize=self.config.bits,
+                parity=self.config.parity, stopbits=self.config.stop_bits, **options,
+            )  # fmt: skip
+        connected = False
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(timeout_s):
+                connected = await self._client.connect()
+        if not connected:
+            await self.drop()
+            where = f"{self.place.device} at {at}"
+            raise OSError(f"{where} cannot be reached: is it on, and is this its address?")
+
+    async def drop(self) -> None:
+        client, self._client = self._client, None
+        if client is not None:
+            client.close()
+
+    async def perform(
+        self, said: ModbusAction, action: Action, values: Values, goal: GoalContext
+    ) -> Values:
+        params = action.param_schemas()
+        for number, (name, value) in enumerate((said.write or {}).items()):
+            await self._write(name, filled(value, values, params, goal.id), said, first=not number)
+        returns = action.returns.get("properties", {})
+        found = {name: await self._read(name, said) for name in said.reads}
+        return {name: _as(value, returns[name]) for name, value in found.items() if name in returns}
+
+    async def _read(self, name: str, said: ModbusAction) -> Any:
+        one: Register = self.config.registers[name]
+        address = getattr(one, one.table)
+        if one.is_bit:
+            calls = {"coil": "read_coils", "discrete": "read_discrete_inputs"}
+            return (await self._ask(name, calls[one.table], said, True, address, count=1)).bits[0]
+        kind = _kind(self._client, one)
+        count = one.length if one.type == "string" else kind.value[1]
+        call = f"read_{one.table}_registers"
+        words = (await self._ask(name, call, said, True, address, count=count)).registers
+        value = self._client.convert_from_registers(words, kind, word_order=self.config.word_order)
+        if isinstance(value, str):
+            return value.rstrip("\0 ")
+        if one.type.startswith("float") and value != value:
+            raise ActionFailed("NotANumber", f"{self.place.device}: {name} is NaN", "yes")
+        return value * one.scale + one.offset if (one.scale, one.offset) != (1, 0) else value
+
+    async def _write(self, name: str, value: Any, said: ModbusAction, *, first: bool) -> None:
+        one: Register = self.config.registers[name]
+        if one.is_bit:
+            await self._ask(name, "write_coil", said, first, one.coil, bool(value))
+            return
+        kind = _kind(self._client, one)
+        if one.type != "string":
+            number = (float(value) - one.offset) / one.scale
+            value = number if one.type.startswith("float") else round(number)
+        try:
+            words = self._client.convert_to_registers(
+                value, kind, word_order=self.config.word_order
+            )
+        except Exception as fault:  # struct.error and the library's own, for what does not fit
+            words = f"{name}: {value!r} does not fit into {one.type}: {fault}"
+            raise ActionFailed("IllegalValue", words, "no" if first else "unknown") from fault
+        if len(words) == 1:
+            await self._ask(name, "write_register", said, first, one.holding, words[0])
+        else:
+            await self._ask(name, "write_registers", said, first, one.holding, words)
+
+    async def _ask(
+        self, name: str, call: str, said: Any, first: bool, *given: Any, **more: Any
+    ) -> Any:
+        """One request; a refusal of the first one means that nothing happened."""
+        library = import_module("pymodbus.exceptions")
+        client = self._client
+        if client is None:
+            raise OSError("the connection was closed")
+        words = f"{self.place.device} was asked to {call.replace('_', ' ')} {given[0]} ({name})"
+        try:
+            async with asyncio.timeout(self.timeout_s(said)):
+                answer = await getattr(client, call)(*given, device_id=self.config.unit, **more)
+        except (TimeoutError, library.ModbusIOException) as fault:
+            raise NoAnswer(f"{words} and was silent") from fault
+        except library.ConnectionException as fault:
+            raise OSError(f"{words}: {fault}") from fault
+        if not answer.isError():
+            return answer
+        code = answer.exception_code
+        error, happened, meaning = REFUSALS.get(
+            code, ("DeviceFailure", "unknown", "see its manual")
+        )
+        for named, one in {**self.config.errors, **said.errors}.items():
+            if one.code == code:
+                error, happened, meaning = named, one.happened, one.summary
+        raise ActionFailed(
+            error, f"{words} and refused with exception {code}: {meaning}",
+            happened if first or happened != "no" else "unknown",
+        )  # fmt: skip
+
+
+def _kind(client: Any, one: Register) -> Any:
+    return client.DATATYPE[one.type.upper()]
+
+
+def _as(value: Any, schema: dict[str, Any]) -> Any:
+    kind = schema.get("type", "number")
+    if kind == "boolean" or (isinstance(kind, list) and "boolean" in kind):
+        return bool(value)
+    if kind == "integer":
+        return int(value)
+    return float(f"{value:.12g}") if isinstance(value, float) else value

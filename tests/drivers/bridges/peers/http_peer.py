@@ -1,0 +1,78 @@
+"""A shaker with an HTTP interface, in a process of its own; what it does is in FOLDER/done.jsonl."""
+
+import asyncio
+import json
+import sys
+from pathlib import Path
+
+from aiohttp import web
+
+folder, habits = Path(sys.argv[1]), json.loads(Path(sys.argv[2]).read_text("utf-8"))
+state = {"speed": 0, "count": 0, "busy": False}
+
+
+def done(what, **more):
+    with (folder / "done.jsonl").open("a", encoding="utf-8") as file:
+        file.write(json.dumps({"done": what, **more}) + "\n")
+
+
+async def get_state(request):
+    return web.json_response({"data": {**state, "list": [1, 2]}, "speed": f"{state['speed']} rpm"})
+
+
+async def set_speed(request):
+    speed = (await request.json())["speed"]
+    if speed > 1000:
+        return web.Response(status=422, text="too fast")
+    state["speed"] = speed
+    done("speed", to=speed)
+    return web.Response(status=204)
+
+
+async def shake(request):
+    if state["busy"]:
+        return web.Response(status=423, text="locked")
+    given = await request.json()
+    state["busy"] = True
+    asyncio.get_running_loop().create_task(work(given))
+    return web.json_response({"accepted": True}, status=202)
+
+
+async def work(given):
+    await asyncio.sleep(habits.get("work_s", 0.2))
+    if state["busy"]:
+        state["count"] += 1
+        done("dispense", given=given["goal"])
+    state["busy"] = False
+
+
+async def stop(request):
+    state["busy"] = False
+    done("stop")
+    return web.Response()
+
+
+async def broken(request):
+    return web.Response(status=500, text="broken")
+
+
+async def main():
+    app = web.Application()
+    app.router.add_get("/api/state", get_state)
+    app.router.add_put("/api/speed", set_speed)
+    app.router.add_post("/api/shake", shake)
+    app.router.add_post("/api/stop", stop)
+    app.router.add_get("/api/broken", broken)
+    runner = web.AppRunner(app)
+    await runner.setup()
+    site = web.TCPSite(runner, "127.0.0.1", 0)
+    await site.start()
+    done("on")
+    (folder / "where.part").write_text(
+        f"http://127.0.0.1:{site._server.sockets[0].getsockname()[1]}/api"
+    )
+    (folder / "where.part").replace(folder / "where")
+    await asyncio.Event().wait()
+
+
+asyncio.run(main())

@@ -1,0 +1,88 @@
+"""A shaker with an HTTP interface, in a process of its own."""
+
+import asyncio
+
+import pytest
+
+from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+
+RPM = {"type": "number", "unit": "rpm"}
+ACTIONS = {
+    "speed": {"get": "/state", "returns": {"speed": {**RPM, "at": "data.speed"}}},
+    "written": {"get": "/state", "returns": {"speed": RPM}},
+    "second": {"get": "/state", "returns": {"x": {"type": "integer", "at": "data.list.1"}}},
+    "state": {"get": "/state", "returns": {"busy": {"type": "boolean", "at": "data.busy"}}},
+    "count": {"get": "/state", "returns": {"count": {"type": "integer", "at": "data.count"}}},
+    "missing": {"get": "/state", "returns": {"y": {"at": "data.nothing"}}},
+    "set_speed": {
+        "put": "/speed", "body": {"speed": "{speed}"}, "params": {"speed": RPM}, "effect": "idempotent",
+    },
+    "shake": {
+        "post": "/shake", "body": {"goal": "{goal}"}, "until": {"do": "state", "busy": False},
+        "count": "count", "cancel": True, "timeout": "20 s",
+    },
+    "stop": {"post": "/stop", "effect": "idempotent"},
+    "broken": {"get": "/broken"},
+}  # fmt: skip
+ERRORS = {"TooFast": {"code": 422, "happened": "no"}}
+
+
+def config(where, **more):
+    return {
+        "url": where,
+        "actions": ACTIONS,
+        "errors": ERRORS,
+        "abort": "stop",
+        "poll": 0.05,
+        **more,
+    }
+
+
+def test_json_in_and_out(peer, once):
+    there = peer("http_peer.py")
+    said = config(there.where)
+
+    assert once("http", said, "set_speed", speed=300.0) == {}
+    assert once("http", said, "speed") == {"speed": 300}
+    assert once("http", said, "written") == {"speed": 300}
+    assert once("http", said, "second") == {"x": 2}
+    assert there.done("speed") == [{"done": "speed", "to": 300.0}]
+
+
+def test_what_takes_time_is_waited_for_and_can_be_stopped(peer, ask):
+    there = peer("http_peer.py", work_s=0.5)
+
+    async def story(driver):
+        await driver.shake(GoalContext("run/x/1"))
+        goal = GoalContext("run/x/2")
+        second = asyncio.ensure_future(driver.shake(goal))
+        await asyncio.sleep(0.2)
+        goal.cancelled.set()
+        with pytest.raises(ActionCanceled):
+            await second
+
+    ask("http", config(there.where), story)
+
+    assert [one["done"] for one in there.done()] == ["on", "dispense", "stop"]
+    assert there.done("dispense")[0]["given"] == "run/x/1"
+
+
+def test_refusals_have_names(peer, once):
+    said = config(peer("http_peer.py").where)
+    with pytest.raises(
+        ActionFailed, match="PUT /speed and answered with status 422: too fast"
+    ) as fast:
+        once("http", said, "set_speed", speed=2000.0)
+    with pytest.raises(ActionFailed, match="status 500") as broken:
+        once("http", said, "broken")
+    with pytest.raises(ActionFailed, match=r"the answer has no data\.nothing") as missing:
+        once("http", said, "missing")
+
+    assert (fast.value.name, fast.value.happened) == ("TooFast", "no")
+    assert (broken.value.name, broken.value.happened) == ("DeviceError", "unknown")
+    assert missing.value.name == "BadAnswer"
+
+
+def test_one_that_is_not_there_is_said(once):
+    with pytest.raises(OSError, match=r"http://127.0.0.1:9 cannot be reached"):
+        once("http", config("http://127.0.0.1:9"), "speed")

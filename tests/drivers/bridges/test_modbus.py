@@ -1,0 +1,107 @@
+"""A furnace by Modbus: pymodbus serves it in a process of its own."""
+
+import pytest
+
+from labrun.drivers.driver import ActionFailed, GoalContext
+
+DEGREES = {"type": "number", "unit": "degC"}
+REGISTERS = {
+    "temperature": {"input": 0, "type": "int16", "scale": 0.1},
+    "doses": {"input": 1},
+    "busy": {"input": 2},
+    "broken": {"input": 4, "type": "float32"},
+    "target": {"holding": 10, "type": "int16", "scale": 0.1},
+    "gain": {"holding": 20, "type": "float32"},
+    "nowhere": {"holding": 500},
+    "start": {"coil": 0},
+    "door": {"discrete": 0},
+}
+ACTIONS = {
+    "temperature": {"read": "temperature", "returns": {"temperature": DEGREES}},
+    "door": {"read": "door", "returns": {"door": {"type": "boolean"}}},
+    "doses": {"read": ["doses"], "returns": {"doses": {"type": "integer"}}},
+    "state": {"read": ["busy"], "returns": {"busy": {"type": "boolean"}}},
+    "broken": {"read": ["broken"], "returns": {"broken": {}}},
+    "heat": {"write": {"target": "{to}"}, "params": {"to": DEGREES}, "effect": "idempotent"},
+    "set_gain": {
+        "write": {"gain": "{gain}"}, "read": "gain", "params": {"gain": {"type": "number"}},
+        "returns": {"gain": {"type": "number"}}, "effect": "idempotent",
+    },
+    "lost": {"read": "nowhere", "returns": {"nowhere": {}}},
+    "dose": {
+        "write": {"start": True}, "until": {"do": "state", "busy": False}, "count": "doses",
+        "timeout": "6 s",
+    },
+}  # fmt: skip
+
+
+def config(where, **more):
+    return {"resource": where, "registers": REGISTERS, "actions": ACTIONS, "poll": 0.05, **more}
+
+
+def test_registers_have_types_scales_and_units(peer, once):
+    there = peer("modbus_peer.py")
+    said = config(there.where)
+
+    assert once("modbus", said, "temperature") == {"temperature": 215.3}
+    assert once("modbus", said, "door") == {"door": True}
+    assert once("modbus", said, "set_gain", gain=-1.5) == {"gain": -1.5}
+    once("modbus", said, "heat", to=123.4)
+    assert there.done("write")[-1] == {"done": "write", "address": 10, "values": [1234]}
+    once("modbus", said, "heat", to=-1)
+    assert there.done("write")[-1]["values"] == [65526]
+
+
+def test_a_dose_is_waited_for_and_counted(peer, ask):
+    there = peer("modbus_peer.py", work_s=0.4)
+
+    async def story(driver):
+        await driver.dose(GoalContext("run/x/1"))
+        return (await driver.doses(GoalContext("c")), await driver.last_once(GoalContext("p")))
+
+    told = ask("modbus", config(there.where), story)
+
+    assert told == ({"doses": 1}, {"goal_id": "run/x/1"})
+    assert len(there.done("dispense")) == 1
+
+
+def test_refusals_have_names(peer, once):
+    said = config(peer("modbus_peer.py").where)
+    with pytest.raises(
+        ActionFailed, match=r"read holding registers 500 \(nowhere\).*exception 2"
+    ) as lost:
+        once("modbus", said, "lost")
+    with pytest.raises(ActionFailed, match="broken is NaN") as nan:
+        once("modbus", said, "broken")
+    with pytest.raises(ActionFailed, match="does not fit into int16") as large:
+        once("modbus", said, "heat", to=5000)
+
+    assert (lost.value.name, lost.value.happened) == ("IllegalAddress", "no")
+    assert nan.value.name == "NotANumber"
+    assert (large.value.name, large.value.happened) == ("IllegalValue", "no")
+
+
+def test_one_that_is_not_there_is_said(once):
+    with pytest.raises(OSError, match=r"dmm at 127\.0\.0\.1:9 cannot be reached"):
+        once("modbus", config("127.0.0.1:9"), "temperature")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"temperature": {"read": "temprature"}}, "there is no register temprature"),
+        ({"heat": {"write": {"temperature": 1}}}, "temperature is in the table of input registers"),
+        ({"heat": {"write": {"target": "{two}"}}}, "the action has no parameter 'two'"),
+        (
+            {"dose": {"write": {"start": 1}, "until": {"do": "state", "bsy": 0}}},
+            "state returns no bsy",
+        ),
+        ({"dose": {"write": {"start": 1}, "until": {"busy": 0}}}, "say which action is asked"),
+        ({"x": {"read": "busy", "returns": {"busi": {}}}}, "x returns busi, which is not read"),
+        ({"x": {}}, "it needs `read:"),
+    ],
+)
+def test_what_does_not_fit_is_said(once, change, words):
+    said = {**config("127.0.0.1:9"), "actions": {**ACTIONS, **change}}
+    with pytest.raises(ValueError, match=words):
+        once("modbus", said, "temperature")
