@@ -24,6 +24,7 @@ class LabDevice(Model):
     contract: ContractType
     driver: str | None = None
     config: dict[str, Any] = Field(default_factory=dict)
+    python: str | None = None
     port: int | None = Field(default=None, ge=1, le=65535)
     url: str | None = Field(default=None, pattern=r"^https?://[^/\s]+/?$")
     token: str | None = None
@@ -33,6 +34,10 @@ class LabDevice(Model):
     def _driver_or_url(self) -> "LabDevice":
         if (self.driver is None) == (self.url is None):
             raise ValueError("give either `driver` (served by this machine) or `url`")
+        if self.python is not None and self.driver is None:
+            raise ValueError(
+                "`python` starts the server of a `driver`; with `url` it runs elsewhere"
+            )
         return self
 
 

@@ -19,15 +19,17 @@ MAY_ASK, ACCESS_DENIED, STILL_ACTIVE = 0x1000, 5, 259
 """Windows': PROCESS_QUERY_LIMITED_INFORMATION, ERROR_ACCESS_DENIED and STILL_ACTIVE."""
 
 
-async def start_python(module: str, *arguments: str, **options: Any) -> Process:
-    """Start a module with this Python; raises OSError.
+async def start_python(
+    module: str, *arguments: str, python: str | None = None, **options: Any
+) -> Process:
+    """Start a module with this Python, or another one; raises OSError.
 
     Ctrl-C in the terminal is not for it, and it has no input; `options` (`stdout`, `env`, ...) are
     those of subprocess, and come first.
     """
     defaults = {"stdin": subprocess.DEVNULL, **apart()}
     return await asyncio.create_subprocess_exec(
-        sys.executable, "-P", "-m", module, *arguments, **{**defaults, **options}
+        python or sys.executable, "-P", "-m", module, *arguments, **{**defaults, **options}
     )
 
 

@@ -11,13 +11,15 @@ from typing import Any
 from ...schemas.quantity import UnitError, kind_of_unit, magnitude_in, quantity, registry, unit_of
 
 NUMBER = re.compile(
-    r"\s*([+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?|ovld|overload|ol))"
+    r"\s*([+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?|ovld|overload|overflow|overrange|over|ol))"
     r"\s*([A-Za-z%°µμΩ][^,;]*)?\s*",
     re.I,
 )
 INFINITE = 9.9e37
 NOT_A_NUMBER = 9.91e37
-WORDS = {"ovld": math.inf, "overload": math.inf, "ol": math.inf}
+WORDS = dict.fromkeys(("ovld", "overload", "overflow", "overrange", "over", "ol"), math.inf)
+DASHES = re.compile(r"[-*?]{2,}")
+"""What a display shows that has no reading."""
 UNITS = {
     "vdc": "V", "vac": "V", "adc": "A", "aac": "A", "ohms": "ohm", "ohm4w": "ohm", "ohms4w": "ohm",
     "secs": "s", "sec": "s", "deg c": "degC", "deg f": "degF", "°c": "degC", "°f": "degF",
@@ -100,6 +102,8 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
 
 def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int | None:
     found = NUMBER.fullmatch(text)
+    if DASHES.match(text):
+        return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
     if found is None:
         raise BadAnswer(f"{text!r} is not a number")
     word = found[1].replace(" ", "")

@@ -86,14 +86,15 @@ async def _start_or_adopt(config: dict[str, Any], folder: Path, timeout_s: float
         await RunningServer(None, left.url, left.devices, left.pid).stop()
     path = folder / "server_settings.json"
     path.write_text(json.dumps(settings), encoding="utf-8")
-    return await _start(path, folder / "server.log", timeout_s)
+    return await _start(path, folder / "server.log", timeout_s, settings.get("python"))
 
 
-async def _start(settings: Path, log: Path, timeout_s: float) -> RunningServer:
+async def _start(settings: Path, log: Path, timeout_s: float, python: str | None) -> RunningServer:
     with log.open("ab") as sink:
         process = await start_python(
-            "labrun.drivers.server.serve", str(settings), stdout=subprocess.PIPE, stderr=sink
-        )
+            "labrun.drivers.server.serve", str(settings), python=python,
+            stdout=subprocess.PIPE, stderr=sink,
+        )  # fmt: skip
     try:
         async with asyncio.timeout(timeout_s):
             assert process.stdout is not None
@@ -108,6 +109,8 @@ async def _start(settings: Path, log: Path, timeout_s: float) -> RunningServer:
         return RunningServer(process, str(said["url"]), list(said["devices"]), process.pid)
     await stop(process, END_S)
     reason = said.get("error") or f"it exited at once; the end of its log: {_tail(log)}"
+    if python is not None and "No module named" in reason:
+        reason += f"; its environment needs labrun, too: `{python} -m pip install labrun`"
     raise ServerFailed(f"the device server did not start: {reason}")
 
 

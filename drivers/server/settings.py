@@ -28,15 +28,16 @@ class ServerSettings(Model):
     """A device server.
 
     `folder` holds the ledger; `world` is what simulated twins share; `base` is the folder that
-    `./my_driver.py:Class` is relative to (the lab file's). With `idle_exit_s` the server exits
-    when no client has been connected for that long and every device is safe, but not while the
-    process `owner_pid` is running.
+    `./my_driver.py:Class` is relative to (the lab file's), `python` the interpreter that
+    serves. With `idle_exit_s` the server exits when no client has been connected for that long and
+    every device is safe, but not while the process `owner_pid` is running.
     """
 
     devices: dict[Name, DeviceSettings] = Field(min_length=1)
     folder: str
     world: str | None = None
     base: str = "."
+    python: str | None = None
     host: str = "127.0.0.1"
     port: int = Field(default=0, ge=0, le=65535)
     token: str | None = Field(default=None, min_length=1)

@@ -86,6 +86,9 @@ def _configs(
         say(f"{what} to serve in this lab; it has {', '.join(ours) or 'none'}")
         raise typer.Exit(PROBLEMS)
     chosen = {name: ours[name] for name in names or ours}
+    if one and len({device.python for device in chosen.values()}) > 1:
+        say("devices with different `python` cannot share one server; leave out --one")
+        raise typer.Exit(PROBLEMS)
     groups = [chosen] if one else [{name: device} for name, device in chosen.items()]
     configs = []
     for index, group in enumerate(groups):

@@ -156,7 +156,18 @@ def server_config(devices: dict[str, LabDevice], lab: LoadedLab, folder: Path) -
         "world": str(folder / "world"),
         "base": str(lab.path.parent.resolve()) if lab.path is not None else ".",
         "host": "127.0.0.1",
+        "python": python_of(devices[first], lab),
     }
+
+
+def python_of(device: LabDevice, lab: LoadedLab) -> str | None:
+    """The interpreter of a device's server, if the lab names one; its path is relative to the lab's.
+
+    A link stays a link: it is by its own place that an interpreter finds its environment.
+    """
+    if device.python is None or lab.path is None or Path(device.python).name == device.python:
+        return device.python
+    return str((lab.path.parent / Path(device.python).expanduser()).absolute())
 
 
 def _check_contract(role: BoundRole, client: DeviceClient) -> None:

@@ -10,6 +10,7 @@ import socket
 from pathlib import Path
 from typing import Any
 
+from ...engine.dispatch.connect import python_of
 from ...engine.lab.lab import LoadedLab, load_lab
 from ...system.files import write_whole
 
@@ -26,6 +27,8 @@ def lab_here(lab: LoadedLab, state: Path) -> LoadedLab:
     for name, port in ports.items():
         device = data["devices"][name]
         device["port"] = port
+        if "python" in device:
+            device["python"] = python_of(lab.lab.devices[name], lab)
         if ".py" in device["driver"]:
             path, _, class_name = device["driver"].rpartition(":")
             device["driver"] = f"{(base / path).resolve()}:{class_name}"

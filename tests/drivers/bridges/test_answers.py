@@ -62,7 +62,8 @@ def test_what_is_no_such_value_is_said(text, schema, words):
 @pytest.mark.parametrize(
     ("text", "name"),
     [("9.9E37", "Overload"), ("-9.90000000E+37", "Overload"), ("OVLD", "Overload"), ("+OL", "Overload"),
-     ("inf", "Overload"), ("9.91E37", "NotANumber"), ("NaN", "NotANumber"), ("1E300", "Overload")],
+     ("inf", "Overload"), ("OVER", "Overload"), ("----", "NotANumber"),
+     ("--.- V", "NotANumber"), ("9.91E37", "NotANumber"), ("NaN", "NotANumber"), ("1E300", "Overload")],
 )  # fmt: skip
 def test_no_number_has_its_name(text, name):
     with pytest.raises(NoNumber) as fault:
