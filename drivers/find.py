@@ -30,6 +30,7 @@ SHIPPED = {
     "text": "labrun.drivers.bridges.text:Text",
     "modbus": "labrun.drivers.bridges.modbus:Modbus",
     "http": "labrun.drivers.bridges.http:Http",
+    "pymeasure": "labrun.drivers.bridges.pymeasure:Pymeasure",
     "ros_action": "labrun.drivers.ros_action.driver:RosAction",
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds others."""

@@ -17,7 +17,8 @@ NUMBER = re.compile(
 )
 INFINITE = 9.9e37
 NOT_A_NUMBER = 9.91e37
-WORDS = dict.fromkeys(("ovld", "overload", "overflow", "overrange", "over", "ol"), math.inf)
+BEYOND = ("ovld", "overload", "overflow", "overrange", "over", "ol")
+WORDS: dict[str, float] = dict.fromkeys(BEYOND, math.inf)
 DASHES = re.compile(r"[-*?]{2,}")
 """What a display shows that has no reading."""
 UNITS = {

@@ -29,9 +29,23 @@ Contract = Annotated[
         "--contract", help="For a device: its contract, as gantry@1 or a file; default: its own."
     ),
 ]
+From = Annotated[
+    str | None,
+    typer.Option(
+        "--from",
+        metavar="LIBRARY:CLASS",
+        help="For a device: what a library knows of it, such as pymeasure:keithley.Keithley2000.",
+    ),
+]
 
 
-def new(name: Names, template: Template = None, contract: Contract = None, lab: Lab = None) -> None:
+def new(
+    name: Names,
+    template: Template = None,
+    contract: Contract = None,
+    lab: Lab = None,
+    source: From = None,
+) -> None:
     """Write NAME.yaml, a protocol that checks clean; with `device`, a driver and all it needs."""
     try:
         if len(name) == 2 and name[0] == "device":
@@ -39,11 +53,18 @@ def new(name: Names, template: Template = None, contract: Contract = None, lab: 
                 raise CannotMake(
                     "--template and --lab are for protocols; a device takes --contract"
                 )
-            _new_device(name[1], contract)
+            if source is None:
+                _new_device(name[1], contract)
+            elif contract is None:
+                _device_from(name[1], source)
+            else:
+                raise CannotMake("--from says the contract; leave out --contract")
         elif len(name) > 1:
             raise CannotMake(f"give one name; a name with spaces in quotes: {' '.join(name)!r}")
-        elif contract is not None:
-            raise CannotMake(f"--contract is for devices: labrun new device {name[0]}")
+        elif contract is not None or source is not None:
+            raise CannotMake(
+                f"{'--contract' if contract else '--from'} is for devices: labrun new device {name[0]}"
+            )
         else:
             _new_protocol(name[0], template or "grid_scan", lab)
     except CannotMake as fault:
@@ -61,6 +82,28 @@ def _new_protocol(name: str, template: str, lab: Path | None) -> None:
     made = new_protocol(plain, template, example.protocol, example.lab)
     _write(path, made.text)
     _say_next(path, made.binds, lab)
+
+
+def _device_from(name: str, source: str) -> None:
+    from ..new.device.from_pymeasure import pymeasure_device
+    from ..new.device.make import LAB, device_name
+
+    library, _, instrument = source.partition(":")
+    if library != "pymeasure" or not instrument:
+        raise CannotMake(
+            f"{source!r}: a device can be made from pymeasure:MODULE.CLASS, such as "
+            "pymeasure:keithley.Keithley2000"
+        )
+    entry = pymeasure_device(device_name(name), instrument)
+    if Path(LAB).exists():
+        print(f"{LAB} already exists; add these lines to its `devices`:\n\n{entry}", end="")
+        return
+    _write(Path(LAB), f"devices:\n{entry}")
+    print(
+        f"{LAB} is written. Say its `resource`, look at the effects, leave out what you do not "
+        "need. Next:"
+    )
+    print(f"  labrun devices {name} --lab {LAB}")
 
 
 def _new_device(name: str, contract: str | None) -> None:

@@ -7,6 +7,7 @@ from labrun.drivers.bridges.http import HttpAction, HttpConfig
 from labrun.drivers.bridges.line_bridge import LineAction
 from labrun.drivers.bridges.lines import LineConfig
 from labrun.drivers.bridges.modbus import ModbusAction, ModbusConfig, Register
+from labrun.drivers.bridges.pymeasure import PymeasureAction, PymeasureConfig
 from labrun.drivers.bridges.scpi import ScpiAction, ScpiConfig
 from labrun.drivers.bridges.text import TextAction, TextConfig
 from labrun.engine.lab.lab import load_lab
@@ -29,6 +30,7 @@ def test_every_key_is_on_the_page():
     models = (
         *(LineAction, LineConfig, ScpiConfig, ScpiAction, TextConfig, TextAction),
         *(ModbusAction, ModbusConfig, Register, HttpAction, HttpConfig),
+        *(PymeasureAction, PymeasureConfig),
     )
     keys = {key for model in models for key in model.model_fields}
 

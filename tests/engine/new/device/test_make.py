@@ -165,6 +165,8 @@ def test_a_contract_that_will_not_do_is_refused_with_a_sentence(contract, words)
     [
         (("device", "x", "--template", "single"), "a device takes --contract"),
         (("scan", "--contract", "gantry@1"), "labrun new device scan"),
+        (("scan", "--from", "pymeasure:a.B"), "--from is for devices: labrun new device scan"),
+        (("device", "x", "--from", "a:B", "--contract", "gantry@1"), "leave out --contract"),
         (("my", "scan"), "give one name; a name with spaces in quotes: 'my scan'"),
     ],
 )

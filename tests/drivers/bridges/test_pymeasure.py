@@ -1,0 +1,74 @@
+"""PyMeasure's classes, spoken to through PyVISA-sim: in an environment that has PyMeasure."""
+
+import pytest
+
+from labrun.drivers.driver import ActionFailed
+from labrun.engine.lab.lab import load_lab
+
+pytestmark = [
+    pytest.mark.needs("pymeasure"),
+    pytest.mark.filterwarnings("default"),  # what PyMeasure warns of is its own matter
+]
+SIMULATED = """
+spec: "1.1"
+devices:
+  meter:
+    eom:
+      GPIB INSTR: {q: "\\r\\n", r: "\\n"}
+    error: ERROR
+    dialogues:
+      - {q: ":READ?", r: "+1.25000000E+00"}
+      - {q: ":FETC?", r: "+1.25000000E+00"}
+      - {q: ":SYST:BEEP:STAT?", r: "1"}
+    properties:
+      range:
+        default: 10.0
+        getter: {q: ":SENS:VOLT:RANG?", r: "{:.6f}"}
+        setter: {q: ":SENS:VOLT:RANG:AUTO 0;:SENS:VOLT:RANG {}"}
+        specs: {type: float}
+resources:
+  GPIB0::22::INSTR: {device: meter}
+"""
+
+
+@pytest.fixture
+def config(tmp_path):
+    """The config that is written for a Keithley 2000, at the simulator."""
+    from labrun.engine.new.device.from_pymeasure import pymeasure_device
+
+    (tmp_path / "sim.yaml").write_text(SIMULATED, "utf-8")
+    entry = pymeasure_device("dmm", "keithley.Keithley2000")
+    (tmp_path / "lab.yaml").write_text(f"devices:\n{entry}", "utf-8")
+    lab, problems = load_lab(tmp_path / "lab.yaml")
+
+    assert problems == []
+    assert len(entry.splitlines()) <= 125
+    return {**lab.lab.devices["dmm"].config, "visa_library": f"{tmp_path / 'sim.yaml'}@sim"}
+
+
+def test_units_ranges_choices_and_effects_are_the_librarys(config):
+    actions = config["actions"]
+
+    assert actions["set_voltage_range"] == {
+        "set": "voltage_range", "effect": "idempotent",
+        "params": {"voltage_range": {"type": "number", "unit": "V", "minimum": 0, "maximum": 1010}},
+    }  # fmt: skip
+    assert actions["read_voltage"] == {
+        "get": "voltage", "returns": {"voltage": {"type": "number", "unit": "V"}},
+    }  # fmt: skip
+    assert actions["set_beep_state"]["params"]["beep_state"]["enum"] == ["enabled", "disabled"]
+    assert actions["start_buffer"]["effect"] == "once"
+
+
+def test_it_is_read_and_set_through_the_library(config, once):
+    assert once("pymeasure", config, "read_voltage") == {"voltage": 1.25}
+    assert once("pymeasure", config, "read_beep_state") == {"beep_state": "enabled"}
+    assert once("pymeasure", config, "set_voltage_range", voltage_range=100.0) == {}
+
+
+def test_what_it_does_not_answer_is_a_failure(config, once):
+    with pytest.raises(ActionFailed) as fault:
+        once("pymeasure", config, "read_frequency_digits")
+
+    assert fault.value.name == "BadAnswer"
+    assert "'ERROR' is not a number" in fault.value.message
