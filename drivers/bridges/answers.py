@@ -42,9 +42,7 @@ class NoNumber(ValueError):
         self.name = name
 
 
-def values(
-    text: str, returns: Mapping[str, Any], pattern: re.Pattern[str] | None
-) -> dict[str, Any]:
+def values(text: str, returns: Mapping[str, Any], pattern: Any) -> dict[str, Any]:
     """The values of an answer; raises BadAnswer or NoNumber.
 
     With a pattern: its named groups, or its groups in order. Without: fields between commas or

@@ -21,6 +21,7 @@ from ...schemas.contract import (
     Name,
 )
 from ...schemas.model import Model
+from ...schemas.patterns import PatternFault, check_schema, regular_expression
 from ...schemas.quantity import UnitError, seconds, unit_of
 
 LAST_ONCE = "last_once"
@@ -250,11 +251,9 @@ def typed(schema: JsonSchema) -> JsonSchema:
 
 def pattern(value: str | None) -> str | None:
     """A regular expression; raises ValueError with the reason if it is none."""
-    import re
-
     try:
-        re.compile(value or "")
-    except re.error as fault:
+        regular_expression(value or "")
+    except PatternFault as fault:
         raise ValueError(f"{value!r} is not a regular expression: {fault}") from fault
     return value
 
@@ -270,10 +269,10 @@ def time(value: Time | None) -> Time | None:
 
 
 def _schema_faults(path: tuple[str | int, ...], schema: JsonSchema) -> Iterator[ConfigFault]:
-    from jsonschema import Draft202012Validator, SchemaError
+    from jsonschema import SchemaError
 
     try:
-        Draft202012Validator.check_schema(schema)
+        check_schema(schema)
         if "unit" in schema:
             unit_of(str(schema["unit"]))
     except SchemaError as fault:

@@ -1,13 +1,13 @@
 """What `scpi` and `text` share: lines out, and answers that are values, errors, or neither."""
 
 import asyncio
-import re
 from collections.abc import Iterator
 from typing import Any
 
 from pydantic import field_validator
 
 from ...schemas.contract import Action
+from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext, Place
 from .answers import BadAnswer, values
 from .bridge import Bridge, Values
@@ -42,7 +42,7 @@ class LineBridgeConfig(LineConfig, BridgeConfig):
         for name, said in self.said().items():
             if said.answer is None:
                 continue
-            groups = set(re.compile(said.answer).groupindex)
+            groups = set(regular_expression(said.answer).groupindex)
             if groups and (unnamed := sorted(groups - set(said.returns))) and not apart:
                 yield ConfigFault(
                     ("actions", name, "answer"),
@@ -89,7 +89,7 @@ class LineBridge(Bridge):
         """
         clock = asyncio.get_running_loop().time
         until = clock() + self.timeout_s(said)
-        wanted = re.compile(said.answer) if said.answer is not None else None
+        wanted = regular_expression(said.answer) if said.answer is not None else None
         returns = action.returns.get("properties", {})
         first, wrong = True, ""
         while True:
@@ -115,7 +115,7 @@ class LineBridge(Bridge):
     def refuse(self, sent: str, text: str, said: ActionConfig) -> None:
         """Raise ActionFailed if this answer is an error that the lab names."""
         for name, error in {**self.config.errors, **said.errors}.items():
-            if error.answer is not None and re.search(error.answer, text):
+            if error.answer is not None and regular_expression(error.answer).search(text):
                 words = f"it was sent {sent!r} and answered {text[:80]!r}"
                 summary = f": {error.summary}" if error.summary else ""
                 raise ActionFailed(name, f"{self.place.device}: {words}{summary}", error.happened)

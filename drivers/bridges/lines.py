@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, field_validator
 
 from ...schemas.model import Model
+from ...schemas.patterns import regular_expression
 from ...schemas.quantity import seconds
 from ..driver import Place
 from ..serial_io.port import read_port
@@ -81,7 +82,7 @@ class Lines:
         self._device = place.device
         self._config = config
         self._end = config.terminators
-        self._ignore = re.compile(config.ignore) if config.ignore else None
+        self._ignore = regular_expression(config.ignore) if config.ignore else None
         self._pause_s = seconds(config.pause) if config.pause is not None else 0.0
 
     @property
@@ -99,7 +100,7 @@ class Lines:
 
     async def _pass_banner(self, timeout_s: float) -> None:
         if self._config.banner is not None:
-            wanted = re.compile(self._config.banner)
+            wanted = regular_expression(self._config.banner)
             until = asyncio.get_running_loop().time() + timeout_s
             while not wanted.search(self._decoded(self.channel.received)):
                 if not await self.channel.more(until - asyncio.get_running_loop().time()):

@@ -13,6 +13,7 @@ from pydantic import Field, field_validator, model_validator
 
 from ...schemas.contract import Action, Effect, Happened, Name
 from ...schemas.messages import FileContent
+from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
 from .answers import BadAnswer, values
 from .bridge import Values
@@ -105,7 +106,7 @@ class Scpi(LineBridge):
             await self.lines.send("*IDN?")
             said = (await self.lines.answer("*IDN?", timeout_s)).strip()
             wanted = self.config.idn if isinstance(self.config.idn, str) else ""
-            while wanted and not re.search(wanted, said):
+            while wanted and not regular_expression(wanted).search(said):
                 try:
                     said = (await self.lines.next_line(min(timeout_s, 1.0))).strip()
                 except NoAnswer:

@@ -4,13 +4,13 @@ See docs/how-to/instruments-in-yaml.md.
 """
 
 import contextlib
-import re
 from collections.abc import Iterator
 from typing import ClassVar
 
 from pydantic import Field, field_validator, model_validator
 
 from ...schemas.contract import Action, Name
+from ...schemas.patterns import regular_expression
 from ..driver import GoalContext
 from .answers import BadAnswer
 from .bridge import Values
@@ -115,7 +115,7 @@ class Text(LineBridge):
                     self.refuse(sent, await self.lines.next_line(REFUSED_S), said)
 
     async def _until_done(self, said: TextAction, sent: str) -> None:
-        wanted = re.compile(said.done or "")
+        wanted = regular_expression(said.done or "")
         while True:
             try:
                 line = await self.lines.next_line(self.timeout_s(said))
