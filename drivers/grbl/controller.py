@@ -22,11 +22,11 @@ ANSWER_S = 5.0
 REPORT_S = 2.0
 """How long a `?` waits for its report; a controller answers it within milliseconds."""
 
-RX_BYTES = 127
-"""How many bytes may be in transit: bytes beyond the 128 of its buffer are lost silently."""
+MARK = "$G"
+"""Answered at any time, by `[GC:...]` and an `ok`: what was sent before it has been answered by then."""
 
-LATE_S = 10.0
-"""A forgotten line that has no `ok` after this long never gets one: it was lost in noise."""
+RX_BYTES = 127 - len(MARK) - 1
+"""How many bytes may be in transit: bytes beyond the 128 of its buffer are lost silently."""
 
 
 class Contact(Enum):
@@ -45,7 +45,7 @@ class _Line:
     text: str
     answer: asyncio.Future[None]
     told: list[str] = field(default_factory=list)
-    forgotten_at: float | None = None
+    forgotten: bool = False
 
 
 class Controller:
@@ -77,7 +77,6 @@ class Controller:
         self.on_report: Callable[[], None] = lambda: None
         self._reset_asked = False
         self._in_flight: deque[_Line] = deque()
-        self._late = 0
         self._condition = Condition()
         self.until = self._condition.until
 
@@ -112,12 +111,13 @@ class Controller:
     def _say(self, text: str) -> _Line:
         if self.lost:
             raise NotConnected(self.lost)
-        loop = asyncio.get_running_loop()
-        over = loop.time() - LATE_S
-        self._in_flight = deque(
-            one for one in self._in_flight if one.forgotten_at is None or one.forgotten_at > over
-        )
-        line = _Line(text, loop.create_future())
+        owed = next((one for one in reversed(self._in_flight) if one.forgotten), None)
+        if owed is not None and owed.text != MARK:
+            self._send(MARK).forgotten = True
+        return self._send(text)
+
+    def _send(self, text: str) -> _Line:
+        line = _Line(text, asyncio.get_running_loop().create_future())
         line.answer.add_done_callback(_seen)
         self._in_flight.append(line)
         self.port.write(text.encode("ascii") + b"\n")
@@ -125,26 +125,22 @@ class Controller:
 
     async def ask(self, line: str, seconds: float = ANSWER_S) -> list[str]:
         """Send a line and wait for its `ok`; return the settings and texts that came before it."""
-        asked, late = self._say(line), self._late
+        asked = self._say(line)
         try:
             async with asyncio.timeout(seconds):
                 await asked.answer
         except TimeoutError:
-            # Taken for a late one, an `ok` since then may have been this line's: then none follows.
-            (self.forget if late == self._late else self.write_off)(asked.answer)
+            self.forget(asked.answer)
             raise Silent(f"it did not respond within {seconds:g} s; {self.last_words}") from None
         return asked.told
 
     def forget(self, answer: asyncio.Future[None]) -> None:
-        """Stop waiting for this answer; one that comes late is not taken for another line's."""
-        for line in self._in_flight:
-            if line.answer is answer:
-                line.forgotten_at = asyncio.get_running_loop().time()
+        """Stop waiting for this answer. It keeps its place: one that comes late settles no other line.
 
-    def write_off(self, answer: asyncio.Future[None]) -> None:
-        """Note that this answer was lost in noise; those to earlier lines are then lost as well."""
-        while any(line.answer is answer for line in self._in_flight):
-            self._in_flight.popleft()
+        Whether it is late or was lost in noise shows at the answer to the mark that is sent next.
+        """
+        for line in self._in_flight:
+            line.forgotten |= line.answer is answer
 
     async def look(self, seconds: float = REPORT_S) -> Report:
         """A report made after this call; raises Silent or Lost."""
@@ -228,15 +224,16 @@ class Controller:
                 self.message = said.text
                 if self.dead and said.text == "Reset to continue":
                     self.contact = Contact.WANTS_RESET
+            case "modes" if any(line.text == MARK for line in self._in_flight):
+                while self._in_flight[0].text != MARK:
+                    self._settle(Silent("its answer was lost in noise"))
             case "setting" | "options" if self._in_flight:
                 self._in_flight[0].told.append(said.text)
             case _:
                 pass
 
     def _settle(self, fault: GrblFault | None) -> None:
-        line = self._in_flight.popleft()
-        answer = line.answer
-        self._late += line.forgotten_at is not None
+        answer = self._in_flight.popleft().answer
         if not answer.done():
             answer.set_result(None) if fault is None else answer.set_exception(fault)
 

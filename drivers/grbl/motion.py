@@ -101,7 +101,7 @@ class Move:
             elif idle_since is None:
                 idle_since = clock()
             elif clock() - idle_since > 1.0:  # far longer than it needs to answer a finished line
-                c.write_off(answer)
+                c.forget(answer)
                 # The position will show whether the line itself was received.
                 return not lost_if_idle
 

@@ -4,7 +4,9 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
-Kind = Literal["ok", "error", "alarm", "banner", "report", "message", "setting", "options", "other"]
+Kind = Literal[
+    "ok", "error", "alarm", "banner", "report", "message", "setting", "options", "modes", "other"
+]
 
 LONGEST = 1024  # a line without an end is noise
 
@@ -15,6 +17,7 @@ PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("alarm", re.compile(r"ALARM:(\d+)$")),
     ("error", re.compile(r"error:(\d+)$")),
     ("options", re.compile(r"\[OPT:(.*)\]$")),
+    ("modes", re.compile(r"\[GC:(.*)\]$")),
     ("setting", re.compile(r"^\$(\d+=\S+)")),
     # Noise may precede the `ok`; a text that ends so by chance contains a mark of its own kind.
     ("ok", re.compile(r"^[^|:=]*(ok)$")),
