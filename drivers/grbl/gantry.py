@@ -69,9 +69,9 @@ class Grbl(JogRules):
             "homed": c.homed,
             "alarm": trouble_of(c),
         }
-        if c.report is not None and c.report.machine is not None:
-            told |= {**self._place(c.report.machine), "feed": round(c.report.feed_mm_per_min, 3)}
-            told |= self._from_zero(c.report.work)
+        if c.report is not None:
+            told["feed"] = round(c.report.feed_mm_per_min, 3)
+            told |= self._standing(c.report.machine, c.report.work)
         return told
 
     async def _home(self, goal: GoalContext) -> None:

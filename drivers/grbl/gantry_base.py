@@ -274,6 +274,12 @@ class GantryBase(Driver):
         x, y, z = (round(value, 4) + 0.0 for value in self.bench.to_bench(machine))
         return {"x": x, "y": y, "z": z}
 
+    def _standing(self, machine: Point | None, work: Point | None) -> dict[str, float]:
+        """Where it stands, for `status`; nothing while that is not known."""
+        if machine is None or not self.homed:
+            return {}
+        return self._place(machine) | self._from_zero(work)
+
     def _from_zero(self, work: Point | None) -> dict[str, float]:
         """The position relative to the work zero, along the bench's axes."""
         if work is None:

@@ -108,6 +108,8 @@ class Move:
     async def _verify(self, end: dict[int, float]) -> Point:
         for _ in range(PROOFS):
             report = await self.controller.look()
+            if self.controller.alarm:  # an emergency stop between the proof and this report
+                raise GrblFault(self.controller.alarm)
             if report.state == "Run":  # the line and the proof were received as one
                 await self.wait_until_still()
                 continue

@@ -12,7 +12,15 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from ...system.tasks import end
-from ..grbl.faults import Alarmed, GrblFault, Lost, NotConnected, Refused, Silent
+from ..grbl.faults import (
+    Alarmed,
+    GrblFault,
+    Lost,
+    NotConnected,
+    Refused,
+    Restarted,
+    Silent,
+)
 from ..grbl.messages import alarm_words, error_words
 from ..serial_io.condition import Condition
 from .proofs import Proofs
@@ -32,6 +40,15 @@ RUNNING = "Running"
 SETTING = re.compile(r"^\$(\d+=\S+)")
 LOG = logging.getLogger("labrun")
 BANNER = re.compile(r"Grbl(?:HAL)? \d")
+BOOT_S = 5.0
+RESET_S = 3.0
+"""A boot within this time after CONTROL was asked for a reset is the one that was asked for."""
+AGAIN_S = 0.3
+"""Opening a port may boot a board twice: by the port, and by CONTROL's own reset."""
+RESTARTED = (
+    "it restarted unexpectedly (reset button, emergency stop, or power failure); "
+    "its position is unknown. Home it"
+)
 
 
 class Control:
@@ -51,6 +68,7 @@ class Control:
         self.alarm_at = 0.0
         self._settled_at = 0.0
         self.boots = 0
+        self._reset_until = 0.0
         self.settings: dict[str, str] = {}
         self.disconnected = "it has not been connected yet"
         self._http: aiohttp.ClientSession | None = None
@@ -150,13 +168,17 @@ class Control:
                 f"OpenBuilds CONTROL at {self.url} has {view.active_port} open, not "
                 f"{self._port_name()}; disconnect it there, or correct `port` in the lab"
             )
+        before = self.boots
         if view is None or view.connection == NONE:
+            self._asks_reset()
             await self.emit("connectTo", self.port)
         if not await self.until(self._port_open, PORT_S):
             raise OSError(
                 f"OpenBuilds CONTROL at {self.url} did not open {self._port_name()} within "
                 f"{PORT_S:g} s; is the cable plugged in, and the port name right?"
             )
+        # The port counts as connected while the board still boots, and loses what it is sent.
+        await self.until(lambda: self.boots > before, BOOT_S)
 
     def _port_open(self) -> bool:
         return self.view is not None and self.view.connection not in (NONE, OPENING)
@@ -171,7 +193,12 @@ class Control:
         """Send an event to CONTROL; raises NotConnected if there is no connection."""
         if self._sio is None or not self._sio.connected:
             raise NotConnected(f"{self.url}: {self.disconnected or 'there is no connection'}")
+        if event in ("stop", "clearAlarm"):
+            self._asks_reset()
         await self._sio.emit(event, data)
+
+    def _asks_reset(self) -> None:
+        self._reset_until = asyncio.get_running_loop().time() + RESET_S
 
     async def run(self, *lines: str) -> asyncio.Future[None]:
         """Queue lines and a proof; the future ends when the controller has executed them all."""
@@ -223,8 +250,11 @@ class Control:
         self._condition.set()
 
     def _unnamed(self) -> None:
-        """An error or alarm shown by `connectionStatus` alone."""
+        """An error or alarm shown by `connectionStatus` alone; a board locked since its boot has none."""
         if self.view is not None and self.view.connection == ALARM and not self.alarm:
+            if self.view.run == "Alarm" and not self.view.alarm:
+                self.homed = False
+                return
             said = self.view.alarm or "it did not report which"
             self._not_trusted(f"OpenBuilds CONTROL reports an error or alarm: {said}. Unlock it")
             self.proofs.fail(GrblFault(f"OpenBuilds CONTROL reports an error or alarm ({said})"))
@@ -241,8 +271,17 @@ class Control:
                 number, _, value = found[1].partition("=")
                 self.settings[number] = value
             if BANNER.search(line):
-                self.boots += 1
+                self._booted()
         self._condition.set()
+
+    def _booted(self) -> None:
+        self.boots += 1
+        now = asyncio.get_running_loop().time()
+        if now <= self._reset_until:
+            self._reset_until = now + AGAIN_S
+        else:
+            self._not_trusted(self.alarm or RESTARTED)
+            self.proofs.fail(Restarted(RESTARTED))
 
     def _error(self, text: Any = "") -> None:
         code = _number(text)

@@ -71,7 +71,7 @@ class OpenBuilds(JogRules):
         }
         if view is not None:
             self._publish(view.machine)
-            told |= self._place(view.machine) | self._from_zero(view.work)
+            told |= self._standing(view.machine, view.work)
         return told
 
     async def _stop(self) -> None:
@@ -168,8 +168,11 @@ class OpenBuilds(JogRules):
 
     async def _verified(self, end: dict[int, float]) -> Point:
         """Wait for the final position, which is reported late."""
-        if await self.control.until(lambda: self._there(end), THERE_S):
-            return self.control.look().machine
+        control = self.control
+        if await control.until(lambda: bool(control.alarm) or self._there(end), THERE_S):
+            if control.alarm:
+                raise GrblFault(control.alarm)
+            return control.look().machine
         machine = self.control.look().machine
         found = " ".join(f"{'XYZ'[a]} {machine[a]:.3f}" for a in sorted(end))
         wanted = " ".join(f"{'XYZ'[a]} {v:.3f}" for a, v in sorted(end.items()))

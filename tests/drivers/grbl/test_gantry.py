@@ -225,6 +225,28 @@ def test_an_answer_that_comes_much_later_settles_no_other_line(peer, gantry, pla
     assert not played(gantry(peer), story)
 
 
+def test_an_emergency_stop_between_two_reads_is_told_as_what_it_is(peer, gantry, played):
+    async def story(driver):
+        c = driver.controller
+        look = c.look
+
+        async def restarted_before(*args):
+            if peer.heard[-2:].count("G4P0"):  # the proof was answered; the place is read next
+                peer._power_on()
+                await asyncio.sleep(0.3)
+            return await look(*args)
+
+        c.look = restarted_before
+        with pytest.raises(ActionFailed) as stopped:
+            await driver.move_to(GoalContext("m"), x=3)
+        return stopped.value.name, stopped.value.message
+
+    error, message = played(gantry(peer), story)
+
+    assert error == "Alarm"
+    assert "emergency stop" in message
+
+
 def test_a_move_that_ends_elsewhere_is_no_success(peer, gantry, played):
     async def story(driver):
         obey = peer._obey

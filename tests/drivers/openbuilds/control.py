@@ -2,7 +2,8 @@
 
 It acknowledges nothing, asks `?` every 0.2 s and tells `status` every 0.1 s (so its Idle is often
 false), says `jobComplete` when all is sent, adds a `$G` after a line with G90, stands still after an
-error until it is cleared, and ignores `pause` outside jobs.
+error until it is cleared, and ignores `pause` outside jobs. It counts a port as connected when it is
+open, while the board still boots and loses what is sent; a report of `Alarm` is its status 5.
 """
 
 import asyncio
@@ -34,6 +35,7 @@ class Control:
         self.told = True  # whether it tells `status`
         self.completed = 0
         self.file = None
+        self.asks_from = 0.0
         self.rest = b""
 
     async def __aenter__(self):
@@ -68,7 +70,8 @@ class Control:
 
     async def _ask(self):
         while True:
-            self._write(b"?")
+            if asyncio.get_running_loop().time() > self.asks_from:
+                self._write(b"?")
             await asyncio.sleep(0.2)
 
     def _status(self):
@@ -102,8 +105,8 @@ class Control:
                 tty.tcsetattr(self.file, tty.TCSANOW, attributes)
                 asyncio.get_running_loop().add_reader(self.file, self._read)
                 self.active = data["port"]
-            if self.file is None:
-                self.connection = 0
+                self.asks_from = asyncio.get_running_loop().time() + 0.5  # 2 s on the real one
+            self.connection = 0 if self.file is None else 2
 
     async def _runCommand(self, _, data):  # noqa: N802
         self.heard.append(("runCommand", data))
@@ -194,14 +197,14 @@ class Control:
         self._emit("data", {"command": self.sent or "", "response": text, "type": "info"})
         if text.startswith("<"):
             self._report(text)
-        elif text.startswith("Grbl"):
-            self.connection = 2
         elif text == "ok":
             line, self.sent = self.sent, None
             if line is not None:
                 self._emit("ok", line)
                 self._emit("jobComplete", {"completed": True, "failed": True})
                 self._send()
+            if not self.queue:
+                self.connection = 2  # "finished", whatever it was before
         elif found := re.fullmatch(r"error:(\d+)", text):
             self.connection = 5
             self._emit("toastError", f"error: {found[1]} - in words [ {self.sent} ]")
@@ -217,3 +220,5 @@ class Control:
         machine = map(float, fields["MPos"].split(","))
         self.work = {a: v - self.offset[a] for a, v in zip("xyz", machine, strict=True)}
         self.run = text[1:].partition("|")[0]
+        if self.run == "Alarm":
+            self.connection = 5

@@ -90,6 +90,43 @@ def test_without_homing_nothing_moves(peer, played):
     assert played(peer, story, homed=False) == "alarm"
 
 
+def test_a_board_that_is_locked_at_power_up_is_no_alarm_and_home_first_homes_it(peers, played):
+    async def story(driver, control):
+        locked = await until(driver, lambda s: s["state"] == "alarm")
+        return locked, await driver.move_to(GoalContext("m"), x=3)
+
+    locked, place = played(peers(), story, homed=False, home_first=True)
+
+    assert locked["alarm"].startswith("it is locked until it is homed")
+    assert not {"x", "work_x"} & set(locked)
+    assert place["x"] == pytest.approx(3, abs=0.005)
+
+
+def test_an_emergency_stop_between_two_reads_is_told_as_what_it_is(peers, played):
+    async def story(driver, control):
+        answered = driver.control.proofs.answered
+
+        def stopped_after(line):
+            answered(line)
+            if "G4 P0" in line:  # the proof has come; the place has not been read yet
+                peer.steps = [0, 0, 0]
+                peer._power_on()
+                driver.control._data({"response": "Grbl 1.1h ['$' for help]"})
+
+        driver.control.proofs.answered = stopped_after
+        with pytest.raises(ActionFailed) as stopped:
+            await driver.move_to(GoalContext("m"), x=3)
+        return stopped.value.name, stopped.value.message, await driver.status()
+
+    peer = peers()
+
+    error, message, status = played(peer, story)
+
+    assert error == "Alarm"
+    assert "emergency stop" in message
+    assert not status["homed"]
+
+
 def test_a_cancel_holds_first_so_that_the_place_is_still_trusted(peers, played):
     peer = peers(speed=1)
 
