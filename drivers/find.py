@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Any
 
 from ..schemas.contract import Action, Contract
+from ..schemas.contracts import shipped_contracts
 from .driver import Driver
 
 SHIPPED = {
@@ -99,6 +100,13 @@ def _module_from_file(name: str, path: Path) -> ModuleType:
     return module
 
 
+def speaks(driver: type[Driver], contract: str) -> bool:
+    """Whether a driver is one for this contract: its own, or an earlier one that its own keeps."""
+    spoken = getattr(driver, "contract", None)
+    known = shipped_contracts().get(spoken) if isinstance(spoken, str) else None
+    return spoken == contract or (known is not None and known.keeps(contract))
+
+
 def check_driver(driver: type[Driver], contract: Contract) -> None:
     """Raise DriverFault listing every way in which the driver breaks the contract."""
     faults = list(_faults(driver, contract))
@@ -112,9 +120,8 @@ def check_driver(driver: type[Driver], contract: Contract) -> None:
 def _faults(driver: type[Driver], contract: Contract) -> Iterator[str]:
     if driver.any_contract:
         return  # only its configuration may not fit, and the driver reports that
-    spoken = getattr(driver, "contract", None)
-    if spoken != contract.type:
-        yield f"it is a driver for {spoken}"
+    if not speaks(driver, contract.type):
+        yield f"it is a driver for {getattr(driver, 'contract', None)}"
     for name in contract.safe_state:
         if name not in contract.actions:
             yield f"the safe state names {name}, which is not an action of the contract"

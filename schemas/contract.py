@@ -78,12 +78,20 @@ class Action(Model):
 
 
 class Contract(Model):
-    """What one kind of device promises, under a name with its major version."""
+    """What one kind of device promises, under a name with its major version.
+
+    `also` are earlier contracts that it keeps, too: a device of this one can play their roles.
+    """
 
     type: ContractType
+    also: list[ContractType] = Field(default_factory=list)
     summary: str = ""
     concurrent: bool = False
     safe_state: list[str] = Field(default_factory=list)
     on_lease_lapse: Literal["finish", "cancel", "safe"] = "finish"
     status: JsonSchema = Field(default_factory=dict)
     actions: dict[Name, Action] = Field(min_length=1)
+
+    def keeps(self, contract: str) -> bool:
+        """Whether a device of this contract can play a role that needs that one."""
+        return contract == self.type or contract in self.also

@@ -6,18 +6,21 @@ machine position of the bench's zero, per bench axis; by default the corner at t
 far from the switch as homing pulls off.
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from ...schemas.contracts import shipped_contracts
 from ..driver import ActionFailed, Place
-from .keep_out import Box, read_boxes
-from .settings import Point, Settings
+from ..motion.keep_out import Box, read_boxes
+from .config import AXES
+from .report import Point
+from .settings import Settings
 
-AXES = "xyz"
+LETTERS = AXES.upper()
 ROUNDING_MM = 0.006  # a step and the report's last digit: a position on the edge is inside
 
-Limits = dict[str, tuple[float | None, float | None]]
+Limits = Mapping[str, tuple[float | None, float | None]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,19 +30,32 @@ class Bench:
     `low` and `high` are the range of the bench's axes, in mm on the bench.
     """
 
-    index: tuple[int, int, int]
-    sign: tuple[int, int, int]
+    index: tuple[int, ...]
+    sign: tuple[int, ...]
     origin: Point
     low: Point
     high: Point
     boxes: tuple[Box, ...] = ()
 
+    @property
+    def axes(self) -> str:
+        """The axes that this bench has: `xyz`, `xyza`."""
+        return AXES[: len(self.index)]
+
     def to_bench(self, machine: Point) -> Point:
         """The bench position of a machine position."""
-        x, y, z = (
-            self.sign[i] * (machine[self.index[i]] - self.origin[i]) for i in range(len(AXES))
+        return tuple(
+            sign * (machine[index] - origin)
+            for index, sign, origin in zip(self.index, self.sign, self.origin, strict=True)
         )
-        return x, y, z
+
+    def check_axes(self, named: Iterable[str], device: str) -> None:
+        """Raise NotAvailable for an axis that this machine lacks."""
+        for axis in named:
+            if axis not in self.axes:
+                there = ", ".join(self.axes)
+                words = f"{device} was not moved: it has no axis {axis}; it has {there}"
+                raise ActionFailed("NotAvailable", words, "no")
 
     def to_machine(self, axis: int, value: float) -> tuple[int, float]:
         """The machine axis and its position for one bench coordinate."""
@@ -52,16 +68,17 @@ class Bench:
             if not low - ROUNDING_MM <= value <= high + ROUNDING_MM:  # neither is true of NaN
                 raise ActionFailed(
                     "SoftLimit",
-                    f"{device} was not moved: {axis} {value:g} mm is outside "
-                    f"{low:g} to {high:g} mm (the work area of this bench)",
+                    f"{device} was not moved: {axis} {value:g} {unit(axis)} is outside "
+                    f"{low:g} to {high:g} {unit(axis)} (the work area of this bench)",
                 )
 
     def check_path(self, start: Point, end: Point, device: str) -> None:
         """Raise SoftLimit if the straight path goes through a keep-out box."""
+        a, b = _three(start), _three(end)
         for box in self.boxes:
-            if box.holds(start) and not box.holds(end):
+            if box.holds(a) and not box.holds(b):
                 continue  # the way out is open
-            if box.meets(start, end):
+            if box.meets(a, b):
                 raise ActionFailed(
                     "SoftLimit",
                     f"{device} was not moved: the path from {place_words(start)} to {place_words(end)} goes "
@@ -71,21 +88,23 @@ class Bench:
     def reach(self, start: Point, axis: int, sign: int) -> float:
         """The farthest that one axis may go from here in this direction."""
         edge = self.high[axis] if sign > 0 else self.low[axis]
-        end: list[float] = list(start)
-        end[axis] = edge
+        here = _three(start)
         stops = [
             stop
             for box in self.boxes
-            if not box.holds(start) and (stop := box.stops(start, axis, sign, edge)) is not None
+            if axis < len(here)
+            and not box.holds(here)
+            and (stop := box.stops(here, axis, sign, edge)) is not None
         ]
         return min([edge, *stops]) if sign > 0 else max([edge, *stops])
 
 
 def read_bench(config: dict[str, Any], limits: Limits, settings: Settings) -> Bench:
     """Built from a lab's config, its limits and the contract's, and the machine's own travel."""
-    index, sign = zip(*(_axis(config, name) for name in AXES), strict=True)
+    names = AXES[: settings.axes]
+    index, sign = zip(*(_axis(config, name, names) for name in names), strict=True)
     origins, lows, highs = [], [], []
-    for i, name in enumerate(AXES):
+    for i, name in enumerate(names):
         minus, plus = _machine_range(settings, index[i])
         given = (config.get("origin") or {}).get(name)
         origin = (minus if sign[i] > 0 else plus) if given is None else float(given)
@@ -93,16 +112,18 @@ def read_bench(config: dict[str, Any], limits: Limits, settings: Settings) -> Be
         origins.append(origin)
         lows.append(low)
         highs.append(high)
-    return Bench(index, sign, _three(origins), _three(lows), _three(highs), read_boxes(config))
+    return Bench(index, sign, tuple(origins), tuple(lows), tuple(highs), read_boxes(config))
 
 
 def bench_from_here(config: dict[str, Any], limits: Limits, machine: Point) -> Bench:
     """For a machine without switches, whose carriage was put at `home_here` by hand."""
-    index, sign = zip(*(_axis(config, name) for name in AXES), strict=True)
-    here = [float((config.get("home_here") or {}).get(name, 0.0)) for name in AXES]
-    origin = _three([machine[index[i]] - sign[i] * here[i] for i in range(len(AXES))])
-    ends = [_both(limits.get(name), [float("-inf"), float("inf")]) for name in AXES]
-    lows, highs = _three([low for low, _ in ends]), _three([high for _, high in ends])
+    names = AXES[: len(machine)]
+    index, sign = zip(*(_axis(config, name, names) for name in names), strict=True)
+    here = [float((config.get("home_here") or {}).get(name, 0.0)) for name in names]
+    origin = tuple(machine[index[i]] - sign[i] * here[i] for i in range(len(names)))
+    lows, highs = zip(
+        *(_both(limits.get(name), [float("-inf"), float("inf")]) for name in names), strict=True
+    )
     return Bench(index, sign, origin, lows, highs, read_boxes(config))
 
 
@@ -117,13 +138,16 @@ def _both(
 
 
 def whole_limits(place: Place) -> Limits:
-    """The lab's axis limits, or the contract's own if the lab has none or wider ones."""
-    schemas = shipped_contracts()["gantry@1"].actions["move_to"].param_schemas()
+    """The lab's axis limits, narrowed to the contract's own where it has any (gantry@1 does)."""
+    contract = place.contract or shipped_contracts()["gantry@1"]
+    schemas = contract.actions["move_to"].param_schemas()
     return {
         axis: _both(
-            place.limits.get(axis), [float(schemas[axis][end]) for end in ("minimum", "maximum")]
+            place.limits.get(axis),
+            [schema.get("minimum", float("-inf")), schema.get("maximum", float("inf"))],
         )
         for axis in AXES
+        if (schema := schemas.get(axis)) is not None
     }
 
 
@@ -135,17 +159,26 @@ def _machine_range(settings: Settings, axis: int) -> tuple[float, float]:
     return (-travel + off, 0.0) if settings.homes_to_minus(axis) else (-travel, -off)
 
 
-def _axis(config: dict[str, Any], name: str) -> tuple[int, int]:
+def _axis(config: dict[str, Any], name: str, names: str) -> tuple[int, int]:
     """`Y` or `-Y` as (1, 1) or (1, -1)."""
     written = str((config.get("axes") or {}).get(name, name)).lower()
-    return AXES.index(written.lstrip("-")), -1 if written.startswith("-") else 1
+    letter = written.lstrip("-")
+    if letter not in names:
+        raise OSError(f"axes: {name} is {letter.upper()}, but the machine has {names.upper()} only")
+    return AXES.index(letter), -1 if written.startswith("-") else 1
 
 
-def _three(values: list[float]) -> Point:
-    x, y, z = values
+def _three(place: Point) -> tuple[float, float, float]:
+    x, y, z, *_ = place
     return x, y, z
+
+
+def unit(axis: str) -> str:
+    """What an axis counts in."""
+    return "mm" if axis in "xyz" else "deg"
 
 
 def place_words(place: Point) -> str:
     """A position for people to read."""
-    return f"x {place[0]:.3f} y {place[1]:.3f} z {place[2]:.3f} mm"
+    turned = "".join(f" {a} {v:.3f} deg" for a, v in zip(AXES[3:], place[3:], strict=False))
+    return f"x {place[0]:.3f} y {place[1]:.3f} z {place[2]:.3f} mm{turned}"

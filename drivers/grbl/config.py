@@ -4,9 +4,11 @@ import math
 from collections.abc import Collection
 from typing import Any
 
-from .keep_out import read_boxes
+from ..motion.keep_out import read_boxes
+from ..motion.outputs import read_outputs
 
-PLACING = ("origin", "axes", "keep_out", "home_first", "homing_timeout")
+AXES = "xyzabc"
+PLACING = ("origin", "axes", "keep_out", "home_first", "homing_timeout", "safe_z", "outputs")
 """The bench settings of every gantry behind GRBL."""
 
 
@@ -20,6 +22,9 @@ def check_config(device: str, config: dict[str, Any], known: Collection[str]) ->
     _check_place("origin", config.get("origin"))
     _check_place("home_here", config.get("home_here"))
     read_boxes(config)
+    if "safe_z" in config and not _is_number(config["safe_z"]):
+        raise ValueError(f"safe_z is {config['safe_z']!r}; it must be a height on the bench, in mm")
+    read_outputs(config)
     for name in ("boot_s", "homing_timeout", "baud", "silence_s"):
         value = config.get(name, 1)
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1e9:
@@ -31,9 +36,9 @@ def check_config(device: str, config: dict[str, Any], known: Collection[str]) ->
 def _check_axes(axes: Any) -> None:
     if axes is None:
         return
-    wrong = not isinstance(axes, dict) or not set(axes) <= set("xyz")
-    used = [] if wrong else [str(axes.get(a, a)).lower().removeprefix("-") for a in "xyz"]
-    if wrong or sorted(used) != ["x", "y", "z"]:
+    wrong = not isinstance(axes, dict) or not set(axes) <= set(AXES)
+    used = [] if wrong else [str(axes.get(a, a)).lower().removeprefix("-") for a in AXES]
+    if wrong or sorted(used) != sorted(AXES):
         raise ValueError(
             f"axes is {axes!r}; it must give the machine axis for each bench axis, each "
             f"once, with a minus if it runs the other way: {{x: Y, y: -X}}"
@@ -43,7 +48,7 @@ def _check_axes(axes: Any) -> None:
 def _check_place(name: str, place: Any) -> None:
     if place is None:
         return
-    fine = isinstance(place, dict) and set(place) <= set("xyz")
+    fine = isinstance(place, dict) and set(place) <= set(AXES)
     if not fine or not all(_is_number(value) for value in place.values()):
         raise ValueError(f"{name} is {place!r}; write it as {{x: -805, y: -725, z: -90}}, in mm")
 

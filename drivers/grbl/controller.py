@@ -41,7 +41,9 @@ class Contact(Enum):
 
 
 @dataclass(slots=True)
-class _Line:
+class Line:
+    """A line that was sent: its answer, and the settings and texts that came before that."""
+
     text: str
     answer: asyncio.Future[None]
     told: list[str] = field(default_factory=list)
@@ -76,7 +78,7 @@ class Controller:
         self.on_alarm: Callable[[], None] = lambda: None
         self.on_report: Callable[[], None] = lambda: None
         self._reset_asked = False
-        self._in_flight: deque[_Line] = deque()
+        self._in_flight: deque[Line] = deque()
         self._condition = Condition()
         self.until = self._condition.until
 
@@ -106,9 +108,10 @@ class Controller:
 
     def say(self, line: str) -> asyncio.Future[None]:
         """Send a line; the future ends with its `ok` or raises a GrblFault."""
-        return self._say(line).answer
+        return self.send(line).answer
 
-    def _say(self, text: str) -> _Line:
+    def send(self, text: str) -> Line:
+        """Send a line, which has its answer, and then what was told before it."""
         if self.lost:
             raise NotConnected(self.lost)
         owed = next((one for one in reversed(self._in_flight) if one.forgotten), None)
@@ -116,8 +119,8 @@ class Controller:
             self._send(MARK).forgotten = True
         return self._send(text)
 
-    def _send(self, text: str) -> _Line:
-        line = _Line(text, asyncio.get_running_loop().create_future())
+    def _send(self, text: str) -> Line:
+        line = Line(text, asyncio.get_running_loop().create_future())
         line.answer.add_done_callback(_seen)
         self._in_flight.append(line)
         self.port.write(text.encode("ascii") + b"\n")
@@ -125,7 +128,7 @@ class Controller:
 
     async def ask(self, line: str, seconds: float = ANSWER_S) -> list[str]:
         """Send a line and wait for its `ok`; return the settings and texts that came before it."""
-        asked = self._say(line)
+        asked = self.send(line)
         try:
             async with asyncio.timeout(seconds):
                 await asked.answer
@@ -227,7 +230,7 @@ class Controller:
             case "modes" if any(line.text == MARK for line in self._in_flight):
                 while self._in_flight[0].text != MARK:
                     self._settle(Silent("its answer was lost in noise"))
-            case "setting" | "options" if self._in_flight:
+            case "setting" | "options" | "probe" if self._in_flight:
                 self._in_flight[0].told.append(said.text)
             case _:
                 pass

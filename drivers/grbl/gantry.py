@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 from ...system.tasks import end, keep, spawn
 from ..driver import GoalContext, Place
 from .alarm import TRIES, recover
-from .bench import Point, bench_from_here, place_words, read_bench
+from .bench import bench_from_here, place_words, read_bench
 from .boot import reach
 from .config import PLACING
 from .controller import HOLD, RESUME, Contact, Controller
@@ -22,7 +22,7 @@ from .homing import home
 from .jog import jog_by, jog_while
 from .jog_rules import JogRules
 from .motion import Ended, Move
-from .report import Report
+from .report import Point, Report
 from .status_words import state_of, trouble_of
 from .stopping import finished, stop, wake
 
@@ -32,7 +32,7 @@ HELD_S = 3.0
 
 
 class Grbl(JogRules):
-    """Implements gantry@1 through pyserial; the port is reopened by itself after it was unplugged."""
+    """Implements gantry@2 through pyserial; the port is reopened by itself after it was unplugged."""
 
     options: ClassVar[tuple[str, ...]] = ("port", "baud", "boot_s", "home_here", *PLACING)
     when_lost: ClassVar[str] = "; it reconnects when it is back"
@@ -72,6 +72,7 @@ class Grbl(JogRules):
         if c.report is not None:
             told["feed"] = round(c.report.feed_mm_per_min, 3)
             told |= self._standing(c.report.machine, c.report.work)
+            told |= self._more_status(c.report.machine)
         return told
 
     async def _home(self, goal: GoalContext) -> None:
@@ -125,6 +126,7 @@ class Grbl(JogRules):
         await reach(self.controller, float(self.place.config.get("boot_s", 3)))
         if "home_here" not in self.place.config:
             self.bench = read_bench(self.place.config, self.limits, self.controller.settings)
+        self.full_power = self.controller.settings.full_power
         self._read_report()
 
     async def _keep(self) -> None:
@@ -194,6 +196,22 @@ class Grbl(JogRules):
             if c.reports.offset is not None:
                 return
             await asyncio.sleep(0.01)
+
+    async def _probe(self, goal: GoalContext, line: str) -> Point | None:
+        with self._moving(goal, "touch") as move:
+            return self.controller.reports.contact(await move.touch(line))
+
+    async def _carry_out(self, line: str) -> None:
+        await self.controller.ask(line, 30.0)  # it waits for standstill
+
+    async def _at_once(self, data: bytes) -> None:
+        self.controller.write(data)
+
+    def _pins(self) -> str:
+        return self.controller.report.pins if self.controller.report else ""
+
+    def _overrides(self) -> tuple[int, ...]:
+        return self.controller.reports.overrides
 
     async def _machine(self) -> Point:
         report = await self.controller.look()

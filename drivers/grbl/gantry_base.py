@@ -1,21 +1,27 @@
 """What every gantry behind GRBL shares, whatever carries its lines: ranges, positions, messages."""
 
+import asyncio
 import math
+import re
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, ClassVar, Protocol
 
 from ...schemas.contract import Happened
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
+from ..motion.legs import legs
+from ..motion.outputs import read_outputs
 from ..simulated.twins.world import World
-from .bench import AXES, Bench, Point, place_words, read_bench, whole_limits
+from .bench import AXES, LETTERS, Bench, place_words, read_bench, unit, whole_limits
 from .config import check_config
-from .faults import GrblFault, NotConnected
+from .faults import GrblFault, NotConnected, Refused
+from .report import Point
 from .settings import Settings
 
 MODES = "G21G90G94"
 """Millimetres, absolute, per minute: in every line, since a reset or another program may unset it."""
+OVERRIDE_LOOKS, OVERRIDE_S = 20, 0.03
 
 
 class Known(Protocol):
@@ -33,9 +39,9 @@ class Known(Protocol):
 
 
 class GantryBase(Driver):
-    """The part of gantry@1 that is the same over a serial port and through OpenBuilds CONTROL."""
+    """The part of gantry@2 that is the same over a serial port and through OpenBuilds CONTROL."""
 
-    contract: ClassVar[str] = "gantry@1"
+    contract: ClassVar[str] = "gantry@2"
     options: ClassVar[tuple[str, ...]] = ()
     when_lost: ClassVar[str] = ""
     known: Known
@@ -45,11 +51,14 @@ class GantryBase(Driver):
         check_config(place.device, place.config, self.options)
         self.limits = whole_limits(place)
         self.bench: Bench = read_bench(place.config, self.limits, Settings())
+        self.outputs = read_outputs(place.config)
+        self.full_power = 1000.0
         self.world = World(place.world)
         self._published: Point | None = None
         self._by_hand: dict[str, Any] = {"goal_id": None}
         self._doing: str | None = None
         self._stopped = False
+        self._on: set[str] = set()
 
     @property
     def homed(self) -> bool:
@@ -108,10 +117,31 @@ class GantryBase(Driver):
     async def _set_zero(self, line: str) -> None:
         """Send a `G10 L20`, and read the new offset."""
 
+    @abstractmethod
+    async def _probe(self, goal: GoalContext, line: str) -> Point | None:
+        """Carry out a `G38.3`; where the probe touched, in machine coordinates, or None."""
+
+    @abstractmethod
+    async def _carry_out(self, line: str) -> None:
+        """Send a line that moves nothing, and wait until it was carried out; raises GrblFault."""
+
+    @abstractmethod
+    async def _at_once(self, data: bytes) -> None:
+        """Send bytes that take effect at once; raises GrblFault."""
+
+    @abstractmethod
+    def _pins(self) -> str:
+        """The letters of the inputs that it reported as engaged."""
+
+    @abstractmethod
+    def _overrides(self) -> tuple[int, ...]:
+        """Feed and rapid override in percent, as reported last; empty if not yet."""
+
     async def safe(self) -> None:
         self._stopped = True
         try:
             await self._stop()
+            await self._outputs_off()
         except GrblFault as fault:
             raise OSError(f"{self._name()}: {fault}") from fault
 
@@ -142,6 +172,7 @@ class GantryBase(Driver):
         self._check_connected("halt")
         with self._telling("halt"):
             await self._stop()
+            await self._outputs_off()
         return {}
 
     async def move_to(
@@ -151,15 +182,84 @@ class GantryBase(Driver):
         x: float | None = None,
         y: float | None = None,
         z: float | None = None,
+        a: float | None = None,
+        b: float | None = None,
+        c: float | None = None,
         feed: float | None = None,
+        safe_z: float | None = None,
     ) -> dict[str, Any]:
-        given = zip(AXES, (x, y, z), strict=True)
+        given = zip(AXES, (x, y, z, a, b, c), strict=True)
         wanted = {axis: float(value) for axis, value in given if value is not None}
-        return await self._go(goal, wanted, feed)
+        if safe_z is None:
+            safe_z = self.place.config.get("safe_z")
+        return await self._go(goal, wanted, feed, safe_z)
+
+    async def touch(
+        self, goal: GoalContext, *, to: float, axis: str = "z", feed: float = 60.0
+    ) -> dict[str, Any]:
+        self.bench.check_range({axis: float(to)}, self._name())
+        self._check_feed(feed)
+        await self._ready()
+        self._check_homed("touch")
+        with self._telling("touch", before=True):
+            start = await self._machine()
+        here = dict(zip(self.bench.axes, self.bench.to_bench(start), strict=True))
+        self._check_path(here, here | {axis: float(to)})
+        if "P" in self._pins():
+            raise ActionFailed("Touching", f"{self._name()}: its probe touches already", "no")
+        machine_axis, end = self.bench.to_machine(AXES.index(axis), float(to))
+        way = f"{LETTERS[machine_axis]}{end - start[machine_axis]:.4f}"
+        line = f"G21G91G94G38.3{way}F{feed:.3f}"
+        with self._telling(f"touch on the way to {axis} {to:g} mm (`{line}`)"):
+            contact = await self._probe(goal, line)
+        if contact is None:
+            words = f"{self._name()} went to {axis} {to:g} mm, and its probe touched nothing"
+            raise ActionFailed("NoContact", words, "yes")
+        return self._place(contact)
+
+    async def set_output(
+        self, goal: GoalContext, *, output: str, on: bool, power: float = 100.0
+    ) -> dict[str, Any]:
+        if output not in self.outputs:
+            there = ", ".join(self.outputs) or "none; `outputs` in its config names them"
+            words = f"{self._name()} has no output {output}; it has {there}"
+            raise ActionFailed("NotAvailable", words, "no")
+        await self._ready()
+        line = self.outputs[output].line(on, power, self.full_power)
+        with self._telling(f"switch {output} (`{line}`)"):
+            self._on.add(output)
+            try:
+                await self._carry_out(line)
+            except Refused:
+                self._on.discard(output)
+                raise
+            if not on:
+                self._on.discard(output)
+        return {}
+
+    async def override(
+        self, goal: GoalContext, *, feed: int | None = None, rapid: int | None = None
+    ) -> dict[str, Any]:
+        self._check_connected("override")
+        wanted = (feed, rapid)
+        with self._telling("override"):
+            for byte in override_bytes(feed, rapid):
+                await self._at_once(bytes([byte]))
+                # Each sets a flag: two of one kind before GRBL has looked are one.
+                await self._look()
+                await asyncio.sleep(OVERRIDE_S)
+            for _ in range(OVERRIDE_LOOKS):
+                await self._look()
+                told = self._overrides()[:2]
+                if all(w in (None, t) for w, t in zip(wanted, told, strict=False)) and told:
+                    return {}
+                await asyncio.sleep(OVERRIDE_S)
+            raise GrblFault(f"it reports {self._overrides()} %")
 
     async def go_to_zero(
         self, goal: GoalContext, *, axes: list[str] | None = None, feed: float | None = None
     ) -> dict[str, Any]:
+        self.bench.check_axes(axes or (), self._name())
         await self._ready()
         self._check_homed("go to the work zero")
         offset = self._offset()
@@ -167,14 +267,15 @@ class GantryBase(Driver):
             raise ActionFailed(
                 "Offline", f"{self._name()} has not reported its work zero yet", "no"
             )
-        zero = dict(zip(AXES, self.bench.to_bench(offset), strict=True))
-        return await self._go(goal, {axis: zero[axis] for axis in axes or AXES}, feed)
+        zero = dict(zip(self.bench.axes, self.bench.to_bench(offset), strict=True))
+        return await self._go(goal, {axis: zero[axis] for axis in axes or self.bench.axes}, feed)
 
     async def set_zero(self, goal: GoalContext, *, axes: list[str] | None = None) -> dict[str, Any]:
+        self.bench.check_axes(axes or (), self._name())
         await self._ready()
         self._check_homed("set the work zero")
-        letters = ("XYZ"[self.bench.index[AXES.index(axis)]] for axis in axes or AXES)
-        line = "G10L20P0" + "".join(f"{letter}0" for letter in sorted(letters))
+        named = sorted(self.bench.index[AXES.index(axis)] for axis in axes or self.bench.axes)
+        line = "G10L20P0" + "".join(f"{LETTERS[number]}0" for number in named)
         with self._telling(line):
             self._by_hand = {"goal_id": goal.id}
             await self._set_zero(line)
@@ -187,29 +288,65 @@ class GantryBase(Driver):
         return self._by_hand
 
     async def _go(
-        self, goal: GoalContext, wanted: dict[str, float], feed: float | None
+        self,
+        goal: GoalContext,
+        wanted: dict[str, float],
+        feed: float | None,
+        safe_z: float | None = None,
     ) -> dict[str, Any]:
-        self.bench.check_range(wanted, self._name())
-        if feed is not None and not 0 < feed < math.inf:
-            raise ActionFailed("SoftLimit", f"a feed of {feed:g} mm/min is not possible", "no")
+        self._check_target(wanted, safe_z)
+        if feed is not None:
+            self._check_feed(feed)
         await self._ready()
         if not self.homed and self.place.config.get("home_first"):
             await self.home(goal)
-            self.bench.check_range(
-                wanted, self._name()
-            )  # homing may have given the machine's range
+            self._check_target(wanted, safe_z)  # homing may have given the machine's range
         self._check_homed("move")
         with self._telling(f"move to {_axes_words(wanted)}", before=True):
             start = await self._machine()
-        here = dict(zip(AXES, self.bench.to_bench(start), strict=True))
-        there = here | wanted
-        self.bench.check_path(
-            self.bench.to_bench(start), (there["x"], there["y"], there["z"]), self._name()
-        )
-        end = dict(self.bench.to_machine(AXES.index(axis), v) for axis, v in wanted.items())
-        line = _line(end, feed)
-        with self._telling(f"move to {_axes_words(wanted)} (`{line}`)"):
-            return self._place(await self._drive(goal, line, end))
+        here = dict(zip(self.bench.axes, self.bench.to_bench(start), strict=True))
+        way, at = legs(here, wanted, safe_z), here
+        for leg in way:
+            self._check_path(at, at | leg)
+            at = at | leg
+        machine = start
+        for leg in way:
+            end = dict(self.bench.to_machine(AXES.index(axis), v) for axis, v in leg.items())
+            line = _line(end, feed)
+            with self._telling(f"move to {_axes_words(leg)} (`{line}`)"):
+                machine = await self._drive(goal, line, end)
+        return self._place(machine)
+
+    def _check_target(self, wanted: dict[str, float], safe_z: float | None) -> None:
+        self.bench.check_axes(wanted, self._name())
+        self.bench.check_range(wanted, self._name())
+        if safe_z is not None:
+            self.bench.check_range({"z": safe_z}, self._name())
+
+    def _check_path(self, here: dict[str, float], there: dict[str, float]) -> None:
+        self.bench.check_path(tuple(here.values()), tuple(there.values()), self._name())
+
+    def _check_feed(self, feed: float) -> None:
+        if not 0 < feed < math.inf:
+            raise ActionFailed("SoftLimit", f"a feed of {feed:g} mm/min is not possible", "no")
+
+    async def _outputs_off(self) -> None:
+        """Switch off what is on. What a reset or an alarm has switched off already refuses it."""
+        for output in sorted(self._on):
+            with suppress(Refused):
+                await self._carry_out(self.outputs[output].off)
+            self._on.discard(output)
+
+    def _more_status(self, machine: Point | None) -> dict[str, Any]:
+        """What gantry@2 tells beyond gantry@1; nothing where the lab says gantry@1."""
+        if self.place.contract is None or "pins" not in self.place.contract.status["properties"]:
+            return {}
+        told: dict[str, Any] = {"pins": self._pins(), "outputs": sorted(self._on)}
+        named = zip(("feed_override", "rapid_override"), self._overrides(), strict=False)
+        places = zip(AXES, machine or (), strict=False)
+        code = re.match(r"ALARM:(\d+)", self.known.alarm)
+        told["alarm_code"] = int(code[1]) if code else None
+        return told | dict(named) | {f"machine_{a}": round(v, 4) + 0.0 for a, v in places}
 
     def _check_connected(self, asked: str) -> None:
         if self.known.lost:
@@ -271,8 +408,8 @@ class GantryBase(Driver):
             raise ActionFailed(error, words, "no" if before else fault.happened) from fault
 
     def _place(self, machine: Point) -> dict[str, float]:
-        x, y, z = (round(value, 4) + 0.0 for value in self.bench.to_bench(machine))
-        return {"x": x, "y": y, "z": z}
+        place = self.bench.to_bench(machine)
+        return {a: round(v, 4) + 0.0 for a, v in zip(self.bench.axes, place, strict=True)}
 
     def _standing(self, machine: Point | None, work: Point | None) -> dict[str, float]:
         """Where it stands, for `status`; nothing while that is not known."""
@@ -284,8 +421,11 @@ class GantryBase(Driver):
         """The position relative to the work zero, along the bench's axes."""
         if work is None:
             return {}
-        signed = (self.bench.sign[i] * work[self.bench.index[i]] for i in range(len(AXES)))
-        return {f"work_{a}": round(v, 4) + 0.0 for a, v in zip(AXES, signed, strict=True)}
+        bench = self.bench
+        return {
+            f"work_{a}": round(sign * work[index], 4) + 0.0
+            for a, sign, index in zip(bench.axes, bench.sign, bench.index, strict=True)
+        }
 
     def _publish(self, machine: Point) -> None:
         """Publish its position to simulated instruments that ride on a real gantry."""
@@ -296,9 +436,23 @@ class GantryBase(Driver):
 
 def _line(end: dict[int, float], feed: float | None) -> str:
     """A straight move in machine coordinates, whatever work zero is set."""
-    words = "".join(f"{'XYZ'[axis]}{value:.4f}" for axis, value in sorted(end.items()))
+    words = "".join(f"{LETTERS[axis]}{value:.4f}" for axis, value in sorted(end.items()))
     return f"{MODES}G53G0{words}" if feed is None else f"{MODES}G53G1{words}F{feed:.3f}"
 
 
 def _axes_words(wanted: dict[str, float]) -> str:
-    return " ".join(f"{axis} {value:g}" for axis, value in wanted.items()) + " mm"
+    lengths = " ".join(f"{axis} {value:g}" for axis, value in wanted.items() if unit(axis) == "mm")
+    turns = "".join(f" {a} {v:g} deg" for a, v in wanted.items() if unit(a) == "deg")
+    return (lengths + " mm" if lengths else "") + turns
+
+
+def override_bytes(feed: int | None, rapid: int | None) -> bytes:
+    """The real-time bytes for overrides in percent: GRBL's are steps from 100."""
+    data = b""
+    if feed is not None:
+        tens, ones = divmod(abs(feed - 100), 10)
+        ten, one = (b"\x91", b"\x93") if feed > 100 else (b"\x92", b"\x94")
+        data += b"\x90" + ten * tens + one * ones
+    if rapid is not None:
+        data += {100: b"\x95", 50: b"\x96", 25: b"\x97"}[rapid]
+    return data

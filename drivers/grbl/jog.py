@@ -7,6 +7,7 @@ that it ends by itself when the feeding ends: with the hold, with this program, 
 import asyncio
 from collections.abc import Callable
 
+from .bench import LETTERS
 from .faults import Silent
 from .motion import Ended, Move
 from .report import Report
@@ -19,7 +20,7 @@ LOOK_S = 0.03
 
 def jog_line(axis: int, distance: float, feed: float) -> str:
     """A relative jog of one machine axis."""
-    return f"$J=G21G91{'XYZ'[axis]}{distance:.4f}F{feed:.3f}"
+    return f"$J=G21G91{LETTERS[axis]}{distance:.4f}F{feed:.3f}"
 
 
 async def jog_by(move: Move, axis: int, distance: float, feed: float) -> None:

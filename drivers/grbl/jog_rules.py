@@ -6,8 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from ..driver import ActionFailed, GoalContext
-from .bench import AXES, Point
+from .bench import AXES
 from .gantry_base import GantryBase
+from .report import Point
 
 CREEP_MM, CREEP_FEED = 10.0, 300.0
 """How far (mm) and fast (mm/min) a jog may go before homing, to get off a switch."""
@@ -36,6 +37,7 @@ class JogRules(GantryBase):
         feed: float = 600.0,
         lease: float = 0.3,
     ) -> dict[str, Any]:
+        self.bench.check_axes(axis, self._name())
         await self._ready()
         self._check_creep(distance)
         with self._telling(f"jog {axis}", before=True):
@@ -52,7 +54,7 @@ class JogRules(GantryBase):
             elif way * sign > 0:
                 await self._jog_while(goal, machine_axis, machine_way, feed, held(goal, lease))
             self._by_hand |= self._place(await self._machine())
-        return {axis: self._by_hand[axis] for axis in AXES}
+        return {axis: self._by_hand[axis] for axis in self.bench.axes}
 
     def _edge(self, here: Point, axis: int, sign: int) -> float:
         """How far it may go in this direction."""
@@ -66,7 +68,7 @@ class JogRules(GantryBase):
             end = list(here)
             end[axis] += distance
             self.bench.check_range({AXES[axis]: end[axis]}, self._name())
-            self.bench.check_path(here, (end[0], end[1], end[2]), self._name())
+            self.bench.check_path(here, tuple(end), self._name())
         return float(distance)
 
     def _check_creep(self, distance: float | None) -> None:

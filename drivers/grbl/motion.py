@@ -8,6 +8,7 @@ import asyncio
 import math
 from collections.abc import Callable
 
+from .bench import LETTERS
 from .controller import ASK, Controller
 from .faults import GrblFault, Silent
 from .report import Point, Report
@@ -58,6 +59,21 @@ class Move:
         except asyncio.CancelledError:
             self.controller.reset()  # nothing is left to wait for a hold
             raise
+
+    async def touch(self, line: str) -> list[str]:
+        """Probe, and stop; what was told of it. Raises Ended or a GrblFault."""
+        sent = self.controller.send(line)
+        try:
+            await self._wait(sent.answer)
+            await self.controller.ask("G90")  # for other programs
+            await self.wait_until_still()
+        except Silent:
+            await _try_to_stop(self.controller)
+            raise
+        except asyncio.CancelledError:
+            self.controller.reset()
+            raise
+        return sent.told
 
     async def wait_until_still(self) -> None:
         """Wait for the proof that all motion has ended."""
@@ -124,8 +140,8 @@ class Move:
         machine = self.controller.report.machine if self.controller.report else None
         if machine is None:
             return "it does not report where"
-        wanted = " ".join(f"{'XYZ'[a]} {v:.3f}" for a, v in sorted(end.items()))
-        found = " ".join(f"{'XYZ'[a]} {machine[a]:.3f}" for a in sorted(end))
+        wanted = " ".join(f"{LETTERS[a]} {v:.3f}" for a, v in sorted(end.items()))
+        found = " ".join(f"{LETTERS[a]} {machine[a]:.3f}" for a in sorted(end))
         return (
             f"at {found} instead of {wanted} (machine coordinates); repeat the move, and if "
             f"that does not help check the line for noise"

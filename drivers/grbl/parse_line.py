@@ -5,7 +5,17 @@ from dataclasses import dataclass
 from typing import Literal
 
 Kind = Literal[
-    "ok", "error", "alarm", "banner", "report", "message", "setting", "options", "modes", "other"
+    "ok",
+    "error",
+    "alarm",
+    "banner",
+    "report",
+    "message",
+    "setting",
+    "options",
+    "probe",
+    "modes",
+    "other",
 ]
 
 LONGEST = 1024  # a line without an end is noise
@@ -17,6 +27,7 @@ PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("alarm", re.compile(r"ALARM:(\d+)$")),
     ("error", re.compile(r"error:(\d+)$")),
     ("options", re.compile(r"\[OPT:(.*)\]$")),
+    ("probe", re.compile(r"\[PRB:(.*)\]$")),
     ("modes", re.compile(r"\[GC:(.*)\]$")),
     ("setting", re.compile(r"^\$(\d+=\S+)")),
     # Noise may precede the `ok`; a text that ends so by chance contains a mark of its own kind.

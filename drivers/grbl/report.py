@@ -3,7 +3,8 @@
 import re
 from dataclasses import dataclass
 
-Point = tuple[float, float, float]
+Point = tuple[float, ...]
+"""Three to six numbers: x y z a b c."""
 
 NUMBER = re.compile(r"-?\d+\.\d+")
 MM_PER_INCH = 25.4
@@ -21,6 +22,7 @@ class Report:
     machine: Point | None
     work: Point | None
     feed_mm_per_min: float
+    pins: str = ""
 
     @property
     def still(self) -> bool:
@@ -31,7 +33,7 @@ class Report:
 
 
 class ReportReader:
-    """Remembers the work offset, which only every tenth to thirtieth report contains.
+    """Remembers work offset and overrides, which only every tenth to thirtieth report contains.
 
     `inches` if the controller reports in inches ($13=1).
     """
@@ -39,6 +41,7 @@ class ReportReader:
     def __init__(self) -> None:
         self.inches = False
         self.offset: Point | None = None
+        self.overrides: tuple[int, ...] = ()
 
     def read(self, text: str) -> Report | None:
         """The report, or None if noise has damaged it."""
@@ -48,13 +51,24 @@ class ReportReader:
         try:
             if "WCO" in fields:
                 self.offset = self._point(fields["WCO"])
+            if "Ov" in fields:
+                self.overrides = tuple(map(int, fields["Ov"].split(",")))
             machine, work = self._places(fields)
             speeds = fields.get("FS") or fields.get("F") or "0"
             feed = float(speeds.split(",")[0]) * (MM_PER_INCH if self.inches else 1)
         except ValueError:
             return None
         name, _, part = state.partition(":")
-        return Report(name, int(part) if part else None, machine, work, feed)
+        pins = fields.get("Pn", "")
+        return Report(name, int(part) if part else None, machine, work, feed, pins)
+
+    def contact(self, told: list[str]) -> Point | None:
+        """Where the probe touched, from the text of `[PRB:...]`; None if it did not."""
+        for text in reversed(told):
+            place, _, touched = text.rpartition(":")
+            if place.count(",") >= 2:
+                return self._point(place) if touched == "1" else None
+        return None
 
     def _places(self, fields: dict[str, str]) -> tuple[Point | None, Point | None]:
         if "MPos" in fields:
@@ -68,13 +82,12 @@ class ReportReader:
         if len(numbers) < 3 or not all(NUMBER.fullmatch(number) for number in numbers):
             raise ValueError(f"{text!r} is not a position")
         scale = MM_PER_INCH if self.inches else 1.0
-        x, y, z = (float(number) * scale for number in numbers[:3])
-        return x, y, z
+        return tuple(float(number) * scale for number in numbers)
 
 
 def _minus(a: Point, b: Point) -> Point:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    return tuple(p - q for p, q in zip(a, b, strict=False))
 
 
 def _plus(a: Point, b: Point) -> Point:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+    return tuple(p + q for p, q in zip(a, b, strict=False))

@@ -1,9 +1,8 @@
 """A controller's `$` settings, as far as a gantry needs them."""
 
 from dataclasses import dataclass, field
-from typing import ClassVar
 
-Point = tuple[float, float, float]
+from .report import Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,8 +16,6 @@ class Settings:
     values: dict[int, float] = field(default_factory=dict)
     options: str = ""
 
-    AXES: ClassVar[range] = range(3)
-
     @classmethod
     def read(cls, lines: list[str], options: str = "") -> "Settings":
         """From the lines of `$$` (`130=810.000`); values that are not numbers are left out."""
@@ -31,25 +28,29 @@ class Settings:
                 continue
         return cls(values, options)
 
-    def _three(self, first: int, default: float) -> Point:
-        x, y, z = (self.values.get(first + axis, default) for axis in self.AXES)
-        return x, y, z
+    @property
+    def axes(self) -> int:
+        """How many axes the machine has: at least three, at most six."""
+        return next((n for n in range(3, 6) if 100 + n not in self.values), 6)
+
+    def _each(self, first: int, default: float) -> Point:
+        return tuple(self.values.get(first + axis, default) for axis in range(self.axes))
 
     @property
     def steps_per_mm(self) -> Point:
-        return self._three(100, 250.0)
+        return self._each(100, 250.0)
 
     @property
     def max_rate(self) -> Point:
-        return self._three(110, 500.0)
+        return self._each(110, 500.0)
 
     @property
     def acceleration(self) -> Point:
-        return self._three(120, 10.0)
+        return self._each(120, 10.0)
 
     @property
     def travel(self) -> Point:
-        return self._three(130, 200.0)
+        return self._each(130, 200.0)
 
     @property
     def homing(self) -> bool:
@@ -58,6 +59,11 @@ class Settings:
     @property
     def pull_off(self) -> float:
         return self.values.get(27, 1.0)
+
+    @property
+    def full_power(self) -> float:
+        """What S is at full power of the spindle or laser."""
+        return self.values.get(30, 1000.0)
 
     @property
     def inches(self) -> bool:

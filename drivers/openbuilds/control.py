@@ -38,6 +38,7 @@ STALE_S = 2.0
 REPORT_S = 2.0
 RUNNING = "Running"
 SETTING = re.compile(r"^\$(\d+=\S+)")
+PROBED = re.compile(r"\[PRB:(.*)\]")
 LOG = logging.getLogger("labrun")
 BANNER = re.compile(r"Grbl(?:HAL)? \d")
 BOOT_S = 5.0
@@ -69,6 +70,7 @@ class Control:
         self._settled_at = 0.0
         self.boots = 0
         self._reset_until = 0.0
+        self.probed: list[str] = []
         self.settings: dict[str, str] = {}
         self.disconnected = "it has not been connected yet"
         self._http: aiohttp.ClientSession | None = None
@@ -270,6 +272,8 @@ class Control:
             if found := SETTING.match(line.strip()):
                 number, _, value = found[1].partition("=")
                 self.settings[number] = value
+            if found := PROBED.search(line):
+                self.probed.append(found[1])
             if BANNER.search(line):
                 self._booted()
         self._condition.set()

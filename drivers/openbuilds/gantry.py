@@ -12,11 +12,12 @@ from typing import Any, ClassVar
 
 from ...system.tasks import end, keep
 from ..driver import GoalContext, Place
-from ..grbl.bench import Point, place_words, read_bench
+from ..grbl.bench import LETTERS, place_words, read_bench
 from ..grbl.config import PLACING
 from ..grbl.faults import GrblFault, Lost, Silent
 from ..grbl.jog_rules import JogRules
 from ..grbl.motion import WrongPlace
+from ..grbl.report import Point, ReportReader
 from ..grbl.settings import Settings
 from .control import Control
 from .jog import jog_while
@@ -32,7 +33,7 @@ HELD_S = 3.0
 
 
 class OpenBuilds(JogRules):
-    """Implements gantry@1 over CONTROL's Socket.IO; reconnects when CONTROL or the port are back."""
+    """Implements gantry@2 over CONTROL's Socket.IO; reconnects when CONTROL or the port are back."""
 
     options: ClassVar[tuple[str, ...]] = ("url", "port", "baud", "ip", *PLACING)
 
@@ -71,7 +72,7 @@ class OpenBuilds(JogRules):
         }
         if view is not None:
             self._publish(view.machine)
-            told |= self._standing(view.machine, view.work)
+            told |= self._standing(view.machine, view.work) | self._more_status(view.machine)
         return told
 
     async def _stop(self) -> None:
@@ -123,7 +124,7 @@ class OpenBuilds(JogRules):
         lines = [f"{number}={value}" for number, value in control.settings.items()]
         settings = Settings.read(lines, control.look().options)
         self.bench = read_bench(self.place.config, self.limits, settings)
-        self.tolerance = settings.tolerance
+        self.tolerance, self.full_power = settings.tolerance, settings.full_power
         control.unsettle()  # opening the port has booted the controller
         with contextlib.suppress(Lost):
             await control.view_at_rest()
@@ -174,8 +175,8 @@ class OpenBuilds(JogRules):
                 raise GrblFault(control.alarm)
             return control.look().machine
         machine = self.control.look().machine
-        found = " ".join(f"{'XYZ'[a]} {machine[a]:.3f}" for a in sorted(end))
-        wanted = " ".join(f"{'XYZ'[a]} {v:.3f}" for a, v in sorted(end.items()))
+        found = " ".join(f"{LETTERS[a]} {machine[a]:.3f}" for a in sorted(end))
+        wanted = " ".join(f"{LETTERS[a]} {v:.3f}" for a, v in sorted(end.items()))
         raise WrongPlace(f"it has stopped, but at {found} instead of {wanted} (machine)")
 
     def _there(self, end: dict[int, float]) -> bool:
@@ -184,7 +185,7 @@ class OpenBuilds(JogRules):
 
     async def _jog_by(self, goal: GoalContext, axis: int, distance: float, feed: float) -> None:
         # No `$J`: a `G4 P0` after it would be refused while it lasts, and halt the queue.
-        lines = f"G21G91G94G1{'XYZ'[axis]}{distance:.4f}F{feed:.3f}", "G90"
+        lines = f"G21G91G94G1{LETTERS[axis]}{distance:.4f}F{feed:.3f}", "G90"
         with self._moving(goal, "jog"):
             start = (await self.control.view_at_rest()).machine[axis]
             await watch(self.control, await self.control.run(*lines), self._ended(goal))
@@ -203,10 +204,35 @@ class OpenBuilds(JogRules):
         control = self.control
         answer = await control.run(line)
         await watch(control, answer, lambda: False, seconds=30.0)
-        axes = ["XYZ".index(letter) for letter in line if letter in "XYZ"]
+        axes = [LETTERS.index(letter) for letter in line.partition("P0")[2] if letter in LETTERS]
         await control.until(
             lambda: all(abs(control.look().work[axis]) <= self.tolerance for axis in axes), ZERO_S
         )
+
+    async def _probe(self, goal: GoalContext, line: str) -> Point | None:
+        control = self.control
+        control.probed.clear()
+        with self._moving(goal, "touch"):
+            await watch(
+                control, await control.run(line, "G90"), self._ended(goal), self._told(goal)
+            )
+            control.unsettle()
+            return ReportReader().contact(control.probed)
+
+    async def _carry_out(self, line: str) -> None:
+        await watch(self.control, await self.control.run(line), lambda: False, seconds=30.0)
+
+    async def _at_once(self, data: bytes) -> None:
+        for (
+            byte
+        ) in data:  # CONTROL sends text as UTF-8: the byte before each is one that GRBL ignores
+            await self.control.emit("serialInject", chr(byte))
+
+    def _pins(self) -> str:
+        return self.control.view.pins if self.control.view else ""
+
+    def _overrides(self) -> tuple[int, ...]:
+        return self.control.view.overrides if self.control.view else ()
 
     async def _machine(self) -> Point:
         return (await self.control.view_at_rest()).machine

@@ -3,10 +3,13 @@
 from dataclasses import dataclass
 from typing import Any
 
-Point = tuple[float, float, float]
+from ..grbl.report import Point
 
 NONE, OPENING, CONNECTED, PLAYING, PAUSED, ALARM = range(6)
 """Its `connectionStatus`. 5 is the only reliable sign of an error or alarm; texts may stay empty."""
+
+
+OVERRIDES = ("feedOverride", "rapidOverride")
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,12 +26,13 @@ class View:
     active_port: str
     alarm: str
     options: str  # the letters of the firmware's build options
+    pins: str
+    overrides: tuple[int, ...]
 
     @property
     def machine(self) -> Point:
         """CONTROL reports no machine position: it is the sum of these two."""
-        x, y, z = (w + o for w, o in zip(self.work, self.offset, strict=True))
-        return x, y, z
+        return tuple(w + o for w, o in zip(self.work, self.offset, strict=True))
 
     @property
     def held(self) -> bool:
@@ -40,19 +44,24 @@ def read_view(status: Any) -> View | None:
     """From the event's payload; None if it has another structure."""
     try:
         comms, position = status["comms"], status["machine"]["position"]
+        machine, axes = status["machine"], "xyz"
+        if machine.get("has4thAxis"):
+            axes += "a"
+        overrides = machine.get("overrides") or {}
         return View(
             int(comms["connectionStatus"]),
             str(comms["runStatus"]),
-            _point(position["work"]),
-            _point(position["offset"]),
+            _point(position["work"], axes),
+            _point(position["offset"], axes),
             str((comms.get("interfaces") or {}).get("activePort") or ""),
             str(comms.get("alarm") or ""),
-            "".join(map(str, (status["machine"].get("firmware") or {}).get("features") or ())),
+            "".join(map(str, (machine.get("firmware") or {}).get("features") or ())),
+            "".join(map(str, machine.get("inputs") or ())),
+            tuple(int(overrides[name]) for name in OVERRIDES if name in overrides),
         )
     except (KeyError, TypeError, ValueError):
         return None
 
 
-def _point(written: dict[str, Any]) -> Point:
-    x, y, z = (float(written[axis]) for axis in "xyz")
-    return x, y, z
+def _point(written: dict[str, Any], axes: str) -> Point:
+    return tuple(float(written[axis]) for axis in axes)

@@ -1,14 +1,17 @@
 """A simulated gantry: it moves as the real one does, in whole steps and in real time.
 
 Configuration: `homed` (ready without homing), `lost_steps` (the probability that a move loses
-steps: the gantry's true position then differs from the reported one, until it is homed).
+steps: the gantry's true position then differs from the reported one, until it is homed), `surface`
+(the height at which its probe touches, mm), `outputs` and `safe_z` as for a real gantry.
 """
 
 from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ..driver import ActionCanceled, ActionFailed, GoalContext, Place
-from .twins.axis import STEPS_PER_MM, Point, Steps, to_mm
+from ..motion.legs import legs
+from ..motion.outputs import read_outputs
+from .twins.axis import SPEED_MM_PER_S, STEPS_PER_MM, Point, Steps, to_mm
 from .twins.carriage import Carriage
 from .twins.faults import chance
 from .twins.travel import Ride, lapsed
@@ -17,14 +20,18 @@ from .twins.twin import Twin
 AXES = "xyz"
 # Homing lifts the tool before it goes to the corner, so that nothing is dragged over the bench.
 HOME: Point = (0.0, 0.0, 100.0)
+TRAVEL = {"x": 730.0, "y": 810.0, "z": 100.0}
+"""As far as it goes from 0 where neither its contract nor its lab says how far."""
+SURFACE_MM = 10.0
 SEEK_S = 4.0  # touching each switch a second time, slowly
 
 
 class SimGantry(Twin):
-    """Implements gantry@1. Its true position is kept in the world, even across a kill."""
+    """Implements gantry@2 with three axes. Its true position is kept in the world, even across a kill."""
 
-    contract: ClassVar[str] = "gantry@1"
-    options: ClassVar[tuple[str, ...]] = ("homed", "lost_steps")
+    contract: ClassVar[str] = "gantry@2"
+    without: ClassVar[str] = "gantry@1"
+    options: ClassVar[tuple[str, ...]] = ("homed", "lost_steps", "surface", "outputs", "safe_z")
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
@@ -32,6 +39,9 @@ class SimGantry(Twin):
         self.by_hand: dict[str, Any] = {"goal_id": None}
         self.carriage = Carriage(self.world, place.device, bool(self.config.get("homed", False)))
         self.ride = Ride(self.clock, self.carriage)
+        self.outputs = read_outputs(self.config)
+        self.on: set[str] = set()
+        self.percent = {"feed": 100, "rapid": 100}
 
     async def open(self) -> None:
         await super().open()
@@ -40,10 +50,19 @@ class SimGantry(Twin):
     async def status(self) -> dict[str, Any]:
         zero = to_mm(self.carriage.zero)
         work = zip(AXES, self.carriage.believed_mm, zero, strict=True)
+        more = {
+            **{f"machine_{axis}": value for axis, value in self._where().items()},
+            **{f"{name}_override": percent for name, percent in self.percent.items()},
+            "pins": "P" if self._touches() else "",
+            "outputs": sorted(self.on),
+            "alarm_code": None,
+        }
+        told = self.faults.contract.status.get("properties", {})
         return {
             "state": self._state(),
             "homed": self.carriage.homed,
             **self._where(),
+            **{name: value for name, value in more.items() if name in told},
             **{f"work_{axis}": round(at - from_, 4) for axis, at, from_ in work},
             "feed": round(self.ride.feed_mm_per_min, 3),
             "alarm": self.alarm,
@@ -51,6 +70,7 @@ class SimGantry(Twin):
 
     async def safe(self) -> None:
         self.ride.stop = True  # a move under way ends by itself, here and now
+        self.on.clear()
 
     async def home(self, goal: GoalContext) -> dict[str, Any]:
         self.carriage.homed = False
@@ -71,17 +91,62 @@ class SimGantry(Twin):
         x: float | None = None,
         y: float | None = None,
         z: float | None = None,
+        a: float | None = None,
+        b: float | None = None,
+        c: float | None = None,
         feed: float | None = None,
+        safe_z: float | None = None,
     ) -> dict[str, Any]:
         self._check_ready()
-        self._check_limits(x=x, y=y, z=z)
-        here = self.carriage.believed_mm
-        there = (
-            here[0] if x is None else float(x),
-            here[1] if y is None else float(y),
-            here[2] if z is None else float(z),
-        )
-        return await self._moved("move_to", goal, there, feed)
+        given = zip((*AXES, "a", "b", "c"), (x, y, z, a, b, c), strict=True)
+        wanted = {axis: float(value) for axis, value in given if value is not None}
+        safe_z = self.config.get("safe_z") if safe_z is None else safe_z
+        self._check_limits(**wanted)
+        if safe_z is not None:
+            self._check_limits(z=safe_z)
+        at = dict(zip(AXES, self.carriage.believed_mm, strict=True))
+        way = []
+        for leg in legs(at, wanted, safe_z):
+            at = at | leg
+            way.append((at["x"], at["y"], at["z"]))
+        return await self._moved("move_to", goal, way, feed)
+
+    async def touch(
+        self, goal: GoalContext, *, to: float, axis: str = "z", feed: float = 60.0
+    ) -> dict[str, Any]:
+        self._check_ready()
+        self._check_limits(**{axis: to})
+        if self._touches():
+            raise ActionFailed("Touching", "the probe touches already", "no")
+        surface = float(self.config.get("surface", SURFACE_MM))
+        end = dict(zip(AXES, self.carriage.believed_mm, strict=True))
+        touches = axis == "z" and to <= surface
+        end[axis] = surface if touches else float(to)
+        place = await self._moved("touch", goal, [(end["x"], end["y"], end["z"])], feed)
+        if not touches:
+            words = f"the probe went to {axis} {to:g} mm and touched nothing"
+            raise ActionFailed("NoContact", words, "yes")
+        return place
+
+    async def set_output(
+        self, goal: GoalContext, *, output: str, on: bool, power: float = 100.0
+    ) -> dict[str, Any]:
+        if output not in self.outputs:
+            there = ", ".join(self.outputs) or "none; `outputs` in its config names them"
+            raise ActionFailed(
+                "NotAvailable", f"there is no output {output}; there is {there}", "no"
+            )
+        with self.failing("set_output", goal):
+            (self.on.add if on else self.on.discard)(output)
+            self.truth.append("output", goal=goal.id, output=output, on=on, power=power)
+        return {}
+
+    async def override(
+        self, goal: GoalContext, *, feed: int | None = None, rapid: int | None = None
+    ) -> dict[str, Any]:
+        given = {"feed": feed, "rapid": rapid}
+        self.percent |= {name: value for name, value in given.items() if value is not None}
+        return {}
 
     async def jog(
         self,
@@ -95,6 +160,7 @@ class SimGantry(Twin):
     ) -> dict[str, Any]:
         self._check_ready()
         there = list(self.carriage.believed_mm)
+        self._check_axes(axis)
         i = AXES.index(axis)
         if distance is not None:
             there[i] += distance
@@ -108,7 +174,7 @@ class SimGantry(Twin):
             there[i] = high if direction == "+" else low
             over = lapsed(lambda: goal.wanted_at, lease)
         self.by_hand = {"goal_id": goal.id}
-        place = await self._moved("jog", goal, (there[0], there[1], there[2]), feed, over)
+        place = await self._moved("jog", goal, [(there[0], there[1], there[2])], feed, over)
         self.by_hand |= place
         return place
 
@@ -122,6 +188,7 @@ class SimGantry(Twin):
         return {}
 
     async def set_zero(self, goal: GoalContext, *, axes: list[str] | None = None) -> dict[str, Any]:
+        self._check_axes(*axes or ())
         self._check_ready()
         now = zip(AXES, self.carriage.steps, self.carriage.zero, strict=True)
         x, y, z = (at if axis in (axes or AXES) else old for axis, at, old in now)
@@ -138,13 +205,15 @@ class SimGantry(Twin):
     async def go_to_zero(
         self, goal: GoalContext, *, axes: list[str] | None = None, feed: float | None = None
     ) -> dict[str, Any]:
+        self._check_axes(*axes or ())
         self._check_ready()
         zero, here = to_mm(self.carriage.zero), self.carriage.believed_mm
         there = zip(AXES, zero, here, strict=True)
         x, y, z = (to if axis in (axes or AXES) else at for axis, to, at in there)
-        return await self._moved("go_to_zero", goal, (x, y, z), feed)
+        return await self._moved("go_to_zero", goal, [(x, y, z)], feed)
 
     async def halt(self, goal: GoalContext) -> dict[str, Any]:
+        self.on.clear()
         return {}  # one goal at a time: nothing moves when this one begins
 
     async def unlock(self, goal: GoalContext) -> dict[str, Any]:
@@ -158,14 +227,17 @@ class SimGantry(Twin):
         self,
         action: str,
         goal: GoalContext,
-        there: Point,
+        way: list[Point],
         feed: float | None,
         over: Callable[[], bool] | None = None,
     ) -> dict[str, Any]:
-        """A motion that may have an injected fault, and that may lose steps."""
+        """A motion, line by line, that may have an injected fault, and that may lose steps."""
+        fastest = 60 * SPEED_MM_PER_S * self.percent["rapid"] / 100
+        pace = fastest if feed is None else min(fastest, feed * self.percent["feed"] / 100)
         try:
             with self.failing(action, goal):
-                await self._go(goal, there, feed, "moving", over)
+                for there in way:
+                    await self._go(goal, there, pace, "moving", over)
         except ActionFailed as failure:
             self._after(failure)
             raise
@@ -233,14 +305,25 @@ class SimGantry(Twin):
         schema = self.faults.contract.actions["move_to"].param_schemas()[axis]
         low, high = self.place.limits.get(axis, (None, None))
         return (
-            schema["minimum"] if low is None else low,
-            schema["maximum"] if high is None else high,
+            schema.get("minimum", 0.0) if low is None else low,
+            schema.get("maximum", TRAVEL[axis]) if high is None else high,
         )
 
-    def _check_limits(self, **wanted: float | None) -> None:
+    def _check_axes(self, *named: str) -> None:
+        for axis in named:
+            if axis not in AXES:
+                words = f"it has no axis {axis}; it has {', '.join(AXES)}"
+                raise ActionFailed("NotAvailable", words, "no")
+
+    def _touches(self) -> bool:
+        surface = float(self.config.get("surface", SURFACE_MM))
+        return self.carriage.believed_mm[2] <= surface + 0.003
+
+    def _check_limits(self, **wanted: float) -> None:
+        self._check_axes(*wanted)
         for axis, value in wanted.items():
             low, high = self._range(axis)
-            if value is not None and not low <= value <= high:
+            if not low <= value <= high:
                 message = f"{axis} {value:g} mm is outside {low:g} to {high:g} mm"
                 raise ActionFailed("SoftLimit", message)
 

@@ -174,14 +174,14 @@ def _roles(context: Context, place: Place, used: Used) -> Iterator[Problem]:
             message = (
                 f"{used.step.use} needs a {contract} for its role {its}, which is not declared here"
             )
-            fitting = [role for role, one in context.roles.items() if one.contract.type == contract]
+            fitting = [role for role, one in context.roles.items() if one.contract.keeps(contract)]
             hint = f"choose a role for it: `devices: {{{its}: {(fitting or ['ROLE'])[0]}}}`"
             yield context.source.problem((*place, "use"), "E230", message, hint)
-        elif bound is not None and bound.contract.type != contract:
+        elif bound is not None and not bound.contract.keeps(contract):
             wants = f"{used.step.use} needs a {contract} for its role {its}"
             message = f"{wants}; {ours} is a {bound.contract.type}"
             at = (*place, "devices", its) if its in used.step.devices else (*place, "use")
-            fitting = [role for role, one in context.roles.items() if one.contract.type == contract]
+            fitting = [role for role, one in context.roles.items() if one.contract.keeps(contract)]
             hint = f"it can be {listed(fitting)}" if fitting else "no role here has that contract"
             yield context.source.problem(at, "E230", message, hint)
 

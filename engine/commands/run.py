@@ -133,6 +133,7 @@ def keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
     assert checked.source is not None and checked.lab is not None and checked.survey is not None
     lab = checked.lab
     used = {device.contract for device in lab.lab.devices.values()}
+    used |= {role.contract.type for role in checked.roles.values()}
     keep_inputs(
         folder, checked.source.text, checked.source.name, lab.lab,
         lab.path.parent if lab.path else None,

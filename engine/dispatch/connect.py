@@ -171,8 +171,9 @@ def python_of(device: LabDevice, lab: LoadedLab) -> str | None:
 
 
 def _check_contract(role: BoundRole, client: DeviceClient) -> None:
-    served = client.devices[role.device].contract.get("type")
-    if served != role.contract.type:
+    contract = client.devices[role.device].contract
+    served = contract.get("type")
+    if role.contract.type not in (served, *contract.get("also", ())):
         raise NotReached(
             f"device {role.device!r} at {client.url} keeps {served}, "
             f"but the protocol needs {role.contract.type} for {role.role!r}"

@@ -63,7 +63,7 @@ def _device(
 ) -> str | Problem | None:  # fmt: skip
     if contract not in lab.contracts:
         return _no_contract(role, contract, lab, source)
-    fitting = [name for name, device in lab.lab.devices.items() if device.contract == contract]
+    fitting = lab.keeping(contract)
     if role in bind:
         return _bound(role, contract, lab, bind[role], fitting)
     if role in fitting:

@@ -6,6 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from ...schemas.also import broken_promises
 from ...schemas.contract import Contract
 from ...schemas.contracts import ContractFault, read_contract, shipped_contracts
 from ...schemas.lab import Lab, LabDevice
@@ -39,6 +40,14 @@ class LoadedLab:
         here = self.path.parent if self.path is not None else Path()
         return tuple(here / folder for folder in self.lab.folders)
 
+    def keeping(self, contract: str) -> list[str]:
+        """The devices that can play a role that needs this contract."""
+        return [
+            name
+            for name, device in self.lab.devices.items()
+            if (its := self.contracts.get(device.contract)) is not None and its.keeps(contract)
+        ]
+
 
 def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:
     """A lab from its file, or the simulated lab that ships, and the problems found in it."""
@@ -65,7 +74,7 @@ def _contracts(
     lab: Lab, source: Source, path: Path | None
 ) -> tuple[dict[str, Contract], list[Problem]]:
     contracts = dict(shipped_contracts())
-    problems = []
+    problems, own = [], {}
     folder = path.parent if path is not None else Path()
     for index, name in enumerate(lab.contracts):
         try:
@@ -74,8 +83,21 @@ def _contracts(
         except (ContractFault, ValueError) as fault:
             problems.append(source.problem(("contracts", index), "E130", str(fault)))
         else:
-            contracts[contract.type] = contract
+            contracts[contract.type] = own[index] = contract
+    for index, contract in own.items():
+        if told := list(_also_faults(contract, contracts)):
+            message = f"{contract.type} does not keep {'; '.join(told)}"
+            problems.append(source.problem(("contracts", index), "E130", message))
     return contracts, problems
+
+
+def _also_faults(contract: Contract, contracts: dict[str, Contract]) -> Iterator[str]:
+    """What a contract's `also` claims wrongly."""
+    for earlier in contract.also:
+        if earlier not in contracts:
+            yield f"{earlier}, which is not known{did_you_mean(earlier, contracts)}"
+        elif broken := list(broken_promises(contract, contracts[earlier])):
+            yield f"{earlier}: {', '.join(broken)}"
 
 
 def check_schemas(contract: Contract, name: str) -> None:
@@ -147,3 +169,27 @@ def _check_limits(
                 magnitude_in(getattr(limit, bound) or 0, unit)
             except UnitError as fault:
                 yield source.problem((*place, bound), "E131", f"{param}: {fault}")
+            else:
+                yield from _check_wider(
+                    device, param, bound, schemas[param], source, (*place, bound)
+                )
+
+
+def _check_wider(
+    device: LabDevice, param: str, bound: str, schema: Any, source: Source, place: tuple[str, ...]
+) -> Iterator[Problem]:
+    """A limit beyond the contract's own range changes nothing, which its author cannot know."""
+    written, own = getattr(device.limits[param], bound), schema.get(bound)
+    if written is None or own is None:
+        return
+    unit = schema.get("unit", "")
+    value = magnitude_in(written, unit)
+    if value < own if bound == "minimum" else value > own:
+        message = (
+            f"{param}: {device.contract} itself goes to {own:g} {unit}".rstrip()
+            + f", so a {bound} of {written} changes nothing"
+        )
+        hint = "a limit can narrow a contract, not widen it"
+        if device.contract == "gantry@1":
+            hint += "; with `contract: gantry@2` the range is the lab's or the machine's"
+        yield source.problem(place, "E131", message, hint, severity="warning")

@@ -12,9 +12,16 @@ def kept_contracts(lab: LoadedLab) -> dict[str, Contract]:
     return {name: lab.contracts[name] for name in types}
 
 
+def played_contracts(lab: LoadedLab) -> dict[str, Contract]:
+    """Those that a role may need here: the devices' own, and the earlier ones that these keep."""
+    kept = kept_contracts(lab)
+    also = {name for contract in kept.values() for name in contract.also if name in lab.contracts}
+    return kept | {name: lab.contracts[name] for name in sorted(also)}
+
+
 def devices_shape(lab: LoadedLab) -> Shape:
     """Role -> contract; any name is accepted, and any contract of a device in this lab."""
-    contracts = kept_contracts(lab)
+    contracts = played_contracts(lab)
     each: Shape = {
         "enum": list(contracts),
         "enumDescriptions": [contract.summary for contract in contracts.values()],

@@ -32,7 +32,10 @@ def role_rules(lab: LoadedLab) -> list[Shape]:
     """Which of these shapes apply, by the entries under `devices`."""
     rules: list[Shape] = []
     for name, device in lab.lab.devices.items():
-        so = {"properties": {name: {"const": device.contract}}, "required": [name]}
+        so = {
+            "properties": {name: {"enum": [device.contract, *lab.contracts[device.contract].also]}},
+            "required": [name],
+        }
         rules.append({"if": _declared(so), "then": everywhere(f"role-{name}")})
         rules.append({"if": _declared({"required": [name]}), "else": everywhere(f"no-role-{name}")})
     known = {"propertyNames": {"enum": list(lab.lab.devices)}}

@@ -76,7 +76,7 @@ def new_protocol(name: str, template: str, protocol: Protocol, lab: LoadedLab) -
 def _binds(template: str, protocol: Protocol, lab: LoadedLab) -> Iterator[tuple[str, str]]:
     """The roles that several devices could play, each with the first such device."""
     for role, contract in protocol.devices.items():
-        fitting = [n for n, device in lab.lab.devices.items() if device.contract == contract]
+        fitting = lab.keeping(contract)
         if not fitting:
             raise CannotMake(
                 f"the template {template} needs a {contract} device, but the lab "

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...drivers.driver import Driver, GoalContext
-from ...drivers.find import DriverFault, driver_places, find_driver
+from ...drivers.find import DriverFault, driver_places, find_driver, speaks
 from ...drivers.simulated.twins.twin import Twin
 from ...schemas.contract import Contract
 from ...schemas.lab import LabDevice
@@ -27,7 +27,7 @@ def player(name: str, lab: LoadedLab) -> tuple[type[Driver], dict[str, Any], str
         return own, {**device.config, "clock": "rehearsal"}, f"its own twin, {device.driver}"
     for known in sorted(driver_places()):
         found = _found(known)
-        if found is None or getattr(found, "contract", None) != contract.type:
+        if found is None or not speaks(found, contract.type):
             continue
         if issubclass(found, Twin):
             return found, _configured(found, lab), f"the twin {known}"

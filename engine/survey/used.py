@@ -124,6 +124,6 @@ def roles_for(
     found = {}
     for role, contract in wanted.devices.items():
         bound = roles.get(step.devices.get(role, role))
-        if bound is not None and bound.contract.type == contract:
+        if bound is not None and bound.contract.keeps(contract):
             found[role] = replace(bound, role=role)
     return found

@@ -23,7 +23,7 @@ class Lamp(Driver):
 
 
 def test_a_shipped_driver_is_found_by_its_name(tmp_path):
-    assert find_driver("sim_gantry", tmp_path).contract == "gantry@1"
+    assert find_driver("sim_gantry", tmp_path).contract == "gantry@2"
 
 
 def test_every_shipped_driver_is_on_the_list_and_there(tmp_path):

@@ -2,7 +2,7 @@
 
 from math import isinf
 
-from ...drivers.grbl.keep_out import Box, read_boxes
+from ...drivers.motion.keep_out import Box, read_boxes
 from ...engine.lab.lab import LoadedLab
 from ..models.devices import KeepOut
 

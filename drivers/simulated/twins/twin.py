@@ -21,6 +21,8 @@ class Twin(Driver):
     """A driver without hardware; `options` are the names of its own configuration."""
 
     options: ClassVar[tuple[str, ...]] = ()
+    without: ClassVar[str] = ""
+    """The contract that it keeps where its place names none, if that is not its own."""
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
@@ -32,7 +34,7 @@ class Twin(Driver):
             )
         self.seed = int(self.config.get("seed", 1))
         self.clock = Clock(self.config.get("clock", "real"))
-        contract = place.contract or shipped_contracts()[self.contract]
+        contract = place.contract or shipped_contracts()[self.without or self.contract]
         self.faults = Faults(self.config.get("faults", {}), contract, self.seed)
         self.world = World(place.world)
         self.truth = self.world.truth(place.device)

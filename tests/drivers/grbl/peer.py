@@ -56,7 +56,11 @@ class Peer:
         self.startup = []  # what its start-up lines say, after a boot and after homing
         self.zero_where_homed = False  # built with HOMING_FORCE_SET_ORIGIN
         self.offset = [0.0, 0.0, 0.0]
+        self.surface = None  # machine Z at which the probe touches
+        self.feed = self.rapid = 100
+        self.outputs = set()
         self._said = 0
+        self._flagged = {}
         self._late_banner = False
         self._ends = threading.Event()
         self.plug()
@@ -116,6 +120,7 @@ class Peer:
         self._ready_at = math.inf if silently else self.now() + BOOT_S
 
     def _clear(self):
+        self.outputs = set()
         self.rx = deque()
         self.line = b""
         self.queue = deque()
@@ -212,7 +217,7 @@ class Peer:
             return  # it boots, hangs, or hears nothing but noise
         for value in data:
             byte = bytes([value])
-            if byte in b"?!~\x18\x84\x85":
+            if byte in b"?!~\x18\x84\x85\x90\x91\x92\x93\x94\x95\x96\x97":
                 self._at_once(byte)
             elif self.dead_at is None:
                 if len(self.rx) >= RX:
@@ -221,11 +226,14 @@ class Peer:
                     self.rx.append(value)
 
     def _at_once(self, byte):
+        value = byte[0]
         self.heard.append({b"?": "?", b"!": "!", b"~": "~"}.get(byte, byte.hex()))
         if byte == b"\x18":
             self._reset()
         elif self.dead_at is not None or self.homing_until is not None:
             return
+        elif byte >= b"\x90":
+            self._override(value)
         elif byte == b"?":
             self._report()
         elif byte == b"!" and self.state in ("Run", "Idle"):
@@ -238,6 +246,18 @@ class Peer:
         elif byte == b"~" and self.state in ("Hold:0", "Door:0"):
             self.state = "Run" if self.move or self.queue or self.block else "Idle"
             self._go_on()
+
+    def _override(self, value):
+        if time.monotonic() - self._flagged.get(value, 0.0) < 0.002:
+            return  # a flag that is set already: the real one's loop has not come round to it
+        self._flagged[value] = time.monotonic()
+        change = {0x91: 10, 0x92: -10, 0x93: 1, 0x94: -1}
+        if value >= 0x95:
+            self.rapid = {0x95: 100, 0x96: 50, 0x97: 25}[value]
+        else:
+            feed = self.feed + change[value] if value in change else 100
+            self.feed = min(200, max(10, feed))
+        self.wco_in = 1  # told with the next report
 
     def _reset(self):
         if self.emergency or (self.dead_at is not None and not self.reset_allowed):
@@ -285,12 +305,17 @@ class Peer:
             fields.append(f"Bf:{PLANNER - len(self.queue)},{RX - len(self.rx)}")
         speed = self.move[0].speed_at(self.now() - self.move[1]) * 60 if self.move else 0
         fields.append(f"FS:{speed:.0f},0")
+        if self._touches():
+            fields.append("Pn:P")
         if self.wco_in == 0:
             fields.append("WCO:" + ",".join(self._length(v) for v in self.offset))
         elif self.wco_in == 1:
-            fields.append("Ov:100,100,100" + ("|A:|TLR:0" if self.hal else ""))
+            fields.append(f"Ov:{self.feed},{self.rapid},100" + ("|A:|TLR:0" if self.hal else ""))
         self.wco_in = (self.wco_in + 1) % (30 if self.move else 10)
         self.say(f"<{state}|{'|'.join(fields)}>")
+
+    def _touches(self):
+        return self.surface is not None and self.place[2] <= self.surface + 0.002
 
     def _length(self, mm):
         return f"{mm / 25.4:.4f}" if self.settings[13] else f"{mm:.3f}"
@@ -337,8 +362,12 @@ class Peer:
             return self.say("error:2")
         values = {letter: float(value) for letter, value in words if letter != "G"}
         codes = {float(value) for letter, value in words if letter == "G"}
-        if codes - {0, 1, 4, 10, 17, 20, 21, 53, 54, 90, 91, 93, 94} or values.get("M", 0) == 99:
+        if codes - {0, 1, 4, 10, 17, 20, 21, 38.3, 53, 54, 90, 91, 93, 94}:
             return self.say("error:20")
+        if "M" in values:
+            return self._switch(values["M"], text)
+        if 38.3 in codes:
+            return self._probe(values, codes)
         if 4 in codes or 10 in codes:
             self.block = lambda: self._when_still(codes, values, text)
             return None
@@ -354,6 +383,36 @@ class Peer:
             self._queue(values, codes, values.get("F") if 1 in codes else None)
         self._ok(text)
         return None
+
+    def _switch(self, number, text):
+        if number not in (3, 5, 8, 9):  # M7 is not built in
+            return self.say("error:20")
+        self.outputs -= {3} if number == 5 else {8} if number == 9 else set()
+        self.outputs |= {number} & {3, 8}
+        return self._ok(text)
+
+    def _probe(self, values, codes):
+        if self._touches():
+            self._alarm(4)
+            return
+        target = self._target(values, codes)
+        touched = self.surface is not None and target[2] <= self.surface <= self.place[2]
+        if touched:
+            values = {
+                **values,
+                "Z": self.surface - (0 if 91 not in codes else self._target({}, [])[2]),
+            }
+        self._queue(values, codes, values["F"])
+
+        def ended():
+            if self.move or self.queue:
+                return False
+            place = ",".join(self._length(v) for v in self.place)
+            self.say(f"[PRB:{place}:{int(touched)}]")
+            self._ok("G38.3")
+            return True
+
+        self.block = ended
 
     def _when_braked(self):
         if self.move or self.queue:
@@ -381,6 +440,11 @@ class Peer:
             for number, value in self.settings.items():
                 whole = isinstance(value, int)
                 self.say(f"${number}={value}" if whole else f"${number}={value:.3f}")
+            return self._ok(text)
+        if found := re.fullmatch(r"\$(\d+)=(\d+\.?\d*)", line):
+            if int(found[1]) not in self.settings:
+                return self.say("error:3")
+            self.settings[int(found[1])] = type(self.settings[int(found[1])])(float(found[2]))
             return self._ok(text)
         if line == "$G":
             self.say("[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]")

@@ -1,4 +1,4 @@
-"""The driver keeps gantry@1 on a real server, in front of a GRBL controller."""
+"""The driver keeps gantry@2 on a real server, in front of a GRBL controller."""
 
 from contextlib import contextmanager
 
@@ -6,7 +6,7 @@ import pytest
 
 from labrun.drivers.contract_tests import Case, KeepsContract
 
-from ..gantry_calls import BAD, GOOD, NEEDS
+from ..gantry_calls import BAD, CONFIG, GOOD, NEEDS
 
 
 @pytest.mark.slow
@@ -14,6 +14,7 @@ class TestGrbl(KeepsContract):
     case = Case(
         driver="grbl",
         good=GOOD,
+        config=CONFIG,
         bad=BAD,
         needs=NEEDS,
         quick=frozenset({"set_zero"}),
@@ -27,6 +28,7 @@ class TestGrbl(KeepsContract):
     @contextmanager
     def peer(self, folder, *, slow):
         self.controller = self.peers(speed=1 if slow else 20, homing_s=3 if slow else None)
+        self.controller.surface = -80.0
         yield {"port": self.controller.path}
 
     def is_safe(self, status):

@@ -43,5 +43,5 @@ def test_a_damaged_report_is_none(damaged):
 def test_more_axes_and_fields_of_grblhal_do_no_harm():
     report = ReportReader().read("<Hold:0|MPos:1.000,2.000,3.000,4.000|Bf:100,1024|A:S|TLR:0>")
 
-    assert (report.state, report.part, report.machine) == ("Hold", 0, (1.0, 2.0, 3.0))
+    assert (report.state, report.part, report.machine) == ("Hold", 0, (1.0, 2.0, 3.0, 4.0))
     assert report.still

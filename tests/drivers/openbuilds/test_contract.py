@@ -1,4 +1,4 @@
-"""The driver keeps gantry@1 on a real server, in front of OpenBuilds CONTROL and its GRBL controller."""
+"""The driver keeps gantry@2 on a real server, in front of OpenBuilds CONTROL and its GRBL controller."""
 
 import asyncio
 import threading
@@ -8,7 +8,7 @@ import pytest
 
 from labrun.drivers.contract_tests import Case, KeepsContract
 
-from ..gantry_calls import BAD, GOOD, NEEDS
+from ..gantry_calls import BAD, CONFIG, GOOD, NEEDS
 
 
 @pytest.mark.slow
@@ -16,6 +16,7 @@ class TestOpenBuilds(KeepsContract):
     case = Case(
         driver="openbuilds",
         good=GOOD,
+        config=CONFIG,
         bad=BAD,
         needs=NEEDS,
         quick=frozenset({"set_zero"}),
@@ -29,6 +30,7 @@ class TestOpenBuilds(KeepsContract):
     @contextmanager
     def peer(self, folder, *, slow):
         self.controller = self.peers(speed=1 if slow else 20, homing_s=3 if slow else None)
+        self.controller.surface = -80.0
         with elsewhere(self.program(self.controller)) as control:
             yield {"url": control.url, "port": self.controller.path}
 

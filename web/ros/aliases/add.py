@@ -55,9 +55,9 @@ def _device(offered: "OfferedLab", name: str, device: str, contract: str) -> str
         raise RosFault(
             f"ros.aliases: {name}: there is no device {device}{hint}; there are {listed(offered.devices)}"
         )
-    kept = offered.devices[device].contract.type
-    if kept != contract:
-        raise RosFault(f"ros.aliases: {name} needs a {contract}, and {device} is a {kept}")
+    kept = offered.devices[device].contract
+    if not kept.keeps(contract):
+        raise RosFault(f"ros.aliases: {name} needs a {contract}, and {device} is a {kept.type}")
     return device
 
 
