@@ -20,7 +20,7 @@ GROUPS = {
     "Run it": ("run", "rehearse", "pause", "continue", "abort", "answer", "resume", "torture"),
     "Look at runs": ("runs", "report"),
     "Devices": (
-        "devices", "status", "stop", "call", "calibrate-camera", "locate", "record-buttons",
+        "devices", "setup", "status", "stop", "call", "calibrate-camera", "locate", "record-buttons",
         "find-buttons",
     ),
     "Spectra": ("reduce", "map", "spectrum", "lines"),

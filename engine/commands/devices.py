@@ -1,6 +1,7 @@
 """`labrun devices`: the devices of a lab, and what each can do."""
 
-from typing import Annotated
+import asyncio
+from typing import Annotated, Any
 
 import typer
 
@@ -8,6 +9,9 @@ from ...schemas.contract import Action, Contract
 from ..exit_status import PROBLEMS
 from ..lab.lab import LoadedLab, load_lab
 from .options import Lab, say
+
+ASK_S = 3.0
+"""How long a device server may take to say how its devices are."""
 
 
 def devices(
@@ -35,10 +39,43 @@ def devices(
 
 
 def _list(loaded: LoadedLab) -> None:
+    states = asyncio.run(_states(loaded))
     for name, device in loaded.lab.devices.items():
         where = device.url or f"driver {device.driver}"
         typer.echo(f"{name:<12} {device.contract:<22} {where}")
+        if told := states.get(name):
+            typer.echo(f"{'':<12} {told}")
     typer.echo("`labrun devices NAME` shows what a device can do")
+
+
+async def _states(loaded: LoadedLab) -> dict[str, str]:
+    """What the devices that are served now say of themselves; those that are not are left out."""
+    from ...drivers.client.client import DeviceClient
+    from ...drivers.client.link import ServerUnreachable
+    from ..dispatch.connect import listens
+
+    told: dict[str, str] = {}
+    for name, device in loaded.lab.devices.items():
+        url = device.url
+        if url is None and device.port is not None and listens(device.port):
+            url = f"http://127.0.0.1:{device.port}"
+        if url is None:
+            continue
+        client = DeviceClient(url, device.token)
+        try:
+            await client.open(ASK_S)
+            told[name] = _state_words(client.devices[name].status)
+        except (ServerUnreachable, KeyError) as fault:
+            told[name] = f"not reached: {fault}"
+        finally:
+            await client.close()
+    return told
+
+
+def _state_words(status: dict[str, Any]) -> str:
+    """`idle, homed true, x 10 mm`: what is told, without what is empty."""
+    shown = {name: value for name, value in status.items() if value not in (None, "", [])}
+    return ", ".join(f"{name} {value}" for name, value in shown.items())
 
 
 def _actions(contract: Contract) -> None:

@@ -1,0 +1,123 @@
+"""`labrun setup gantry` in a terminal, with a person who answers, in front of a controller."""
+
+import os
+import pty
+import subprocess
+import sys
+import time
+
+import pytest
+
+from labrun.drivers.find import check_driver, find_driver
+from labrun.engine.lab.lab import load_lab
+
+from ...drivers.grbl.controllers import peer, peers
+
+__all__ = ["peer", "peers"]
+
+pytestmark = pytest.mark.slow
+
+
+class Terminal:
+    """`labrun setup gantry` on a pseudo-terminal: waits for a question, types an answer."""
+
+    def __init__(self, folder, *options):
+        self.master, slave = pty.openpty()
+        command = [sys.executable, "-m", "labrun.engine", "setup", "gantry", *options]
+        self.process = subprocess.Popen(
+            command, cwd=folder, stdin=slave, stdout=slave, stderr=slave, close_fds=True
+        )
+        os.close(slave)
+        self.text = ""
+        self._read = 0
+
+    def answer(self, question, line):
+        """Type a line when this has been asked."""
+        self.wait_for(question)
+        os.write(self.master, line.encode() + b"\n")
+
+    def wait_for(self, words):
+        end = time.monotonic() + 60
+        while words not in self.text[self._read :]:
+            assert time.monotonic() < end, self.text
+            try:
+                self.text += os.read(self.master, 4096).decode(errors="replace")
+            except OSError:
+                assert words in self.text[self._read :], self.text
+        self._read = self.text.index(words, self._read) + len(words)
+
+    def end(self):
+        """Its exit status, and the rest of what it says."""
+        while True:
+            try:
+                more = os.read(self.master, 4096)
+            except OSError:
+                break
+            if not more:
+                break
+            self.text += more.decode(errors="replace")
+        return self.process.wait(60)
+
+    def close(self):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        os.close(self.master)
+
+
+@pytest.fixture
+def terminal(tmp_path):
+    """`terminal("--port", path)`; ended with the test."""
+    made = []
+
+    def make(*options):
+        made.append(Terminal(tmp_path, *options))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+def test_from_a_cable_to_a_lab_that_works(terminal, peer, tmp_path):
+    terminal = terminal("--port", peer.path)
+    terminal.answer("$20=1: soft limits are off", "y")
+    terminal.answer("Move?", "y")  # each goes to minus: with soft limits on, 0 is an end
+    for question, way in (("X: which way", "b"), ("Y: which way", "l"), ("Z: which way", "u")):
+        terminal.answer(question, way)
+    terminal.answer("Home it now?", "y")
+    terminal.answer("Another zero?", "")
+    status = terminal.end()
+    lab, problems = load_lab(tmp_path / "lab.yaml")
+
+    assert status == 0, terminal.text
+    assert problems == []
+    assert lab is not None
+    device = lab.lab.devices["gantry"]
+    assert device.config == {
+        "port": peer.path, "home_first": True, "axes": {"x": "Y", "y": "-X", "z": "-Z"},
+    }  # fmt: skip
+    assert (device.limits["x"].maximum, device.limits["y"].maximum) == (725, 805)
+    assert peer.settings[20] == 1
+    assert "$130=810.000" in (tmp_path / "lab.settings.txt").read_text()
+    check_driver(find_driver(device.driver, tmp_path), lab.contracts[device.contract])
+
+
+def test_an_axis_that_does_not_move_ends_it_and_nothing_is_written(terminal, peer, tmp_path):
+    terminal = terminal("--port", peer.path)
+    terminal.answer("$20=1: soft limits are off", "n")
+    terminal.answer("Move?", "y")
+    terminal.answer("X: which way", "none")
+    status = terminal.end()
+
+    assert status != 0
+    assert "X did not move: look at its motor's cable" in terminal.text.replace("\r\n", " ")
+    assert not (tmp_path / "lab.yaml").exists()
+
+
+def test_no_controller_there(terminal, tmp_path):
+    terminal = terminal("--port", str(tmp_path / "none"))
+
+    assert terminal.end() != 0
+    assert "there is no port" in terminal.text
+    assert "no controller was found" in terminal.text
