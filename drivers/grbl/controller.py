@@ -25,6 +25,9 @@ REPORT_S = 2.0
 MARK = "$G"
 """Answered at any time, by `[GC:...]` and an `ok`: what was sent before it has been answered by then."""
 
+AGAIN_S = 0.5
+"""A `?` that has no report by then is sent again."""
+
 RX_BYTES = 127 - len(MARK) - 1
 """How many bytes may be in transit: bytes beyond the 128 of its buffer are lost silently."""
 
@@ -150,8 +153,15 @@ class Controller:
         if self.lost:
             raise Lost(self.lost)
         before = self.reports_heard
-        self.write(ASK)
-        if not await self.until(lambda: self.reports_heard > before or bool(self.lost), seconds):
+        clock = asyncio.get_running_loop().time
+        end = clock() + seconds
+        heard = False
+        while not heard and (left := end - clock()) > 0:
+            self.write(ASK)  # again, too: noise may have eaten one
+            heard = await self.until(
+                lambda: self.reports_heard > before or bool(self.lost), min(AGAIN_S, left)
+            )
+        if not heard:
             why = (
                 f"it did not respond to `?` within {seconds:g} s; {self.last_words}. "
                 f"Is it switched on, and its cable plugged in?"

@@ -61,6 +61,7 @@ class Peer:
         self.outputs = set()
         self._said = 0
         self._flagged = {}
+        self.loses_questions = 0  # so many `?` from now on are eaten by noise
         self._late_banner = False
         self._ends = threading.Event()
         self.plug()
@@ -234,6 +235,8 @@ class Peer:
             return
         elif byte >= b"\x90":
             self._override(value)
+        elif byte == b"?" and self.loses_questions:
+            self.loses_questions -= 1
         elif byte == b"?":
             self._report()
         elif byte == b"!" and self.state in ("Run", "Idle"):

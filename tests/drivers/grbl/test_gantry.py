@@ -247,6 +247,14 @@ def test_an_emergency_stop_between_two_reads_is_told_as_what_it_is(peer, gantry,
     assert "emergency stop" in message
 
 
+def test_a_question_that_noise_has_eaten_is_asked_again(peer, gantry, played):
+    async def story(driver):
+        peer.loses_questions = 1
+        return await driver.move_to(GoalContext("m"), x=7)
+
+    assert played(gantry(peer), story)["x"] == pytest.approx(7, abs=0.005)
+
+
 def test_a_move_that_ends_elsewhere_is_no_success(peer, gantry, played):
     async def story(driver):
         obey = peer._obey

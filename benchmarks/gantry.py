@@ -1,0 +1,97 @@
+"""What the GRBL driver adds to a move: its moves beside a bare pyserial loop that writes the same bytes.
+
+The loop waits for the answer to each write as the driver does, and judges nothing. By turns, in one run,
+on the emulated controller of the tests, or on a real one with `--port` (it is homed, and moves within
+10 mm of its zero). Printed: milliseconds a move, and the ratio of the medians of the rounds.
+Run: python benchmarks/gantry.py [--moves N] [--rounds N] [--port PORT]
+"""
+
+import argparse
+import asyncio
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from labrun.drivers.driver import GoalContext, Place
+from labrun.drivers.grbl.gantry import Grbl
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+STEP_MM = 0.2
+
+
+async def driven(driver: Grbl, moves: int) -> tuple[float, list[bytes]]:
+    """Seconds for so many short moves, and what was written."""
+    written: list[bytes] = []
+    write = driver.controller.port.write
+
+    def note(data: bytes) -> None:
+        written.append(data)
+        write(data)
+
+    driver.controller.port.write = note  # type: ignore[method-assign]
+    begun = time.perf_counter()
+    for number in range(moves):
+        await driver.move_to(GoalContext(f"m{number}"), x=1 + STEP_MM * (number % 2))
+    took = time.perf_counter() - begun
+    driver.controller.port.write = write  # type: ignore[method-assign]
+    return took, written
+
+
+def bare(serial, written: list[bytes]) -> float:
+    """Seconds for the same bytes, one after the other, each with its answer."""
+    begun = time.perf_counter()
+    for data in written:
+        serial.write(data)
+        wanted = b"<" if data == b"?" else b"ok"
+        while not serial.readline().strip().startswith(wanted):
+            pass
+    return time.perf_counter() - begun
+
+
+async def main(moves: int, rounds: int, port: str) -> None:
+    """By turns, and print."""
+    from serial import Serial
+
+    times: dict[str, list[float]] = {"driver": [], "bare loop": []}
+    with tempfile.TemporaryDirectory() as folder:
+        place = Place("gantry", {"port": port}, {}, Path(folder), Path(folder))
+        for _ in range(rounds):
+            driver = Grbl(place)
+            await driver.open()
+            await driver.home(GoalContext("home"))
+            await driver.move_to(GoalContext("begin"), x=1)
+            took, written = await driven(driver, moves)
+            times["driver"].append(took)
+            await driver.close()
+            with Serial(port, 115200, timeout=5) as serial:
+                time.sleep(2.0)
+                serial.read(serial.in_waiting)
+                serial.write(b"$H\n")
+                while serial.readline().strip() != b"ok":
+                    pass
+                bare(serial, [b"G21G90G94G53G0X-804.0000\n", b"G4P0\n"])
+                times["bare loop"].append(bare(serial, written))
+    for name, found in times.items():
+        print(f"{name:<10} {1e3 * statistics.median(found) / moves:8.2f} ms a move")
+    each = [a / b for a, b in zip(times["driver"], times["bare loop"], strict=True)]
+    print(f"ratio      {statistics.median(each):8.2f}   ({min(each):.2f} to {max(each):.2f})")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--moves", type=int, default=100)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--port")
+    given = parser.parse_args()
+    if given.port:
+        asyncio.run(main(given.moves, given.rounds, given.port))
+    else:
+        from tests.drivers.grbl.peer import Peer
+
+        peer = Peer(speed=20.0)
+        try:
+            asyncio.run(main(given.moves, given.rounds, peer.path))
+        finally:
+            peer.close()
