@@ -66,7 +66,7 @@ async def main(moves: int, rounds: int, port: str) -> None:
             times["driver"].append(took)
             await driver.close()
             with Serial(port, 115200, timeout=5) as serial:
-                time.sleep(2.0)
+                await asyncio.sleep(2.0)
                 serial.read(serial.in_waiting)
                 serial.write(b"$H\n")
                 while serial.readline().strip() != b"ok":

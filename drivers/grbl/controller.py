@@ -98,7 +98,9 @@ class Controller:
     def write(self, data: bytes) -> None:
         """Send bytes that take effect at once, ahead of all lines; nothing if the port is lost."""
         if not self.lost:
-            self.port.write(data)
+            # FluidNC takes bytes above 127 as UTF-8, and ignores them alone.
+            fluid = "FluidNC" in self.firmware
+            self.port.write(data.decode("latin-1").encode() if fluid else data)
 
     def reset(self) -> None:
         """Send Ctrl-X; the boot that follows is then expected."""

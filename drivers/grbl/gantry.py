@@ -254,7 +254,9 @@ class Grbl(JogRules):
             await asyncio.sleep(0.05)
 
     def _name(self) -> str:
-        kind = "grblHAL" if "HAL" in self.controller.firmware else "GRBL"
+        firmware = self.controller.firmware
+        kind = next((name for name in ("HAL", "FluidNC") if name in firmware), "GRBL")
+        kind = kind.replace("HAL", "grblHAL")
         return f"{self.place.device} ({kind} on {self.controller.port.name})"
 
     async def _look(self) -> None:

@@ -21,7 +21,7 @@ Kind = Literal[
 LONGEST = 1024  # a line without an end is noise
 
 PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
-    ("banner", re.compile(r"(Grbl(?:HAL)? \d+\.\d+\w*) \[.*")),
+    ("banner", re.compile(r"(Grbl(?:HAL)? \d+\.\d+\w*) \[(FluidNC \S+)?.*")),
     ("report", re.compile(r"(<[A-Z][a-z]+(?::\d+)?\|[^<>]*>)$")),
     ("message", re.compile(r"\[MSG:(.*)\]$")),
     ("alarm", re.compile(r"ALARM:(\d+)$")),
@@ -53,7 +53,7 @@ def understand(line: str) -> ParsedLine:
         return ParsedLine("other", line)
     for kind, pattern in PATTERNS:
         if found := pattern.search(line):
-            text = found.group(1)
+            text = " ".join(part for part in found.groups() if part)
             return ParsedLine(kind, text, int(text) if kind in ("alarm", "error") else 0)
     return ParsedLine("other", line)
 

@@ -35,10 +35,19 @@ class Peer:
     """Start it, give `path` to a driver, look at `truth` afterwards."""
 
     def __init__(
-        self, *, speed=20.0, hal=False, boots_on_open=True, noise=None, settings=None, homing_s=None
+        self,
+        *,
+        speed=20.0,
+        hal=False,
+        fluid=False,
+        boots_on_open=True,
+        noise=None,
+        settings=None,
+        homing_s=None,
     ):
         self.speed = speed
         self.hal = hal
+        self.fluid = fluid
         self.boots_on_open = boots_on_open
         self.noise = noise  # bytes put in front of every third line that it says
         self.settings = {**SETTINGS, **(settings or {})}
@@ -189,7 +198,10 @@ class Peer:
 
     def _banner(self):
         hint = "'$' or '$HELP'" if self.hal else "'$'"
-        self.say(f"\r\n{'GrblHAL 1.1f' if self.hal else 'Grbl 1.1h'} [{hint} for help]")
+        if self.fluid:
+            self.say("\r\nGrbl 4.0 [FluidNC v4.0.5 (wifi) '$' for help]")
+        else:
+            self.say(f"\r\n{'GrblHAL 1.1f' if self.hal else 'Grbl 1.1h'} [{hint} for help]")
         if self.state == "Alarm":
             self.say("[MSG:'$H'|'$X' to unlock]")
         else:
@@ -216,6 +228,8 @@ class Peer:
     def _receive(self, data):
         if self._ready_at or self.silent or self._garbled():
             return  # it boots, hangs, or hears nothing but noise
+        if self.fluid:  # bytes above 127 are UTF-8, and nothing where they are not
+            data = data.decode("utf-8", "ignore").encode("latin-1", "ignore")
         for value in data:
             byte = bytes([value])
             if byte in b"?!~\x18\x84\x85\x90\x91\x92\x93\x94\x95\x96\x97":

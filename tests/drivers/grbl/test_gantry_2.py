@@ -94,7 +94,10 @@ def test_outputs_are_switched_and_the_safe_state_switches_them_off(peer, gantry,
     assert "M3S250.000" in peer.heard
 
 
-def test_an_override_is_seen_in_the_reports(peer, gantry, played):
+@pytest.mark.parametrize("fluid", [False, True])
+def test_an_override_is_seen_in_the_reports(peers, gantry, played, fluid):
+    peer = peers(fluid=fluid)
+
     async def story(driver):
         await driver.override(GoalContext("a"), feed=137, rapid=25)
         status = await driver.status()
