@@ -3,7 +3,7 @@
 The loop waits for the answer to each write as the driver does, and judges nothing. By turns, in one run,
 on the emulated controller of the tests, or on a real one with `--port` (it is homed, and moves within
 10 mm of its zero). Printed: milliseconds a move, and the ratio of the medians of the rounds.
-Run: python benchmarks/gantry.py [--moves N] [--rounds N] [--port PORT]
+Run: python benchmarks/moves.py [--moves N] [--rounds N] [--port PORT]
 """
 
 import argparse
