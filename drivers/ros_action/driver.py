@@ -6,6 +6,7 @@ named by the result's `error_name`, else with the one named by `aborted`.
 
 import asyncio
 import contextlib
+import copy
 import functools
 import math
 from typing import Any, ClassVar
@@ -77,7 +78,7 @@ class RosAction(Driver):
 
     async def _do(self, name: str, goal: GoalContext, **params: Any) -> Values:
         ros = self._config.actions[name]
-        message: Values = dict(ros.constants)
+        message: Values = copy.deepcopy(ros.constants)
         for param, value in params.items():
             ros.goal[param].put(message, value)
         try:

@@ -10,6 +10,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
+from labrun.drivers.ros_action.bridge import Bridge, Sent
 from labrun.drivers.ros_action.config import read_config
 from labrun.drivers.ros_action.driver import RosAction
 from labrun.schemas.contracts import parse_contract
@@ -127,6 +128,48 @@ def test_a_bridge_that_is_not_there_is_a_sentence(tmp_path):
 
     assert done.returncode == 4
     assert "cannot be reached" in done.stderr and "Traceback" not in done.stderr
+
+
+class Answers(Bridge):
+    """A robot that does at once whatever it is sent; `sent` is what arrived."""
+
+    def __init__(self):
+        self.sent = []
+
+    async def open(self): ...
+    async def close(self): ...
+    def cancel_all(self, action): ...
+    def listen(self, topic, type, heard): ...
+
+    @property
+    def connected(self):
+        return True
+
+    def send(self, action, type, goal, feedback):
+        self.sent.append(json.loads(json.dumps(goal)))
+        ended = asyncio.get_running_loop().create_future()
+        ended.set_result((4, {"final": {"x": 0.1, "y": 0.1}}))
+        return Sent(ended, lambda: None)
+
+
+def test_no_goal_is_given_a_parameter_of_an_earlier_one(tmp_path):
+    reach = config("ws://127.0.0.1:9090")["actions"]["reach"]
+    reach["goal"]["speed"] = {"field": "motion.speed", "unit": "m/s"}
+    reach["constants"] = {"frame": "bench", "motion": {"acceleration": 0.2}}
+    rest = config("")["actions"]["rest"]
+    written = changed(actions={"reach": reach, "rest": rest})
+
+    async def main():
+        driver = RosAction(Place("arm", written, {}, tmp_path, tmp_path, CONTRACT))
+        driver._bridge = robot = Answers()
+        await driver.reach(GoalContext("first"), x=1000, speed=500)
+        await driver.reach(GoalContext("second"), x=2000)
+        return robot.sent
+
+    first, second = asyncio.run(main())
+
+    assert first["motion"] == {"acceleration": 0.2, "speed": 0.5}
+    assert second == {"frame": "bench", "motion": {"acceleration": 0.2}, "target": {"x": 2.0}}
 
 
 def changed(**more):
