@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 
 from ...engine.lab.lab import LoadedLab
 from ...engine.run.folder import FolderFault, FolderLock
+from ...system.tasks import end, keep
 from ..local.lab_here import lab_here
 from .aliases.add import add_aliases
 from .interfaces.fault import RosFault
@@ -65,12 +66,15 @@ async def _offered(
         folders.state, offered.free, f"ROS ({offered.owner})",
     )  # fmt: skip
     offered.offers.actions[run.name] = run
-    add_aliases(offered, lab)
+    paper = add_aliases(offered, lab)
     check(offered.offers)
+    telling: asyncio.Task[None] | None = None
     try:
         await asyncio.gather(*(device.open() for device in offered.devices.values()))
+        telling = keep("the paper's topics", paper.tell_often)
         yield offered
     finally:
+        await end(telling)
         await offered.goals.close()
         await asyncio.gather(*(device.close() for device in offered.devices.values()))
 

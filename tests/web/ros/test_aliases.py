@@ -1,7 +1,9 @@
 """The paper's own names and types work as they are."""
 
 import asyncio
+import json
 import shutil
+import time
 from pathlib import Path
 
 import pytest
@@ -33,8 +35,31 @@ ros:
     /take_measurement: libs
     /export_spectrum: libs
     /analyze_spectrum: reduce
+    /is_gantry_rdy: gantry
+    /is_analytical_dev_rdy: libs
+    /z300_status: libs
     /arm/go: gantry.move_to
-  launch: {greet: ./greet.yaml}
+  launch: {greet: ./greet.yaml, single_sample_mapping: ./grid.yaml}
+"""
+GRID = """
+labrun: 1
+name: grid
+params:
+  x_gap: {type: quantity, unit: mm, default: 0.2 mm, minimum: 0.01 mm}
+  y_gap: {type: quantity, unit: mm, default: 0.2 mm, minimum: 0.01 mm}
+  x_points: {type: integer, default: 51, minimum: 1}
+  y_points: {type: integer, default: 51, minimum: 1}
+devices: {gantry: gantry@1, libs: libs_analyzer@1}
+steps:
+  - foreach: {x: "${{ range(params.x_points) }}"}
+    key: ${{ x }}
+    steps:
+      - {do: gantry.move_to, with: {x: "${{ x * params.x_gap }}"}}
+      - {wait: 2 s}
+finally:
+  - {do: libs.disarm}
+  - {wait: 2 s}
+outputs: {gap: "${{ params.x_gap }}", points: "${{ params.x_points }}"}
 """
 PACKAGE = "custom_interfaces/action"
 
@@ -44,6 +69,7 @@ def paper(tmp_path_factory):
     folder = tmp_path_factory.mktemp("paper")
     (folder / "lab.yaml").write_text(LAB)
     shutil.copy(HERE.parents[2] / "protocols" / "hello.yaml", folder / "greet.yaml")
+    (folder / "grid.yaml").write_text(GRID)
     (folder / "empty").mkdir()
     served = serve(folder, "--protocols", "empty", lab=folder / "lab.yaml")
     yield served
@@ -68,10 +94,12 @@ def test_a_point_is_measured_as_the_papers_tree_does_it(talk, paper):
         goal("/analyze_spectrum", "AnalyzeSpectrum"),
     )
 
-    for told in (up, over, down, shot):
+    for told in (up, over, down):
         assert told["values"] == {"msg": "success"}
-    spectrum = Path(file["values"]["msg"])
+    assert shot["values"] == file["values"] == {}  # the paper's types have no field here
+    spectrum = Path(file["feedback"][-1]["feedback"])
     assert spectrum.read_text().startswith("wavelength,intensity")
+    assert {*areas["values"]} == {"peak_range", "peak_area"}
     found = dict(zip(areas["values"]["peak_range"], areas["values"]["peak_area"], strict=True))
     assert {"Li", "K"} <= set(found)
     assert all(area >= 0 for area in found.values())
@@ -105,7 +133,7 @@ def test_the_zero_is_set_and_places_count_from_it(roslib1, paper):
         "y": 50,
         "z": before["messages"][-1]["z"],
     }
-    assert set_["values"]["success"] is True
+    assert set_ == {"values": {}}
     assert after["messages"][0]["x"] == 0 and after["messages"][0]["y"] == 50
     assert moved["values"] == {"msg": "success"}
     assert there["messages"][-1]["x"] == 90
@@ -132,25 +160,135 @@ def test_what_is_no_move_within_the_bench_is_refused_before_anything_moves(
     assert words in told["error"]
 
 
-def test_registered_protocols_are_launched_and_nothing_else(roslib1, paper):
+def asked(*requests):
     launch = {"do": "service", "name": "/launch", "type": "customer_interfaces/LaunchRequest"}
-    asked = [
-        {"cmd": "cli", "package": "ros2 action", "file_name": "/move_gantry", "args": "; touch pwned"},
-        {"cmd": "launch", "package": "", "file_name": "../greet.yaml", "args": ""},
-        {"cmd": "launch", "package": "x", "file_name": "greet", "args": '{"there": "25 mm"}'},
-        {"cmd": "kill", "package": "x", "file_name": "greet", "args": ""},
-    ]  # fmt: skip
-    cli, path, good, stop = roslib1(paper.url, *({**launch, "args": args} for args in asked))
+    return [{**launch, "args": request} for request in requests]
 
-    assert "no command line is run" in cli["error"]
-    assert "is not registered" in path["error"]
+
+def page(cmd, file_name="single_sample_mapping", package="bt", **args):
+    """A request as the paper's page makes it; `kill` has no args."""
+    return {"cmd": cmd, "package": package, "file_name": file_name, **args}
+
+
+def test_registered_protocols_are_launched_and_nothing_else(roslib1, paper):
+    cli, path, good, stop, unknown = roslib1(paper.url, *asked(
+        page("cli", "/move_gantry", "ros2 action", args="; touch pwned"),
+        page("launch", "../greet.yaml", args=""),
+        page("launch", "greet", args='{"there": "25 mm"}'),
+        page("kill", "greet"), page("kill", "multipleSamples"),
+    ))  # fmt: skip
+
+    assert "no command line is run" in cli["values"]["message"]
+    assert "failed to launch: '../greet.yaml' is not registered" in path["values"]["message"]
+    assert [one["values"]["is_launched"] for one in (cli, path)] == [False, False]
     assert good["values"] == {
-        "file_name": "greet",
-        "message": "greet is launched",
-        "is_launched": True,
-    }
-    assert stop["values"]["message"] == "greet is being aborted"
+        "file_name": "greet", "message": "bt greet was launched successfully.", "is_launched": True,
+    }  # fmt: skip
+    assert stop["values"]["message"] == "bt greet is being stopped."
+    assert unknown["values"]["message"] == "bt multipleSamples has not been launched yet."
     assert not list(paper.folder.glob("**/pwned*"))
+
+
+def stopped(talk, paper, name):
+    """Stop it, and wait until it has ended, so that the devices are free for the next test."""
+    until, told = time.monotonic() + 60, ""
+    while "has not been launched yet" not in told and time.monotonic() < until:
+        (answer,) = talk(paper.url, *asked(page("kill", name)))
+        told = answer["values"]["message"]
+        time.sleep(0.2)
+
+
+GAPS = "--ros-args -p x_gap:=0.2 -p y_gap:=1.0 -p x_points:=3 -p y_points:=4"
+
+
+@pytest.mark.slow
+def test_the_papers_page_starts_and_stops_a_map_by_its_own_words(roslib1, paper):
+    start, again, kill, during = roslib1(
+        paper.url,
+        *asked(
+            page("run", args=GAPS), page("run", args=GAPS), page("kill"), page("run", args=GAPS)
+        ),
+    )
+    until = time.monotonic() + 60
+    while "still being stopped" in during["values"]["message"] and time.monotonic() < until:
+        time.sleep(0.5)
+        (during,) = roslib1(paper.url, *asked(page("run", args=GAPS)))
+    last = sorted((paper.folder / "runs").glob("*grid*"))[-1]
+    options = json.loads((last / "run.json").read_text())
+
+    assert start["values"] == {
+        "message": "bt single_sample_mapping was launched successfully.", "is_launched": True,
+        "file_name": "single_sample_mapping",
+    }  # fmt: skip
+    assert again["values"]["message"] == "bt single_sample_mapping has already been launched."
+    assert again["values"]["is_launched"] is True
+    assert kill["values"]["is_launched"] is False
+    assert during["values"]["message"] == "bt single_sample_mapping was launched successfully."
+    assert options["params"] == {
+        "x_gap": "0.2", "y_gap": "1.0", "x_points": "3", "y_points": "4",
+    }  # fmt: skip
+    stopped(roslib1, paper, "single_sample_mapping")
+
+
+def test_while_a_map_is_being_stopped_it_is_not_said_to_be_launched(roslib1, paper):
+    _, kill, during = roslib1(
+        paper.url,
+        *asked(page("run", "greet", args=""), page("kill", "greet"), page("run", "greet")),
+    )
+
+    assert kill["values"]["is_launched"] is False
+    assert during["values"]["is_launched"] is False
+    assert "it is still being stopped" in during["values"]["message"]
+    stopped(roslib1, paper, "greet")
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        ("--ros-args -p", "after --ros-args come `-p NAME:=VALUE`"),  # of its multiple samples
+        ("--ros-args -p x_gap:=0.2.0", "x_gap: '0.2.0' is not a number"),  # 0.2 and then '.0'
+        ("--ros-args -p x_points:=NaN", "x_points"),  # an empty field
+        ("--ros-args -p speed:=3", "speed"),
+        ("--ros-args -r a:=b", "not '-r'"),
+        ("; touch pwned", "does not begin with --ros-args"),
+        ('--ros-args -p "x_gap:=1', "No closing quotation"),
+    ],
+)
+def test_what_the_papers_launcher_would_fail_on_is_answered_not_launched(
+    roslib1, paper, args, words
+):
+    (told,) = roslib1(paper.url, *asked(page("run", args=args)))
+
+    assert told["values"]["is_launched"] is False
+    assert "bt single_sample_mapping failed to launch: " in told["values"]["message"]
+    assert words in told["values"]["message"]
+
+
+def test_readiness_is_a_service_and_a_topic_as_in_the_paper(roslib1, paper):
+    ready = {"do": "service", "type": "custom_interfaces/IsRdy", "args": {}}
+    gantry, libs, status, moved = roslib1(
+        paper.url,
+        {**ready, "name": "/is_gantry_rdy"}, {**ready, "name": "/is_analytical_dev_rdy"},
+        {"do": "topic", "name": "/z300_status", "type": "std_msgs/String", "count": 2},
+        {"do": "service", "name": "/move_gantry", "type": "custom_interfaces/MoveGantry",
+         "args": {"cmd": "G0 X3"}},
+    )  # fmt: skip
+
+    assert gantry["values"] == libs["values"] == {"ready": True}
+    assert [one["data"] for one in status["messages"]] == ["IDLE", "IDLE"]
+    assert moved["values"] == {"response": "succeed"}
+
+
+def test_the_gantrys_status_comes_twice_a_second_while_nothing_changes(roslib1, paper):
+    began = time.monotonic()
+    (told,) = roslib1(
+        paper.url,
+        {"do": "topic", "name": "/gantry_status", "type": "custom_interfaces/msg/GantryStatus",
+         "count": 7},
+    )  # fmt: skip
+
+    assert len(told["messages"]) == 7
+    assert time.monotonic() - began < 6  # by the device's own status alone, once a second
 
 
 def aliased(folder, aliases):

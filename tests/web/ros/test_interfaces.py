@@ -2,15 +2,21 @@
 
 import json
 import re
+import sys
+from types import SimpleNamespace
+from typing import ClassVar
 
 import pytest
 
 from labrun.schemas.contracts import shipped_contracts
+from labrun.web.ros.aliases.kinds import GANTRY_STATUS
+from labrun.web.ros.interfaces.fault import RosFault
 from labrun.web.ros.interfaces.from_schema import message_of
 from labrun.web.ros.interfaces.names import TOPIC, constant_name, field_name, topic_token, type_name
 from labrun.web.ros.interfaces.of_contract import kinds_of
 from labrun.web.ros.interfaces.render import file_text, message_text
 from labrun.web.ros.interfaces.values import ValueFault, from_ros, to_ros
+from labrun.web.ros.node.types import built
 
 from .served import command
 
@@ -166,6 +172,65 @@ def test_a_value_of_another_type_names_its_place():
         from_ros(message, {"p": {"x": "1"}})
     with pytest.raises(ValueFault, match=r"p\.y is not a field of MP; its fields are x"):
         from_ros(message, {"p": {"y": 1}})
+
+
+PAPER = {
+    "msg/GantryStatus": ["string work", "float32 x", "float32 y", "float32 z"],
+    "srv/MoveGantry": ["string cmd", "---", "string response"],
+    "srv/IsRdy": ["---", "bool ready"],
+    "srv/SetZero": ["string axis", "---"],
+    "srv/LaunchRequest": [
+        "string cmd", "string package", "string file_name", "string args", "---",
+        "string message", "bool is_launched", "string file_name",
+    ],
+    "action/MoveGantry": ["string cmd", "---", "string msg", "---", "string msg"],
+    "action/TakeMeasurement": ["---", "---", "string feedback"],
+    "action/ExportSpectrum": ["---", "---", "string feedback"],
+    "action/AnalyzeSpectrum": [
+        "---", "string[] peak_range", "float32[] peak_area", "---", "string feedback",
+    ],
+}  # fmt: skip
+"""Living-Minerals-Lab/mini_platform at 5cbf1ce, src/custom_interfaces, without comments."""
+
+
+def test_the_papers_package_is_field_for_field_that_of_its_repository(tmp_path):
+    (tmp_path / "lab.yaml").write_text(
+        "name: paper\ndevices: {gantry: {contract: gantry@1, driver: sim_gantry}}\n"
+        "ros: {aliases: {/move_gantry: gantry}}\n"
+    )
+    done = command(tmp_path, "--lab", "lab.yaml", "--interfaces", "ws")
+    package = tmp_path / "ws" / "custom_interfaces"
+    written = {
+        str(path.relative_to(package).with_suffix("")): [
+            line for line in path.read_text().splitlines() if line and not line.startswith("#")
+        ]
+        for kind in ("msg", "srv", "action")
+        for path in (package / kind).iterdir()
+    }
+
+    assert done.returncode == 0, done.stderr
+    assert written == PAPER
+
+
+def test_the_installed_type_has_to_have_the_fields_in_the_same_order(monkeypatch):
+    """The order is the wire format: with another, a speed would be read where a place is."""
+
+    class Status:
+        fields: ClassVar[dict[str, str]] = {
+            "work": "string", "x": "float", "y": "float", "z": "float",
+        }  # fmt: skip
+
+        @classmethod
+        def get_fields_and_field_types(cls):
+            return cls.fields
+
+    msg = SimpleNamespace(GantryStatus=Status)
+    monkeypatch.setitem(sys.modules, "custom_interfaces", SimpleNamespace(msg=msg))
+    monkeypatch.setitem(sys.modules, "custom_interfaces.msg", msg)
+    assert built(GANTRY_STATUS) is Status
+    Status.fields = {"x": "float", "y": "float", "z": "float", "work": "string"}
+    with pytest.raises(RosFault, match="in the order x, y, z, work, here work, x, y, z"):
+        built(GANTRY_STATUS)
 
 
 def test_the_package_of_a_lab_is_written_and_what_is_gone_is_removed(lab, tmp_path):

@@ -11,10 +11,13 @@ from . import (
     analyze_spectrum,
     export_spectrum,
     gantry_status,
+    is_analytical_dev_rdy,
+    is_gantry_rdy,
     launch,
     move_gantry,
     set_zero,
     take_measurement,
+    z300_status,
 )
 from .paper import Paper
 
@@ -23,16 +26,16 @@ if TYPE_CHECKING:
 
 PAPER = (
     move_gantry, gantry_status, set_zero, take_measurement, export_spectrum, analyze_spectrum,
+    is_gantry_rdy, is_analytical_dev_rdy, z300_status,
 )  # fmt: skip
 """Each has its NAME, the CONTRACT of the device that it needs, and `add`."""
 
 
-def add_aliases(offered: "OfferedLab", lab: LoadedLab) -> None:
+def add_aliases(offered: "OfferedLab", lab: LoadedLab) -> Paper:
     """Add the names in the lab's `ros`; raises RosFault if one is wrong."""
-    names = lab.lab.ros
+    paper, names = Paper(offered), lab.lab.ros
     if names is None:
-        return
-    paper = Paper(offered)
+        return paper
     known = {module.NAME: module for module in PAPER}
     for name, target in names.aliases.items():
         if not TOPIC.match(name):
@@ -47,6 +50,7 @@ def add_aliases(offered: "OfferedLab", lab: LoadedLab) -> None:
         else:
             _add_plain(offered, name, target, known)
     launch.add(paper, names.launch, lab)
+    return paper
 
 
 def _device(offered: "OfferedLab", name: str, device: str, contract: str) -> str:

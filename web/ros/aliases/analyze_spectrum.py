@@ -31,5 +31,6 @@ class AnalyzeSpectrum(PaperAction):
         areas = (outcome.result or {}).get("areas", {})
         found = {element: area for element, area in areas.items() if area is not None}
         return self.ended(
-            reduce.ending(outcome, inner), peak_range=list(found), peak_area=list(found.values())
-        )
+            work, reduce.ending(outcome, inner),
+            peak_range=list(found), peak_area=list(found.values()),
+        )  # fmt: skip

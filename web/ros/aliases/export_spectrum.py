@@ -21,7 +21,7 @@ class ExportSpectrum(PaperAction):
     can_cancel = False
 
     async def carry(self, work: Work) -> End:
-        """Export; `msg` is the file."""
+        """Export; the last feedback is the file."""
         if self.paper.shot is None:
             raise Refused("nothing has been measured yet: send a goal to /take_measurement first")
         moment = datetime.now().astimezone()
@@ -30,4 +30,4 @@ class ExportSpectrum(PaperAction):
         end = await self.done(export, {"shot": self.paper.shot, "file": name}, work)
         if end.state == "SUCCEEDED":
             self.paper.file = end.result["file"]
-        return self.ended(end, str(self.paper.offered.folders.files / name))
+        return self.ended(work, end, str(self.paper.offered.folders.files / name))

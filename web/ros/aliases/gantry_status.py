@@ -1,4 +1,7 @@
-"""`/gantry_status`: the gantry's position from the zero of `/set_zero`, and its state."""
+"""`/gantry_status`: the gantry's position from the zero of `/set_zero`, and its state.
+
+Told twice a second, as by the paper's node, and on every change.
+"""
 
 from ..interfaces.values import to_ros
 from ..offers.offer import Topic, Values
@@ -18,14 +21,12 @@ def add(paper: Paper, name: str, device: str) -> None:
     paper.offered.offers.topics[name] = topic
 
     def tell(status: Values) -> None:
+        if not status:
+            return
         zero = paper.zero(device)
         place = {axis: status[axis] - zero[axis] for axis in AXES if status.get(axis) is not None}
-        work = WORDS.get(status.get("state", ""), "Pending")
+        work = WORDS.get(status.get("state", ""), "Pending") if paper.online(device) else "Offline"
         topic.publish(to_ros(GANTRY_STATUS, {"work": work, **place}))
 
-    def moved() -> None:
-        if paper.status(device):
-            tell(paper.status(device))
-
     paper.offered.on_status(device, tell)
-    paper.on_zero(moved)
+    paper.tells(lambda: tell(paper.status(device)))

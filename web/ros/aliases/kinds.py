@@ -1,4 +1,8 @@
-"""The paper's `custom_interfaces`, field by field as its programs use them."""
+"""The paper's `custom_interfaces`, field for field.
+
+Living-Minerals-Lab/mini_platform, `src/custom_interfaces`, at 5cbf1ce. What labrun has to say beyond
+these fields is in the feedback, in the log, and in the results of its own actions.
+"""
 
 from ....schemas.lab import Lab
 from ..interfaces.kinds import ActionKind, Field, Message, ServiceKind
@@ -15,48 +19,57 @@ def _action(name: str, goal: tuple[Field, ...], result: tuple[Field, ...], told:
     )  # fmt: skip
 
 
+def _service(name: str, request: tuple[Field, ...], response: tuple[Field, ...]) -> ServiceKind:
+    return ServiceKind(
+        P, name, Message(P, f"{name}Request", request), Message(P, f"{name}Response", response)
+    )
+
+
+def _float(name: str, comment: str = "") -> Field:
+    return Field(name, "float32", name, comment=comment)
+
+
 MOVE_GANTRY = _action(
     "MoveGantry",
     (text("cmd", "Lines of G-code: G0, G1, G20, G21, G90, G91, $H"),),
     (text("msg"),),
     "msg",
 )
-TAKE_MEASUREMENT = _action("TakeMeasurement", (), (text("msg"),), "feedback")
-EXPORT_SPECTRUM = _action("ExportSpectrum", (), (text("msg"),), "feedback")
+TAKE_MEASUREMENT = _action("TakeMeasurement", (), (), "feedback")
+EXPORT_SPECTRUM = _action("ExportSpectrum", (), (), "feedback")
 ANALYZE_SPECTRUM = _action("AnalyzeSpectrum", (), (
     Field("peak_range", "string", "peak_range", array="[]"),
-    Field("peak_area", "float64", "peak_area", array="[]"),
-    text("msg"),
+    Field("peak_area", "float32", "peak_area", array="[]"),
 ), "feedback")  # fmt: skip
 GANTRY_STATUS = Message(P, "GantryStatus", (
-    text("work", "Idle, Run, Home, Alarm, Hold or Offline"),
-    Field("x", "float64", "x", comment="in mm, from the zero that /set_zero has set"),
-    Field("y", "float64", "y"), Field("z", "float64", "z"),
+    text("work", "Idle, Run, Running, Alarm, Hold, Pending or Offline"),
+    _float("x", "in mm, from the zero that /set_zero has set"), _float("y"), _float("z"),
 ))  # fmt: skip
-SET_ZERO = ServiceKind(
-    P, "SetZero", Message(P, "SetZeroRequest", (text("axis", "x, y, z, or several of them"),)),
-    Message(P, "SetZeroResponse", (Field("success", "bool", "success"), text("message"))),
-)  # fmt: skip
-LAUNCH_REQUEST = ServiceKind(
-    P, "LaunchRequest",
-    Message(P, "LaunchRequestRequest", (text("cmd"), text("package"), text("file_name"), text("args"))),
-    Message(P, "LaunchRequestResponse", (
-        text("file_name"), text("message"), Field("is_launched", "bool", "is_launched"),
-    )),
-)  # fmt: skip
+SET_ZERO = _service("SetZero", (text("axis", "x, y, z, or several of them"),), ())
+IS_RDY = _service("IsRdy", (), (Field("ready", "bool", "ready"),))
+MOVE_GANTRY_CALL = _service("MoveGantry", (text("cmd"),), (text("response"),))
+LAUNCH_REQUEST = _service(
+    "LaunchRequest",
+    (text("cmd"), text("package"), text("file_name"), text("args")),
+    (text("message"), Field("is_launched", "bool", "is_launched"), text("file_name")),
+)
 
 
-KINDS: dict[str, Message | ActionKind | ServiceKind] = {
-    "/move_gantry": MOVE_GANTRY, "/take_measurement": TAKE_MEASUREMENT,
-    "/export_spectrum": EXPORT_SPECTRUM, "/analyze_spectrum": ANALYZE_SPECTRUM,
-    "/gantry_status": GANTRY_STATUS, "/set_zero": SET_ZERO, "/launch": LAUNCH_REQUEST,
-}  # fmt: skip
-"""The paper's name -> its type."""
+PAPER_KINDS: tuple[Message | ActionKind | ServiceKind, ...] = (
+    MOVE_GANTRY, TAKE_MEASUREMENT, EXPORT_SPECTRUM, ANALYZE_SPECTRUM, GANTRY_STATUS, SET_ZERO,
+    IS_RDY, MOVE_GANTRY_CALL, LAUNCH_REQUEST,
+)  # fmt: skip
+"""All of the paper's package: its fields, their types and their order are the wire format."""
+
+
+NAMES = (
+    "/move_gantry", "/take_measurement", "/export_spectrum", "/analyze_spectrum", "/gantry_status",
+    "/set_zero", "/is_gantry_rdy", "/is_analytical_dev_rdy",
+)  # fmt: skip
 
 
 def paper_kinds(lab: Lab) -> list[Message | ActionKind | ServiceKind]:
-    """Those that a lab's `ros` uses."""
-    if lab.ros is None:
+    """The whole package if a lab uses any of it: sourced, it may hide the original."""
+    if lab.ros is None or not (lab.ros.launch or {*lab.ros.aliases} & {*NAMES}):
         return []
-    names = {*lab.ros.aliases} | ({"/launch"} if lab.ros.launch else set())
-    return [kind for name, kind in KINDS.items() if name in names]
+    return list(PAPER_KINDS)

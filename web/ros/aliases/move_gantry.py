@@ -1,8 +1,9 @@
-"""`/move_gantry`: lines of G-code in, moves of a gantry out."""
+"""`/move_gantry`, an action and a service: lines of G-code in, moves of a gantry out."""
 
-from ..offers.offer import End, Refused, Work
+from ..offers.goals import Goals
+from ..offers.offer import End, Refused, Service, Values, Work
 from .gcode import GcodeFault, steps
-from .kinds import MOVE_GANTRY
+from .kinds import MOVE_GANTRY, MOVE_GANTRY_CALL
 from .paper import AXES, Paper, PaperAction
 
 NAME, CONTRACT = "/move_gantry", "gantry@1"
@@ -10,7 +11,9 @@ NAME, CONTRACT = "/move_gantry", "gantry@1"
 
 def add(paper: Paper, name: str, device: str) -> None:
     """Offer it."""
-    paper.offered.offers.actions[name] = MoveGantry(paper, name, device, MOVE_GANTRY)
+    move = MoveGantry(paper, name, device, MOVE_GANTRY)
+    paper.offered.offers.actions[name] = move
+    paper.offered.offers.services[name] = MoveGantryCall(move, paper.offered.goals)
 
 
 class MoveGantry(PaperAction):
@@ -36,8 +39,25 @@ class MoveGantry(PaperAction):
         end = End("SUCCEEDED", {})
         for number, (action, params) in enumerate(parts, 1):
             if work.cancelled.is_set():
-                return self.ended(End("CANCELED", {"error_name": "Canceled"}))
+                return self.ended(work, End("CANCELED", {"error_name": "Canceled"}))
             end = await self.done(action, params, work, number)
             if end.state != "SUCCEEDED":
                 break
-        return self.ended(end)
+        return self.ended(work, end)
+
+
+class MoveGantryCall(Service):
+    """The same as a service; unlike the paper's, it answers when the moves have ended."""
+
+    kind = MOVE_GANTRY_CALL
+
+    def __init__(self, move: MoveGantry, goals: Goals) -> None:
+        self.name = move.name
+        self._move = move
+        self._goals = goals
+
+    async def answer(self, values: Values) -> Values:
+        """`{response}`: `succeed`, or what went wrong; raises Refused."""
+        goal = await self._goals.begin(self._move, values, lambda feedback: None)
+        end = await goal.end()
+        return {"response": "succeed" if end.state == "SUCCEEDED" else end.result["msg"]}

@@ -1,6 +1,8 @@
 """State shared by the paper's names: the zero of the axes, the last shot, the last spectrum."""
 
+import asyncio
 import json
+import logging
 from abc import abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -14,6 +16,9 @@ if TYPE_CHECKING:
     from ..offers.offered_lab import OfferedLab
 
 AXES = ("x", "y", "z")
+TOLD_S = 0.5
+"""How often the paper's topics are told, besides on change."""
+LOG = logging.getLogger(__name__)
 
 
 class Paper:
@@ -25,7 +30,7 @@ class Paper:
         self.file: str | None = None
         self._path = lab.folders.state / "zero.json"
         self._zeros: dict[str, dict[str, float]] = self._read()
-        self._moved: list[Callable[[], None]] = []
+        self._topics: list[Callable[[], None]] = []
 
     def action(self, device: str, name: str) -> DeviceAction:
         """An action of a device."""
@@ -43,12 +48,36 @@ class Paper:
         """Set the zeros of axes; raises OSError."""
         self._zeros[device] = {**self.zero(device), **axes}
         self._path.write_text(json.dumps(self._zeros), encoding="utf-8")
-        for moved in self._moved:
-            moved()
+        self.tell()
 
-    def on_zero(self, moved: Callable[[], None]) -> None:
-        """Call `hear` when a zero is set."""
-        self._moved.append(moved)
+    def tells(self, topic: Callable[[], None]) -> None:
+        """Call this twice a second, and when a zero is set."""
+        self._topics.append(topic)
+
+    def tell(self) -> None:
+        """Tell every topic of the paper."""
+        for topic in self._topics:
+            topic()
+
+    async def tell_often(self) -> None:
+        """Tell them twice a second, for ever, as the paper's nodes do."""
+        while True:
+            await asyncio.sleep(TOLD_S)
+            self.tell()
+
+    def online(self, device: str) -> bool:
+        """Whether the device's server answers."""
+        return self.offered.devices[device].online
+
+    def busy(self, device: str) -> bool:
+        """Whether a goal of ROS is under way on the device."""
+        goals, actions = self.offered.goals, self.offered.offers.actions.values()
+        return any(
+            goal.ended is None
+            for action in actions
+            if device_of(action) == device
+            for goal in goals.of(action)
+        )
 
     def _read(self) -> dict[str, dict[str, float]]:
         try:
@@ -57,8 +86,18 @@ class Paper:
             return {}
 
 
+def device_of(action: Action) -> str | None:
+    """The device that an action is for."""
+    if isinstance(action, DeviceAction):
+        return action.device.name
+    return action.device if isinstance(action, PaperAction) else None
+
+
 class PaperAction(Action):
-    """An action of the paper, done by one or more of our actions; its result has its own fields."""
+    """An action of the paper, done by one or more of our actions.
+
+    Its types have no field for why a goal failed: the last feedback says it, and the log.
+    """
 
     said: str
     """The one field of its feedback."""
@@ -95,8 +134,11 @@ class PaperAction(Action):
                 raise
             return aborted(action, "Rejected", str(fault), "no")  # part of the goal is already done
 
-    def ended(self, end: End, words: str = "success", **data: Any) -> End:
-        """The end in the paper's terms: `msg` is `success`, or what went wrong."""
+    def ended(self, work: Work, end: End, words: str = "success", **data: Any) -> End:
+        """The end in the paper's terms: `words`, or what went wrong, is its last feedback."""
         failed = [end.result.get("error_name"), end.result.get("error_message")]
         said = words if end.state == "SUCCEEDED" else ": ".join(str(one) for one in failed if one)
+        if end.state == "ABORTED":
+            LOG.warning("%s: a goal is aborted: %s", self.name, said)
+        work.tell({self.said: said})
         return End(end.state, result_of(self, {"msg": said, **data}))

@@ -23,7 +23,7 @@ class SetZero(Service):
         self._device = device
 
     async def answer(self, values: Values) -> Values:
-        """`{success, message}`; raises Refused."""
+        """`{}`: the paper's response has no field; raises Refused."""
         axes = values.get("axis") if isinstance(values, dict) else None
         wanted = list(axes.lower()) if isinstance(axes, str) else []
         if not wanted or not set(wanted) <= {*AXES}:
@@ -36,4 +36,4 @@ class SetZero(Service):
             self._paper.set_zero(self._device, {axis: status[axis] for axis in wanted})
         except OSError as fault:
             raise Refused(f"the zero cannot be stored: {fault.strerror}") from fault
-        return {"success": True, "message": f"zero of {', '.join(wanted)} set here"}
+        return {}

@@ -23,4 +23,4 @@ class TakeMeasurement(PaperAction):
         end = await self.done(self.paper.action(self.device, "measure"), {}, work)
         if end.state == "SUCCEEDED":
             self.paper.shot = end.result["shot_id"]
-        return self.ended(end)
+        return self.ended(work, end)

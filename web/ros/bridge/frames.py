@@ -10,7 +10,7 @@ from ..interfaces.kinds import Field, Message
 
 MOST_BYTES = 16 * 2**20
 DEEPEST = 60
-CBOR_TAGS = {"int64": (79, "q"), "float64": (86, "d")}
+CBOR_TAGS = {"int64": (79, "q"), "float32": (85, "f"), "float64": (86, "d")}
 """RFC 8746: little-endian typed arrays."""
 
 

@@ -187,7 +187,9 @@ def _typedef(message: Message) -> Values:
     }
 
 
-EXAMPLES = {"bool": "false", "string": "", "float64": "0.0", "int64": "0", "int8": "0"}
+EXAMPLES = {
+    "bool": "false", "string": "", "float32": "0.0", "float64": "0.0", "int64": "0", "int8": "0",
+}  # fmt: skip
 
 
 def _type_of(field: Field) -> str:

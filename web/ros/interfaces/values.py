@@ -8,7 +8,10 @@ from ....engine.language.suggest import did_you_mean
 from .kinds import Field, Message
 
 INT64 = 2**63
-BLANK: dict[str, Any] = {"bool": False, "int64": 0, "float64": math.nan, "string": ""}
+FLOATS = ("float32", "float64")
+BLANK: dict[str, Any] = {
+    "bool": False, "int64": 0, "float32": math.nan, "float64": math.nan, "string": "",
+}  # fmt: skip
 
 
 class ValueFault(ValueError):
@@ -62,13 +65,12 @@ def _one(field: Field, value: Any, place: str) -> Any:
         "bool": isinstance(value, bool),
         "string": isinstance(value, str),
         "int64": isinstance(value, int) and not isinstance(value, bool),
-        "float64": isinstance(value, (int, float)) and not isinstance(value, bool),
-    }[field.type]
+    }.get(field.type, isinstance(value, (int, float)) and not isinstance(value, bool))
     if not good:
         raise ValueFault(f"{place} is {_kind(value)} but must be a {field.type}")
     if field.type == "int64" and not -INT64 <= value < INT64:
         raise ValueFault(f"{place} is {value}, which is not an int64")
-    if field.type == "float64" and not math.isfinite(value):
+    if field.type in FLOATS and not math.isfinite(value):
         raise ValueFault(f"{place} is {value}, which is not a finite number")
     return value
 
@@ -104,7 +106,7 @@ def _given_one(field: Field, value: Any) -> Any:
         return to_ros(field.message, value if isinstance(value, dict) else None)
     if value is None:
         return BLANK[field.type]
-    if field.type == "float64":
+    if field.type in FLOATS:
         return float(value)
     if field.type == "string" and field.bound is not None:
         return str(value)[: field.bound]

@@ -94,5 +94,6 @@ def _serve(node: Node, service: Service, cls: Any, crossing: Crossing) -> None:
 async def _answered(service: Service, values: Values) -> Values:
     try:
         return await service.answer(values)
-    except Refused as fault:  # a ROS service cannot fail: the response must report it
+    except Refused as fault:  # a ROS service cannot fail: the response must report it, or the log
+        LOG.warning("%s: a call is refused: %s", service.name, fault)
         return service.refused(str(fault))

@@ -6,7 +6,7 @@ from ..interfaces.kinds import Field, Message
 from ..offers.offer import Values
 from .types import nested_class
 
-PLAIN = {"bool": bool, "float64": float, "int64": int, "string": str}
+PLAIN = {"bool": bool, "float32": float, "float64": float, "int64": int, "string": str}
 
 
 def from_message(kind: Message, message: Any) -> Values:

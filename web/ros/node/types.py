@@ -7,7 +7,7 @@ from typing import Any
 from ..interfaces.fault import RosFault
 from ..interfaces.kinds import ActionKind, Field, Message, ServiceKind
 
-IDL = {"bool": "boolean", "float64": "double", "int64": "int64", "string": "string"}
+IDL = {"bool": "boolean", "float32": "float", "float64": "double"}
 MAKE = "make and build them: `labrun ros --interfaces DIR`, then `colcon build` there, then source its setup"
 
 
@@ -45,9 +45,14 @@ def _compare(message: Message, cls: Any, type: str) -> None:
         for n, t in cls.get_fields_and_field_types().items()
         if n != "structure_needs_at_least_one_member"
     }
-    if wanted != there:
-        differs = sorted({*wanted.items()} ^ {*there.items()})
+    differs = sorted({*wanted.items()} ^ {*there.items()})
+    if differs:
         raise RosFault(f"{type} is built from another contract ({differs[0][0]} differs); {MAKE}")
+    if list(wanted) != list(there):  # the order is the wire format: values would land elsewhere
+        raise RosFault(
+            f"{type} is built from another contract: its fields are in the order "
+            f"{', '.join(there)}, here {', '.join(wanted)}; {MAKE}"
+        )
     for field in message.fields:
         if field.message is not None:
             _compare(field.message, nested_class(field.message), type)

@@ -70,6 +70,7 @@ class Service(ABC):
             "@error_message": words,
             "@error_happened": "no",
             "message": words,
+            "response": words,
         }
         return to_ros(self.kind.response, said)
 
