@@ -45,14 +45,31 @@ class Bridge(ABC):
 
     @abstractmethod
     def send(
-        self, action: str, type: str, goal: Values, feedback: Callable[[Values], None]
+        self, action: str, type: str, goal: Values, feedback: Callable[[Values], None], id: bytes
     ) -> Sent:
-        """Send a goal; raises Gone, and Rejected if it does not fit the type."""
+        """Send a goal; raises Gone, and Rejected if it does not fit the type.
+
+        `id` is its sixteen bytes in ROS where the connection can choose it.
+        """
 
     @abstractmethod
-    def cancel_all(self, action: str) -> None:
-        """Cancel every goal of an action, whoever sent it; raises Gone."""
+    def call(self, service: str, type: str, request: Values) -> "asyncio.Future[Values]":
+        """Call a service; raises as `send` does, and so does the answer."""
 
     @abstractmethod
-    def listen(self, topic: str, type: str, heard: Callable[[Values], None]) -> None:
+    async def cancel_left(self, action: str, id: bytes) -> None:
+        """Cancel a goal that an earlier session of the driver left behind; raises Gone.
+
+        Where the connection could not choose its id: every goal of the action. Returns when that was
+        answered, or when there is no server that could be doing it.
+        """
+
+    @abstractmethod
+    async def serves(self, action: str, type: str) -> bool:
+        """Whether a server of the action is there; True where that cannot be known."""
+
+    @abstractmethod
+    def listen(
+        self, topic: str, type: str, heard: Callable[[Values], None], qos: dict[str, Any]
+    ) -> None:
         """Subscribe to a topic; raises Gone."""

@@ -36,7 +36,7 @@ class RclpyWay(Bridge):
         self._executor: Any = None
         self._thread: threading.Thread | None = None
         self._clients: dict[str, Any] = {}
-        self._cancelling: dict[str, Any] = {}
+        self._services: dict[str, Any] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
 
     async def open(self) -> None:
@@ -68,45 +68,101 @@ class RclpyWay(Bridge):
         return self._thread is not None and self._thread.is_alive()
 
     def send(
-        self, action: str, type: str, goal: Values, feedback: Callable[[Values], None]
+        self, action: str, type: str, goal: Values, feedback: Callable[[Values], None], id: bytes
     ) -> Sent:
         from rclpy.action import ActionClient
 
         if not self.connected:
             raise Gone("the ROS node has ended")
         assert self._loop is not None
-        cls = _class_of(type)
-        try:
-            message = fill(cls.Goal(), goal)
-        except (AttributeError, TypeError, ValueError, AssertionError) as fault:
-            raise Rejected(f"the goal does not fit {type}: {fault}") from fault
+        cls = class_of(type, "action")
+        message = _filled(cls.Goal(), goal, type)
         client = self._clients.get(action)
         if client is None:
             client = self._clients[action] = ActionClient(self._node, cls, action)
         under_way = _UnderWay(self._loop, self._executor)
-        looking = spawn(f"a goal for {action}", _send(client, message, under_way, feedback, action))
+        looking = spawn(
+            f"a goal for {action}", _send(client, message, under_way, feedback, action, id)
+        )
         looking.add_done_callback(under_way.sent)
         under_way.ended.add_done_callback(lambda _: looking.cancel())
         return Sent(under_way.ended, under_way.cancel)
 
-    def cancel_all(self, action: str) -> None:
-        from action_msgs.srv import CancelGoal
-
+    def call(self, service: str, type: str, request: Values) -> "asyncio.Future[Values]":
         if not self.connected:
             raise Gone("the ROS node has ended")
-        if action not in self._cancelling:
-            name = f"{action}/_action/cancel_goal"
-            self._cancelling[action] = self._node.create_client(CancelGoal, name)
-        # No id and no time: all of them.
-        self._cancelling[action].call_async(CancelGoal.Request())
-        self._executor.wake()
+        assert self._loop is not None
+        cls = class_of(type, "srv")
+        message = _filled(cls.Request(), request, type)
+        client = self._services.get(service)
+        if client is None:
+            client = self._services[service] = self._node.create_client(cls, service)
+        answered: asyncio.Future[Values] = self._loop.create_future()
+        calling = spawn(f"a call of {service}", self._call(client, message, answered, service))
+        answered.add_done_callback(lambda _: calling.cancel())
+        return answered
 
-    def listen(self, topic: str, type: str, heard: Callable[[Values], None]) -> None:
+    async def _call(
+        self, client: Any, message: Any, answered: "asyncio.Future[Values]", service: str
+    ) -> None:
+        loop = asyncio.get_running_loop()
+        if not await _ready(client.service_is_ready):
+            _resolve(answered, Rejected(f"there is no service {service}"))
+            return
+
+        def answer(future: Any) -> None:  # in ROS's thread
+            try:
+                said: Any = as_values(future.result())
+            except Exception as fault:  # whatever it is, nothing else would end the call
+                said = Gone(f"its answer cannot be read: {fault}")
+            loop.call_soon_threadsafe(_resolve, answered, said)
+
+        client.call_async(message).add_done_callback(answer)
+        self._executor.wake()
+        await asyncio.wait({answered})
+
+    async def cancel_left(self, action: str, id: bytes) -> None:
+        request = {"goal_info": {"goal_id": {"uuid": list(id)}}}
+        try:
+            async with asyncio.timeout(2 * FOUND_S):
+                await self.call(
+                    f"{action}/_action/cancel_goal", "action_msgs/srv/CancelGoal", request
+                )
+        except Rejected:
+            return  # there is no such server
+        except TimeoutError as fault:
+            raise Gone(f"the cancel of a goal of {action} was not answered") from fault
+
+    async def serves(self, action: str, type: str) -> bool:
+        client = self._clients.get(action)
+        return self.connected and (client is None or client.server_is_ready())
+
+    def listen(
+        self, topic: str, type: str, heard: Callable[[Values], None], qos: dict[str, Any]
+    ) -> None:
+        from rclpy.event_handler import SubscriptionEventCallbacks
+        from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
         loop = self._loop
         assert loop is not None
-        self._node.create_subscription(
-            _class_of(type), topic, lambda m: loop.call_soon_threadsafe(heard, as_values(m)), 10
+
+        def differs(event: Any) -> None:
+            LOG.warning(
+                "%s is published with another quality of service, and nothing will be heard: give "
+                "`qos: {reliability: best_effort}` or what `ros2 topic info -v` shows",
+                topic,
+            )
+
+        profile = QoSProfile(
+            depth=qos.get("depth", 1),
+            reliability=ReliabilityPolicy[qos.get("reliability", "reliable").upper()],
+            durability=DurabilityPolicy[qos.get("durability", "volatile").upper()],
         )
+        self._node.create_subscription(
+            class_of(type, "msg"), topic,
+            lambda m: loop.call_soon_threadsafe(heard, as_values(m)), profile,
+            event_callbacks=SubscriptionEventCallbacks(incompatible_qos=differs),
+        )  # fmt: skip
         self._executor.wake()
 
     def _spin(self) -> None:
@@ -179,40 +235,63 @@ class _UnderWay:
 
     def resolve(self, said: Any) -> None:
         """The first outcome counts."""
-        if self.ended.done():
-            return
-        if isinstance(said, Exception):
-            self.ended.set_exception(said)
-        else:
-            self.ended.set_result(said)
+        _resolve(self.ended, said)
 
     def wake(self) -> None:
         """Wake the executor, which would not notice a request from another thread."""
         self._executor.wake()
 
 
-async def _send(
-    client: Any, message: Any, under_way: _UnderWay, feedback: Callable[[Values], None], action: str
-) -> None:
-    loop = under_way.loop
+async def _ready(is_ready: Callable[[], bool]) -> bool:
+    loop = asyncio.get_running_loop()
     until = loop.time() + FOUND_S
-    while not client.server_is_ready():
+    while not is_ready():
         if loop.time() > until:
-            under_way.resolve(Rejected(f"no server for {action}"))
-            return
+            return False
         await asyncio.sleep(0.05)
+    return True
+
+
+async def _send(
+    client: Any, message: Any, under_way: _UnderWay, feedback: Callable[[Values], None],
+    action: str, id: bytes,
+) -> None:  # fmt: skip
+    from unique_identifier_msgs.msg import UUID
+
+    loop = under_way.loop
+    if not await _ready(client.server_is_ready):
+        under_way.resolve(Rejected(f"no server for {action}"))
+        return
 
     def tell(told: Any) -> None:
         loop.call_soon_threadsafe(feedback, as_values(told.feedback))
 
-    client.send_goal_async(message, feedback_callback=tell).add_done_callback(under_way.answered)
+    sending = client.send_goal_async(message, feedback_callback=tell, goal_uuid=UUID(uuid=list(id)))
+    sending.add_done_callback(under_way.answered)
     under_way.wake()
 
 
-def _class_of(type: str) -> Any:
-    package, _, rest = type.partition("/")
-    group, _, name = rest.rpartition("/")
+def _resolve(future: "asyncio.Future[Any]", said: Any) -> None:
+    if future.done():
+        return
+    if isinstance(said, Exception):
+        future.set_exception(said)
+    else:
+        future.set_result(said)
+
+
+def _filled(message: Any, values: Values, type: str) -> Any:
     try:
-        return getattr(importlib.import_module(f"{package}.{group or 'action'}"), name)
+        return fill(message, values)
+    except (AttributeError, TypeError, ValueError, AssertionError) as fault:
+        raise Rejected(f"the goal does not fit {type}: {fault}") from fault
+
+
+def class_of(type: str, group: str) -> Any:
+    """The class of `pkg/action/Name`, or `pkg/Name` of a group; raises Rejected."""
+    package, _, rest = type.partition("/")
+    given, _, name = rest.rpartition("/")
+    try:
+        return getattr(importlib.import_module(f"{package}.{given or group}"), name)
     except (ImportError, AttributeError) as fault:
         raise Rejected(f"there is no interface {type} in this ROS: {fault}") from fault

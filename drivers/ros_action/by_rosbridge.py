@@ -8,6 +8,7 @@ from typing import Any
 from .bridge import Bridge, Gone, Rejected, Sent, Values
 
 OPEN_S = 5.0
+SERVERS = "/rosapi/action_servers"
 LOG = logging.getLogger("labrun")
 
 
@@ -24,6 +25,8 @@ class RosbridgeWay(Bridge):
         self._ros: Any = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._open: set[asyncio.Future[tuple[int, Values]]] = set()
+        self._calls: set[asyncio.Future[Values]] = set()
+        self._no_rosapi = False
 
     async def open(self) -> None:
         self._loop = asyncio.get_running_loop()
@@ -47,7 +50,7 @@ class RosbridgeWay(Bridge):
         return self._ros is not None and bool(self._ros.is_connected)
 
     def send(
-        self, action: str, type: str, goal: Values, feedback: Callable[[Values], None]
+        self, action: str, type: str, goal: Values, feedback: Callable[[Values], None], id: bytes
     ) -> Sent:
         self._check()
         assert self._loop is not None
@@ -63,23 +66,61 @@ class RosbridgeWay(Bridge):
         def failed(result: Any) -> None:
             _settle(ended, Rejected(str(result.get("values", result))))
 
-        id = client.send_goal(
+        key = client.send_goal(
             self._roslibpy.Goal(goal),
             self._in_loop(over),
             self._in_loop(feedback),
             self._in_loop(failed),
         )
-        return Sent(ended, lambda: client.cancel_goal(id))
+        return Sent(ended, lambda: client.cancel_goal(key))
 
-    def cancel_all(self, action: str) -> None:
+    def call(self, service: str, type: str, request: Values) -> "asyncio.Future[Values]":
         self._check()
-        # No id and no time: all of them (action_msgs/srv/CancelGoal).
-        service = self._roslibpy.Service(
-            self._ros, f"{action}/_action/cancel_goal", "action_msgs/srv/CancelGoal"
-        )
-        service.call(self._roslibpy.ServiceRequest({}), _nothing, _nothing)
+        assert self._loop is not None
+        answered: asyncio.Future[Values] = self._loop.create_future()
+        self._calls.add(answered)
+        answered.add_done_callback(self._calls.discard)
 
-    def listen(self, topic: str, type: str, heard: Callable[[Values], None]) -> None:
+        def over(response: Any) -> None:
+            _settle(answered, dict(response))
+
+        def failed(why: Any) -> None:
+            _settle(answered, Rejected(str(why)))
+
+        client = self._roslibpy.Service(self._ros, service, type)
+        client.call(
+            self._roslibpy.ServiceRequest(request), self._in_loop(over), self._in_loop(failed)
+        )
+        return answered
+
+    async def cancel_left(self, action: str, id: bytes) -> None:
+        # No id and no time: all of them (action_msgs/srv/CancelGoal); the bridge chose the id.
+        try:
+            async with asyncio.timeout(OPEN_S):
+                await self.call(f"{action}/_action/cancel_goal", "action_msgs/srv/CancelGoal", {})
+        except Rejected:
+            return  # there is no such server
+        except TimeoutError as fault:
+            raise Gone(
+                f"the cancel of goals of {action} was not answered in {OPEN_S:g} s"
+            ) from fault
+
+    async def serves(self, action: str, type: str) -> bool:
+        if self._no_rosapi:
+            return True
+        try:
+            async with asyncio.timeout(OPEN_S):
+                told = await self.call(SERVERS, "rosapi_msgs/srv/GetActionServers", {})
+        except Rejected:
+            self._no_rosapi = True
+            return True
+        except TimeoutError:
+            return True  # a slow answer says nothing about the robot
+        return action in told.get("action_servers", [action])
+
+    def listen(
+        self, topic: str, type: str, heard: Callable[[Values], None], qos: dict[str, Any]
+    ) -> None:
         self._check()
         self._roslibpy.Topic(self._ros, topic, type).subscribe(self._in_loop(heard))
 
@@ -88,7 +129,7 @@ class RosbridgeWay(Bridge):
             raise Gone(f"there is no connection to the rosbridge at {self._url}")
 
     def _lose(self) -> None:
-        for ended in list(self._open):
+        for ended in [*self._open, *self._calls]:
             _settle(ended, Gone(f"the connection to the rosbridge at {self._url} broke"))
 
     def _in_loop(self, receive: Callable[..., None]) -> Callable[..., None]:
@@ -103,14 +144,10 @@ class RosbridgeWay(Bridge):
         return pass_on
 
 
-def _settle(ended: "asyncio.Future[tuple[int, Values]]", said: Any) -> None:
+def _settle(ended: "asyncio.Future[Any]", said: Any) -> None:
     if ended.done():
         return
     if isinstance(said, Exception):
         ended.set_exception(said)
     else:
         ended.set_result(said)
-
-
-def _nothing(answer: Any) -> None:
-    """Do nothing: the end of goals is seen where they are awaited."""

@@ -138,14 +138,18 @@ class Answers(Bridge):
 
     async def open(self): ...
     async def close(self): ...
-    def cancel_all(self, action): ...
-    def listen(self, topic, type, heard): ...
+    def call(self, service, type, request): ...
+    async def cancel_left(self, action, id): ...
+    def listen(self, topic, type, heard, qos): ...
+
+    async def serves(self, action, type):
+        return True
 
     @property
     def connected(self):
         return True
 
-    def send(self, action, type, goal, feedback):
+    def send(self, action, type, goal, feedback, id):
         self.sent.append(json.loads(json.dumps(goal)))
         ended = asyncio.get_running_loop().create_future()
         ended.set_result((4, {"final": {"x": 0.1, "y": 0.1}}))
@@ -176,6 +180,11 @@ def changed(**more):
     return {**config("ws://127.0.0.1:9090"), **more}
 
 
+def with_reach(**more):
+    actions = config("ws://127.0.0.1:9090")["actions"]
+    return changed(actions={**actions, "reach": {**actions["reach"], **more}})
+
+
 def without(name):
     return {key: value for key, value in changed().items() if key != name}
 
@@ -199,7 +208,27 @@ BAD = [
     (status(u="v"), "u is not one of state, x, y"),
     (status(x={"field": "v", "unit": "s"}), "mm"),
     (status(x={"fild": "v"}), "write a field's name"),
+    (
+        changed(actions={"reach": {"action": "/a", "service": "/b", "type": "t"}, "rest": {}}),
+        "actions.reach needs `action` or `service`",
+    ),
+    (with_reach(error={"names": {1: "Burnt"}}), "Burnt is not an error of the contract"),
+    (with_reach(error={"cod": "x"}), "unknown key 'cod'"),
+    (with_reach(feedback={"message": "{a..b} m"}), "is not a place in a message"),
+    (with_reach(answer_s=0), "is not a number of seconds above 0"),
+    (changed(gone_s="soon"), "gone_s: 'soon' is not a number of seconds"),
+    (
+        changed(status={"topic": "/s", "type": "a/msg/B", "qos": {"depth": 1}}),
+        "qos is for `node: true`",
+    ),
 ]
+
+
+def test_an_action_with_the_name_of_a_drivers_own_is_refused():
+    contract = parse_contract("type: door@1\nactions: {open: {effect: idempotent}}\n", "door.yaml")
+
+    with pytest.raises(ValueError, match="cannot be named open"):
+        read_config({"bridge": "ws://x", "actions": {}}, contract)
 
 
 @pytest.mark.parametrize(("written", "words"), BAD)
