@@ -3,6 +3,7 @@
 import importlib
 import io
 import os
+import shlex
 import sys
 import tempfile
 import traceback
@@ -18,7 +19,7 @@ GROUPS = {
         "new", "check", "problem", "explain", "words", "preview", "graph", "fmt", "schema",
     ),
     "Run it": ("run", "rehearse", "pause", "continue", "abort", "answer", "resume", "torture"),
-    "Look at runs": ("runs", "report"),
+    "Look at runs": ("runs", "report", "export"),
     "Devices": (
         "devices", "setup", "status", "stop", "call", "calibrate-camera", "locate", "record-buttons",
         "find-buttons",
@@ -52,6 +53,16 @@ def arguments(argv: list[str], known: set[str]) -> list[str]:
     return argv
 
 
+def ros_args(argv: list[str]) -> list[str]:
+    """`--ros-args ... [--]`, as ROS launches its programs with, as one option `--ros-args=...`."""
+    if argv[:1] != ["ros"] or "--ros-args" not in argv:
+        return argv
+    at = argv.index("--ros-args")
+    end = argv.index("--", at) if "--" in argv[at:] else len(argv)
+    words = shlex.join([word for word in argv[at + 1 : end] if word != "--ros-args"])
+    return [*argv[:at], f"--ros-args={words}", *argv[end + 1 :]]
+
+
 def main() -> None:
     """Run the command line; never a traceback for what a person wrote."""
     for stream in (sys.stdout, sys.stderr):
@@ -59,7 +70,7 @@ def main() -> None:
             stream.reconfigure(errors="replace")
     argv = sys.argv[1:]
     plugins = {p.name: p for p in entry_points(group="labrun.commands")} if _asks_more(argv) else {}
-    argv = arguments(argv, {*COMMANDS, *plugins})
+    argv = ros_args(arguments(argv, {*COMMANDS, *plugins}))
     try:
         _run(argv, plugins)
     except KeyboardInterrupt:

@@ -4,7 +4,10 @@ import os
 import secrets
 import shutil
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 from . import WINDOWS
 
@@ -37,6 +40,22 @@ def write_whole(path: Path, data: bytes, *, mode: int | None = None, sync: bool 
         raise
     if sync:
         sync_folder(place.parent)
+
+
+@contextmanager
+def replace_whole(path: Path) -> Iterator[IO[bytes]]:
+    """A file to write piece by piece that replaces `path` if the block succeeds; raises OSError."""
+    place = path.resolve()
+    half = place.with_name(f".{place.name}.{secrets.token_hex(4)}.part")
+    try:
+        with os.fdopen(_created(half, 0o666), "wb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        _put(half, place)
+    except BaseException:
+        half.unlink(missing_ok=True)
+        raise
 
 
 def _created(half: Path, mode: int) -> int:

@@ -28,7 +28,7 @@ class Feedback:
     progress: FieldPath = ("progress",)
     text: str | None = None
 
-    def told(self, message: Values) -> tuple[float | None, str]:
+    def read(self, message: Values) -> tuple[float | None, str]:
         """Progress and text of one message."""
         progress = get(message, self.progress)
         known = isinstance(progress, (int, float)) and math.isfinite(progress)

@@ -207,7 +207,7 @@ def _message(ros: RosGoal, params: dict[str, Any]) -> Values:
 
 
 def _tell(ros: RosGoal, goal: GoalContext, feedback: Values) -> None:
-    goal.feedback(*ros.feedback.told(feedback))
+    goal.feedback(*ros.feedback.read(feedback))
 
 
 def _bridge(config: Config) -> Bridge:

@@ -9,7 +9,7 @@ from importlib.metadata import entry_points
 import pytest
 
 from labrun import __version__
-from labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS, GROUPS, arguments
+from labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS, GROUPS, arguments, ros_args
 
 COMMAND = [sys.executable, "-m", "labrun.engine"]
 
@@ -125,3 +125,16 @@ def test_a_folder_for_runs_that_cannot_be_made_is_a_sentence(tmp_path):
 
     assert told.returncode == 1
     assert "cannot create a run folder" in told.stderr
+
+
+@pytest.mark.parametrize(
+    ("given", "read"),
+    [
+        (["ros", "--ros-args", "-r", "__ns:=/b 1"], ["ros", "--ros-args=-r '__ns:=/b 1'"]),
+        (["ros", "--ros-args", "-p", "a:=1", "--", "--node"], ["ros", "--ros-args=-p a:=1", "--node"]),
+        (["ros", "--node"], ["ros", "--node"]),
+        (["run", "--ros-args", "x"], ["run", "--ros-args", "x"]),
+    ],
+)  # fmt: skip
+def test_arguments_as_ros_launches_its_programs_are_one_option(given, read):
+    assert ros_args(given) == read

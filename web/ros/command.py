@@ -1,6 +1,7 @@
 """`labrun ros`: the lab for ROS, through a rosbridge endpoint, or as a node with ROS installed."""
 
 import os
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,6 +24,10 @@ Interfaces = Annotated[
     ),
 ]
 Node = Annotated[bool, typer.Option("--node", help="Run as a node of the installed ROS 2.")]
+RosArgs = Annotated[
+    str,
+    typer.Option("--ros-args", help="As of any node: `--ros-args -r __ns:=/bench -r __node:=lab`."),
+]
 Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="0 picks a free port.")]
 Host = Annotated[str, typer.Option("--host", help="Address to listen on.")]
 Token = Annotated[
@@ -46,6 +51,7 @@ def ros(
     lab: Lab = None,
     interfaces: Interfaces = None,
     node: Node = False,
+    ros_args: RosArgs = "",
     port: Port = PORT,
     host: Host = "127.0.0.1",
     token: Token = None,
@@ -69,7 +75,10 @@ def ros(
     if node:
         from .as_node import run_node
 
-        _run(run_node(loaded, package, folders, typer.echo), "the state folder")
+        words = shlex.split(ros_args)
+        _run(run_node(loaded, package, folders, words, typer.echo), "the state folder")
+    elif ros_args:
+        refuse("--ros-args are for a node of ROS: add --node")
     else:
         token = _token(host, token or os.environ.get("LABRUN_ROS_TOKEN"))
         _run(_bridge(loaded, package, folders, host, port, token, origin or []), f"{host}:{port}")

@@ -34,7 +34,7 @@ class ActionFace:
         self.server = ActionServer(
             node,
             cls,
-            action.name,
+            action.name[1:],  # relative: the node may have a namespace
             self._execute,
             goal_callback=self._goal,
             handle_accepted_callback=self._accepted,

@@ -1,0 +1,39 @@
+"""`labrun export RUN --to FORMAT`: a run as a file of another program's format."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..exit_status import FAILED, PROBLEMS
+from .options import RUNS, Runs, say
+from .resume import RunName
+
+To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="mcap, or a format of a plug-in.")]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", "-o", help="The file; by default RUN.FORMAT in this folder."),
+]
+
+
+def export(run: RunName, to: To, out: Out = None, runs: Runs = RUNS) -> None:
+    """Write a run as a file of another format; the run's folder stays as it is."""
+    from ..export.formats import ExportFault, formats
+    from ..language.suggest import did_you_mean, listed
+    from ..run.folder import FolderFault, find_run
+
+    known = formats()
+    if to not in known:
+        say(f"--to: there is no format {to}{did_you_mean(to, known)}; there is {listed(known)}")
+        raise typer.Exit(PROBLEMS)
+    try:
+        folder = find_run(runs, run)
+        place = out if out is not None else Path(f"{folder.name}.{to}")
+        known[to]()(folder, place)
+    except (FolderFault, ExportFault) as fault:
+        say(str(fault))
+        raise typer.Exit(PROBLEMS) from None
+    except OSError as fault:
+        say(f"{fault.filename or out or to} cannot be written: {fault.strerror}")
+        raise typer.Exit(FAILED) from None
+    typer.echo(f"made {place} ({place.stat().st_size / 1e6:.1f} MB)")

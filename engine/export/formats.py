@@ -1,0 +1,29 @@
+"""The formats of `labrun export`: a table of our own, and what plug-ins register as `labrun.exports`.
+
+A format is a function of a run's folder and the file to write; it returns nothing and raises
+ExportFault with a sentence.
+"""
+
+from collections.abc import Callable
+from importlib import import_module
+from importlib.metadata import entry_points
+from pathlib import Path
+
+Export = Callable[[Path, Path], None]
+OWN = {"mcap": "mcap:write"}
+"""Format, which is also the file's suffix -> module in this folder and function."""
+
+
+class ExportFault(Exception):
+    """A run cannot be exported; the text says why and what to do."""
+
+
+def formats() -> dict[str, Callable[[], Export]]:
+    """Every format by name; each is loaded when it is called."""
+
+    def own(place: str) -> Callable[[], Export]:
+        module, _, name = place.partition(":")
+        return lambda: getattr(import_module(f".{module}", __package__), name)
+
+    found = {name: own(place) for name, place in OWN.items()}
+    return found | {point.name: point.load for point in entry_points(group="labrun.exports")}
