@@ -100,18 +100,23 @@ class Chessboard:
     square: float = 25.0
     x: float = 100.0
     y: float = 300.0
+    angle: float = 0.0
+    height: float = 0.0
 
     def corners(self) -> np.ndarray:
         """Shape (rows, columns, 3)."""
         i, j = np.meshgrid(np.arange(self.columns), np.arange(self.rows))
-        return np.stack([self.x + i * self.square, self.y + j * self.square, 0.0 * i], -1)
+        turn = np.exp(1j * np.radians(self.angle))
+        place = complex(self.x, self.y) + turn * (i + 1j * j) * self.square
+        return np.stack([place.real, place.imag, np.full(place.shape, self.height)], -1)
 
     def middle(self) -> np.ndarray:
         return self.corners().mean(axis=(0, 1))
 
     def shade(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Grey at bench places."""
-        i, j = (x - self.x) / self.square, (y - self.y) / self.square
+        own = (x - self.x + 1j * (y - self.y)) * np.exp(-1j * np.radians(self.angle)) / self.square
+        i, j = own.real, own.imag
         inside = (i >= -1) & (i < self.columns) & (j >= -1) & (j < self.rows)
         black = inside & ((np.floor(i) + np.floor(j)) % 2 == 0)
         plate = (i >= -1 - RIM) & (i < self.columns + RIM) & (j >= -1 - RIM) & (j < self.rows + RIM)
@@ -130,7 +135,7 @@ def photograph(
         v = (rows[:, None] + fine).ravel()
         rays = lens.rays(np.stack(np.meshgrid(u, v), -1))
         bench = rays @ at.turn
-        far = -at.place[2] / bench[..., 2]
+        far = (board.height - at.place[2]) / bench[..., 2]  # a plate fills what it sees
         x, y = at.place[0] + bench[..., 0] * far, at.place[1] + bench[..., 1] * far
         shade = np.where(far > 0, board.shade(x, y), BENCH)
         blocks = (len(rows), FINE, lens.width, FINE)

@@ -19,13 +19,14 @@ from scenes import Chessboard, Lens, Stand, photograph, stand
 from labrun.drivers.cameras.vision.board import Board, corners_on_bench, find_corners
 from labrun.drivers.cameras.vision.depth import depth_around
 from labrun.drivers.cameras.vision.intrinsics import Intrinsics
+from labrun.drivers.cameras.vision.measure import calibrate
 from labrun.drivers.cameras.vision.pixel_position import (
     point_at_depth,
     point_at_height,
     uncertainty_mm,
 )
 from labrun.drivers.cameras.vision.pose import Calibration, fit_pose
-from labrun.drivers.cameras.vision.view import DepthView
+from labrun.drivers.cameras.vision.view import DepthView, View
 
 LENS = Lens(distortion=(-0.06, 0.03, 0.0008, -0.0005, 0.0))
 BOARD = Chessboard()
@@ -41,44 +42,52 @@ def place(random: np.random.Generator) -> Stand:
     return stand(BOARD.middle(), away, tilt, random.uniform(-20, 20), random.uniform(-8, 8))
 
 
-def calibrated(corners: np.ndarray) -> tuple[Calibration, Intrinsics]:
+def eye() -> Intrinsics:
+    """The lens as labrun knows it."""
+    return Intrinsics(LENS.width, LENS.height, LENS.matrix(), np.array(LENS.distortion))
+
+
+def calibrated(corners: np.ndarray) -> Calibration:
     """The camera pose as labrun estimates it."""
-    eye = Intrinsics(LENS.width, LENS.height, LENS.matrix(), np.array(LENS.distortion))
     board = Board(BOARD.columns, BOARD.rows, BOARD.square, BOARD.x, BOARD.y)
-    return fit_pose(corners, board, eye), eye
+    return fit_pose(corners, board, eye())
 
 
-def noisy_depth(at: Stand, u: float, v: float, random: np.random.Generator) -> np.ndarray:
+def noisy_depth(
+    at: Stand, u: float, v: float, random: np.random.Generator, height: float = 0.0
+) -> np.ndarray:
     """A depth map of the bench with its noise, known only around one pixel."""
     depth = np.full((LENS.height, LENS.width), np.nan, np.float32)
     rows, columns = (slice(max(0, round(w) - 8), round(w) + 9) for w in (v, u))
     j, i = np.mgrid[rows, columns][:, : LENS.height, : LENS.width]
     inside = (j < LENS.height) & (i < LENS.width)
     rays = LENS.rays(np.stack([i, j], -1).astype(float)) @ at.turn
-    exact = -at.place[2] / rays[..., 2]
+    exact = (height - at.place[2]) / rays[..., 2]
     depth[j[inside], i[inside]] = (exact * random.normal(1, DEPTH_SHARE, exact.shape))[inside]
     return depth
 
 
 def errors(
-    at: Stand, corners: np.ndarray, random: np.random.Generator, points: int
+    at: Stand, fit: Calibration, random: np.random.Generator, points: int, truth: Chessboard = BOARD
 ) -> list[tuple[float, float, float, bool, bool]]:
-    """For points on the bench: XY and Z off by depth, XY off by height, whether each is as near as told."""
-    fit, eye = calibrated(corners)
-    low, high = BOARD.corners()[0, 0, :2] - AROUND, BOARD.corners()[-1, -1, :2] + AROUND
+    """For points: XY and Z off by depth, XY off by height, whether each is as near as told."""
+    corners, lens = truth.corners()[..., :2], eye()
+    low, high = corners.min(axis=(0, 1)) - AROUND, corners.max(axis=(0, 1)) + AROUND
     found = []
     while len(found) < points:
-        truth = np.array([*random.uniform(low, high), 0.0])
-        u, v = LENS.pixels(at.seen(truth))
-        if not eye.holds(u - 10, v - 10) or not eye.holds(u + 10, v + 10):
+        place = np.array([*random.uniform(low, high), truth.height])
+        u, v = LENS.pixels(at.seen(place))
+        if not lens.holds(u - 10, v - 10) or not lens.holds(u + 10, v + 10):
             continue
-        depth = noisy_depth(at, u, v, random)
-        view = DepthView(np.zeros((LENS.height, LENS.width, 3), np.uint8), depth, eye)
+        depth = noisy_depth(at, u, v, random, truth.height)
+        view = DepthView(np.zeros((LENS.height, LENS.width, 3), np.uint8), depth, lens)
         ahead, spread = depth_around(view.depth, u, v)
-        by_depth = point_at_depth(fit.pose, eye, u, v, ahead) - truth
-        by_height = point_at_height(fit.pose, eye, u, v, 0.0) - truth
+        by_depth = point_at_depth(fit.pose, lens, u, v, ahead) - place
+        by_height = point_at_height(fit.pose, lens, u, v, truth.height) - place
         sd = view.depth_sd_mm(ahead, spread)
-        told = [uncertainty_mm(fit, eye, u, v, height, ahead, sd) for height in (None, 0.0)]
+        told = [
+            uncertainty_mm(fit, lens, u, v, height, ahead, sd) for height in (None, truth.height)
+        ]
         found.append((
             float(np.hypot(*by_depth[:2])), abs(float(by_depth[2])), float(np.hypot(*by_height[:2])),
             bool(np.linalg.norm(by_depth) <= told[0]), bool(np.linalg.norm(by_height) <= told[1]),
@@ -98,7 +107,48 @@ def scene(random: np.random.Generator, points: int, rendered: bool) -> list:
         grey, _ = photograph(LENS, at, BOARD, random)
         board = Board(BOARD.columns, BOARD.rows, BOARD.square, BOARD.x, BOARD.y)
         corners = corners_on_bench(grey, find_corners(grey, board))
-    return errors(at, corners + random.normal(0, CORNER_PX, corners.shape), random, points)
+    fit = calibrated(corners + random.normal(0, CORNER_PX, corners.shape))
+    return errors(at, fit, random, points)
+
+
+LYING = [(angle, height) for height in (0.0, 12.7) for angle in (0.0, 7.0, -12.0, 88.0, 0.3, 45.0)]
+"""Twelve boards as people lay them: turned by so many degrees, on a plate of so many mm."""
+TOUCH_MM = 0.2
+TOUCHED = ((0, 0), (8, 0), (8, 5))
+
+
+def lying(
+    angle: float, height: float, random: np.random.Generator
+) -> tuple[Stand, np.ndarray, Chessboard]:
+    """A board that lies at an angle on a plate, photographed from somewhere that shows all of it."""
+    board = Chessboard(angle=angle, height=height)
+    while True:
+        away, tilt = random.uniform(*AWAY), random.uniform(20, 45)
+        at = stand(board.middle(), away, tilt, random.uniform(-20, 20), random.uniform(-8, 8))
+        seen = LENS.pixels(at.seen(board.corners()))
+        if seen.min() > 30 and (seen < (LENS.width - 30, LENS.height - 30)).all():
+            return at, photograph(LENS, at, board, random)[0], board
+
+
+def touches(board: Chessboard, random: np.random.Generator, count: int = 3) -> list[dict]:
+    """Corners as a tool touches them, each axis off by TOUCH_MM."""
+    corners = board.corners()
+    found = []
+    for column, row in TOUCHED[:count]:
+        x, y, z = corners[row, column] + random.normal(0, TOUCH_MM, 3)
+        found.append({"column": column, "row": row, "x": x, "y": y, "z": z})
+    return found
+
+
+def as_touched_scene(
+    angle: float, height: float, random: np.random.Generator, points: int, count: int = 3
+) -> list:
+    """One board as it lies, found by the corners that were touched."""
+    at, grey, truth = lying(angle, height, random)
+    plain = Board(truth.columns, truth.rows, truth.square)
+    touched = touches(truth, random, count)
+    fit = calibrate(View(np.dstack([grey] * 3), eye()), plain, touched, TOUCH_MM)
+    return errors(at, fit, random, points, truth)
 
 
 def main() -> None:
@@ -106,12 +156,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--rendered", type=int, default=20, help="scenes that are photographed")
     parser.add_argument("--projected", type=int, default=300, help="scenes of corners alone")
+    parser.add_argument("--touched", type=int, default=12, help="boards found by touched corners")
     parser.add_argument("--points", type=int, default=20, help="points a scene")
     asked = parser.parse_args()
-    for kind, count in (("rendered", asked.rendered), ("projected", asked.projected)):
+    for kind, count in (
+        ("rendered", asked.rendered), ("projected", asked.projected), ("touched", asked.touched),
+    ):  # fmt: skip
         random = np.random.default_rng(5)
         rows = [
-            row for _ in range(count) for row in scene(random, asked.points, kind == "rendered")
+            row
+            for number in range(count)
+            for row in (
+                as_touched_scene(*LYING[number % len(LYING)], random, asked.points)
+                if kind == "touched"
+                else scene(random, asked.points, kind == "rendered")
+            )
         ]
         if not rows:
             continue

@@ -1,7 +1,7 @@
 """What all depth cameras share: take a look, and measure in it. How to look is up to each driver."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -62,14 +62,24 @@ class DepthCamera(Driver):
         square: float = 25.0,
         x: float = 0.0,
         y: float = 0.0,
+        angle: float = 0.0,
+        thickness: float = 0.0,
+        touched: Sequence[dict[str, Any]] = (),
+        touch_error: float = measure.TOUCH_SD_MM,
     ) -> dict[str, Any]:
         view = await self.look("calibrate", goal)
-        fit = await self.worked(measure.calibrate, view, Board(columns, rows, square, x, y))
+        board = Board(columns, rows, square, x, y, angle, thickness)
+        fit = await self.worked(measure.calibrate, view, board, touched, touch_error)
         self.calibration = fit
         self.keep(fit, goal)
         where = (round(float(value), 3) for value in fit.pose.place_mm)
         tilt = round(fit.pose.tilt_deg, 3)
-        return {"rms": round(fit.rms_px, 4), **dict(zip("xyz", where, strict=True)), "tilt": tilt}
+        lies = {
+            "board_x": round(fit.board.x_mm, 3), "board_y": round(fit.board.y_mm, 3),
+            "board_angle": round(fit.board.angle_deg, 3),
+        }  # fmt: skip
+        place = dict(zip("xyz", where, strict=True))
+        return {"rms": round(fit.rms_px, 4), **place, "tilt": tilt, **lies}
 
     async def locate_point(
         self, goal: GoalContext, *, u: float, v: float, height: float | None = None

@@ -24,20 +24,35 @@ RUNS = {"right": (1, 0), "up": (0, -1), "left": (-1, 0), "down": (0, 1)}
 
 @dataclass(frozen=True, slots=True)
 class Board:
-    """A grid of inner corners, one `square_mm` apart; the first one is at bench (x, y, 0)."""
+    """A grid of inner corners, one `square_mm` apart; the first one is at bench (x, y, height).
+
+    `angle_deg` is how far its columns are turned from bench x, towards bench y.
+    """
 
     columns: int = 9
     rows: int = 6
     square_mm: float = 25.0
     x_mm: float = 0.0
     y_mm: float = 0.0
+    angle_deg: float = 0.0
+    height_mm: float = 0.0
 
     def corners_mm(self) -> "np.ndarray":
         """The corners on the bench, shape (rows, columns, 3)."""
         import numpy as np
 
         y, x = np.mgrid[: self.rows, : self.columns] * float(self.square_mm)
-        return np.stack([self.x_mm + x, self.y_mm + y, np.zeros_like(x)], axis=-1)
+        return self.on_bench(np.stack([x, y], axis=-1))
+
+    def on_bench(self, own_mm: "np.ndarray") -> "np.ndarray":
+        """Points of the board's face, from its first corner, as points of the bench: (..., 2) to (..., 3)."""
+        import numpy as np
+
+        angle = np.radians(self.angle_deg)
+        cos, sin = np.cos(angle), np.sin(angle)
+        x, y = own_mm[..., 0], own_mm[..., 1]
+        across, up = self.x_mm + cos * x - sin * y, self.y_mm + sin * x + cos * y
+        return np.stack([across, up, np.full_like(across, self.height_mm)], axis=-1)
 
 
 def find_corners(grey: "np.ndarray", board: Board) -> "np.ndarray":
@@ -52,11 +67,11 @@ def find_corners(grey: "np.ndarray", board: Board) -> "np.ndarray":
 
 
 def corners_on_bench(
-    grey: "np.ndarray", corners: "np.ndarray", x_runs: str = "right"
+    grey: "np.ndarray", corners: "np.ndarray", x_runs: str = "right", angle_deg: float = 0.0
 ) -> "np.ndarray":
-    """The corners in bench order; raises ActionFailed."""
-    ordered = _in_bench_order(corners, x_runs)
-    _check_way(ordered, x_runs)
+    """The corners in the board's own order; raises ActionFailed."""
+    ordered = _in_bench_order(corners, _ways(x_runs, angle_deg))
+    _check_way(ordered, x_runs, angle_deg)
     _check_first_square(grey, ordered)
     return ordered
 
@@ -88,12 +103,12 @@ def _refined(grey: "np.ndarray", corners: "np.ndarray") -> "np.ndarray":
     return cv2.cornerSubPix(grey, flat, (half, half), (-1, -1), criteria).reshape(corners.shape)
 
 
-def _in_bench_order(corners: "np.ndarray", x_runs: str) -> "np.ndarray":
-    """The order in which columns run along bench x and rows along bench y; OpenCV begins anywhere."""
+def _in_bench_order(corners: "np.ndarray", ways: tuple["np.ndarray", "np.ndarray"]) -> "np.ndarray":
+    """The order in which columns and rows run the two ways; OpenCV begins anywhere."""
     orders = [corners, corners[::-1], corners[:, ::-1], corners[::-1, ::-1]]
     if corners.shape[0] == corners.shape[1]:
         orders += [order.swapaxes(0, 1) for order in orders]
-    along_x, along_y = _ways(x_runs)
+    along_x, along_y = ways
 
     def fit(order: "np.ndarray") -> float:
         across, up = _edges(order)
@@ -102,8 +117,8 @@ def _in_bench_order(corners: "np.ndarray", x_runs: str) -> "np.ndarray":
     return max(orders, key=fit).copy()
 
 
-def _check_way(corners: "np.ndarray", x_runs: str) -> None:
-    along_x, along_y = _ways(x_runs)
+def _check_way(corners: "np.ndarray", x_runs: str, angle_deg: float) -> None:
+    along_x, along_y = _ways(x_runs, angle_deg)
     across, _ = _edges(corners)
     if abs(across @ along_x) < abs(across @ along_y):
         rows, columns = corners.shape[:2]
@@ -135,12 +150,17 @@ def _check_first_square(grey: "np.ndarray", corners: "np.ndarray") -> None:
         )
 
 
-def _ways(x_runs: str) -> tuple["np.ndarray", "np.ndarray"]:
-    """The directions of bench x and y in the picture; y is a quarter turn to the left of x."""
+def _ways(x_runs: str, angle_deg: float) -> tuple["np.ndarray", "np.ndarray"]:
+    """The directions of the board's columns and rows in a picture from above.
+
+    Bench y is a quarter turn to the left of bench x.
+    """
     import numpy as np
 
     right, down = RUNS[x_runs]
-    return np.array([right, down]), np.array([down, -right])
+    x, y = np.array([right, down], float), np.array([down, -right], float)
+    cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    return cos * x + sin * y, cos * y - sin * x
 
 
 def _edges(corners: "np.ndarray") -> tuple["np.ndarray", "np.ndarray"]:

@@ -3,6 +3,7 @@
 A driver calls these in a thread, as they take a processor for a second.
 """
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ...driver import ActionFailed
@@ -10,21 +11,32 @@ from .board import Board
 from .view import View
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
 
     from .pose import Calibration
 
+TOUCH_SD_MM = 0.2
+"""How well a tool's tip is set on a corner by eye."""
 TENTH_MM = 10  # depth maps are stored in 0.1 mm
 
 
-def calibrate(view: View, board: Board) -> "Calibration":
-    """Where the eye is, from the board; raises ActionFailed."""
+def calibrate(
+    view: View,
+    board: Board,
+    touched: "Sequence[dict[str, Any]]" = (),
+    touch_sd_mm: float = TOUCH_SD_MM,
+) -> "Calibration":
+    """Where the eye is, from the board as it lies, or as corners of it were touched; raises ActionFailed."""
     from .pose import fit_pose
+    from .touched import Lying, as_touched
 
+    board, lying = as_touched(board, touched, touch_sd_mm) if touched else (board, Lying())
     corners = view.corners(board)
     fit = fit_pose(corners, board, view.eye)
     view.check(corners, board, fit.pose)
-    return fit
+    return replace(fit, lying=lying)
 
 
 def locate(

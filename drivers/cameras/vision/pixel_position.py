@@ -4,6 +4,7 @@ The paper's equations, with R and t from the board: a pixel at depth d is K^-1 (
 of the camera, and R^T (that - t) on the bench. The lens distortion is removed first.
 """
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...driver import ActionFailed
@@ -56,7 +57,9 @@ def uncertainty_mm(
     depth_mm: float,
     depth_sd_mm: float,
 ) -> float:
-    """The radius that contains the true place 19 times out of 20: from the pose, the pixel and the depth.
+    """The radius that contains the true place 19 times out of 20.
+
+    From the pose, from how the board lay, from the pixel and from the depth.
 
     Errors of the lens parameters are not included.
     """
@@ -80,6 +83,10 @@ def uncertainty_mm(
         point(pose, ahead=depth_sd_mm),
     ):
         spread += np.outer(moved - here, moved - here)
+    lifted = (
+        point(replace(pose, place_mm=pose.place_mm + np.array((0.0, 0.0, fit.lying.z_mm)))) - here
+    )
+    spread += fit.lying.spread(here) + np.outer(lifted, lifted)
     return float(SURE * np.sqrt(np.linalg.eigvalsh(spread)[-1]))
 
 

@@ -74,10 +74,10 @@ def board_cells(plan: Plan, board: Board) -> "np.ndarray":
     covered = np.zeros(plan.seen.shape, np.uint8)
     if _looks_like(plan, board):
         edge = (1 + RIM) * board.square_mm
-        right = board.x_mm + (board.columns - 1) * board.square_mm + edge
-        back = board.y_mm + (board.rows - 1) * board.square_mm + edge
-        left, front = board.x_mm - edge, board.y_mm - edge
-        corners = np.array([[left, front], [right, front], [right, back], [left, back]])
+        right = (board.columns - 1) * board.square_mm + edge
+        back = (board.rows - 1) * board.square_mm + edge
+        own = np.array([[-edge, -edge], [right, -edge], [right, back], [-edge, back]])
+        corners = board.on_bench(own)[:, :2]
         cv2.fillConvexPoly(covered, np.round(plan.cells(corners)).astype(np.int32), 1)
     return covered.astype(bool)
 
@@ -86,7 +86,8 @@ def _looks_like(plan: Plan, board: Board) -> bool:
     """Whether the middles of the inner squares alternate between black and white."""
     import numpy as np
 
-    middles = board.corners_mm()[:-1, :-1, :2] + board.square_mm / 2
+    corners = board.corners_mm()[..., :2]
+    middles = (corners[:-1, :-1] + corners[1:, 1:]) / 2
     columns, rows = np.floor(plan.cells(middles)).astype(int).reshape(-1, 2).T
     height, width = plan.seen.shape
     inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height)

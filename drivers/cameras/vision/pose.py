@@ -1,11 +1,12 @@
 """Position and orientation of an eye, from a chessboard on the bench."""
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ...driver import ActionFailed
 from .board import Board
 from .intrinsics import Intrinsics
+from .touched import Lying
 
 if TYPE_CHECKING:
     import numpy as np
@@ -66,7 +67,7 @@ class Calibration:
     """A pose, its reprojection error, its covariance, and the board it was found from.
 
     `covariance` is that of a small turn about `about_mm` and of a shift; about the middle of the
-    board the two hardly disturb each other.
+    board the two hardly disturb each other. `lying` is how well it is known how the board lies.
     """
 
     pose: Pose
@@ -74,6 +75,7 @@ class Calibration:
     about_mm: "np.ndarray"
     covariance: "np.ndarray"
     board: Board
+    lying: Lying = field(default_factory=Lying)
 
     def to_dict(self) -> dict[str, Any]:
         """As plain numbers, to be stored in a file."""
@@ -84,7 +86,8 @@ class Calibration:
             "rms_px": self.rms_px,
             "about_mm": self.about_mm.tolist(),
             "covariance": self.covariance.tolist(),
-            "board": [board.columns, board.rows, board.square_mm, board.x_mm, board.y_mm],
+            "board": list(astuple(board)),
+            "lying": list(astuple(self.lying)),
         }
 
     @classmethod
@@ -94,7 +97,9 @@ class Calibration:
 
         pose = Pose(np.array(kept["turn"]), np.array(kept["place_mm"]))
         about, covariance = np.array(kept["about_mm"]), np.array(kept["covariance"])
-        return cls(pose, float(kept["rms_px"]), about, covariance, Board(*kept["board"]))
+        middle, *rest = kept.get("lying") or astuple(Lying())
+        lying = Lying((middle[0], middle[1]), *rest)
+        return cls(pose, float(kept["rms_px"]), about, covariance, Board(*kept["board"]), lying)
 
 
 def fit_pose(corners: "np.ndarray", board: Board, eye: Intrinsics) -> Calibration:

@@ -46,7 +46,9 @@ class View:
 
     def corners(self, board: Board) -> "np.ndarray":
         """The board's corners in bench order; raises ActionFailed."""
-        return corners_on_bench(self.grey, find_corners(self.grey, board), self.x_runs)
+        return corners_on_bench(
+            self.grey, find_corners(self.grey, board), self.x_runs, board.angle_deg
+        )
 
     def check(self, corners: "np.ndarray", board: Board, pose: "Pose") -> None:
         """Raise ActionFailed if the known depth contradicts a pose."""
@@ -129,7 +131,7 @@ class StereoView(View):
     def check(self, corners: "np.ndarray", board: Board, pose: "Pose") -> None:
         """In mirrored pictures, and with the eyes swapped, near things seem to lie behind."""
         grey = _grey(self.right)
-        others = corners_on_bench(grey, find_corners(grey, board), self.x_runs)
+        others = corners_on_bench(grey, find_corners(grey, board), self.x_runs, board.angle_deg)
         shift = float((corners - others)[..., 0].mean())
         ahead = (board.corners_mm() - pose.place_mm) @ pose.turn[2]
         wanted = self.rig.reach_mm / float(ahead.mean())

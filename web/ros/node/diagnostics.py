@@ -35,8 +35,10 @@ async def tell_diagnostics(
         told.header.stamp = node.get_clock().now().to_msg()
         for name, device in devices.items():
             good, words = condition(device.online, device.reason, status(name))
-            one = DiagnosticStatus(name=f"labrun: {name}", message=words, level=levels[good])
-            one.hardware_id = device.contract.type
+            one = DiagnosticStatus(
+                name=f"labrun: {name}", message=words, level=levels[good],
+                hardware_id=device.contract.type,
+            )  # fmt: skip
             one.values = [KeyValue(key=k, value=str(v)) for k, v in status(name).items()]
             told.status.append(one)
         publisher.publish(told)
