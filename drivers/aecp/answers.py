@@ -4,6 +4,9 @@ The server answers `success` or the text of whatever exception was raised. Only 
 raised before the click mean that nothing happened; any other leaves it open.
 """
 
+import contextlib
+import re
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +16,7 @@ SUCCESS = "success"
 BUSY = "The analyzer is currently running"
 NOT_FOUND = ("The button ", " was not found.")
 TOO_LONG = "The operation takes too long"
+TIME = re.compile(r"(?=(\d{4}(?:_\d\d){5}))")
 FULL = ("No space left on device", "[Errno 28]", "[WinError 112]")
 
 
@@ -45,3 +49,16 @@ def meaning_of(text: str) -> Meaning | None:
     if any(sign in text for sign in FULL):
         return Meaning("DiskFull", "unknown", "free space on the analyser's disk")
     return Meaning("Rejected", "unknown", "check the analyser's program")
+
+
+def times_in(name: str) -> list[float]:
+    """The times in an export's name, on the server's clock, in seconds since 1970.
+
+    The server types its time into a field that it does not empty: from its second export on, a name
+    holds those of earlier ones, too, and even inside each other.
+    """
+    times = []
+    for text in TIME.findall(name):
+        with contextlib.suppress(ValueError, OverflowError):
+            times.append(time.mktime(time.strptime(text, "%Y_%m_%d_%H_%M_%S")))
+    return times

@@ -6,6 +6,7 @@ and has one new entry. The server deletes its cache with every export: exported 
 """
 
 import asyncio
+import math
 import time
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -17,7 +18,7 @@ from ..analyser.settings import settings_of
 from ..analyser.shot_log import AlreadyBegun, Shot, ShotLog
 from ..analyser.spectrum_store import SpectrumStore
 from ..driver import ActionFailed, Driver, GoalContext, Place
-from .answers import Meaning, meaning_of, text_of
+from .answers import Meaning, meaning_of, text_of, times_in
 from .link import AnalyserLink, AnswerLost, NotSent
 from .settings import AecpSettings
 
@@ -26,6 +27,9 @@ CACHE_LATE_S = 20.0
 LOOK_S = 0.2
 CALM_S = 8.0
 BUTTONS = 8
+LOST_IN_A_ROW = 3
+CLOCKS_AGREE_S = 5.0
+"""A name's time is that of the request's arrival, in whole seconds; between two exports lie more."""
 
 
 class Aecp(Driver):
@@ -119,15 +123,23 @@ class Aecp(Driver):
             f"for a shot, even a deletion", "unknown",
         )  # fmt: skip
 
-    async def _cache_before(self) -> set[str] | None:
+    async def _cache_before(self, asked: str = "measure") -> set[str] | None:
         try:
             return None if self._cache is None else await self._cache.names()
         except FolderFault as fault:
-            raise self._failed("measure", "Rejected", f"{fault}; nothing was sent", "no") from fault
+            raise self._failed(asked, "Rejected", f"{fault}; nothing was sent", "no") from fault
 
     def _begun(self, goal: GoalContext, before: set[str] | None) -> Shot:
         if goal.cancelled.is_set():
             raise self._failed("measure", "Rejected", "it was stopped; nothing was sent", "no")
+        lost = sorted(self._lost())
+        if len(lost) >= LOST_IN_A_ROW:
+            raise self._failed(
+                "measure", "Rejected",
+                f"the spectra of {', '.join(lost)} did not arrive whole, and another shot would be lost, "
+                f"too; nothing was sent. The server clicks Delete half a second after it has begun an "
+                f"export: see what its program does then, and continue with `reconnect`", "no",
+            )  # fmt: skip
         try:
             return self._shot_log.begin(goal.id, time.time(), before)
         except AlreadyBegun as fault:
@@ -216,19 +228,49 @@ class Aecp(Driver):
         wanted_shot = self._exporting.shot_to_export(shot)
         data = self._exporting.kept_file(wanted_shot)
         if data is None:
-            found = await self._earlier_export(wanted_shot) or await self._export(goal, wanted_shot)
-            self._exporting.keep(wanted_shot, found)
-            data = found.data
+            data = (await self._spectrum(goal, wanted_shot)).data
         return self._exporting.handed_over(goal, data, file)
 
-    async def _earlier_export(self, shot: Shot) -> Arrived | None:
+    async def _spectrum(self, goal: GoalContext, shot: Shot) -> Arrived:
+        """The shot's proved spectrum, stored on this machine."""
+        came = await self._earlier_export(shot)
+        if came:  # it has emptied its list since
+            return self._exporting.keep(shot, came, None, None)
+        shot, listed = await self._listed(shot)
+        came = await self._export(goal, shot)
+        self._shot_log.learn("lost", "")
+        after = await self._cache_before("export") if listed is not None else None
+        return self._exporting.keep(shot, came, listed, after)
+
+    def _lost(self) -> list[str]:
+        """Shots in a row whose spectrum did not arrive whole."""
+        return (self._shot_log.fact("lost") or "").split()
+
+    async def _listed(self, shot: Shot) -> tuple[Shot, frozenset[str] | None]:
+        """The shot, and what its cache holds, None if it cannot be seen; it must hold this shot."""
+        listed = await self._cache_before("export")
+        if listed is None or shot.before is None:
+            return shot, None
+        new = sorted(listed - shot.before)
+        if shot.entry is None and len(new) == 1:
+            self._shot_log.fired(shot, new[0])
+            shot = replace(shot, entry=new[0])
+        if shot.entry not in listed:
+            raise self._failed(
+                "export", "UnknownShot",
+                f"{shot.entry or 'an entry of it'} is not in {self.settings.cache}, so no export could be "
+                f"shown to be of {shot.name}; nothing was sent", "no",
+            )  # fmt: skip
+        return shot, frozenset(listed)
+
+    async def _earlier_export(self, shot: Shot) -> list[Arrived]:
         """What an export whose answer was lost left behind; the server cannot repeat it."""
         if shot.asked is None or not await self._names_since(shot.asked):
-            return None
+            return []
         try:
             return await arrived(self._exports, self._wanted(shot), self.settings.export_s / 2)
         except NotArrived:
-            return None
+            return []
 
     async def _names_since(self, before: frozenset[str]) -> set[str]:
         try:
@@ -236,10 +278,9 @@ class Aecp(Driver):
         except FolderFault as fault:
             raise self._failed("export", "Rejected", f"{fault}; nothing was sent", "no") from fault
 
-    async def _export(self, goal: GoalContext, shot: Shot) -> Arrived:
+    async def _export(self, goal: GoalContext, shot: Shot) -> list[Arrived]:
         before = await self._names_since(frozenset())
-        self._shot_log.asked(shot, before)
-        shot = replace(shot, asked=frozenset(before))
+        shot = self._shot_log.asked(shot, before, f"{time.time():.3f}")
         meaning, said = None, "'success'"
         try:
             answer = await self._link.ask("export", "data", self.settings.export_s)
@@ -254,19 +295,40 @@ class Aecp(Driver):
         try:
             return await arrived(self._exports, self._wanted(shot), self.settings.export_s)
         except NotArrived as fault:
+            self._shot_log.learn("lost", " ".join({*self._lost(), shot.name}))
             error = "DiskFull" if fault.full else meaning.error if meaning else "Timeout"
             raise self._failed(
                 "export", error,
-                f"it answered {said}, but in {self.settings.exports} {fault}. It has deleted its cache: "
-                f"keep what is there, and check the disk and the program", "unknown",
+                f"it answered {said}, but in {self.settings.exports} {fault}{await self._clock_words(shot)}. "
+                f"It clicks Delete half a second after it has begun the export: keep what is there, and "
+                f"check the disk and the program", "unknown",
             ) from fault  # fmt: skip
 
     def _wanted(self, shot: Shot) -> Wanted:
+        begun = [float(at) + self.settings.clock_s for at in shot.typed]
         return Wanted(
             before=shot.asked or frozenset(),
             pattern=self.settings.spectrum,
             channels=self._exporting.channels(),
+            ours=lambda name: self._apart(name, begun) <= CLOCKS_AGREE_S,
             settle_s=self.settings.settle_s,
+            breaks_off=True,  # it clicks Delete, whether or not the program still writes
+        )
+
+    def _apart(self, name: str, begun: list[float]) -> float:
+        """Seconds between a time in a name and one of these."""
+        return min((abs(at - b) for at in times_in(name) for b in begun), default=math.inf)
+
+    async def _clock_words(self, shot: Shot) -> str:
+        """A hint where what came bears another time than that of the request."""
+        new = await self._names_since(shot.asked or frozenset())
+        apart = [at - float(t) for name in new for at in times_in(name) for t in shot.typed]
+        nearest = min(apart, key=abs, default=None)
+        if nearest is None or abs(nearest - self.settings.clock_s) <= CLOCKS_AGREE_S:
+            return ""
+        return (
+            f" (a name there says that it was begun {nearest:+.0f} s from the request: it is another "
+            f"export's; or, if that computer's clock is off by so much, write `clock_s: {nearest:.0f}`)"
         )
 
     async def disarm(self, goal: GoalContext) -> dict[str, Any]:
@@ -294,6 +356,7 @@ class Aecp(Driver):
         try:
             await self._link.renew(self.settings.connect_s)
             await self._set_export_path()
+            self._shot_log.learn("lost", "")
         except OSError as fault:
             raise self._failed("reconnect", "Timeout", str(fault), "unknown") from fault
         return {}

@@ -1,11 +1,13 @@
 """From a shot to its spectrum, once: the export steps that drivers of real analysers share."""
 
 import errno
+import time
 from hashlib import sha256
 
 from ...schemas.messages import FileContent
 from ..driver import ActionFailed, GoalContext
 from .export_arrival import Arrived
+from .identity import Unproved, spectrum_of
 from .shot_log import Shot, ShotLog
 from .spectrum_store import SpectrumStore
 
@@ -53,17 +55,21 @@ class Exporting:
         """The spectrum, if it was exported before."""
         return None if shot.exported is None else self._spectra_kept.read(shot.name, shot.exported)
 
-    def keep(self, shot: Shot, found: Arrived) -> None:
-        """Write a complete spectrum to this machine's disk: from here on the export is safe."""
-        twin = self._shot_log.shot_with(sha256(found.data).hexdigest())
-        if twin is not None and twin.number != shot.number:
-            raise ActionFailed(
-                "Rejected",
-                f"{self.device} was asked for {shot.name} and wrote the spectrum of {twin.name} again "
-                f"({found.path}); check which spectrum is selected in its program",
-                "unknown",
-            )
+    def keep(
+        self, shot: Shot, came: list[Arrived], before: frozenset[str] | None, after: set[str] | None
+    ) -> Arrived:
+        """Prove which spectrum is the shot's and write it to this machine's disk: then it is safe.
+
+        `before` and `after` are what the cache held, None if it cannot be seen. What is not proved is
+        set aside in `quarantine`, beside the stored spectra.
+        """
         try:
+            try:
+                found = self._proved(shot, came, before, after)
+            except Unproved as fault:
+                raise self._set_aside(shot, came, str(fault)) from fault
+            finally:
+                self._shot_log.saw(shot, {key for one in came for key in one.keys}, before)
             digest = self._spectra_kept.keep(shot.name, found.data)
             self._shot_log.exported(shot, digest)
             if found.channels > int(self._shot_log.fact("channels") or 0):
@@ -72,6 +78,29 @@ class Exporting:
             raise failed_to_keep(
                 self.device, shot.name, str(self._spectra_kept.folder), fault
             ) from fault
+        return found
+
+    def _proved(
+        self, shot: Shot, came: list[Arrived], before: frozenset[str] | None, after: set[str] | None
+    ) -> Arrived:
+        expected = None if shot.before is None else shot.before | {shot.entry}
+        for listed in (before, after):
+            if listed is not None and expected is not None and not listed <= expected:
+                new = ", ".join(sorted(name for name in listed if name not in expected))
+                raise Unproved(
+                    f"has measured for somebody else since then: {new} is new in its cache. Remove it "
+                    f"from the program's list and export again"
+                )
+        return spectrum_of(shot, came, self._shot_log, before)
+
+    def _set_aside(self, shot: Shot, came: list[Arrived], why: str) -> ActionFailed:
+        """The files of an export that proves nothing, copied to where nobody takes them for proved."""
+        words = f"{self.device} was asked for {shot.name} and {why}. Nothing was deleted by labrun"
+        name = f"{shot.name}_{time.strftime('%Y%m%d_%H%M%S')}"
+        files = {one.path: one.data for one in came}
+        place = self._spectra_kept.set_aside(name, files, words)
+        self._shot_log.forget_export(shot)
+        return ActionFailed("Rejected", f"{words}; what came is in {place}", "unknown")
 
     def handed_over(self, goal: GoalContext, data: bytes, file: str) -> dict[str, str]:
         """The result of the action, with the file beside it."""

@@ -8,7 +8,7 @@ import json
 import sqlite3
 from collections.abc import Iterable
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,11 +18,12 @@ Fate = Literal["begun", "fired", "denied"]
 TABLES = """
 CREATE TABLE IF NOT EXISTS shots (
     number INTEGER PRIMARY KEY AUTOINCREMENT, goal TEXT NOT NULL UNIQUE, fate TEXT NOT NULL,
-    at REAL NOT NULL, before TEXT, entry TEXT, exported TEXT, asked TEXT
+    at REAL NOT NULL, before TEXT, entry TEXT, exported TEXT, asked TEXT, typed TEXT, listed TEXT
 );
+CREATE TABLE IF NOT EXISTS seen (key TEXT PRIMARY KEY, number INTEGER NOT NULL) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 """
-ROW = "SELECT number, goal, fate, at, before, entry, exported, asked FROM shots "
+ROW = "SELECT number, goal, fate, at, before, entry, exported, asked, typed FROM shots "
 BUSY_S = 2.0
 
 
@@ -36,7 +37,7 @@ class Shot:
 
     `before` are the names in the cache before the click, null if the cache cannot be seen;
     `entry` is what it left there; `exported` the SHA-256 of its stored spectrum; `asked` the
-    names in the export folder before an export was requested.
+    names in the export folder before an export was requested, `typed` what its exports are called.
     """
 
     number: int
@@ -47,10 +48,11 @@ class Shot:
     entry: str | None
     exported: str | None
     asked: frozenset[str] | None
+    typed: frozenset[str]
 
     @property
     def name(self) -> str:
-        return f"shot-{self.number:06d}"
+        return name_of(self.number)
 
 
 class ShotLog:
@@ -66,6 +68,9 @@ class ShotLog:
                 self._disk.execute("PRAGMA journal_mode = WAL")
                 self._disk.execute("PRAGMA synchronous = FULL")
                 self._disk.executescript(TABLES)
+                known = {row[1] for row in self._disk.execute("PRAGMA table_info(shots)")}
+                for name in {"typed", "listed"} - known:  # a log of an earlier version
+                    self._disk.execute(f"ALTER TABLE shots ADD COLUMN {name} TEXT")
                 on_failure.pop_all()
         except sqlite3.Error as fault:
             raise OSError(f"the shot log {path} cannot be opened: {fault}") from fault
@@ -94,9 +99,14 @@ class ShotLog:
         """It certainly did not happen."""
         self._write("UPDATE shots SET fate = 'denied' WHERE number = ?", shot.number)
 
-    def asked(self, shot: Shot, names: Iterable[str]) -> None:
+    def asked(self, shot: Shot, names: Iterable[str], typed: str) -> Shot:
         """Its export is about to be requested; these were the names in the export folder before."""
-        self._write("UPDATE shots SET asked = ? WHERE number = ?", _text(names), shot.number)
+        known = shot.typed | {typed}
+        self._write(
+            "UPDATE shots SET asked = ?, typed = ? WHERE number = ?",
+            _text(names), _text(known), shot.number,
+        )  # fmt: skip
+        return replace(shot, asked=frozenset(names), typed=known)
 
     def exported(self, shot: Shot, sha256: str) -> None:
         """Its spectrum is stored."""
@@ -114,9 +124,45 @@ class ShotLog:
         found = self._one("WHERE number = ?", int(number))
         return found if found is not None and found.name == name else None
 
-    def shot_with(self, sha256: str) -> Shot | None:
-        """The shot whose stored spectrum has this SHA-256."""
-        return self._one("WHERE exported = ? LIMIT 1", sha256)
+    def earlier(self, shot: Shot) -> list[tuple[str, str | None, bool]]:
+        """Every shot before this one that may have happened: its name, its entry, if it is stored."""
+        rows = self._disk.execute(
+            "SELECT number, entry, exported FROM shots WHERE fate != 'denied' AND number < ?",
+            (shot.number,),
+        )
+        return [(name_of(number), entry, exported is not None) for number, entry, exported in rows]
+
+    def last_brought(self, shot: Shot) -> str:
+        """The latest earlier shot whose export brought something; empty if there is none."""
+        row = self._ask("SELECT max(number) FROM seen WHERE number < ?", shot.number)
+        return name_of(row[0]) if row[0] else ""
+
+    def saw(self, shot: Shot, keys: Iterable[str], listed: Iterable[str] | None) -> None:
+        """An export for this shot brought spectra with these keys, from this list of entries."""
+        for key in keys:
+            self._write("INSERT OR IGNORE INTO seen VALUES (?, ?)", key, shot.number)
+        self._write("UPDATE shots SET listed = ? WHERE number = ?", _text(listed), shot.number)
+
+    def forget_export(self, shot: Shot) -> None:
+        """What its exports brought was nobody's: the next one is made anew."""
+        self._write("UPDATE shots SET asked = NULL, typed = NULL WHERE number = ?", shot.number)
+
+    def seen_at(self, shot: Shot, keys: Iterable[str]) -> str | None:
+        """The earlier shot at whose export a spectrum with one of these keys was first seen."""
+        for key in keys:
+            row = self._ask("SELECT number FROM seen WHERE key = ?", key)
+            row = row or self._ask("SELECT number FROM shots WHERE exported = ?", key)
+            if row is not None and row[0] < shot.number:
+                return name_of(row[0])
+        return None
+
+    def listed_before(self, shot: Shot) -> frozenset[str]:
+        """What the cache held at the last export for an earlier shot that brought something."""
+        row = self._ask(
+            "SELECT listed FROM shots WHERE number < ? AND listed IS NOT NULL "
+            "ORDER BY number DESC LIMIT 1", shot.number,
+        )  # fmt: skip
+        return (_names(row[0]) if row else None) or frozenset()
 
     def count(self) -> int:
         """How many shots were certainly fired."""
@@ -142,10 +188,20 @@ class ShotLog:
 
     def _one(self, where: str, *values: Any) -> Shot | None:
         row = self._ask(ROW + where, *values)
-        if row is None:
-            return None
-        number, goal, fate, at, before, entry, exported, asked = row
-        return Shot(number, goal, fate, at, _names(before), entry, exported, _names(asked))
+        return None if row is None else _shot(row)
+
+
+def _shot(row: Any) -> Shot:
+    number, goal, fate, at, before, entry, exported, asked, typed = row
+    return Shot(
+        number, goal, fate, at, _names(before), entry, exported, _names(asked),
+        _names(typed) or frozenset(),
+    )  # fmt: skip
+
+
+def name_of(number: int) -> str:
+    """How a shot is called."""
+    return f"shot-{number:06d}"
 
 
 def _text(names: Iterable[str] | None) -> str | None:

@@ -22,9 +22,10 @@ from .match import THRESHOLD, Picture, Template, unfit
 FILE = "buttons.yaml"
 VERSION = 1
 
-Where = Literal["main", "dialog", "error", "busy"]
-"""main: always in the main window; dialog: while exporting; error: the sign of a modal error, or the
-button that closes it; busy: a sign that is there while the analyser works."""
+Where = Literal["main", "dialog", "error", "banner", "busy"]
+"""main: always in the main window; dialog: while exporting; error: the sign of a modal error in a
+window of its own, or the button that closes it; banner: the sign of an error that is drawn in the main
+window; busy: a sign that is there while the analyser works."""
 
 STEP_WORDS = ("click", "type", "press", "tick", "untick", "wait", "gone")
 PAPER_EXPORT: tuple[dict[str, str], ...] = (
@@ -146,11 +147,9 @@ def read_buttons(folder: Path, needed: tuple[str, ...] = NEEDED) -> Buttons:
         )
     templates: dict[str, Template] = {}
     for name, button in said.buttons.items():
-        templates[name] = Template(
-            name, _read_picture(folder / button.file, name), button.threshold
-        )
+        templates[name] = Template(name, read_picture(folder / button.file, name), button.threshold)
         if button.on is not None:
-            on = _read_picture(folder / button.on, f"{name}, ticked")
+            on = read_picture(folder / button.on, f"{name}, ticked")
             templates[f"{name}.on"] = Template(f"{name}.on", on, button.threshold)
     buttons = Buttons(folder, said, templates)
     _check_steps(folder, buttons)
@@ -186,7 +185,8 @@ def _read_file(path: Path) -> ButtonsFile:
         raise ButtonsFault(f"{path} cannot be read: {' '.join(str(fault).split())}") from fault
 
 
-def _read_picture(path: Path, name: str) -> Picture:
+def read_picture(path: Path, name: str) -> Picture:
+    """A recorded picture; raises ButtonsFault if it cannot be read or used as a template."""
     import numpy as np
     from PIL import Image
 

@@ -27,6 +27,8 @@ from .settings import SciapsGuiSettings
 
 LOOK_S = 0.25
 CALM_S = 8.0
+CONFIRM_S = 2.0
+"""How long after a click on `sync` its window is waited for; one that comes later is met by `ready`."""
 ANSWER_S = 45.0
 """How long the probe waits for a shot that may still appear."""
 
@@ -223,7 +225,7 @@ class SciapsGui(Driver):
         except (Trouble, NoScreen) as fault:
             return Seen("dialog", str(fault))
 
-    async def _found(self, shot: Shot) -> bool:
+    async def _found(self, shot: Shot, asked: str = "measure") -> bool:
         """Whether the cache shows this shot; raises ActionFailed if it shows more than one."""
         try:
             new = sorted(await self._cache.names() - (shot.before or frozenset()))
@@ -231,7 +233,7 @@ class SciapsGui(Driver):
             return False
         if len(new) > 1:
             raise self.failed(
-                "measure", "Lost",
+                asked, "Lost",
                 f"{' and '.join(new)} are new in the cache after one click: one is from another click, "
                 f"and it is unclear which one belongs to this shot", "yes",
             )  # fmt: skip
@@ -269,6 +271,8 @@ class SciapsGui(Driver):
         wanted = self._exporting.shot_to_export(shot)
         data = self._exporting.kept_file(wanted)
         if data is None:
+            if wanted.entry is None and await self._found(wanted, "export"):
+                wanted = self._exporting.shot_to_export(shot)
             data = await self._exports.spectrum(goal, wanted)
         return self._exporting.handed_over(goal, data, file)
 
@@ -294,11 +298,29 @@ class SciapsGui(Driver):
     async def reconnect(self, goal: GoalContext) -> dict[str, Any]:
         self.program.halted = goal.cancelled.is_set()
         await self.ready(goal, "reconnect")
-        if "sync" in self._buttons:
-            await self.tried(
-                "reconnect", "unknown", lambda: self.program.click("sync", self.settings.dialog_s)
-            )
+        await self.sync(goal, "unknown")
         return {}
+
+    async def sync(self, goal: GoalContext, happened: Any) -> None:
+        """Click `sync`, if it was recorded, and confirm the window that it may open."""
+        if "sync" not in self._buttons:
+            return
+        await self.ready(goal, "sync")
+        dialog_s = self.settings.dialog_s
+        await self.tried("sync", happened, lambda: self.program.click("sync", dialog_s))
+        self.expect_dialog("sync")
+        try:
+            await self.tried("sync", happened, lambda: self._confirm_sync(min(dialog_s, CONFIRM_S)))
+        except ActionFailed:
+            await self.tried("sync", happened, lambda: self.program.leave_dialogs(dialog_s))
+            raise
+
+    def _confirm_sync(self, appears_s: float) -> None:
+        self.program.confirm(("sync_yes", "delete_yes"), appears_s, self.settings.dialog_s)
+
+    def expect_dialog(self, of: str) -> None:
+        """Note on disk that a window of our own may be open from now on, or none any more."""
+        self._shot_log.learn("dialog", of)
 
     async def ready(self, goal: GoalContext, asked: str) -> None:
         """Wait until the program is idle; a known error is closed, an unknown dialog is not touched."""
@@ -309,8 +331,9 @@ class SciapsGui(Driver):
                 return
             words = f"{seen.words}; nothing was clicked"
             if seen.state == "dialog":
-                raise self.failed(asked, "DialogOpen", words + await self.picture(), "no")
-            if seen.state == "error":
+                if not await self._left_own_dialog(asked):
+                    raise self.failed(asked, "DialogOpen", words + await self.picture(), "no")
+            elif seen.state == "error":
                 goal.feedback(None, f"{seen.words}; closing it")
                 await self.tried(
                     asked, "no", lambda: self.program.close_error(self.settings.dialog_s)
@@ -319,6 +342,19 @@ class SciapsGui(Driver):
                 error = "Busy" if seen.state == "busy" else "Rejected"
                 raise self.failed(asked, error, f"{words}, after {self.settings.busy_s:g} s", "no")
             await asyncio.sleep(LOOK_S)
+
+    async def _left_own_dialog(self, asked: str) -> bool:
+        """Close a window that an earlier click of ours opened, and that came late or outlived a kill."""
+        of = self._shot_log.fact("dialog")
+        if not of or not await self.tried(asked, "no", self.program.knows_dialog):
+            return False
+        dialog_s = self.settings.dialog_s
+        if of == "sync":
+            await self.tried(asked, "no", lambda: self._confirm_sync(dialog_s))
+        else:
+            await self.tried(asked, "no", lambda: self.program.leave_dialogs(dialog_s))
+        self.expect_dialog("")
+        return True
 
     async def tried(self, asked: str, happened: Any, act: Callable[[], T]) -> T:
         """Do something on the screen; trouble there becomes an error of the contract."""

@@ -1,12 +1,12 @@
 """Export one shot through the program's dialogs, check and store its spectrum, then delete."""
 
+import functools
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
 from ..analyser.cache import Cache
-from ..analyser.export_arrival import NO_ROOM, Arrived, NotArrived, Wanted, arrived
+from ..analyser.export_arrival import NO_ROOM, Arrived, NotArrived, Wanted, arrived, has_name
 from ..analyser.exporting import Exporting
 from ..analyser.folder import FolderFault, SharedFolder
 from ..analyser.shot_log import Shot, ShotLog
@@ -37,6 +37,8 @@ class Analyser(Protocol):
     async def on_screen(self, act: Callable[[], T]) -> T: ...
     async def ready(self, goal: GoalContext, asked: str) -> None: ...
     async def tried(self, asked: str, happened: Any, act: Callable[[], T]) -> T: ...
+    async def sync(self, goal: GoalContext, happened: Any) -> None: ...
+    def expect_dialog(self, of: str) -> None: ...
     async def picture(self) -> str: ...
     def failed(self, asked: str, error: str, words: str, happened: Any) -> ActionFailed: ...
 
@@ -50,19 +52,36 @@ class Exports:
         self._folder = SharedFolder(self._settings.exports)
 
     async def spectrum(self, goal: GoalContext, shot: Shot) -> bytes:
-        """Store the shot's complete spectrum on this machine; only then may its cache entry be deleted."""
-        found = await self._earlier(shot) or await self._made(goal, shot)
-        self._driver.exporting.keep(shot, found)
+        """Store the shot's proved spectrum on this machine; only then may its cache entry be deleted."""
+        listed = await self._listed(shot)
+        came = await self._earlier(shot) or await self._made(goal, shot)
+        found = self._driver.exporting.keep(shot, came, frozenset(listed), await self._cache())
         goal.feedback(0.9, f"{found.channels} channels stored")
         if self._settings.delete == "file":
             await self._delete_file(shot)
         elif self._settings.delete == "button":
             await self._delete_by_button(goal, shot)
-        if self._settings.sync and "sync" in self._driver.buttons:
-            await self._driver.tried(
-                "sync", "yes", lambda: self._program.click("sync", self._dialog_s)
-            )
+        if self._settings.sync:
+            await self._driver.sync(goal, "yes")
         return found.data
+
+    async def _listed(self, shot: Shot) -> set[str]:
+        """What the program's cache holds; raises ActionFailed if this shot is not in it."""
+        listed = await self._cache()
+        if shot.entry in listed:
+            return listed
+        known = f"its entry {shot.entry}" if shot.entry else "an entry of it"
+        raise self._failed(
+            "UnknownShot",
+            f"{known} is not in {self._settings.cache}, so no export could be shown to be of {shot.name}; "
+            f"nothing was clicked", "no",
+        )  # fmt: skip
+
+    async def _cache(self) -> set[str]:
+        try:
+            return await self._driver.cache.names()
+        except FolderFault as fault:
+            raise self._failed("Rejected", f"{fault}; nothing was deleted", "unknown") from fault
 
     @property
     def _program(self):
@@ -72,25 +91,26 @@ class Exports:
     def _dialog_s(self) -> float:
         return self._settings.dialog_s
 
-    async def _earlier(self, shot: Shot) -> Arrived | None:
+    async def _earlier(self, shot: Shot) -> list[Arrived]:
         """What an earlier attempt left in the folder after all."""
-        if shot.asked is None:
-            return None
+        if shot.asked is None or not shot.typed:
+            return []
         try:
-            return await arrived(self._folder, self._wanted(shot, ""), AGAIN_S)
+            return await arrived(self._folder, self._wanted(shot), AGAIN_S)
         except NotArrived:
-            return None
+            return []
 
-    async def _made(self, goal: GoalContext, shot: Shot) -> Arrived:
+    async def _made(self, goal: GoalContext, shot: Shot) -> list[Arrived]:
         await self._driver.ready(goal, "export")
         before = await self._room()
-        self._driver.shot_log.asked(shot, before)
-        shot = replace(shot, asked=frozenset(before))
         name = f"{shot.name}_{time.strftime('%Y%m%d_%H%M%S')}"
+        shot = self._driver.shot_log.asked(shot, before, name)
+        self._driver.expect_dialog(shot.name)
         await self._steps(goal, name)
+        self._driver.expect_dialog("")
         goal.feedback(0.6, "waiting for the complete file")
         try:
-            return await arrived(self._folder, self._wanted(shot, name), self._settings.export_s)
+            return await arrived(self._folder, self._wanted(shot), self._settings.export_s)
         except NotArrived as fault:
             seen = await self._error_words()
             error = "DiskFull" if fault.full else "DialogOpen" if seen else "Timeout"
@@ -151,7 +171,10 @@ class Exports:
         try:
             if isinstance(fault, Trouble) and fault.state == "error":
                 await self._driver.on_screen(lambda: self._program.close_error(self._dialog_s))
-            await self._driver.on_screen(lambda: self._program.leave_dialogs(self._dialog_s))
+            late_s = self._settings.busy_s if _may_come_late(fault) else 0.0
+            leave = functools.partial(self._program.leave_dialogs, self._dialog_s, late_s)
+            if await self._driver.on_screen(leave) or not late_s:
+                self._driver.expect_dialog("")
             left = "its dialogs were closed"
         except (Trouble, NoScreen, NotClicked) as further:
             left = f"its dialog may still be open ({further})"
@@ -169,10 +192,14 @@ class Exports:
             return f"; {fault}"
         return f"; {seen.words}{picture}"
 
-    def _wanted(self, shot: Shot, name: str) -> Wanted:
+    def _wanted(self, shot: Shot) -> Wanted:
+        named = any(
+            "{name}" in what for word, what in self._driver.buttons.steps() if word == "type"
+        )
         return Wanted(
             before=shot.asked or frozenset(), pattern=self._settings.spectrum,
-            channels=self._driver.exporting.channels(), name=name or shot.name,
+            channels=self._driver.exporting.channels(),
+            ours=(lambda name: has_name(name, shot.typed)) if named else (lambda name: True),
             settle_s=self._settings.settle_s,
         )  # fmt: skip
 
@@ -192,7 +219,9 @@ class Exports:
         if shot.entry is None or shot.entry not in before:
             return
         await self._driver.ready(goal, "delete")
+        self._driver.expect_dialog("delete")
         await self._driver.tried("delete", "yes", self._click_delete)
+        self._driver.expect_dialog("")
         gone = before - await self._driver.cache.names_when_gone(shot.entry, self._dialog_s)
         if gone != {shot.entry}:
             words = ", ".join(sorted(gone)) or "nothing"
@@ -203,11 +232,14 @@ class Exports:
             )  # fmt: skip
 
     def _click_delete(self) -> None:
-        program = self._program
-        program.click("delete", self._dialog_s)
+        self._program.click("delete", self._dialog_s)
         if "delete_yes" in self._driver.buttons:
-            program.click("delete_yes", self._dialog_s)
-            program.wait_until_gone("delete_yes", self._dialog_s)
+            self._program.confirm(("delete_yes",), self._dialog_s, self._dialog_s)
 
     def _failed(self, error: str, words: str, happened: str) -> ActionFailed:
         return self._driver.failed("export", error, words, happened)
+
+
+def _may_come_late(fault: Exception) -> bool:
+    """Whether a dialog that was asked for has not been seen yet."""
+    return isinstance(fault, Trouble) and fault.state == "unseen"

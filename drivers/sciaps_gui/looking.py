@@ -12,6 +12,7 @@ from .buttons import Buttons
 from .match import ALONE, Sighting, Template, look_for, moved
 from .view import View
 
+OF_DIALOGS = ("dialog", "error")
 SMALL, EASED = 0.7, 0.08
 """Below the first size check boxes of 8 pixels fit hardly better than by 0.65; within the dialog's own
 window nothing else does."""
@@ -21,7 +22,7 @@ def look_in(
     view: View, buttons: Buttons, names: Sequence[str], scale: float | None
 ) -> dict[str, Sighting]:
     """Name -> what is seen of it, in the picture's coordinates; each is compared with all the others."""
-    of_dialogs = [n for n in names if buttons.button(n.removesuffix(".on")).where == "dialog"]
+    of_dialogs = [n for n in names if buttons.button(n.removesuffix(".on")).where in OF_DIALOGS]
     wanted = {name: buttons.template(name) for name in names}
     rivals = buttons.all_but(list(wanted.values()))
     if not of_dialogs or view.main is None:

@@ -89,8 +89,8 @@ class Program:
         if view.main is not None and self._windows.alive(view.main, PING_S) is False:
             return Seen("hung", f"the program {view.main.title!r} does not respond")
         others = [*self.buttons.named("busy"), "measure"]
-        signs = self._look(view, [*self.buttons.named("error"), *others])
-        error = self._error(signs)
+        signs = self._look(view, [*self.buttons.named("error", "banner"), *others])
+        error = self._error(signs, view)
         if error is not None:
             return Seen("error", self._error_words(error, view), error)
         if any(signs[name].hits for name in self.buttons.named("busy")):
@@ -100,16 +100,16 @@ class Program:
         hit = self._the_one("measure", signs["measure"], view)
         return Seen("busy", "its button `measure` is greyed out") if hit.grey else Seen("idle", "")
 
-    def _error(self, signs: dict[str, Sighting]) -> str | None:
+    def _error(self, signs: dict[str, Sighting], view: View) -> str | None:
         """The error sign that is seen, together with the button that closes it if one was recorded.
 
-        A sign alone is no error: a peak of the spectrum resembles a warning triangle.
+        A sign alone is no error: a peak of the spectrum resembles a warning triangle, and a status bar
+        says "Last error: none". A modal error has a window of its own, wherever windows can be listed.
         """
         closes = signs.get("error_close")
-        if closes is not None and not closes.hits:
-            return None
-        errors = (n for n in self.buttons.named("error") if n != "error_close" and signs[n].hits)
-        return next(errors, None)
+        modal = (view.main is None or bool(view.dialogs)) and (closes is None or bool(closes.hits))
+        names = self.buttons.named("error", "banner") if modal else self.buttons.named("banner")
+        return next((n for n in names if n != "error_close" and signs[n].hits), None)
 
     def _error_words(self, name: str, view: View) -> str:
         title = f" in a window {view.dialogs[0].title!r}" if view.dialogs else ""
@@ -145,7 +145,7 @@ class Program:
             time.sleep(LOOK_S)
 
     def _no_error(self, view: View) -> None:
-        error = self._error(self._look(view, self.buttons.named("error")))
+        error = self._error(self._look(view, self.buttons.named("error", "banner")), view)
         if error is not None:
             raise Trouble("error", self._error_words(error, view))
 
@@ -301,17 +301,67 @@ class Program:
         self.click("error_close", timeout_s)
         self.wait_until_gone("error_close", timeout_s)
 
-    def leave_dialogs(self, timeout_s: float) -> None:
-        """Close what a failed export left open: with `export_cancel`, else with Escape."""
+    def leave_dialogs(self, timeout_s: float, late_s: float = 0.0) -> bool:
+        """Close what an export left open: with `export_cancel`, else with Escape; True if any was.
+
+        A dialog that was asked for and has not come yet is waited for, for `late_s`; one that is just
+        closing by itself does not count.
+        """
+        end, late = time.monotonic() + timeout_s, time.monotonic() + late_s
+        left = False
+        while True:
+            dialogs = self.view().dialogs
+            if not dialogs and (left or time.monotonic() >= late):
+                return left
+            time.sleep(CHANGE_S if dialogs and not left else LOOK_S)
+            view = self.view()
+            if not view.dialogs:
+                continue
+            if not left:
+                left, end = True, time.monotonic() + timeout_s
+            elif time.monotonic() >= end:
+                title = view.dialogs[0].title
+                raise Trouble("dialog", f"the window {title!r} is still open after {timeout_s:g} s")
+            self._leave(view)
+
+    def _leave(self, view: View) -> None:
+        cancel = "export_cancel"
+        if cancel in self.buttons and self._look(view, [cancel])[cancel].sure:
+            self.click(cancel, LOOK_S)
+        else:
+            self._hands.press("escape")
+
+    def knows_dialog(self) -> bool:
+        """Whether a dialog is open that shows something which was recorded in a dialog."""
+        view = self.view()
+        names = self.buttons.named("dialog")
+        return bool(view.dialogs and names) and any(
+            sight.hits for sight in self._look(view, names).values()
+        )
+
+    def confirm(self, names: tuple[str, ...], appears_s: float, timeout_s: float) -> bool:
+        """Confirm what a click may have opened, with one of these buttons; False if nothing opens."""
+        end = time.monotonic() + appears_s
+        while not (view := self.view()).dialogs:
+            if time.monotonic() >= end:
+                return False
+            time.sleep(LOOK_S)
+        self._no_error(view)
+        recorded = [name for name in names if name in self.buttons]
         end = time.monotonic() + timeout_s
-        while self.view().dialogs and time.monotonic() < end:
-            if (
-                "export_cancel" in self.buttons
-                and self._look(self.view(), ["export_cancel"])["export_cancel"].sure
-            ):
-                self.click("export_cancel", timeout_s)
-            else:
-                self._hands.press("escape")
+        while True:
+            sights = self._look(self.view(), recorded) if recorded else {}
+            for name in recorded:
+                if sights[name].sure:
+                    self.click(name, timeout_s)
+                    self.wait_until_gone(name, timeout_s)
+                    return True
+            if not recorded or time.monotonic() >= end:
+                raise Trouble(
+                    "dialog",
+                    f"a window {view.dialogs[0].title!r} opened that shows no {' or '.join(names)}; "
+                    f"record the button that confirms it as {names[0]}",
+                )
             time.sleep(LOOK_S)
 
 

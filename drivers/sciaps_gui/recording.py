@@ -5,10 +5,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .buttons import FILE, VERSION, Buttons, ButtonsFault, Where
+from .buttons import FILE, VERSION, Buttons, ButtonsFault, Where, read_picture
 from .looking import look_in
 from .match import Box, Picture, Sighting, Template, common_scale, look_for, overlap, unfit
 from .view import View
+
+IDLE = "idle.png"
+"""The picture in which `measure` was marked: the program was idle then."""
+SIGNS = ("error", "banner", "busy")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +39,7 @@ KNOWN: dict[str, Known] = {
     "export_finish": Known("dialog", "the button that starts the export"),
     "export_cancel": Known("dialog", "the button that leaves the dialog"),
     "delete_yes": Known("dialog", "the button that confirms a deletion"),
+    "sync_yes": Known("dialog", "the button that confirms a synchronisation"),
     "error": Known("error", "a sign that every error message shows"),
     "error_close": Known("error", "the button that closes an error message"),
 }
@@ -90,6 +95,24 @@ def found_again(
     return wrong
 
 
+def seen_while_idle(
+    folder: Path, templates: Mapping[str, Template], marked: Marked
+) -> dict[str, str]:
+    """Name -> what is wrong, for signs that the idle program shows as well: they would always be there."""
+    signs = [
+        t for name, t in templates.items()
+        if place_of(name, marked) in SIGNS and name != "error_close"
+    ]  # fmt: skip
+    if not signs or not (folder / IDLE).exists():
+        return {}
+    sights = look_for(read_picture(folder / IDLE, "the idle program"), signs, 1.0)
+    return {
+        name: f"{sight.words()} while the program was idle, too: mark more of it, or another part"
+        for name, sight in sights.items()
+        if sight.hits
+    }
+
+
 def save(
     folder: Path, templates: Mapping[str, Template], marked: Marked, title: str, screen: Picture
 ) -> None:
@@ -112,6 +135,8 @@ def save(
             file = f"{name}.png"
             Image.fromarray(template.picture).save(folder / file)
             _note(buttons, name, file, marked)
+        if "measure" in templates and not any(place_of(n, marked) in SIGNS for n in templates):
+            Image.fromarray(screen).save(folder / IDLE)
         with path.open("w", encoding="utf-8") as out:
             yaml.dump(said, out)
     except OSError as fault:

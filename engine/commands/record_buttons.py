@@ -25,9 +25,9 @@ At = Annotated[
 ]
 Where = Annotated[
     list[str] | None,
-    typer.Option("--where", metavar="NAME=PLACE", help="main, dialog, error or busy."),
+    typer.Option("--where", metavar="NAME=PLACE", help="main, dialog, error, banner or busy."),
 ]
-PLACES = ("main", "dialog", "error", "busy")
+PLACES = ("main", "dialog", "error", "banner", "busy")
 DEFAULT = Path("buttons")
 
 

@@ -75,10 +75,11 @@ def told_plainly(act: Callable[[], int]) -> None:
 
 def recorded(output: Path, picture: Any, marked: Any, title: str) -> int:
     """Cut buttons out, look for them, save those that are found; returns the exit status."""
-    from ...drivers.sciaps_gui.recording import cut, found_again, save
+    from ...drivers.sciaps_gui.recording import cut, found_again, save, seen_while_idle
 
     templates = cut(picture, marked)
-    wrong = found_again(picture, marked, templates)
+    wrong = seen_while_idle(output, templates, marked)
+    wrong |= found_again(picture, marked, templates)
     for name, words in wrong.items():
         say(f"{name} was not recorded, because it would not be found again: {words}")
     good = {name: template for name, template in templates.items() if name not in wrong}

@@ -31,7 +31,18 @@ PLANS = {
         "late",
         "stray",
     ),
-    "export": ("not_found", "too_long", "half", "die", "full", "twins", "same"),
+    "export": (
+        "not_found",
+        "too_long",
+        "half",
+        "die",
+        "full",
+        "twins",
+        "same",
+        "list",
+        "stray",
+        "stray_folder",
+    ),
     "find_buttons": ("same_place", "crash"),
 }
 
@@ -47,6 +58,7 @@ class AnalyserServer:
         find_s=0.5,
         timeout_s=1.5,
         channels=2000,
+        clock_s=0.0,
     ):
         self.port = port
         self.folder = Path(folder)
@@ -56,6 +68,7 @@ class AnalyserServer:
         self.plans = {name: list(steps) for name, steps in (plans or {}).items()}
         self.shot_s, self.write_s, self.find_s = shot_s, write_s, find_s
         self.timeout_s, self.channels = timeout_s, channels
+        self.clock_s = clock_s  # its clock is ahead
         self.status = "IDLE"
         self.last_csv = ""
         self.sio = socketio.Server(cors_allowed_origins="*", async_mode="eventlet")
@@ -136,26 +149,45 @@ class AnalyserServer:
         if plan == "too_long":
             self.sio.sleep(self.timeout_s)
             raise RuntimeError(TOO_LONG)
-        name = time.strftime("%Y_%m_%d_%H_%M_%S") + f"_{time.time_ns() % 1000:03}"
-        newest = entries[-1].name if entries else "nothing"
-        self.last_csv = self.last_csv if plan == "same" else csv_text(newest, self.channels)
-        for entry in entries:  # before anybody has seen whether the export is whole
+        name = self.name()
+        texts = [csv_text(entry.name, self.channels) for entry in entries] or [""]
+        self.last_csv = self.last_csv if plan == "same" else texts[-1]
+        files = {"1": self.last_csv, "2": csv_text(f"{self.last_csv} 2", self.channels)}
+        if plan == "twins":
+            files["11"] = files.pop("2")
+        elif plan == "list":
+            files = {f"{n}": text for n, text in enumerate(texts, 1)}
+        if plan.startswith("stray"):
+            stray = {"stray": "other_1.csv", "stray_folder": "2025_06_23_10_00_00/x_1.csv"}[plan]
+            (self.exports / stray).parent.mkdir(exist_ok=True)
+            (self.exports / stray).write_text(csv_text(stray, self.channels))
+            self.sio.sleep(1.0)
+        for entry in entries:  # half a second after it began, whether or not the export is whole
             self.remove(entry)
         into = self.exports / name
         into.mkdir()
-        files = ["1", "2"] if plan != "twins" else ["1", "11"]
-        whole = 0.4 if plan == "half" else 1.0
-        eventlet.spawn(self.grow, [into / f"{name}_{n}.csv" for n in files], whole)
+        whole = 0.4 if plan == "half" else 1.0  # its own Delete breaks the export off
+        eventlet.spawn(
+            self.grow, {into / f"{name}_{n}.csv": text for n, text in files.items()}, whole
+        )
         if plan == "die":
             self.sio.sleep(self.write_s + 0.2)
             os._exit(9)
 
-    def grow(self, paths, whole):
+    def name(self):
+        """The time to a second, as the original has it; two exports never share one."""
+        while True:
+            name = time.strftime("%Y_%m_%d_%H_%M_%S", time.localtime(time.time() + self.clock_s))
+            if not (self.exports / name).exists():
+                return name
+            self.sio.sleep(0.1)
+
+    def grow(self, texts, whole):
         """The answer does not wait for this."""
-        pieces, text = 10, self.last_csv[: int(len(self.last_csv) * whole)]
+        pieces = 10
         for k in range(pieces):
-            start, stop = (len(text) * n // pieces for n in (k, k + 1))
-            for path in paths:
+            for path, text in texts.items():
+                start, stop = (int(len(text) * whole) * n // pieces for n in (k, k + 1))
                 with path.open("a", newline="") as file:
                     file.write(text[start:stop])
             eventlet.sleep(self.write_s / pieces)

@@ -2,12 +2,15 @@
 
 import asyncio
 import hashlib
+import re
 import threading
+import time
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 
+from labrun.drivers.aecp.answers import times_in
 from labrun.drivers.aecp.driver import Aecp
 from labrun.drivers.driver import ActionFailed, GoalContext
 from labrun.drivers.find import check_driver, find_driver
@@ -221,7 +224,7 @@ def test_the_same_goal_is_never_sent_twice(aecp):
         ("too_long", "Timeout", "there is nothing new"),
         ("half", "Timeout", "it ends within line"),
         ("full", "DiskFull", "No space left on device"),
-        ("twins", "Timeout", "it is unclear which one belongs to this shot"),
+        ("twins", "Rejected", "wrote 2 spectra that were never seen before"),
     ],
 )
 def test_an_export_that_is_not_whole_is_never_handed_over(aecp, plan, error, words):
@@ -299,6 +302,85 @@ def test_the_spectrum_of_another_shot_is_not_taken_for_this_one(aecp):
         return await failing(driver.export, GoalContext("4"), shot=second, file="b.csv")
 
     assert "wrote the spectrum of shot-000001 again" in aecp.play(story).message
+
+
+@pytest.mark.slow
+def test_a_shot_that_was_passed_over_is_not_filed_as_the_next_one(aecp):
+    aecp.start(plans={"export": ["list"]})
+
+    async def story(driver):
+        await driver.measure(GoalContext("1"))
+        second = (await driver.measure(GoalContext("2")))["shot_id"]
+        refused = await failing(driver.export, GoalContext("3"), shot=second, file="a.csv")
+        third = (await driver.measure(GoalContext("4")))["shot_id"]
+        await driver.export(GoalContext("5"), shot=third, file="b.csv")
+        return refused
+
+    refused = aecp.play(story)
+
+    assert (refused.name, refused.happened) == ("Rejected", "unknown")
+    assert "shot-000001 may be among them and was never exported" in refused.message
+    assert len(list((aecp.folder / "mine" / "quarantine").rglob("*.csv"))) == 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("plan", ["stray", "stray_folder"])
+def test_what_does_not_bear_the_time_of_the_request_is_not_taken(aecp, plan):
+    aecp.start(plans={"export": [plan]})
+
+    async def story(driver):
+        shot = (await driver.measure(GoalContext("1")))["shot_id"]
+        goal = GoalContext("2")
+        await driver.export(goal, shot=shot, file="a.csv")
+        return goal.files["file"].data
+
+    data = aecp.play(story)
+    (own,) = (aecp.folder / "exports").glob(time.strftime("%Y_*/*_1.csv"))
+
+    assert data == own.read_bytes()
+
+
+@pytest.mark.slow
+def test_after_three_spectra_lost_in_a_row_nothing_is_fired_until_somebody_has_looked(aecp):
+    aecp.start(plans={"export": ["half"] * 3})
+
+    async def story(driver):
+        for n in range(3):
+            shot = (await driver.measure(GoalContext(f"m{n}")))["shot_id"]
+            await failing(driver.export, GoalContext(f"e{n}"), shot=shot, file="a.csv")
+        refused = await failing(driver.measure, GoalContext("m3"))
+        await driver.reconnect(GoalContext("r"))
+        return refused, await driver.measure(GoalContext("m4"))
+
+    refused, after = aecp.play(story, export_s=2, cache=aecp.cache)
+
+    assert (refused.name, refused.happened) == ("Rejected", "no")
+    assert "shot-000001, shot-000002, shot-000003 did not arrive whole" in refused.message
+    assert (after, aecp.shots()) == ({"shot_id": "shot-000004"}, 4)
+
+
+def test_names_in_which_the_server_types_one_time_into_another_are_read(aecp):
+    name = "2026_12026_11_23_06_07_162026_11_23_06_07_071_23_06_06_59"
+
+    assert [time.strftime("%M %S", time.localtime(t)) for t in times_in(name)] == ["07 16", "07 07"]
+    assert times_in("2026_13_23_06_07_16 other_1") == []
+
+
+@pytest.mark.slow
+def test_a_clock_that_is_off_is_told_with_what_to_write(aecp):
+    aecp.start(clock_s=-90)
+
+    async def story(driver):
+        shot = (await driver.measure(GoalContext("1")))["shot_id"]
+        return await failing(driver.export, GoalContext("2"), shot=shot, file="a.csv")
+
+    first = aecp.play(story, export_s=3)
+
+    async def again(driver):
+        await driver.export(GoalContext("3"), shot="shot-000001", file="a.csv")
+
+    assert re.search(r"begun -\d\d s from the request.*write `clock_s: -(89|90|91)`", first.message)
+    aecp.play(again, clock_s=-90)
 
 
 def test_a_shot_that_was_passed_over_cannot_be_exported_any_more(aecp):

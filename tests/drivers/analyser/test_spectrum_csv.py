@@ -4,7 +4,7 @@ import contextlib
 
 import pytest
 
-from labrun.drivers.analyser.spectrum_csv import Incomplete, channels_of
+from labrun.drivers.analyser.spectrum_csv import Incomplete, judged
 
 ROWS = [f"{190 + k / 10:.4f},{k % 7}.5" for k in range(500)]
 
@@ -28,7 +28,7 @@ def text(rows=ROWS, head=("wavelength,intensity",), end="\n") -> bytes:
     ],
 )
 def test_whole_spectra_of_several_programs(data):
-    assert channels_of(data) == 500
+    assert judged(data).channels == 500
 
 
 @pytest.mark.parametrize(
@@ -42,11 +42,20 @@ def test_whole_spectra_of_several_programs(data):
         (text([*ROWS, "oops"]), "line 502 is not a wavelength and an intensity: 'oops'"),
         (b"\xff\xfe\x00", "not text"),
         (text([*ROWS[:200], "nan,1", *ROWS[200:]]), "line 202"),
+        (text([f"{190 + k / 10:.4f},0" for k in range(500)]), "every intensity is 0: the detector"),
+        (text([f"{190 + k / 10:.4f},nan" for k in range(500)]), "every intensity is no number"),
+        (
+            text([f"400.0,{k}" for k in range(500)]),
+            "500 channels have only 1 different wavelengths",
+        ),
+        (text(ROWS, head=("pixel,raw",)), "columns are pixel, raw: it has no wavelengths"),
+        (text([f"{k},{k % 7}.5" for k in range(500)]), "first column counts channels"),
+        (text([f"{k},{k % 7}.5" for k in range(1, 1501)]), "first column counts channels"),
     ],
 )
 def test_what_is_not_whole_says_why(data, words):
     with pytest.raises(Incomplete, match=words):
-        channels_of(data)
+        judged(data)
 
 
 def test_a_cut_at_any_byte_never_passes_for_the_whole():
@@ -54,6 +63,6 @@ def test_a_cut_at_any_byte_never_passes_for_the_whole():
     counts = []
     for length in range(2000, len(data) - 2, 7):
         with contextlib.suppress(Incomplete):
-            counts.append(channels_of(data[:length]))
+            counts.append(judged(data[:length]).channels)
 
     assert counts and max(counts) < 500

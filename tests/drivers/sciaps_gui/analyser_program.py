@@ -6,7 +6,6 @@ really did stands in `shots.log`. Options and what they mean are in `OPTIONS`.
 """
 
 import json
-import math
 import random
 import sys
 import threading
@@ -15,6 +14,7 @@ import tkinter as tk
 from pathlib import Path
 
 from looks import COMMON_WORDS, LOOKS
+from spectra import csv_text
 
 OPTIONS = {
     "folder": ".",
@@ -31,6 +31,13 @@ OPTIONS = {
     "steps": 2,  # 2: first the folder, then the boxes; 1: all in one dialog
     "busy": False,  # from the start and for ever
     "keep": False,  # the cache entry of an earlier shot is selected, not the newest
+    "exports": "selected",  # or "list": every entry is written, _1.csv the oldest
+    "stray": "",  # a path that somebody else writes into the export folder when an export begins
+    "late_s": 0.0,  # from the end of the dialogs to the first byte
+    "says": "Ready",  # what the status bar says while nothing is done
+    "sync_asks": False,  # synchronising opens a window that asks for a confirmation
+    "forgets": False,  # boxes are empty whenever their dialog opens
+    "delete_breaks": False,  # Delete works while it exports, and breaks the export off
 }
 
 
@@ -53,6 +60,7 @@ class Program:
         self.hang_after_click_s = 0.0
         self.error_after_click = ""
         self.busy = False
+        self.broken_off = False
         self.others = {}
         self.root = tk.Tk()
         self._main_window()
@@ -90,7 +98,7 @@ class Program:
             self.label(row, "sample_name").pack(side="left")
         self.name = self.entry(row)
         self.name.pack(side="left", padx=self.px(8))
-        self.state = self.label(root, "", "Ready")
+        self.state = self.label(root, "", self.options["says"])
         self.state.pack(side="bottom", anchor="w", padx=self.px(12))
         body = tk.Frame(root, bg=look["back"])
         body.pack(fill="both", expand=True, padx=self.px(12), pady=self.px(8))
@@ -169,9 +177,10 @@ class Program:
 
     def set_busy(self, busy, text):
         self.busy = busy
-        for button in self.buttons.values():
-            button.configure(state="disabled" if busy else "normal")
-        self.say(text)
+        for name, button in self.buttons.items():
+            stays = name == "delete" and self.options["delete_breaks"]
+            button.configure(state="disabled" if busy and not stays else "normal")
+        self.say(text if busy else self.options["says"])
 
     # -- what the buttons do -----------------------------------------------------------------
 
@@ -198,9 +207,29 @@ class Program:
         (self.cache / name / "raw.dat").write_text("raw\n" * 50)
         self.entries.append(name)
         self.show_entries()
-        self.set_busy(False, "Ready")
+        self.set_busy(False, "")
 
     def sync(self):
+        if self.options["sync_asks"]:
+            self.root.after(self.ms("dialog_s"), self.ask_sync)
+        else:
+            self.synchronised()
+
+    def ask_sync(self):
+        box = self.dialog("Confirm")
+        self.label(box, "", "Synchronise now?").pack(padx=self.px(20), pady=self.px(10))
+
+        def yes(event=None):
+            box.destroy()
+            self.synchronised()
+
+        self.button(box, "delete_yes", yes).pack(side="left", padx=self.px(20), pady=self.px(10))
+        self.button(box, "delete_no", box.destroy).pack(side="left", padx=self.px(10))
+        box.bind("<Return>", yes)
+
+    def synchronised(self):
+        with (self.folder / "synced.log").open("a") as log:
+            log.write(f"{time.time():.3f}\n")
         self.say("Synchronised")
 
     def delete(self):
@@ -219,6 +248,7 @@ class Program:
     def deleted(self, box):
         entry = self.selected()
         box.destroy()
+        self.broken_off = self.busy
         for file in (self.cache / entry).iterdir():
             file.unlink()
         (self.cache / entry).rmdir()
@@ -275,6 +305,8 @@ class Program:
         return folder
 
     def boxes(self, box):
+        if self.options["forgets"]:
+            self.ticked = dict.fromkeys(self.ticked, False)
         for name in self.ticked:
             self.check_box(box, name).pack(anchor="w", padx=self.px(20), pady=self.px(4))
 
@@ -331,25 +363,39 @@ class Program:
         """The CSVs grow piece by piece; only the boxes' state says where and how many."""
         name = self.name.get() or "spectrum"
         into = folder / name if self.ticked["new_folder"] else folder
-        into.mkdir(exist_ok=True)
-        numbers = ("1", "2") if self.ticked["separate_spectrum"] else ("all",)
         self.set_busy(True, "Exporting...")
-        texts = {
-            into / f"{name}_{n}.csv": csv_text(self.selected(), n, self.options["channels"])
-            for n in numbers
-        }
+        self.broken_off = False
+        if self.options["stray"]:
+            self.stray(folder / self.options["stray"])
+        channels = self.options["channels"]
+        if self.options["exports"] == "list":
+            texts = {f"{n}": csv_text(e, "1", channels) for n, e in enumerate(self.entries, 1)}
+        elif self.ticked["separate_spectrum"]:
+            texts = {n: csv_text(self.selected(), n, channels) for n in ("1", "2")}
+        else:
+            texts = {"all": csv_text(self.selected(), "all", channels)}
+        texts = {into / f"{name}_{n}.csv": text for n, text in texts.items()}
         pieces = max(1, round(self.options["write_s"] / 0.05))
-        self.grow(texts, pieces, 0)
+        self.root.after(self.ms("late_s"), lambda: self.grow(texts, pieces, 0))
+
+    def stray(self, path):
+        """Somebody else's spectrum."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(csv_text(path.name, "stray", self.options["channels"]))
 
     def grow(self, texts, pieces, done):
+        if self.broken_off:
+            self.set_busy(False, "")
+            return
         for path, text in texts.items():
+            path.parent.mkdir(exist_ok=True)
             start, stop = (len(text) * k // pieces for k in (done, done + 1))
             with path.open("a", newline="") as file:
                 file.write(text[start:stop])
         if done + 1 < pieces:
             self.root.after(50, lambda: self.grow(texts, pieces, done + 1))
         else:
-            self.set_busy(False, "Exported")
+            self.set_busy(False, "")
 
     # -- dialogs and trouble -----------------------------------------------------------------
 
@@ -470,6 +516,10 @@ class Program:
                 look(child)
 
         look(self.root)
+        state = self.state
+        found["state"] = [
+            state.winfo_rootx(), state.winfo_rooty(), state.winfo_width(), state.winfo_height()
+        ]  # fmt: skip
         return found
 
     def run(self):
@@ -497,17 +547,6 @@ def listen(lines):
     for line in sys.stdin:
         lines.append(line.strip())
     lines.append(None)
-
-
-def csv_text(entry, number, channels):
-    """A spectrum that differs for every entry; two intensity columns where all are in one file."""
-    drawn = random.Random(f"{entry} {number}")
-    rows = ["wavelength,intensity"]
-    for k in range(channels):
-        x = 190 + 760 * k / (channels - 1)
-        y = 100 + drawn.random() * 20 + 5000 * math.exp(-(((x - 670.8) / 0.6) ** 2))
-        rows.append(f"{x:.4f},{y:.1f}")
-    return "\n".join(rows) + "\n"
 
 
 if __name__ == "__main__":

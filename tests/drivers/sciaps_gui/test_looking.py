@@ -93,13 +93,16 @@ def test_a_sign_without_its_close_button_is_no_error(gui):
     gui.start().order("error Interlock open")
     eyes = program(gui)
     names = eyes.buttons.named("error")
-    signs = look_in(eyes.view(), eyes.buttons, names, eyes.scale)
+    view = eyes.view()
+    signs = look_in(view, eyes.buttons, names, eyes.scale)
     eyes.close()
     alone = {
         **signs,
         "error_close": Sighting("error_close"),
     }  # a peak is shaped like a warning sign
 
-    assert eyes._error(signs) == "error"
-    assert eyes._error(alone) is None
-    assert eyes._error({"error": signs["error"]}) == "error"  # where no close button was recorded
+    assert eyes._error(signs, view) == "error"
+    assert eyes._error(alone, view) is None
+    only = {"error": signs["error"]}  # where no close button was recorded
+    assert eyes._error(only, view) == "error"
+    assert eyes._error(only, replace(view, dialogs=())) is None  # a word in the status bar

@@ -108,7 +108,10 @@ def test_what_was_recorded_before_stays(tmp_path):
         (["--box", "measure=590,40,120,40"], "is not inside the picture of 600 x 300"),
         (["--box", "measure=30,40,9,9"], "9 x 9 pixels are too few"),
         (["--box", "measure=200,150,80,40"], "it is a single colour"),
-        (["--box", MEASURE, "--where", "measure=here"], "choose one of main, dialog, error, busy"),
+        (
+            ["--box", MEASURE, "--where", "measure=here"],
+            "choose one of main, dialog, error, banner, busy",
+        ),
         (
             ["--box", "new_folder.on=30,40,120,40"],
             "record new_folder, the box that is not ticked, first",
@@ -138,3 +141,17 @@ def test_without_a_screen(tmp_path, monkeypatch):
 
     assert done.returncode == 4
     assert "there is no screen" in done.stderr
+
+
+def test_a_sign_that_the_idle_program_shows_is_not_recorded(tmp_path):
+    record(tmp_path, "--box", MEASURE, "--box", EXPORT)
+    screen = drawn()
+    cv2.putText(screen, "ERROR!", (200, 150), cv2.FONT_HERSHEY_SIMPLEX, 0.9, (0, 0, 0), 2)
+    saved(tmp_path, "error.png", screen)
+    boxes = ["--box", "error_of_all=290,30,140,60", "--box", "error=190,120,120,40"]
+    done = labrun(tmp_path, "record-buttons", "-o", "b", "--image", "error.png", *boxes)
+
+    assert done.returncode == 1
+    assert "error_of_all was not recorded" in done.stderr
+    assert "while the program was idle, too: mark more of it" in done.stderr
+    assert read_buttons(tmp_path / "b").named("error") == ["error"]
