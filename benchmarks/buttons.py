@@ -16,9 +16,9 @@ from tempfile import TemporaryDirectory
 import cv2
 import numpy as np
 
-from labrun.drivers.sciaps_gui.match import Template, look_for
+from labrun.drivers.window_program.match import Template, look_for
 
-PROGRAM = Path(__file__).parents[1] / "tests" / "drivers" / "sciaps_gui" / "analyser_program.py"
+PROGRAM = Path(__file__).parents[1] / "tests" / "drivers" / "window_program" / "analyser_program.py"
 MAIN = ("measure", "export", "sync", "delete", "sample_name")
 LOOKS = ("grey", "dark", "paper")
 LEFT, TOP = 60, 40

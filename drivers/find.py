@@ -32,6 +32,7 @@ SHIPPED = {
     "modbus": "labrun.drivers.bridges.modbus:Modbus",
     "http": "labrun.drivers.bridges.http:Http",
     "pymeasure": "labrun.drivers.bridges.pymeasure:Pymeasure",
+    "window_program": "labrun.drivers.window_program.driver:WindowProgram",
     "ros_action": "labrun.drivers.ros_action.driver:RosAction",
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds others."""

@@ -1,4 +1,4 @@
-"""The driver of an analyser's desktop program, by keyboard and mouse.
+"""The driver of an analyser's desktop program: shots, and spectra that are proved to be theirs.
 
-Never clicks what it has not just seen on the screen.
+Never clicks by itself: the window, its buttons and its dialogs are `window_program`'s.
 """

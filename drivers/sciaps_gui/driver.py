@@ -19,10 +19,10 @@ from ..analyser.shot_log import AlreadyBegun, Shot, ShotLog
 from ..analyser.spectrum_store import SpectrumStore
 from ..driver import ActionFailed, Driver, GoalContext, Place
 from ..find import DriverFault
-from .buttons import Buttons, ButtonsFault, read_buttons
+from ..window_program.buttons import Buttons, ButtonsFault, read_buttons
+from ..window_program.faults import failure_of, put_picture
+from ..window_program.program import NoScreen, NotClicked, Program, Seen, Trouble
 from .exports import Exports
-from .faults import failure_of, put_picture
-from .program import NoScreen, NotClicked, Program, Seen, Trouble
 from .settings import SciapsGuiSettings
 
 LOOK_S = 0.25

@@ -11,8 +11,9 @@ from ..analyser.exporting import Exporting
 from ..analyser.folder import FolderFault, SharedFolder
 from ..analyser.shot_log import Shot, ShotLog
 from ..driver import ActionFailed, GoalContext
-from .buttons import Buttons
-from .program import NoScreen, NotClicked, Program, Trouble
+from ..window_program.buttons import Buttons
+from ..window_program.faults import failure_of
+from ..window_program.program import NoScreen, NotClicked, Program, Trouble
 from .settings import SciapsGuiSettings
 
 AGAIN_S = 3.0
@@ -137,7 +138,10 @@ class Exports:
         for n, (word, what) in enumerate(steps):
             goal.feedback(0.1 + 0.5 * n / len(steps), f"{word} {what}")
             try:
-                await self._driver.on_screen(lambda w=word, t=what: self._step(w, t, texts))
+                step = functools.partial(
+                    self._program.step, word, what.format(**texts), self._dialog_s
+                )
+                await self._driver.on_screen(step)
             except (Trouble, NoScreen, NotClicked) as fault:
                 raise await self._broken_off(f"{word} {what}", fault) from fault
         word, last = steps[-1]
@@ -146,26 +150,8 @@ class Exports:
                 "export", "unknown", lambda: self._program.wait_until_gone(last, self._dialog_s)
             )
 
-    def _step(self, word: str, what: str, texts: dict[str, str]) -> None:
-        program, dialog_s = self._program, self._dialog_s
-        match word:
-            case "click":
-                program.click(what, dialog_s)
-            case "type":
-                program.type(what.format(**texts))
-            case "press":
-                program.key(what)
-            case "tick" | "untick":
-                program.tick(what, word == "tick", dialog_s)
-            case "wait":
-                program.wait_for(what, dialog_s)
-            case "gone":
-                program.wait_until_gone(what, dialog_s)
-
     async def _broken_off(self, step: str, fault: Exception) -> ActionFailed:
         """Close the dialog, so that the next command finds the program as it should be."""
-        from .faults import failure_of
-
         error, words = failure_of(fault)  # type: ignore[arg-type]
         picture = await self._driver.picture()
         try:

@@ -26,8 +26,8 @@ def find_buttons(
 
 
 def _find(folder: Path, image: Path | None, title: str | None, output: Path | None) -> int:
-    from ...drivers.sciaps_gui.buttons import read_buttons
-    from ...drivers.sciaps_gui.recording import drawn, looked
+    from ...drivers.window_program.buttons import read_buttons
+    from ...drivers.window_program.recording import drawn, looked
 
     recorded = read_buttons(folder, needed=())
     wanted = recorded.title if title is None else title

@@ -43,7 +43,7 @@ def _record(
     output: Path, box: list[str] | None, at: list[str] | None, where: list[str] | None,
     image: Path | None, title: str | None,
 ) -> int:  # fmt: skip
-    from ...drivers.sciaps_gui.recording import Marked
+    from ...drivers.window_program.recording import Marked
 
     if not box:
         if image is not None or not sys.stdin.isatty():
@@ -64,7 +64,7 @@ def _record(
 
 
 def _screen() -> Any:
-    from ...drivers.sciaps_gui.hands import Hands
+    from ...drivers.window_program.hands import Hands
 
     return Hands().picture()
 
@@ -89,7 +89,7 @@ def _places(where: list[str] | None) -> Any:
 
 
 def _check_names(marked: Any) -> None:
-    from ...drivers.sciaps_gui.recording import KNOWN, place_of
+    from ...drivers.window_program.recording import KNOWN, place_of
     from ..language.suggest import did_you_mean
 
     for name in marked.boxes:

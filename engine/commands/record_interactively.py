@@ -20,8 +20,8 @@ FIELDS = ("sample_name", "folder")
 
 def record_asked(output: Path, title: str | None) -> int:
     """Ask for every known button in turn; each is saved as soon as it is found again."""
-    from ...drivers.sciaps_gui.hands import Hands
-    from ...drivers.sciaps_gui.recording import KNOWN
+    from ...drivers.window_program.hands import Hands
+    from ...drivers.window_program.recording import KNOWN
 
     hands = Hands()
     if title is None:
@@ -46,8 +46,8 @@ def record_asked(output: Path, title: str | None) -> int:
 
 def _one(hands: Any, output: Path, name: str, title: str) -> int:
     """Record a button: two corners, for a field where to click, and the picture without the mouse."""
-    from ...drivers.sciaps_gui.buttons import ButtonsFault
-    from ...drivers.sciaps_gui.recording import Marked
+    from ...drivers.window_program.buttons import ButtonsFault
+    from ...drivers.window_program.recording import Marked
 
     left, top = hands.where()
     _asked("  mouse on its lower right corner, then Enter")
@@ -72,7 +72,7 @@ def _one(hands: Any, output: Path, name: str, title: str) -> int:
 
 def _complete(output: Path) -> int:
     """Report whether a driver can start with what was recorded."""
-    from ...drivers.sciaps_gui.buttons import ButtonsFault, read_buttons
+    from ...drivers.window_program.buttons import ButtonsFault, read_buttons
 
     try:
         read_buttons(output)

@@ -33,16 +33,16 @@ def picture_in(path: Path) -> Any:
 
 def view_of_image(path: Path) -> Any:
     """A view of a picture from a file, as if it were the screen."""
-    from ...drivers.sciaps_gui.view import View
+    from ...drivers.window_program.view import View
 
     return View(picture_in(path), (0, 0), 1.0, None, (), "")
 
 
 def view_of_screen(title: str) -> Any:
     """The screen, cut to the window of that title; raises NoScreen or Trouble."""
-    from ...drivers.sciaps_gui.desktop import open_windows
-    from ...drivers.sciaps_gui.hands import Hands
-    from ...drivers.sciaps_gui.view import view_of
+    from ...drivers.window_program.desktop import open_windows
+    from ...drivers.window_program.hands import Hands
+    from ...drivers.window_program.view import view_of
 
     hands, windows = Hands(), open_windows()
     try:
@@ -54,10 +54,10 @@ def view_of_screen(title: str) -> Any:
 
 def told_plainly(act: Callable[[], int]) -> None:
     """Run a command's work; report a fault of the screen or of its files in one line."""
-    from ...drivers.sciaps_gui.buttons import ButtonsFault
-    from ...drivers.sciaps_gui.hands import NotClicked
-    from ...drivers.sciaps_gui.view import Trouble
-    from ...drivers.sciaps_gui.windows import NoScreen
+    from ...drivers.window_program.buttons import ButtonsFault
+    from ...drivers.window_program.hands import NotClicked
+    from ...drivers.window_program.view import Trouble
+    from ...drivers.window_program.windows import NoScreen
 
     try:
         status = act()
@@ -75,7 +75,7 @@ def told_plainly(act: Callable[[], int]) -> None:
 
 def recorded(output: Path, picture: Any, marked: Any, title: str) -> int:
     """Cut buttons out, look for them, save those that are found; returns the exit status."""
-    from ...drivers.sciaps_gui.recording import cut, found_again, save, seen_while_idle
+    from ...drivers.window_program.recording import cut, found_again, save, seen_while_idle
 
     templates = cut(picture, marked)
     wrong = seen_while_idle(output, templates, marked)

@@ -16,6 +16,9 @@ from labrun.drivers.server.server import DeviceServer
 from labrun.drivers.server.settings import ServerSettings
 from labrun.schemas.messages import Goal
 
+from .window_program.bench import gui, recorded, screen, seen_at
+
+__all__ = ["gui", "recorded", "screen", "seen_at"]
 HERE = Path(__file__).parent
 SCRIPTED = f"{HERE / 'scripted.py'}:Scripted"
 

@@ -6,8 +6,8 @@ import pytest
 
 from labrun.drivers.driver import ActionFailed, GoalContext
 
-from .conftest import grabbed
-from .spectra import csv_text
+from ..window_program.bench import grabbed
+from ..window_program.spectra import csv_text
 
 pytestmark = pytest.mark.slow
 CHANNELS = 2000

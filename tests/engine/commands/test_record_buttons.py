@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from labrun.drivers.sciaps_gui.buttons import read_buttons
+from labrun.drivers.window_program.buttons import read_buttons
 
 MEASURE, EXPORT = "measure=30,40,120,40", "export=300,40,120,40"
 

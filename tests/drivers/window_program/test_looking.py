@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from labrun.drivers.sciaps_gui.buttons import read_buttons
-from labrun.drivers.sciaps_gui.looking import look_in
-from labrun.drivers.sciaps_gui.match import Hit, Sighting
-from labrun.drivers.sciaps_gui.program import Program
-from labrun.drivers.sciaps_gui.recording import looked
-from labrun.drivers.sciaps_gui.view import View
-from labrun.drivers.sciaps_gui.windows import Window
+from labrun.drivers.window_program.buttons import read_buttons
+from labrun.drivers.window_program.looking import look_in
+from labrun.drivers.window_program.match import Hit, Sighting
+from labrun.drivers.window_program.program import Program
+from labrun.drivers.window_program.recording import looked
+from labrun.drivers.window_program.view import View
+from labrun.drivers.window_program.windows import Window
 
 PARTS = ("folder", "separate_spectrum", "new_folder", "export_finish", "export_cancel")
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from labrun.drivers.sciaps_gui.match import Template, differs, look_for, unfit
+from labrun.drivers.window_program.match import Template, differs, look_for, unfit
 
 WANTED, OF = 49, 50
 MAIN = ("measure", "export", "sync", "delete", "sample_name")

@@ -83,12 +83,12 @@ class Program:
         self.scale = common_scale(sights.values())
         return sights
 
-    def seen(self) -> Seen:
-        """What the program is doing."""
+    def seen(self, main: str = "measure") -> Seen:
+        """What the program is doing; it is idle when the button `main` can be clicked, if there is one."""
         view = self.view()
         if view.main is not None and self._windows.alive(view.main, PING_S) is False:
             return Seen("hung", f"the program {view.main.title!r} does not respond")
-        others = [*self.buttons.named("busy"), "measure"]
+        others = [*self.buttons.named("busy"), *([main] if main else [])]
         signs = self._look(view, [*self.buttons.named("error", "banner"), *others])
         error = self._error(signs, view)
         if error is not None:
@@ -97,8 +97,8 @@ class Program:
             return Seen("busy", "the program shows that it is busy")
         if view.dialogs:
             return Seen("dialog", f"a window {view.dialogs[0].title!r} is open over the program")
-        hit = self._the_one("measure", signs["measure"], view)
-        return Seen("busy", "its button `measure` is greyed out") if hit.grey else Seen("idle", "")
+        grey = bool(main) and self._the_one(main, signs[main], view).grey
+        return Seen("busy", f"its button `{main}` is greyed out") if grey else Seen("idle", "")
 
     def _error(self, signs: dict[str, Sighting], view: View) -> str | None:
         """The error sign that is seen, together with the button that closes it if one was recorded.
@@ -237,7 +237,33 @@ class Program:
         """Aim, click, and give the program a moment to show it."""
         aim = self.aim(name, timeout_s)
         self.press(aim)
-        self._changed_since(aim.view)
+        with contextlib.suppress(Trouble, NoScreen):  # the click was made; the next look tells more
+            self._changed_since(aim.view)
+
+    def step(self, word: str, what: str, timeout_s: float) -> None:
+        """Do one step that was written down, with its texts filled in."""
+        match word:
+            case "click":
+                self.click(what, timeout_s)
+            case "type":
+                self.type(what)
+            case "press":
+                self.key(what)
+            case "tick" | "untick":
+                self.tick(what, word == "tick", timeout_s)
+            case "wait":
+                self.wait_for(what, timeout_s)
+            case "gone":
+                self.wait_until_gone(what, timeout_s)
+
+    def shows(self, name: str | None, gone: str | None, title: str | None) -> bool:
+        """Whether a picture is seen now, or not seen, or a window's title holds these words."""
+        view = self.view()
+        if title is not None:
+            windows = [view.main, *view.dialogs]
+            return any(title in window.title for window in windows if window is not None)
+        wanted = name or gone or ""
+        return bool(self._look(view, [wanted])[wanted].hits) == (name is not None)
 
     def _changed_since(self, view: View) -> bool:
         end = time.monotonic() + CHANGE_S

@@ -6,8 +6,8 @@ from PIL import Image
 
 from labrun.drivers.driver import Place
 from labrun.drivers.find import DriverFault
-from labrun.drivers.sciaps_gui.buttons import ButtonsFault, read_buttons
 from labrun.drivers.sciaps_gui.driver import SciapsGui
+from labrun.drivers.window_program.buttons import ButtonsFault, read_buttons
 
 GOOD = """labrun_buttons: 1
 title: Analyser

@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from labrun.drivers.sciaps_gui.buttons import read_buttons
-from labrun.drivers.sciaps_gui.hands import Hands
+from labrun.drivers.window_program.buttons import read_buttons
+from labrun.drivers.window_program.hands import Hands
 
 PATIENCE_S = 60
 

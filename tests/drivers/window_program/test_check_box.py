@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from labrun.drivers.sciaps_gui.check_box import ticked
-from labrun.drivers.sciaps_gui.match import Hit, Template
+from labrun.drivers.window_program.check_box import ticked
+from labrun.drivers.window_program.match import Hit, Template
 
 
 def box(

@@ -7,7 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
@@ -48,7 +47,9 @@ def screen():
     server.wait(10)
 
 
-def grabbed() -> np.ndarray:
+def grabbed():
+    """The whole screen, rows x columns x 3."""
+    import numpy as np
     from PIL import ImageGrab
 
     return np.asarray(ImageGrab.grab(xdisplay=os.environ["DISPLAY"]).convert("RGB"))
@@ -102,8 +103,8 @@ class Analyser:
 
 def record(folder: Path, look: str, work: Path) -> Path:
     """The buttons of a look, recorded at its natural size as a person would do it."""
-    from labrun.drivers.sciaps_gui.hands import Hands
-    from labrun.drivers.sciaps_gui.recording import Marked, cut, save
+    from labrun.drivers.window_program.hands import Hands
+    from labrun.drivers.window_program.recording import Marked, cut, save
 
     Hands().move(1800, 1100)  # a button under the mouse looks otherwise
     analyser = Analyser(work, look=look).start()
