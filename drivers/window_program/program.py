@@ -328,13 +328,13 @@ class Program:
         self.wait_until_gone("error_close", timeout_s)
 
     def leave_dialogs(self, timeout_s: float, late_s: float = 0.0) -> bool:
-        """Close what an export left open: with `export_cancel`, else with Escape; True if any was.
+        """Close what an export left open: with Escape, then with `export_cancel`; True if any was.
 
         A dialog that was asked for and has not come yet is waited for, for `late_s`; one that is just
         closing by itself does not count.
         """
         end, late = time.monotonic() + timeout_s, time.monotonic() + late_s
-        left = False
+        left, tried = False, 0
         while True:
             dialogs = self.view().dialogs
             if not dialogs and (left or time.monotonic() >= late):
@@ -348,14 +348,17 @@ class Program:
             elif time.monotonic() >= end:
                 title = view.dialogs[0].title
                 raise Trouble("dialog", f"the window {title!r} is still open after {timeout_s:g} s")
-            self._leave(view)
+            self._leave(view, tried)
+            tried += 1
 
-    def _leave(self, view: View) -> None:
+    def _leave(self, view: View, tried: int) -> None:
+        # Escape first: a dialog in which `export_cancel` was not recorded may have a "Choose" like it.
         cancel = "export_cancel"
-        if cancel in self.buttons and self._look(view, [cancel])[cancel].sure:
+        recorded = tried % 2 == 1 and cancel in self.buttons
+        if recorded and self._look(view, [cancel])[cancel].sure:
             self.click(cancel, LOOK_S)
         else:
-            self._hands.press("escape")
+            self.key("escape")
 
     def knows_dialog(self) -> bool:
         """Whether a dialog is open that shows something which was recorded in a dialog."""
