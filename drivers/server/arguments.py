@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from jsonschema import Draft202012Validator
     from jsonschema.exceptions import ValidationError
 
+LONGEST_BITS = 10_000
+"""Of a whole number; Python writes one of 14,000 no more."""
+
 Limits = dict[str, tuple[float | None, float | None]]
 
 
@@ -150,8 +153,12 @@ def _inside(path: Any) -> bool:
 def odd_value(value: Any, place: str) -> str | None:
     """The place in an answer of a value that JSON cannot represent (NaN, a numpy number, bytes)."""
     match value:
-        case None | bool() | int() | str():
+        case None | bool():
             return None
+        case str():
+            return None if _is_text(value) else f"{place}: {value!r:.80} is not Unicode text"
+        case int():
+            return None if value.bit_length() <= LONGEST_BITS else f"{place}: too many digits"
         case float():
             return (
                 None
@@ -159,6 +166,9 @@ def odd_value(value: Any, place: str) -> str | None:
                 else f"{place}: {value} is not a number that JSON can represent"
             )
         case dict():
+            key = next((k for k in value if not isinstance(k, str) or not _is_text(k)), None)
+            if key is not None:
+                return f"{place}: {key!r:.80} cannot be a name in JSON"
             children = [(f"{place}.{name}", child) for name, child in value.items()]
         case list() | tuple():
             children = [(f"{place}.{index}", child) for index, child in enumerate(value)]
@@ -167,3 +177,8 @@ def odd_value(value: Any, place: str) -> str | None:
     return next(
         (odd for name, child in children if (odd := odd_value(child, name)) is not None), None
     )
+
+
+def _is_text(text: str) -> bool:
+    """False for half a character, as `os.fsdecode` makes of a file's name in another encoding."""
+    return text.isascii() or not any("\ud800" <= c <= "\udfff" for c in text)

@@ -11,7 +11,7 @@ from ...schemas.messages import DeviceDescription, Goal, GoalReport, GoalState, 
 from ...system.tasks import spawn
 from ..driver import Driver, Place
 from .arguments import Arguments
-from .execution import Ending, Execution, cut_short, never_started, not_begun
+from .execution import Ending, Execution, cut_short, fault_of, never_started, not_begun
 from .lease import Lease, Refused
 from .ledger import Ledger, LedgerFault
 from .owner import Owner
@@ -173,12 +173,14 @@ class ServedDevice:
     async def _run(self, execution: Execution, arguments: Arguments) -> None:
         try:
             ending = await self._perform(execution, arguments)
+        except Exception as bug:  # our own: its client must hear of it all the same
+            ending = fault_of(arguments.place, bug)
         finally:
             self._owner.returned(execution)
         if execution.cut is not None:
             ending = cut_short(ending, execution.cut)
         execution.over = True
-        report = await self._record(execution, ending)
+        report = await self._record(execution, ending, arguments.place)
         del self.running[execution.goal.id]
         self._tell("update", wire(report), execution.followers)
         self._status.changed()
@@ -197,26 +199,26 @@ class ServedDevice:
                 self._tell_progress(execution)
         return never_started(cancelled=execution.context.cancelled.is_set())
 
-    async def _record(self, execution: Execution, ending: Ending) -> GoalReport:
-        """Write the outcome to disk, before it is reported.
+    async def _record(self, execution: Execution, ending: Ending, place: str) -> GoalReport:
+        """Write the outcome to disk, before it is reported; what cannot be written is a Fault.
 
         Where the disk does not take it, it is reported all the same, and kept until the disk does:
         if this server ends before, its next boot says that the outcome is unknown, and whoever has
         heard it knows more. Until then no goal begins.
         """
-        goal_id, state, result, error = execution.goal.id, ending.state, ending.result, ending.error
-        report = GoalReport(
-            id=goal_id, state=state, boot=self._ledger.boot, result=result, error=error,
-            files=ending.files,
-        )  # fmt: skip
+        goal_id, boot, given = execution.goal.id, self._ledger.boot, ending
         while True:
             try:
+                report = ending.report(goal_id, boot)
                 seq = await self._ledger.queued(
-                    self._ledger.end, goal_id, state, result, error, ending.files
-                )
-            except LedgerFault as fault:
+                    self._ledger.end, goal_id, ending.state, ending.result, ending.error, ending.files
+                )  # fmt: skip
+            except Exception as fault:
+                if ending is given and not isinstance(fault, LedgerFault):
+                    ending = fault_of(place, fault)  # an answer that no disk can hold
+                    continue
                 if execution.outcome is None:
-                    execution.outcome = report.model_copy(update={"seq": self._ledger.next_seq()})
+                    execution.outcome = ending.report(goal_id, boot, self._ledger.next_seq())
                     self._tell("update", wire(execution.outcome), execution.followers)
                 self._unwritten = f"{fault}; nothing begins until the end of {goal_id} is written"
                 await asyncio.sleep(RECORD_AGAIN_S)

@@ -5,6 +5,7 @@ import logging
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from typing import Any
 
 from ...schemas.contract import Action
@@ -30,6 +31,13 @@ class Ending:
     result: dict[str, Any] | None = None
     error: GoalError | None = None
     files: dict[str, FileContent] = field(default_factory=dict)
+
+    def report(self, goal_id: str, boot: str, seq: int = 0) -> GoalReport:
+        """The last report on its goal; raises ValidationError for what a report cannot hold."""
+        return GoalReport(
+            id=goal_id, state=self.state, seq=seq, boot=boot, result=self.result,
+            error=self.error, files=self.files,
+        )  # fmt: skip
 
 
 class Execution:
@@ -102,9 +110,8 @@ class Execution:
             return Ending("CANCELED")
         except asyncio.CancelledError:
             return self._broken_off()
-        except Exception as fault:  # a driver may be third-party code; what it raises is reported
-            LOG.exception("%s", arguments.place)
-            return _fault(f"{arguments.place}: {type(fault).__name__}: {fault}")
+        except (Exception, SystemExit) as fault:  # a driver may be third-party code
+            return fault_of(arguments.place, fault)
         finally:
             self._interruptible = False
             self._forgive()
@@ -167,7 +174,7 @@ class Execution:
     def _note(self, progress: float | None, message: str) -> None:
         if not self._interruptible:
             return  # a driver's thread that still reports after the action has ended
-        self.progress = None if progress is None else float(progress)
+        self.progress = None if progress is None or not isfinite(progress) else float(progress)
         self.message = str(message)
         self._untold = True
         if self._feedback_timer is None:
@@ -213,6 +220,13 @@ def not_begun(reason: str) -> Ending:
 def _aborted(name: str, message: str, happened: Any) -> Ending:
     word = happened if happened in ("no", "yes") else "unknown"
     return Ending("ABORTED", error=GoalError(name=str(name), message=str(message), happened=word))
+
+
+def fault_of(place: str, fault: BaseException) -> Ending:
+    """The ending of a goal whose driver, or server, has failed where no error was foreseen."""
+    LOG.error("%s", place, exc_info=fault)
+    words = f"{place}: {type(fault).__name__}: {fault}"
+    return _fault(words.encode(errors="backslashreplace").decode())
 
 
 def _fault(message: str) -> Ending:

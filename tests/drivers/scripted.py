@@ -1,6 +1,7 @@
 """A device that does what a test tells it, and writes down what it really did."""
 
 import asyncio
+import sys
 import time
 from hashlib import sha256
 from typing import Any
@@ -54,6 +55,7 @@ CONTRACT: dict[str, Any] = {
                 "properties": {"value": {"type": "number"}},
             },
         },
+        "odd": {"params": {"type": "object", "properties": {"kind": {"type": "string"}}}},
         "copy": {
             "params": {
                 "type": "object",
@@ -150,6 +152,31 @@ class Scripted(Driver):
 
     async def answer(self, goal: GoalContext, *, value: Any = None) -> dict[str, Any]:
         return {"value": float("nan") if value == "nan" else value}
+
+    async def odd(self, goal: GoalContext, *, kind: str = "feedback") -> dict[str, Any]:
+        """Ends in a way that no JSON, no disk and no event loop expects."""
+        self._did(f"odd {goal.id}")
+        match kind:
+            case "tuple as key":
+                return {"peaks": {(1, 2): 3}}
+            case "number as key":
+                return {7: 1}  # pyright: ignore[reportReturnType]
+            case "half a character":
+                return {"path": "\udcff"}
+            case "half a character as error":
+                raise ActionFailed("Jammed", "\udcff")
+            case "endless":
+                ring: dict[str, Any] = {}
+                ring["ring"] = ring
+                return ring
+            case "exit":
+                sys.exit(3)
+            case "many digits":
+                return {"n": 10**5000}
+            case _:
+                goal.feedback(float("nan"), "\udcff")
+                goal.feedback("half", "")  # pyright: ignore[reportArgumentType]
+                return {}
 
     async def copy(self, goal: GoalContext, *, source: str, file: str) -> dict[str, Any]:
         data = goal.files["source"].data[::-1]

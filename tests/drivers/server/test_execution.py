@@ -147,3 +147,51 @@ def test_a_driver_that_says_odd_things_still_comes_to_an_end(bench):
         "unknown",
     )
     assert outcome.error.message == "['a', 'list']"
+
+
+ODD = {
+    "tuple as key": "the answer of arm.odd.peaks: (1, 2) cannot be a name in JSON",
+    "number as key": "the answer of arm.odd: 7 cannot be a name in JSON",
+    "half a character": "the answer of arm.odd.path: '\\udcff' is not Unicode text",
+    "half a character as error": "arm.odd: PydanticSerializationError: ",
+    "endless": "arm.odd: RecursionError: maximum recursion depth exceeded",
+    "exit": "arm.odd: SystemExit: 3",
+    "many digits": "the answer of arm.odd.n: too many digits",
+    "feedback": "arm.odd: TypeError: must be real number, not str",
+}
+
+
+@pytest.mark.parametrize("kind", ODD)
+def test_however_oddly_an_action_ends_its_client_hears_it_and_the_server_goes_on(bench, kind):
+    async def story():
+        async with bench.connected() as client, asyncio.timeout(10):
+            outcome = await client.follow(bench.goal(client, "odd", kind=kind))
+            return outcome.error, await client.follow(bench.goal(client, "go", x=1))
+
+    error, after = asyncio.run(story())
+
+    assert (error.name, error.happened) == ("Fault", "unknown")
+    assert error.message.startswith(ODD[kind])
+    assert after.state == "SUCCEEDED"
+
+
+@pytest.mark.parametrize("broken", ["_perform", "ledger"])
+def test_a_fault_of_the_servers_own_ends_the_goal_that_met_it(bench, broken):
+    async def story():
+        async with bench.serving() as (server, url), bench.client(url) as client:
+            place = server.devices["arm"] if broken == "_perform" else server.ledger
+            name = "_perform" if broken == "_perform" else "end"
+            whole = getattr(place, name)
+            setattr(place, name, lambda *args: 1 / 0)
+            async with asyncio.timeout(10):
+                outcome = await client.follow(bench.goal(client, "go", x=1))
+                setattr(place, name, whole)
+                while server.devices["arm"].running:  # noqa: ASYNC110 - it is written once it can be
+                    await asyncio.sleep(0.02)
+                return outcome.error, await client.follow(bench.goal(client, "go", x=1))
+
+    error, after = asyncio.run(story())
+
+    assert (error.name, error.happened) == ("Fault", "unknown")
+    assert error.message == "arm.go: ZeroDivisionError: division by zero"
+    assert after.state == "SUCCEEDED"
