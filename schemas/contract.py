@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StringConstraints
 
 from .model import Model
+from .quantity import Duration, seconds
 
 Effect = Literal["pure", "idempotent", "once"]
 Happened = Literal["no", "yes", "unknown"]
@@ -81,6 +82,7 @@ class Contract(Model):
     """What one kind of device promises, under a name with its major version.
 
     `also` are earlier contracts that it keeps, too: a device of this one can play their roles.
+    `cancel_grace` is how long its driver may take to end an action that was cancelled.
     """
 
     type: ContractType
@@ -89,9 +91,15 @@ class Contract(Model):
     concurrent: bool = False
     safe_state: list[str] = Field(default_factory=list)
     on_lease_lapse: Literal["finish", "cancel", "safe"] = "finish"
+    cancel_grace: Duration = "3 s"
     status: JsonSchema = Field(default_factory=dict)
     actions: dict[Name, Action] = Field(min_length=1)
 
     def keeps(self, contract: str) -> bool:
         """Whether a device of this contract can play a role that needs that one."""
         return contract == self.type or contract in self.also
+
+    @property
+    def cancel_grace_s(self) -> float:
+        """The same in seconds."""
+        return seconds(self.cancel_grace)

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from .contract import ContractType, Name
 from .model import Model
-from .quantity import UnitError, seconds
+from .quantity import Duration, seconds
 
 Number = int | float | str
 
@@ -66,7 +66,8 @@ class Lab(Model):
     contracts: list[str] = Field(default_factory=list)
     folders: list[str] = Field(default_factory=list)
     devices: dict[Name, LabDevice] = Field(min_length=1)
-    start_timeout: Number = "60 s"
+    start_timeout: Duration = "60 s"
+    stop_grace: Duration = "10 s"
     ros: RosNames | None = None
 
     @model_validator(mode="before")
@@ -78,20 +79,15 @@ class Lab(Model):
             return data
         return {**data, "devices": {name: _named(name, one) for name, one in devices.items()}}
 
-    @field_validator("start_timeout")
-    @classmethod
-    def _is_a_time(cls, value: Number) -> Number:
-        try:
-            if seconds(value) > 0:
-                return value
-        except UnitError:
-            pass  # what it is not is said below, with what it should be
-        raise ValueError(f"{value!r} is not a time longer than 0 s, such as `60 s`")
-
     @property
     def start_timeout_s(self) -> float:
         """How long a device server may take to start, or to answer for the first time."""
         return seconds(self.start_timeout)
+
+    @property
+    def stop_grace_s(self) -> float:
+        """How long a device may take to become safe, and then to close, when its server ends."""
+        return seconds(self.stop_grace)
 
 
 def _named(name: Any, device: Any) -> Any:

@@ -94,7 +94,7 @@ class LeaseRequest(Model):
 
 
 class DeviceDescription(Model):
-    """One device as its server describes it."""
+    """One device as its server describes it; `stop_grace_s`: how long a stop of it may take."""
 
     contract: dict[str, Any]
     driver: str
@@ -105,6 +105,7 @@ class DeviceDescription(Model):
     """Whose lease it is; empty if it is free."""
     stopped: str = ""
     """Who stopped it, and when, until its lease is taken again; empty if nobody has."""
+    stop_grace_s: float = 10.0
 
 
 class ServerDescription(Model):

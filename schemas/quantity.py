@@ -8,7 +8,9 @@ import re
 import sys
 from functools import cache, lru_cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Annotated, Any, TypeGuard
+
+from pydantic import AfterValidator
 
 if TYPE_CHECKING:
     from pint import Quantity, UnitRegistry
@@ -175,6 +177,19 @@ def seconds(value: Any) -> float:
     if isinstance(value, str) and (match := re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(ms|s)\s*", value)):
         return float(match[1]) / (1000 if match[2] == "ms" else 1)  # spares most programs pint
     return float(magnitude_in(value, "s"))
+
+
+def _is_a_time(value: int | float | str) -> int | float | str:
+    try:
+        if seconds(value) > 0:
+            return value
+    except UnitError:
+        pass  # what it is not is said below, with what it should be
+    raise ValueError(f"{value!r} is not a time longer than 0 s, such as `60 s`")
+
+
+Duration = Annotated[int | float | str, AfterValidator(_is_a_time)]
+"""A time longer than 0 s as a person writes it, for a model's field."""
 
 
 def number_text(value: float) -> str:

@@ -152,17 +152,19 @@ class DeviceClient:
             raise ServerUnreachable(self.url, str(fault)) from fault
 
     async def stop(
-        self, device: str | None = None, timeout_s: float = 10.0, *, by: str = ""
+        self, device: str | None = None, timeout_s: float | None = None, *, by: str = ""
     ) -> dict[str, tuple[bool, str]]:
         """Bring one device or all into the safe state; device -> (confirmed, message).
 
-        `by` says who does it, and how: everybody who uses the device is told.
+        `by` says who does it, and how: everybody who uses the device is told. Waits for as long as
+        the lab allows its devices, and a little longer for the server's words.
         """
-        # The server gives up a little earlier than we do, so that its own message arrives.
+        names = [device] if device is not None else list(self.devices)
+        graces = [self.devices[name].stop_grace_s for name in names if name in self.devices]
+        timeout_s = timeout_s or max(graces, default=10.0) / 0.9
         request: Answer = {"timeout_s": 0.9 * timeout_s, "by": by}
         if device is not None:
             request["device"] = device
-        names = [device] if device is not None else list(self.devices)
         try:
             async with asyncio.timeout(timeout_s):
                 await self._link.up.wait()

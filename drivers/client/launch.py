@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,10 +20,22 @@ from .link import ServerUnreachable
 LOOK_S = 0.05
 GREETING_S = 2.0
 END_S = 5.0
+OWN_END_S = 15.0
+"""What a server may take to end, beside twice the lab's `stop_grace`: to make safe, and to close."""
+QUIET_S = 3.0
+"""A start or an end that takes longer is told."""
+FIRST_PAUSE_S = 0.5
+DEATHS_AT_MOST = 4
+CALM_S = 60.0
+"""A server that has lived for this long is trusted anew."""
+
+Say = Callable[[str], None]
 
 
 class ServerFailed(Exception):
-    """A device server that did not start, with its own error message."""
+    """A device server that did not start, with its own error message; `again`: it may the next time."""
+
+    again = False
 
 
 @dataclass(slots=True)
@@ -33,9 +46,17 @@ class RunningServer:
     url: str
     devices: list[str]
     pid: int
+    stop_grace_s: float = 10.0
+    say: Say = lambda text: None
 
-    async def stop(self, timeout_s: float = END_S) -> None:
+    async def stop(self, timeout_s: float | None = None) -> None:
         """Let it bring its devices into the safe state and exit; after `timeout_s` it is killed."""
+        timeout_s = timeout_s or 2 * self.stop_grace_s + OWN_END_S
+        words = f"waiting for {', '.join(self.devices)} to be safe, {timeout_s:g} s at most (`stop_grace`)"
+        with told_late(self.say, words):
+            await self._stop(timeout_s)
+
+    async def _stop(self, timeout_s: float) -> None:
         if self.process is not None:
             await stop(self.process, timeout_s)
             return
@@ -55,8 +76,67 @@ class RunningServer:
                 await asyncio.sleep(LOOK_S)
 
 
+@contextlib.contextmanager
+def told_late(say: Say, words: str) -> Iterator[None]:
+    """Say what is waited for, once that takes longer than a moment."""
+    late = asyncio.get_running_loop().call_later(QUIET_S, say, words)
+    try:
+        yield
+    finally:
+        late.cancel()
+
+
+async def keep_running(
+    server: RunningServer, config: dict[str, Any], folder: Path, *, timeout_s: float = 60
+) -> None:
+    """Start a server again that has died, at its address, after growing pauses.
+
+    Returns when it dies too often, or cannot be started. Its ledger is still there, so it knows its goals.
+    """
+    names, clock, log = (
+        ", ".join(server.devices),
+        asyncio.get_running_loop().time,
+        folder / "server.log",
+    )
+    config = {**config, "port": int(server.url.rpartition(":")[2])}
+    deaths, began, fault = 0, clock(), ""
+    while True:
+        await server.ended()
+        deaths = 1 if clock() - began > CALM_S else deaths + 1
+        fault = fault or f"the server of {names} has died, see {log}"
+        if deaths > DEATHS_AT_MOST:
+            server.say(f"{fault}; {deaths} times, so it is given up")
+            return
+        pause_s = FIRST_PAUSE_S * 2 ** (deaths - 1)
+        server.say(f"{fault}; it starts again in {pause_s:g} s")
+        await asyncio.sleep(pause_s)
+        began = clock()
+        try:
+            new = await start_server(config, folder, timeout_s=timeout_s, say=server.say)
+        except ServerFailed as failed:
+            fault = f"{names}: {failed}"
+        else:
+            fault, server.process, server.pid = "", new.process, new.pid
+            server.say(f"{names} at {server.url} again")
+
+
+async def start_patiently(
+    config: dict[str, Any], folder: Path, *, timeout_s: float = 60, say: Say = lambda text: None
+) -> RunningServer:
+    """Start a server; hardware that does not answer yet is tried twice more. Raises ServerFailed."""
+    for pause_s in (FIRST_PAUSE_S, 2 * FIRST_PAUSE_S):
+        try:
+            return await start_server(config, folder, timeout_s=timeout_s, say=say)
+        except ServerFailed as fault:
+            if not fault.again:
+                raise
+            say(f"{fault}; it is tried again in {pause_s:g} s")
+        await asyncio.sleep(pause_s)
+    return await start_server(config, folder, timeout_s=timeout_s, say=say)
+
+
 async def start_server(
-    config: dict[str, Any], folder: Path, *, timeout_s: float = 60
+    config: dict[str, Any], folder: Path, *, timeout_s: float = 60, say: Say = lambda text: None
 ) -> RunningServer:
     """Start a server with these settings (see `settings.py`); raises ServerFailed.
 
@@ -65,13 +145,17 @@ async def start_server(
     If its owner is still running, it is left alone and no new one is started.
     """
     try:
-        return await _start_or_adopt(config, folder, timeout_s)
+        server = await _start_or_adopt(config, folder, timeout_s, say)
     except OSError as fault:
         words = f"{fault.strerror or fault}: {fault.filename or folder}"
         raise ServerFailed(f"the device server cannot be started: {words}") from fault
+    server.stop_grace_s, server.say = config.get("stop_grace_s", server.stop_grace_s), say
+    return server
 
 
-async def _start_or_adopt(config: dict[str, Any], folder: Path, timeout_s: float) -> RunningServer:
+async def _start_or_adopt(
+    config: dict[str, Any], folder: Path, timeout_s: float, say: Say
+) -> RunningServer:
     await asyncio.to_thread(folder.mkdir, parents=True, exist_ok=True)
     settings: dict[str, Any] = {"folder": str(folder), **config}
     left = await _left_behind(Path(settings["folder"]), settings.get("token"))
@@ -86,7 +170,10 @@ async def _start_or_adopt(config: dict[str, Any], folder: Path, timeout_s: float
         await RunningServer(None, left.url, left.devices, left.pid).stop()
     path = folder / "server_settings.json"
     path.write_text(json.dumps(settings), encoding="utf-8")
-    return await _start(path, folder / "server.log", timeout_s, settings.get("python"))
+    names = ", ".join(settings["devices"])
+    words = f"waiting for the server of {names} to start, {timeout_s:g} s at most (`start_timeout`)"
+    with told_late(say, words):
+        return await _start(path, folder / "server.log", timeout_s, settings.get("python"))
 
 
 async def _start(settings: Path, log: Path, timeout_s: float, python: str | None) -> RunningServer:
@@ -111,7 +198,9 @@ async def _start(settings: Path, log: Path, timeout_s: float, python: str | None
     reason = said.get("error") or f"it exited at once; the end of its log: {_tail(log)}"
     if python is not None and "No module named" in reason:
         reason += f"; its environment needs labrun, too: `{python} -m pip install labrun`"
-    raise ServerFailed(f"the device server did not start: {reason}")
+    failed = ServerFailed(f"the device server did not start: {reason}")
+    failed.again = bool(said.get("again"))
+    raise failed
 
 
 def _tail(log: Path, lines: int = 3) -> str:

@@ -4,11 +4,11 @@ import asyncio
 from pathlib import Path
 from typing import Any
 
-from ..server.execution import CANCEL_GRACE_S
 from .served_driver import Stage, blocking
-from .session import MOMENT_S, check_status, connected
+from .session import MOMENT_S, Session, check_status, connected
 
-SOON_S = CANCEL_GRACE_S + 3.0
+SOON_S = 3.0
+"""Beside the contract's own time for a cancel."""
 SHORT_LEASE_S = 0.5
 
 
@@ -23,10 +23,10 @@ class Interruptions(Stage):
             await session.prepare(action)
             goal, following = await session.begin(action)
             await session.client.cancel(goal.id)
-            outcome = await soon(following, f"{action} was cancelled")
+            outcome = await soon(session, following, f"{action} was cancelled")
             _, again = await session.begin(action)
             await session.client.stop(self.case.device)
-            await soon(again, f"{action} was stopped")
+            await soon(session, again, f"{action} was stopped")
 
         assert outcome.state == "CANCELED", f"{action} was cancelled and ended {outcome}"
         assert calls.count(action) == 2 + self.case.needs.get(action, []).count(action)
@@ -59,7 +59,7 @@ class Interruptions(Stage):
             await session.prepare(lasting)
             _, following = await session.begin(lasting)
             safe, words = (await session.client.stop(device))[device]
-            ended = await soon(following, f"{device} was stopped")
+            ended = await soon(session, following, f"{device} was stopped")
             status = await session.status_once(self.is_safe)
 
         assert safe, words
@@ -95,7 +95,8 @@ class Interruptions(Stage):
         assert self.is_safe(status), f"its engine is gone, but it reports {status}"
 
 
-async def soon(following: "asyncio.Task[Any]", what: str) -> Any:
-    done, _ = await asyncio.wait({following}, timeout=SOON_S)
-    assert done, f"{what}, and {SOON_S:g} s later it has not ended"
+async def soon(session: Session, following: "asyncio.Task[Any]", what: str) -> Any:
+    limit_s = session.contract.cancel_grace_s + SOON_S
+    done, _ = await asyncio.wait({following}, timeout=limit_s)
+    assert done, f"{what}, and {limit_s:g} s later it has not ended"
     return following.result()

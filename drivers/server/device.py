@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -19,9 +20,11 @@ from .status import StatusWatch
 from .wire import Tell, wire
 
 STOP_S = 10.0
-"""How long a stop waits for the driver to confirm the safe state."""
+"""How long a stop waits for the driver to confirm the safe state, unless the lab says."""
 
-WIND_DOWN_S = 5.0
+ENDS_S = 5.0
+"""How long the end of a server waits for goals, once their device is safe or has had its time."""
+
 RECORD_AGAIN_S = 1.0
 LOG = logging.getLogger("labrun")
 
@@ -30,9 +33,11 @@ class ServedDevice:
     """Everything about one device that outlives a single goal."""
 
     def __init__(
-        self, place: Place, driver: Driver, contract: Contract, ledger: Ledger, tell: Tell
-    ) -> None:
+        self, place: Place, driver: Driver, contract: Contract, ledger: Ledger, tell: Tell,
+        stop_grace_s: float = STOP_S,
+    ) -> None:  # fmt: skip
         self.name = place.device
+        self.stop_grace_s = stop_grace_s
         self._limits = place.limits
         self._driver = driver
         self._contract = contract
@@ -62,18 +67,18 @@ class ServedDevice:
         await self._status.open()
         self._owning = self._owner.open()
 
-    async def wind_down(self, timeout_s: float = WIND_DOWN_S) -> None:
+    async def wind_down(self) -> None:
         """Accept no more goals, go to the safe state, and end every running goal."""
         self._owner.end()
         self.lease.close()
-        safe, _ = await self.stop(timeout_s, name="Lost", by="its server, which ended")
+        safe, _ = await self.stop(name="Lost", by="its server, which ended")
         ends = [execution.task for execution in self.running.values() if execution.task is not None]
         if ends:
-            await asyncio.wait(ends, timeout=timeout_s)
+            await asyncio.wait(ends, timeout=ENDS_S)
         if safe:
             self._unlease()
 
-    async def close(self, timeout_s: float = WIND_DOWN_S) -> None:
+    async def close(self) -> None:
         """Release the hardware; nothing is left running."""
         await self._status.close()
         left = [
@@ -82,9 +87,9 @@ class ServedDevice:
         for task in left:
             task.cancel()
         if left:  # not for ever: what a driver does when it is cancelled is its own matter
-            await asyncio.wait(left, timeout=timeout_s)
+            await asyncio.wait(left, timeout=ENDS_S)
         try:
-            async with asyncio.timeout(timeout_s):
+            async with asyncio.timeout(self.stop_grace_s):
                 await self._driver.close()
         except Exception:  # the other devices still have to be closed
             LOG.exception("%s could not be closed", self.name)
@@ -100,6 +105,7 @@ class ServedDevice:
             status=self._status.latest,
             holder=self.lease.holder.owner if self.lease.holder is not None else "",
             stopped=self._closed_to_goals or "",
+            stop_grace_s=self.stop_grace_s,
         )
 
     @property
@@ -149,7 +155,10 @@ class ServedDevice:
                 seq = await self._ledger.queued(self._ledger.admit, goal, state)
             except LedgerFault as fault:
                 raise Refused("REJECTED", f"{fault}; nothing was started") from fault
-            execution = Execution(goal, action, state, seq, self._ledger.boot, self._tell_progress)
+            execution = Execution(
+                goal, action, state, seq, self._ledger.boot, self._tell_progress,
+                self._contract.cancel_grace_s,
+            )  # fmt: skip
             execution.followers.add(session)
             self.running[goal.id] = execution
         if self.stops != stops:
@@ -240,7 +249,7 @@ class ServedDevice:
                 self._tell_progress(execution)
 
     async def stop(
-        self, timeout_s: float = STOP_S, *, by: str = "", by_others: bool = False,
+        self, timeout_s: float = math.inf, *, by: str = "", by_others: bool = False,
         name: str = "Stopped",
     ) -> tuple[bool, str]:  # fmt: skip
         """Go to the safe state now: goals are aborted, the driver is called at once.
@@ -261,6 +270,7 @@ class ServedDevice:
         self._stop = name, words
         answer = self._owner.stop(*self._stop)
         self._status.changed()
+        timeout_s = min(timeout_s, self.stop_grace_s)
         done, _ = await asyncio.wait({answer}, timeout=timeout_s)
         if not done:
             return False, f"{self.name} did not confirm its safe state within {timeout_s:g} s"

@@ -14,9 +14,6 @@ from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext
 from .arguments import Arguments
 from .ledger import NEVER_STARTED
 
-CANCEL_GRACE_S = 3.0
-"""How long a driver has to end a cancelled action by itself."""
-
 FEEDBACK_PAUSE_S = 0.05
 """Of faster feedback only the latest is sent."""
 
@@ -51,6 +48,7 @@ class Execution:
         seq: int,
         boot: str,
         tell: Callable[["Execution"], None],
+        cancel_grace_s: float,
     ) -> None:
         self.goal = goal
         self.action = action
@@ -67,6 +65,7 @@ class Execution:
         self.outcome: GoalReport | None = None
         self.cut: tuple[str, str] | None = None
         self._tell = tell
+        self._cancel_grace_s = cancel_grace_s
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
         self._interruptible = False
@@ -152,7 +151,7 @@ class Execution:
         if self.action.cancel or self.state == "ACCEPTED":
             self.state = "CANCELING"
         if self._kill_timer is None:
-            self._kill_timer = self._loop.call_later(CANCEL_GRACE_S, self._kill)
+            self._kill_timer = self._loop.call_later(self._cancel_grace_s, self._kill)
         self._tell(self)
 
     def cut_by(self, name: str, words: str) -> None:

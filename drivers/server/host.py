@@ -38,7 +38,9 @@ def make_device(
         world = Path(settings.world or settings.folder)
         world.mkdir(parents=True, exist_ok=True)
         place = Place(name, device.config, limits, folder, world, contract)
-        return ServedDevice(place, driver_class(place), contract, server.ledger, server.tell)
+        return ServedDevice(
+            place, driver_class(place), contract, server.ledger, server.tell, settings.stop_grace_s
+        )
     except ValidationError as fault:
         raise ServeFault(f"device {name}: its contract: {first_fault(fault)}") from fault
     except (DriverFault, LimitFault, OSError) as fault:

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from ...system.process import alive
 from ...system.signals import until_end
 from .host import ServeFault, first_fault, serving
-from .server import DeviceServer
+from .server import DeviceClosed, DeviceServer
 from .server_file import ServerFile
 from .settings import ServerSettings
 
@@ -58,7 +58,9 @@ async def _until_needless(
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(LOOK_S):
                 await ended.wait()
-        if not server.calm or alive(settings.owner_pid):
+        if not (owned := alive(settings.owner_pid)) and settings.ends_with_owner and server.idle:
+            return
+        if not server.calm or owned:
             needed_at = clock()
         elif settings.idle_exit_s is not None and clock() - needed_at >= settings.idle_exit_s:
             return
@@ -77,7 +79,8 @@ def main(arguments: list[str]) -> int:
             raise ServeFault("usage: python -m labrun.drivers.server.serve SETTINGS.json")
         asyncio.run(serve(read_settings(Path(arguments[0]))))
     except ServeFault as fault:
-        say({"ready": False, "error": str(fault)})
+        again = isinstance(fault.__cause__, DeviceClosed)  # the hardware may answer the next time
+        say({"ready": False, "error": str(fault), "again": again})
         return NOT_STARTED
     return 0
 

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import hmac
 import logging
+import math
 import time
 from collections.abc import Awaitable, Callable, Iterable
 from typing import Any
@@ -21,7 +22,7 @@ from ...schemas.messages import (
     ServerDescription,
 )
 from ...system.tasks import end, keep
-from .device import STOP_S, ServedDevice
+from .device import ServedDevice
 from .execution import Execution
 from .gate import why_not
 from .lease import Refused
@@ -120,7 +121,12 @@ class DeviceServer:
     @property
     def calm(self) -> bool:
         """True if no client is connected and no device is in use."""
-        return not self.sessions and all(device.calm for device in self.devices.values())
+        return not self.sessions and self.idle
+
+    @property
+    def idle(self) -> bool:
+        """True if no device is in use, whoever looks on."""
+        return all(device.calm for device in self.devices.values())
 
     def tell(self, event: str, payload: Answer, followers: set[str]) -> None:
         """Queue an event for all clients; files go to the followers only."""
@@ -257,7 +263,7 @@ class DeviceServer:
     async def _stop(self, session: str, data: Answer) -> Answer:
         name = data.get("device")
         devices = list(self.devices.values()) if name is None else [self._device(name)]
-        timeout_s = min(float(data.get("timeout_s") or STOP_S), STOP_S)
+        timeout_s = float(data.get("timeout_s") or math.inf)
         by = str(data.get("by") or "")[:MAX_BY]
         words = await asyncio.gather(
             *(

@@ -30,7 +30,9 @@ class ServerSettings(Model):
     `folder` holds the ledger; `world` is what simulated twins share; `base` is the folder that
     `./my_driver.py:Class` is relative to (the lab file's), `python` the interpreter that
     serves. With `idle_exit_s` the server exits when no client has been connected for that long and
-    every device is safe, but not while the process `owner_pid` is running.
+    every device is safe, but not while the process `owner_pid` is running. With `ends_with_owner`
+    it exits as soon as that process has ended and nobody holds a device. `stop_grace_s` is how long
+    a device may take to become safe.
     """
 
     devices: dict[Name, DeviceSettings] = Field(min_length=1)
@@ -43,4 +45,6 @@ class ServerSettings(Model):
     token: str | None = Field(default=None, min_length=1)
     tls: TlsFiles | None = None
     owner_pid: int | None = None
+    ends_with_owner: bool = False
+    stop_grace_s: float = Field(default=10.0, gt=0)
     idle_exit_s: float | None = Field(default=None, gt=0)

@@ -17,7 +17,7 @@ from ..lab.lab import LoadedLab, load_lab
 from .options import Lab, WrongUsage, pairs, say
 
 CANCEL_S = 10.0
-"""How long a cancelled action may take to end before its device is stopped."""
+"""How long a cancelled action may take to end before its device is stopped, unless its contract says."""
 STATUS_S = 5.0
 """How long to wait for the status of a device, which is sent every second."""
 
@@ -89,7 +89,7 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
         leaving.callback(shutil.rmtree, folder, ignore_errors=True)
         owner = f"call-{secrets.token_hex(4)}"
         try:
-            connections = await connect({device: role}, lab, Path(folder), owner)
+            connections = await connect({device: role}, lab, Path(folder), owner, say=say)
         except NotReached as fault:
             say(f"{fault}. Nothing was sent.")
             return NOT_REACHED
@@ -101,7 +101,7 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
                 id=f"{owner}/{name}/1", device=device, boot=client.boot,
                 epoch=client.epoch(device), action=name, params=arguments, files=files,
             )  # fmt: skip
-            outcome, ended_by = await _followed(client, goal)
+            outcome, ended_by = await _followed(client, goal, contract.cancel_grace_s)
             standing = await _standing(client, device) if ended_by else ""
             for content in outcome.files.values():
                 write_content(Path(), content)
@@ -125,11 +125,12 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
     return FAILED
 
 
-async def _followed(client, goal) -> tuple[Any, str]:
+async def _followed(client, goal, grace_s: float) -> tuple[Any, str]:
     """The goal's outcome, and what ended it early: it is cancelled, and stopped if that does not help."""
     from ...system.signals import on_end
     from ...system.tasks import spawn
 
+    cancel_s = max(CANCEL_S, grace_s + 2)
     asked: asyncio.Future[str] = asyncio.get_running_loop().create_future()
     deaf = on_end(lambda by: None if asked.done() else asked.set_result(by))
     following = spawn(f"follow {goal.id}", client.follow(goal, lambda report: None))
@@ -139,9 +140,9 @@ async def _followed(client, goal) -> tuple[Any, str]:
             return following.result(), ""
         say(f"{asked.result()}: cancelling {goal.device}.{goal.action}")
         await client.cancel(goal.id)
-        done, _ = await asyncio.wait({following}, timeout=CANCEL_S)
+        done, _ = await asyncio.wait({following}, timeout=cancel_s)
         if not done:
-            say(f"{goal.device} does not end it within {CANCEL_S:g} s: stopping {goal.device}")
+            say(f"{goal.device} does not end it within {cancel_s:g} s: stopping {goal.device}")
             safe, message = (await client.stop(goal.device))[goal.device]
             say(f"{goal.device} is in its safe state" if safe else f"{message}. Go and look.")
         return await following, asked.result()

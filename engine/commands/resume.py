@@ -95,7 +95,9 @@ def _go_on(
         keep_change(folder, checked, given, journal, records, reopened)
         records = list(read_records(folder / "journal.jsonl"))
     history = read_history(records)
-    options = RunOptions(yes=yes, answers=answers, watchers=[watcher(json)], live_figures=True)
+    options = RunOptions(
+        yes=yes, answers=answers, watchers=[watcher(json)], live_figures=True, say=say
+    )
     the_run = old_run(folder, checked, options, journal, history, torn)
     return run_to_end(run_session(the_run, checked, options, records))
 

@@ -63,8 +63,9 @@ def start(
         folder = new_run_folder(runs, checked.protocol.name)
         keep(folder, checked, given or {})
         options = RunOptions(
-            yes=yes, answers=answers or {}, watchers=[watcher(json)], live_figures=True
-        )
+            yes=yes, answers=answers or {}, watchers=[watcher(json)], live_figures=True,
+            say=say,
+        )  # fmt: skip
         lock = FolderLock(folder)
         lock.take()
         the_run = new_run(folder, checked, options)

@@ -7,19 +7,12 @@ from typing import Annotated, Any
 
 import typer
 
-from ...system import WINDOWS
 from ...system.signals import until_end
 from ..exit_status import FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
 from ..lab.lab import LoadedLab, load_lab
 from .options import say
 
 FIRST_PORT = 4101
-ORPHAN_S = 60.0
-"""Idle for this long, a server ends if this command was killed; Windows does not report that."""
-FIRST_PAUSE_S = 0.5
-DEATHS_AT_MOST = 4
-CALM_S = 60.0
-"""A server that has lived for this long is trusted anew."""
 
 
 def serve(
@@ -96,63 +89,47 @@ def _configs(
         fixed = next(iter(group.values())).port
         config.update(
             host=host, port=fixed or port + index, token=token,
-            owner_pid=os.getpid(), idle_exit_s=None if WINDOWS else ORPHAN_S,
+            owner_pid=os.getpid(), ends_with_owner=True,
         )  # fmt: skip
         configs.append(config)
     return configs
 
 
 async def _serve(configs: list[dict], timeout_s: float) -> int:
-    from ...drivers.client.launch import RunningServer, ServerFailed, start_server
+    from ...drivers.client.launch import RunningServer, ServerFailed
     from ...system.tasks import end, spawn
 
     over = until_end()
     servers: list[RunningServer] = []
     keeping: list[asyncio.Task[Any]] = []
+    asked = spawn("wait for the end", over.wait())
+    starting = spawn(
+        "start", _start(configs, timeout_s, servers, keeping), expected=(ServerFailed,)
+    )
     try:
-        for config in configs:
-            server = await start_server(config, Path(config["folder"]), timeout_s=timeout_s)
-            servers.append(server)
-            typer.echo(f"{', '.join(config['devices'])} at {server.url}")
-        typer.echo(f"ledgers and logs in {Path(configs[0]['folder']).parent}")
-        typer.echo("serving; Ctrl-C stops and leaves the devices safe")
-        for index, config in enumerate(configs):
-            name = f"keep the server of {', '.join(config['devices'])}"
-            keeping.append(spawn(name, _keep(servers, index, config, timeout_s)))
-        asked = spawn("wait for the end", over.wait())
-        await asyncio.wait({asked, *keeping}, return_when=asyncio.FIRST_COMPLETED)
-        keeping.append(asked)
+        await asyncio.wait({asked, starting}, return_when=asyncio.FIRST_COMPLETED)
+        if not over.is_set():
+            await starting
+            await asyncio.wait({asked, *keeping}, return_when=asyncio.FIRST_COMPLETED)
         return SUCCEEDED if over.is_set() else FAILED
     except ServerFailed as fault:
         say(str(fault))
         return NOT_REACHED
     finally:
-        await end(*keeping)
+        await end(asked, starting, *keeping)
         await asyncio.gather(*(server.stop() for server in servers))
 
 
-async def _keep(servers: list, index: int, config: dict, timeout_s: float) -> None:
-    """Start a server again that has died, after growing pauses; returns when it dies too often."""
-    from ...drivers.client.launch import ServerFailed, start_server
+async def _start(configs: list[dict], timeout_s: float, servers: list, keeping: list) -> None:
+    from ...drivers.client.launch import keep_running, start_patiently
+    from ...system.tasks import spawn
 
-    names, clock = ", ".join(config["devices"]), asyncio.get_running_loop().time
-    config = {**config, "port": int(servers[index].url.rpartition(":")[2])}
-    deaths, pause_s, began = 0, FIRST_PAUSE_S, clock()
-    while True:
-        await servers[index].ended()
-        if clock() - began > CALM_S:
-            deaths, pause_s = 0, FIRST_PAUSE_S
-        deaths += 1
-        log = Path(config["folder"]) / "server.log"
-        if deaths > DEATHS_AT_MOST:
-            say(f"the server of {names} has died {deaths} times: given up; see {log}")
-            return
-        say(f"the server of {names} has died, see {log}; it starts again in {pause_s:g} s")
-        await asyncio.sleep(pause_s)
-        pause_s, began = 2 * pause_s, clock()
-        try:
-            servers[index] = await start_server(config, log.parent, timeout_s=timeout_s)
-        except ServerFailed as fault:
-            say(str(fault))
-        else:
-            say(f"{names} at {servers[index].url} again")
+    for config in configs:
+        folder, names = Path(config["folder"]), ", ".join(config["devices"])
+        server = await start_patiently(config, folder, timeout_s=timeout_s, say=say)
+        servers.append(server)
+        typer.echo(f"{names} at {server.url}")
+        kept = keep_running(server, config, folder, timeout_s=timeout_s)
+        keeping.append(spawn(f"keep the server of {names}", kept))
+    typer.echo(f"ledgers and logs in {Path(configs[0]['folder']).parent}")
+    typer.echo("serving; Ctrl-C stops and leaves the devices safe")

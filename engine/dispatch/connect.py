@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from ...drivers.client.client import DeviceClient, LeaseHeld, ServerUnreachable
-from ...drivers.client.launch import RunningServer, ServerFailed, start_server
+from ...drivers.client.launch import RunningServer, ServerFailed, keep_running, start_patiently
 from ...schemas.lab import LabDevice
 from ...system.tasks import end, spawn
 from ..lab.bind import BoundRole
 from ..lab.lab import LoadedLab
 
-STARTS_AGAIN = 20
-"""How often a run's server is restarted in one engine session."""
 IDLE_EXIT_S = 90.0
 """Servers that a run started end when its engine has been gone for this long."""
 
@@ -52,13 +50,14 @@ def servers_folder(run_folder: Path) -> Path:
 
 async def connect(
     roles: dict[str, BoundRole], lab: LoadedLab, run_folder: Path, owner: str,
-    marks: Mapping[str, str] | None = None,
+    marks: Mapping[str, str] | None = None, say: Callable[[str], None] = lambda text: None,
 ) -> Connections:  # fmt: skip
     """Clients for every device that plays a role, leases taken; raises NotReached.
 
     `marks`: what the run has seen of each device's ledger, for the server to say whether it has it.
+    `say` hears what is waited for, and later which server has died.
     """
-    connections = Connections(servers_folder(run_folder), marks=marks or {})
+    connections = Connections(servers_folder(run_folder), marks=marks or {}, say=say)
     devices = sorted({role.device for role in roles.values()})
     try:
         reached = await asyncio.gather(
@@ -109,34 +108,17 @@ async def _start(name: str, device: LabDevice, lab: LoadedLab, connections: Conn
     config["port"] = device.port or 0
     config["idle_exit_s"] = IDLE_EXIT_S
     config["owner_pid"] = os.getpid()
+    folder, timeout_s = connections.folder / name, lab.lab.start_timeout_s
     try:
-        server = await start_server(
-            config, connections.folder / name, timeout_s=lab.lab.start_timeout_s
+        server = await start_patiently(
+            config, folder, timeout_s=timeout_s, say=lambda text: connections.say(text)
         )
     except ServerFailed as fault:
         raise NotReached(f"device {name!r} ({device.driver}): {fault}") from fault
     connections.started[name] = server
     await _open(name, server.url, None, lab, connections)
-    keeping = _keep(name, config, connections, lab.lab.start_timeout_s)
+    keeping = keep_running(server, config, folder, timeout_s=timeout_s)
     connections.keeping.append(spawn(f"keep the server of {name}", keeping))
-
-
-async def _keep(
-    name: str, config: dict[str, Any], connections: Connections, timeout_s: float
-) -> None:
-    """Restart a server of this run, at its address, when it has ended: its ledger is still there."""
-    for _ in range(STARTS_AGAIN):
-        server = connections.started[name]
-        await server.ended()
-        connections.say(f"the server of {name} ended and is being restarted")
-        port = int(server.url.rpartition(":")[2])
-        try:
-            connections.started[name] = await start_server(
-                {**config, "port": port}, connections.folder / name, timeout_s=timeout_s
-            )
-        except ServerFailed as fault:
-            connections.say(f"the server of {name} could not be restarted: {fault}")
-            return
 
 
 def server_config(devices: dict[str, LabDevice], lab: LoadedLab, folder: Path) -> dict[str, Any]:
@@ -157,6 +139,7 @@ def server_config(devices: dict[str, LabDevice], lab: LoadedLab, folder: Path) -
         "base": str(lab.path.parent.resolve()) if lab.path is not None else ".",
         "host": "127.0.0.1",
         "python": python_of(devices[first], lab),
+        "stop_grace_s": lab.lab.stop_grace_s,
     }
 
 

@@ -24,7 +24,10 @@ from .request import CANCELED_BEFORE_SENDING, Request
 
 LOG = logging.getLogger("labrun")
 CANCEL_GRACE_S = 10.0
-"""How long a device may take to end a goal after its timeout before the next attempt or fallback."""
+"""How long a device may take to end a goal after its timeout before the next attempt or fallback,
+unless its contract gives its driver longer."""
+OWN_S = 2.0
+"""What the server takes beside its driver."""
 
 
 class Dispatcher:
@@ -215,7 +218,8 @@ class Dispatcher:
 
     def _check_grace(self, request: Request, now: float) -> None:
         assert request.canceled_at is not None
-        until = request.canceled_at + CANCEL_GRACE_S
+        grace_s = max(CANCEL_GRACE_S, request.role.contract.cancel_grace_s + OWN_S)
+        until = request.canceled_at + grace_s
         if now < until:
             self.run.requests.wake_at(until)
         elif request.outcome is None and (request.expired or request.withdrawn):
@@ -225,9 +229,7 @@ class Dispatcher:
                 if request.expired and request.timeout_s is not None
                 else f"{request.label} was cancelled and did not end "
             )
-            request.outcome = _aborted(
-                "Timeout", f"{message}within {CANCEL_GRACE_S:g} s", "unknown"
-            )
+            request.outcome = _aborted("Timeout", f"{message}within {grace_s:g} s", "unknown")
             self.run.requests.again()
 
     def prepare(self) -> list[Request]:

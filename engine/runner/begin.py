@@ -23,12 +23,13 @@ Watcher = Callable[[Run, Control], Listener]
 
 @dataclass(slots=True)
 class RunOptions:
-    """What the person who started a run wants besides its protocol."""
+    """What the person who started a run wants besides its protocol; `say` tells them what it waits for."""
 
     yes: bool = False
     answers: dict[str, str] = field(default_factory=dict)
     watchers: list[Watcher] = field(default_factory=list)
     live_figures: bool = False
+    say: Callable[[str], None] = lambda text: None
 
 
 def new_run(

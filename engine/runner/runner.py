@@ -31,7 +31,7 @@ async def run_session(
     assert checked.lab is not None
     try:
         connections = await connect(
-            checked.roles, checked.lab, run.folder, run.id, run.history.marks
+            checked.roles, checked.lab, run.folder, run.id, run.history.marks, options.say
         )
     except BaseException:
         with contextlib.suppress(JournalFault, DiskFull):

@@ -8,7 +8,13 @@ import sys
 
 import pytest
 
-from labrun.drivers.client.launch import ServerFailed, start_server
+from labrun.drivers.client import launch
+from labrun.drivers.client.launch import (
+    ServerFailed,
+    keep_running,
+    start_patiently,
+    start_server,
+)
 
 
 def test_a_server_is_started_apart_from_the_terminal_and_ended(bench):
@@ -120,3 +126,92 @@ def test_a_server_that_does_not_end_is_killed(bench):
         return server.process.returncode
 
     assert asyncio.run(story()) == -signal.SIGKILL
+
+
+def test_hardware_that_does_not_answer_yet_is_tried_again_and_that_is_said(bench, monkeypatch):
+    monkeypatch.setattr(launch, "QUIET_S", 600)
+    said = []
+
+    async def story():
+        settings = bench.settings(config={"silent_at": [1, 2]})
+        server = await start_patiently(settings, bench.folder, say=said.append)
+        await server.stop()
+
+    asyncio.run(story())
+
+    assert [line.partition("; ")[2] for line in said] == [
+        "it is tried again in 0.5 s",
+        "it is tried again in 1 s",
+    ]
+    assert "device arm cannot be opened: it does not answer yet" in said[0]
+
+
+def test_what_cannot_be_served_at_all_is_not_tried_again(bench):
+    said = []
+    settings = bench.settings(limits={"y": [0, 1]})
+
+    with pytest.raises(ServerFailed, match="no action of scripted@1 has such a parameter"):
+        asyncio.run(start_patiently(settings, bench.folder, say=said.append))
+    assert said == []
+
+
+def test_a_slow_start_and_a_slow_end_are_told_and_waited_for(bench, monkeypatch):
+    monkeypatch.setattr(launch, "QUIET_S", 0.2)
+    said = []
+
+    async def story():
+        settings = bench.settings(config={"open_s": 1.0, "safe_s": 1.0}, stop_grace_s=30.0)
+        server = await start_server(settings, bench.folder, timeout_s=40, say=said.append)
+        await server.stop()
+        return server.process.returncode
+
+    assert asyncio.run(story()) == 0
+    assert said == [
+        "waiting for the server of arm to start, 40 s at most (`start_timeout`)",
+        "waiting for arm to be safe, 75 s at most (`stop_grace`)",
+    ]
+    assert bench.deeds()[-1] == "arm close"
+
+
+def test_a_device_may_take_as_long_to_be_safe_as_its_lab_says(bench):
+    async def story():
+        answers = []
+        for grace_s in (0.3, 30.0):
+            async with bench.connected(config={"safe_s": 1.0}, stop_grace_s=grace_s) as client:
+                answers.append((await client.stop("arm"))["arm"])
+        return answers
+
+    assert asyncio.run(story()) == [
+        (False, "arm did not confirm its safe state within 0.3 s"),
+        (True, "arm is in its safe state"),
+    ]
+
+
+def test_a_server_that_dies_is_started_again_also_where_that_fails_at_first(bench, monkeypatch):
+    monkeypatch.setattr(launch, "QUIET_S", 600)
+    said = []
+
+    async def story():
+        settings = bench.settings(config={"silent_at": [2, 3]})
+        server = await start_server(settings, bench.folder, say=said.append)
+        keeping = asyncio.create_task(keep_running(server, settings, bench.folder))
+        before = server.pid
+        os.kill(server.pid, signal.SIGKILL)
+        async with asyncio.timeout(30):
+            while not said or not said[-1].endswith(" again"):  # noqa: ASYNC110 - it is only said
+                await asyncio.sleep(0.05)
+        async with bench.client(server.url) as client:
+            outcome = await client.follow(bench.goal(client, "go", x=1))
+        keeping.cancel()
+        await server.stop()
+        return before, server, outcome.state
+
+    before, server, state = asyncio.run(story())
+
+    assert (state, server.pid != before) == ("SUCCEEDED", True)
+    assert said[0].startswith("the server of arm has died, see ")
+    assert [line.partition("; it starts again in ")[2] for line in said[:3]] == [
+        "0.5 s", "1 s", "2 s",
+    ]  # fmt: skip
+    assert "it does not answer yet" in said[1] and "it does not answer yet" in said[2]
+    assert said[3] == f"arm at {server.url} again"

@@ -53,11 +53,9 @@ def test_a_wrong_answer_is_a_fault_that_names_the_field(bench, value, words):
     assert error.happened == "unknown"  # the driver did it: a second time would be one too many
 
 
-def test_a_driver_that_does_not_heed_a_cancel_is_broken_off(bench, monkeypatch):
-    monkeypatch.setattr("labrun.drivers.server.execution.CANCEL_GRACE_S", 0.1)
-
+def test_a_driver_that_does_not_heed_a_cancel_is_broken_off_after_the_contracts_grace(bench):
     async def story():
-        async with bench.connected() as client:
+        async with bench.connected(contract={"cancel_grace": "0.1 s"}) as client:
             goal = bench.goal(client, "sleep_through", seconds=30)
             following = asyncio.create_task(client.follow(goal))
             await bench.until(f"sleep_through {goal.id}")

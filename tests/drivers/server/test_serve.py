@@ -140,6 +140,26 @@ def test_it_stays_as_long_as_its_owner_lives(bench):
     assert asyncio.run(story()) == (None, 0)
 
 
+def test_with_its_owner_it_ends_once_nobody_holds_a_device_whoever_looks_on(bench):
+    owner = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+
+    async def story():
+        settings = bench.settings(ends_with_owner=True, owner_pid=owner.pid)
+        server = await start_server(settings, bench.folder)
+        async with (
+            bench.client(server.url, lease=False),  # a page that looks on
+            bench.client(server.url) as client,
+        ):
+            owner.communicate(b"\n")
+            outcome = await client.follow(bench.goal(client, "hold", seconds=1))
+            needed = server.process.returncode
+            await client.release("arm")
+            return needed, outcome.state, await asyncio.wait_for(server.process.wait(), 20)
+
+    assert asyncio.run(story()) == (None, "SUCCEEDED", 0)
+    assert bench.deeds()[-1] == "arm close"
+
+
 def test_it_speaks_tls_where_it_is_given_a_certificate(bench, tmp_path, monkeypatch):
     certificate, key = tmp_path / "cert.pem", tmp_path / "key.pem"
     made = subprocess.run(

@@ -252,11 +252,10 @@ def test_after_a_strangers_stop_the_holder_must_take_its_lease_anew(bench):
     assert epochs == 2  # the gap tells whoever resumes later that somebody else intervened
 
 
-def test_stop_breaks_off_what_cannot_be_cancelled_and_says_that_nobody_knows(bench, monkeypatch):
-    monkeypatch.setattr("labrun.drivers.server.execution.CANCEL_GRACE_S", 0.1)
-
+def test_stop_breaks_off_what_cannot_be_cancelled_and_says_that_nobody_knows(bench):
     async def story():
-        async with bench.serving() as (_, url), bench.raw(url) as raw:
+        quickly = bench.serving(contract={"cancel_grace": "0.1 s"})
+        async with quickly as (_, url), bench.raw(url) as raw:
             await raw.call("goal", **await raw.leased(action="press", params={"seconds": 30}))
             await bench.until("press g1")
             await raw.call("stop")

@@ -5,10 +5,13 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+
+from labrun.system.process import alive
 
 LAB = "name: mine\nsimulated: true\ndevices: {b: {contract: balance@1, driver: sim_balance}}\n"
 
@@ -70,7 +73,8 @@ def test_a_server_that_dies_is_said_and_started_again_at_its_address(tmp_path):
         served = folder_of(line) / "b" / "server.json"
         before = json.loads(served.read_text())
         os.kill(before["pid"], signal.SIGKILL)
-        said = [process.stderr.readline(), process.stderr.readline()]
+        lines = (line for line in process.stderr if "waiting for" not in line)
+        said = [next(lines), next(lines)]
         after = json.loads(served.read_text())
 
     assert "the server of b has died, see " in said[0] and "again in 0.5 s" in said[0]
@@ -98,5 +102,50 @@ def test_a_server_that_goes_on_dying_ends_the_command_with_a_status(tmp_path):
         said = process.stderr.read()
 
         assert process.wait() == 1
-    assert said.count("has died, see") == 4
-    assert "has died 5 times: given up" in said
+    assert said.count("it starts again in") == 4
+    assert "5 times, so it is given up" in said
+
+
+@pytest.mark.slow
+def test_a_command_that_is_killed_leaves_no_server_behind(tmp_path):
+    (tmp_path / "lab.yaml").write_text(LAB)
+    with serving(tmp_path, "lab.yaml") as (_, line, process):
+        served = folder_of(line) / "b" / "server.json"
+        pid = json.loads(served.read_text())["pid"]
+        process.kill()
+        process.wait()
+        until = time.monotonic() + 20
+        while alive(pid) and time.monotonic() < until:
+            time.sleep(0.05)
+
+        assert not alive(pid)
+        assert not served.exists()  # it has ended in order
+
+
+SLOW = """
+import asyncio
+from labrun.drivers.simulated.balance import SimBalance
+
+class Slow(SimBalance):
+    async def open(self):
+        await super().open()
+        await asyncio.sleep(60)
+"""
+
+
+@pytest.mark.slow
+def test_a_slow_start_says_what_it_waits_for_and_an_end_does_not_wait_for_it(tmp_path):
+    (tmp_path / "slow.py").write_text(SLOW)
+    (tmp_path / "lab.yaml").write_text(
+        "start_timeout: 40 s\n" + LAB.replace("sim_balance", "./slow.py:Slow")
+    )
+    words = [sys.executable, "-m", "labrun.engine", "serve", "lab.yaml", "--port", "0"]
+    with subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        said = process.stderr.readline()
+        process.terminate()
+
+        assert process.wait() == 0
+    assert said == (
+        "labrun: waiting for the server of b to start, 40 s at most (`start_timeout`)\n"
+    )
