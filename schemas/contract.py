@@ -34,7 +34,8 @@ class Action(Model):
     """One action of a device.
 
     A `meanwhile` action acts on what the device is currently doing (a feed hold): it is accepted
-    while another action is running.
+    while another action is running. `interlock` is what fields of the status must be for the action to
+    begin; the device server reads the status just before.
     """
 
     summary: str = ""

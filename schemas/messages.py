@@ -42,7 +42,10 @@ class FileContent(Model):
 
 
 class Goal(Model):
-    """A request to do one action. The same id is the same goal and never executes twice."""
+    """A request to do one action. The same id is the same goal and never executes twice.
+
+    The server cancels it `timeout_s` after it has accepted it, whoever still asks for it.
+    """
 
     id: str = Field(min_length=1, max_length=1000)
     device: str
@@ -50,7 +53,7 @@ class Goal(Model):
     epoch: int
     action: str
     params: dict[str, Any] = Field(default_factory=dict)
-    timeout_s: float | None = None
+    timeout_s: float | None = Field(default=None, ge=0)
     files: dict[str, FileContent] = Field(default_factory=dict)
 
 

@@ -38,13 +38,16 @@ class Session:
     client: DeviceClient
     statuses: list[dict[str, Any]] = field(default_factory=list)
 
-    def goal(self, action: str, params: Params | None = None) -> Goal:
+    def goal(
+        self, action: str, params: Params | None = None, timeout_s: float | None = None
+    ) -> Goal:
         """A new goal, with the parameters of the valid call by default."""
         params = dict(self.case.good[action] if params is None else params)
         read, _ = self.contract.actions[action].path_params()
         return Goal(
             id=f"run/{action}/{next(_numbers)}", device=self.case.device, action=action,
             boot=self.client.boot, epoch=self.client.epoch(self.case.device), params=params,
+            timeout_s=timeout_s,
             files={name: _file(str(params[name]), self.case.files[name])
                    for name in read if name in params},
         )  # fmt: skip
@@ -59,10 +62,12 @@ class Session:
             outcome = await self.do(need)
             assert outcome.state == "SUCCEEDED", f"{need}, before {action}: {outcome.error}"
 
-    async def begin(self, action: str) -> tuple[Goal, "asyncio.Task[Outcome]"]:
+    async def begin(
+        self, action: str, timeout_s: float | None = None
+    ) -> tuple[Goal, "asyncio.Task[Outcome]"]:
         """Send a valid call and return in the middle of it, or at its beginning if it is quick."""
         begun = asyncio.Event()
-        goal = self.goal(action)
+        goal = self.goal(action, timeout_s=timeout_s)
         following = spawn(
             f"following {goal.id}", self.client.follow(goal, lambda report: begun.set())
         )

@@ -186,9 +186,9 @@ class ServedDevice:
             ending = fault_of(arguments.place, bug)
         finally:
             self._owner.returned(execution)
+        ending = execution.finish(ending, arguments.place)
         if execution.cut is not None:
             ending = cut_short(ending, execution.cut)
-        execution.over = True
         report = await self._record(execution, ending, arguments.place)
         del self.running[execution.goal.id]
         self._tell("update", wire(report), execution.followers)
@@ -197,6 +197,12 @@ class ServedDevice:
     async def _perform(self, execution: Execution, arguments: Arguments) -> Ending:
         while await self._owner.turn(execution):
             if execution.state != "ACCEPTED":
+                if (interlock := execution.action.interlock) and not execution.is_cancelled:
+                    unmet = await self._status.unmet(interlock)
+                    if unmet is not None:
+                        return not_begun(f"{arguments.place}: {unmet}")
+                if execution.is_cancelled:
+                    break
                 return await execution.perform(self._driver, arguments)
             self._owner.returned(execution)  # first to disk, and a stop does not wait for disks
             try:
@@ -206,7 +212,7 @@ class ServedDevice:
             if execution.state == "ACCEPTED":
                 execution.state = "EXECUTING"
                 self._tell_progress(execution)
-        return never_started(cancelled=execution.context.cancelled.is_set())
+        return never_started(cancelled=execution.is_cancelled)
 
     async def _record(self, execution: Execution, ending: Ending, place: str) -> GoalReport:
         """Write the outcome to disk, before it is reported; what cannot be written is a Fault.

@@ -71,6 +71,10 @@ class Execution:
         self._interruptible = False
         self._kill_timer: asyncio.TimerHandle | None = None
         self._feedback_timer: asyncio.TimerHandle | None = None
+        self._deadline: asyncio.TimerHandle | None = None
+        self._expired = False
+        if goal.timeout_s is not None:
+            self._deadline = self._loop.call_later(goal.timeout_s, self._expire)
         self._untold = False
 
     def report(self) -> GoalReport:
@@ -90,6 +94,11 @@ class Execution:
     def acts(self) -> bool:
         """Its code may act on the device: from the owner's word until it has returned."""
         return self.turn is not None and self.turn.done() and self.turn.result()
+
+    @property
+    def is_cancelled(self) -> bool:
+        """Somebody, or its deadline, wants it to end."""
+        return self.context.cancelled.is_set()
 
     def let_begin(self, may: bool) -> None:
         """The owner's word, if it still waits for one."""
@@ -122,7 +131,7 @@ class Execution:
         return _fault(wrong) if wrong is not None else Ending("SUCCEEDED", result, None, files)
 
     def _broken_off(self) -> Ending:
-        if not self.context.cancelled.is_set():
+        if not self.is_cancelled:
             return _fault("the driver was cancelled from within")
         if self.action.cancel:
             return Ending("CANCELED")
@@ -135,6 +144,22 @@ class Execution:
         task = asyncio.current_task()
         while task is not None and task.cancelling():
             task.uncancel()
+
+    def finish(self, ending: Ending, place: str) -> Ending:
+        """It is over; where its deadline has cancelled it, that is how it ended."""
+        self.over = True
+        self._stop_timers()
+        if not self._expired or ending.state != "CANCELED":
+            return ending
+        words = f"{place} took longer than {self.goal.timeout_s:g} s"
+        if ending.error is NEVER_STARTED:
+            return _aborted("Timeout", f"{words}, and had not begun", "no")
+        return _aborted("Timeout", words, "unknown")
+
+    def _expire(self) -> None:
+        if not self.is_cancelled:
+            self.cancel()
+            self._expired = self.is_cancelled
 
     def cancel(self) -> GoalState:
         """Ask the driver to end it; an action that its contract does not let cancel runs to its end."""
@@ -187,7 +212,7 @@ class Execution:
             self._feedback_timer = self._loop.call_later(FEEDBACK_PAUSE_S, self._tell_feedback)
 
     def _stop_timers(self) -> None:
-        for timer in (self._kill_timer, self._feedback_timer):
+        for timer in (self._kill_timer, self._feedback_timer, self._deadline):
             if timer is not None:
                 timer.cancel()
 

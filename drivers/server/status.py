@@ -26,6 +26,7 @@ class StatusWatch:
         self._driver = driver
         self._tell = tell
         self._changed = asyncio.Event()
+        self._asking = asyncio.Lock()
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> None:
@@ -51,7 +52,24 @@ class StatusWatch:
             await self._ask()
             self._tell(self.latest)
 
-    async def _ask(self) -> None:
+    async def unmet(self, interlock: dict[str, Any]) -> str | None:
+        """The first thing that the status must be and is not now, as a message."""
+        fault = await self._ask()
+        for name, wanted in interlock.items():
+            if fault:
+                return f"nobody knows whether {name} is {wanted!r}: {fault}"
+            if name not in self.latest:
+                return f"{name} is not reported and must be {wanted!r}"
+            if self.latest[name] != wanted:
+                return f"{name} is {self.latest[name]!r} and must be {wanted!r}"
+        return None
+
+    async def _ask(self) -> str:
+        async with self._asking:
+            return await self._ask_driver()
+
+    async def _ask_driver(self) -> str:
+        """Query the driver; why it could not answer, or nothing."""
         try:
             async with asyncio.timeout(ANSWER_S):
                 latest = await self._driver.status()
@@ -64,3 +82,5 @@ class StatusWatch:
             if self.latest.get("fault") != words:  # once, and not every second
                 LOG.exception("the status of %s", type(self._driver).__name__)
             self.latest = {**self.latest, "fault": words}
+            return words
+        return ""

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from ...schemas.also import broken_promises
-from ...schemas.contract import Contract
+from ...schemas.contract import Contract, JsonSchema
 from ...schemas.contracts import ContractFault, read_contract, shipped_contracts
 from ...schemas.lab import Lab, LabDevice
-from ...schemas.patterns import check_schema
+from ...schemas.patterns import check_schema, validator
 from ...schemas.problem import Problem
 from ...schemas.quantity import UnitError, magnitude_in, unit_of
 from ..language.shape import read_model
@@ -101,10 +101,11 @@ def _also_faults(contract: Contract, contracts: dict[str, Contract]) -> Iterator
 
 
 def check_schemas(contract: Contract, name: str) -> None:
-    """Raise ContractFault for an invalid schema or an unknown unit in a contract."""
+    """Raise ContractFault for an invalid schema, unit or interlock in a contract."""
     from jsonschema import SchemaError
 
     for action_name, action in contract.actions.items():
+        check_interlock(f"{name}: {action_name}.interlock", action.interlock, contract.status)
         for part, schema in (("params", action.params), ("returns", action.returns)):
             where = f"{name}: {action_name}.{part}"
             try:
@@ -117,6 +118,19 @@ def check_schemas(contract: Contract, name: str) -> None:
                 ) from fault
             except UnitError as fault:
                 raise ContractFault(f"{where}: {fault}") from fault
+
+
+def check_interlock(where: str, interlock: dict[str, Any], status: JsonSchema) -> None:
+    """Raise ContractFault for what the status cannot be: the action would never begin."""
+    fields = status.get("properties", {})
+    for field, wanted in interlock.items():
+        if field not in fields:
+            guess = did_you_mean(field, fields)
+            raise ContractFault(
+                f"{where}: the status has no {field}{guess}; it has {listed(fields)}"
+            )
+        for fault in validator(fields[field]).iter_errors(wanted):
+            raise ContractFault(f"{where}.{field} never holds: {fault.message}")
 
 
 def _units(schema: Any) -> Iterator[str]:

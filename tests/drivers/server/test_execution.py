@@ -193,3 +193,88 @@ def test_a_fault_of_the_servers_own_ends_the_goal_that_met_it(bench, broken):
     assert (error.name, error.happened) == ("Fault", "unknown")
     assert error.message == "arm.go: ZeroDivisionError: division by zero"
     assert after.state == "SUCCEEDED"
+
+
+@pytest.mark.parametrize("action", ["hold", "sleep_through"])
+def test_a_goal_past_its_deadline_is_ended_by_its_server_also_without_an_engine(bench, action):
+    async def story():
+        async with bench.serving(contract={"cancel_grace": "0.1 s"}) as (_, url):
+            async with bench.raw(url) as raw:
+                goal = await raw.leased(action=action, params={"seconds": 30}, timeout_s=0.3)
+                await raw.call("goal", **goal)
+            async with bench.client(url, lease=False) as client:  # its engine is gone
+                asked = bench.goal(client, action, id="g1", seconds=30)
+                async with asyncio.timeout(10):
+                    return await client.follow(asked, send=False)
+
+    outcome = asyncio.run(story())
+
+    assert (outcome.state, outcome.error.name) == ("ABORTED", "Timeout")
+    assert outcome.error.message == f"arm.{action} took longer than 0.3 s"
+    assert outcome.error.happened == "unknown"
+
+
+def test_past_its_deadline_what_cannot_be_cancelled_goes_on_and_a_cancel_stays_a_cancel(bench):
+    async def story():
+        async with bench.serving() as (_, url), bench.raw(url) as raw:
+            goal = await raw.leased(action="press", params={"seconds": 0.6}, timeout_s=0.2)
+            await raw.call("goal", **goal)
+            pressed = await raw.update("g1", "SUCCEEDED")
+            goal |= {"id": "g2", "action": "hold", "params": {"seconds": 30}, "timeout_s": 30}
+            await raw.call("goal", **goal)
+            await raw.call("cancel", id="g2")
+            refused = await raw.call("goal", **{**goal, "id": "g3", "timeout_s": float("nan")})
+            return pressed, await raw.update("g2", "CANCELED"), refused
+
+    pressed, cancelled, refused = asyncio.run(story())
+
+    assert "error" not in pressed and "error" not in cancelled
+    assert (refused["code"], "timeout_s" in refused["message"]) == ("INVALID", True)
+
+
+def test_a_goal_that_waits_past_its_deadline_has_certainly_not_happened(bench):
+    async def story():
+        async with bench.serving(config={"safe_s": 1.5}) as (_, url), bench.raw(url) as raw:
+            goal = await raw.leased(timeout_s=0.2)
+            stopping = asyncio.create_task(raw.call("stop"))
+            await bench.until("safe")
+            await raw.call("goal", **goal)
+            late = await raw.update("g1", "ABORTED")
+            await stopping
+            return late["error"]
+
+    error = asyncio.run(story())
+
+    assert (error["name"], error["happened"]) == ("Timeout", "no")
+    assert error["message"] == "arm.go took longer than 0.2 s, and had not begun"
+    assert "arm go g1" not in bench.deeds()
+
+
+@pytest.mark.parametrize(
+    ("door", "words"),
+    [
+        ("open", "door is 'open' and must be 'closed'"),
+        ("away", "door is not reported and must be 'closed'"),
+        ("dead", "nobody knows whether door is 'closed': OSError: the door does not answer"),
+    ],
+)
+def test_an_action_whose_interlock_does_not_hold_is_refused(bench, door, words):
+    actions = bench.contract()["actions"]
+    actions["go"]["interlock"] = {"door": "closed"}
+
+    async def story():
+        (bench.folder / "world").mkdir()
+        (bench.folder / "world" / "door").write_text("closed")
+        async with bench.connected(contract={"actions": actions}) as client:
+            first = await client.follow(bench.goal(client, "go", x=1))
+            (bench.folder / "world" / "door").write_text(door)  # just before the next
+            second = await client.follow(bench.goal(client, "go", x=2))
+            other = await client.follow(bench.goal(client, "nudge"))
+            return first.state, second.error, other.state
+
+    first, error, other = asyncio.run(story())
+
+    assert (first, other) == ("SUCCEEDED", "SUCCEEDED")
+    assert (error.name, error.happened) == ("Rejected", "no")
+    assert error.message == f"arm.go: {words}; nothing was started"
+    assert len([deed for deed in bench.deeds() if deed.startswith("arm go")]) == 1

@@ -83,3 +83,22 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
     _, problems = load_lab(path)
 
     assert [(p.line, p.severity) for p in problems] == [(2, "error")]
+
+
+@pytest.mark.parametrize(
+    ("interlock", "words"),
+    [
+        ("{door: closed}", None),
+        ("{dor: closed}", "heat.interlock: the status has no dor; did you mean door?; it has door"),
+        ("{door: shut}", "heat.interlock.door never holds: 'shut' is not one of"),
+    ],
+)
+def test_an_interlock_that_the_status_can_never_meet_is_told(tmp_path, interlock, words):
+    furnace = FURNACE.replace("    params", f"    interlock: {interlock}\n    params")
+    status = "status: {properties: {door: {enum: [open, closed]}}}\n"
+    _, problems = load_lab(write(tmp_path, furnace=furnace + status))
+
+    if words is None:
+        assert problems == []
+    else:
+        assert words in problems[0].message
