@@ -92,7 +92,7 @@ async def bare_calls(folder: Path, count: int) -> list[float]:
     lab, problems = load_lab(folder / "lab.yaml")
     assert lab is not None, problems
     config = server_config(lab.lab.devices, lab, folder / "bare")
-    server = await start_server({**config, "port": 0}, folder / "bare")
+    server = await start_server({**config, "port": 0, "own_token": False}, folder / "bare")
     client = socketio.AsyncClient(handle_sigint=False)
     times = []
     try:

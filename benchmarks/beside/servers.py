@@ -25,7 +25,8 @@ def serving(folder: Path, *, synced: bool) -> Iterator[str]:
     lab, problems = load_lab(folder / "lab.yaml")
     assert lab is not None, problems
     settings = folder / "settings.json"
-    settings.write_text(json.dumps(server_config(lab.lab.devices, lab, folder / "server")))
+    config = server_config(lab.lab.devices, lab, folder / "server")
+    settings.write_text(json.dumps({**config, "own_token": False}))
     flags = [] if synced else ["--unsynced"]
     command = [sys.executable, "-P", str(SCRIPT), str(settings), *flags]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:

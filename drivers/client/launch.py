@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ...system.files import write_whole
 from ...system.process import AT_ONCE, PLEASE_END, Process, alive, start_python, stop
 from ..server.server_file import FILE, fingerprint
 from ..server.settings import ServerSettings
@@ -169,7 +170,7 @@ async def _start_or_adopt(
             return RunningServer(None, left.url, left.devices, left.pid)
         await RunningServer(None, left.url, left.devices, left.pid).stop()
     path = folder / "server_settings.json"
-    path.write_text(json.dumps(settings), encoding="utf-8")
+    write_whole(path, json.dumps(settings).encode(), mode=0o600, sync=False)  # it may hold a token
     names = ", ".join(settings["devices"])
     words = f"waiting for the server of {names} to start, {timeout_s:g} s at most (`start_timeout`)"
     with told_late(say, words):

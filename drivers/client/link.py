@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...schemas.messages import NAMESPACE
 from ...system.tasks import end, keep
+from ..server import tokens
 
 if TYPE_CHECKING:
     import aiohttp
@@ -69,7 +70,7 @@ class Link:
         self.url = url
         self.up = asyncio.Event()
         self.refusal = ""
-        self._auth = {} if token is None else {"token": token}
+        self._token = token
         self._events = events
         self._on_up = on_up
         self._on_down = on_down
@@ -166,11 +167,12 @@ class Link:
         for event, receive in self._events.items():
             sio.on(event, receive, namespace=NAMESPACE)
         self._sio = sio
+        token = self._token or tokens.found(self.url)  # a server that restarts makes a new one
         try:
             async with asyncio.timeout(self._connect_s):
                 await sio.connect(
                     self.url,
-                    auth=self._auth,
+                    auth={} if token is None else {"token": token},
                     transports=["websocket"],
                     namespaces=[NAMESPACE],
                     wait_timeout=self._connect_s + 1,

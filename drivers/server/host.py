@@ -2,8 +2,8 @@
 
 import socket
 import ssl
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Iterator
+from contextlib import ExitStack, asynccontextmanager, contextmanager, nullcontext
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from ...schemas.contract import Contract
 from ..driver import Place
 from ..find import DriverFault, check_driver, find_driver
+from . import tokens
 from .arguments import LimitFault, read_limits
 from .device import ServedDevice
 from .gate import is_loopback
@@ -62,7 +63,8 @@ async def serving(settings: ServerSettings) -> AsyncIterator[tuple[DeviceServer,
         ledger = Ledger(Path(settings.folder) / "ledger.sqlite")
     except LedgerFault as fault:
         raise ServeFault(str(fault)) from fault
-    server = DeviceServer(ledger, settings.token, settings.host)
+    token = settings.token or (tokens.made() if settings.own_token else None)
+    server = DeviceServer(ledger, token, settings.host)
     try:
         devices = [make_device(n, d, settings, server) for n, d in settings.devices.items()]
         listener = _bind(settings)
@@ -70,17 +72,30 @@ async def serving(settings: ServerSettings) -> AsyncIterator[tuple[DeviceServer,
         url = f"{scheme}://{_host_text(settings.host)}:{listener.getsockname()[1]}"
         try:
             await server.open(devices)
-            async with listening(server.app, listener, tls):
-                try:
-                    yield server, url
-                finally:
-                    await server.make_safe()
+            with _findable(url, token) if settings.token is None else nullcontext():
+                async with listening(server.app, listener, tls):
+                    try:
+                        yield server, url
+                    finally:
+                        await server.make_safe()
         except DeviceClosed as fault:
             raise ServeFault(str(fault)) from fault
         finally:
             listener.close()
     finally:
         await server.close()
+
+
+@contextmanager
+def _findable(url: str, token: str | None) -> Iterator[None]:
+    with ExitStack() as keeping:
+        try:
+            if token is not None:
+                keeping.enter_context(tokens.findable(url, token))
+        except OSError as fault:
+            words = f"{fault.strerror or fault}: {fault.filename}"
+            raise ServeFault(f"the server's token cannot be kept: {words}; give a token") from fault
+        yield
 
 
 def _certificate(files: TlsFiles) -> tuple[str, str]:

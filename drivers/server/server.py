@@ -166,7 +166,11 @@ class DeviceServer:
             raise ConnectionRefusedError(words)
         given = auth.get("token") if isinstance(auth, dict) else None
         if self._token is not None and not _same(given, self._token):
-            words = "a token is required" if given is None else "the token is wrong"
+            words = (
+                "a token is required (the lab's `token`); without, only its own user may connect"
+                if given is None
+                else "the token is wrong"
+            )
             raise ConnectionRefusedError(words)
         self.sessions.add(session)
 

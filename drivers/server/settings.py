@@ -29,10 +29,11 @@ class ServerSettings(Model):
 
     `folder` holds the ledger; `world` is what simulated twins share; `base` is the folder that
     `./my_driver.py:Class` is relative to (the lab file's), `python` the interpreter that
-    serves. With `idle_exit_s` the server exits when no client has been connected for that long and
-    every device is safe, but not while the process `owner_pid` is running. With `ends_with_owner`
-    it exits as soon as that process has ended and nobody holds a device. `stop_grace_s` is how long
-    a device may take to become safe.
+    serves. With `own_token` a server that was given no token makes one for this user's programs.
+    With `idle_exit_s` the server exits when no client has been connected for that long and every
+    device is safe, but not while the process `owner_pid` is running. With `ends_with_owner` it
+    exits as soon as that process has ended and nobody holds a device. `stop_grace_s` is how long a
+    device may take to become safe.
     """
 
     devices: dict[Name, DeviceSettings] = Field(min_length=1)
@@ -43,6 +44,7 @@ class ServerSettings(Model):
     host: str = "127.0.0.1"
     port: int = Field(default=0, ge=0, le=65535)
     token: str | None = Field(default=None, min_length=1)
+    own_token: bool = False
     tls: TlsFiles | None = None
     owner_pid: int | None = None
     ends_with_owner: bool = False

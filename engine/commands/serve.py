@@ -24,7 +24,15 @@ def serve(
     ] = None,
     host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="The port of the first device.")] = FIRST_PORT,
-    token: Annotated[str | None, typer.Option(help="Token that every client must send.")] = None,
+    token: Annotated[
+        str | None,
+        typer.Option(
+            help="Token that every client must send; or set LABRUN_TOKEN, unseen by `ps`."
+        ),
+    ] = None,
+    token_file: Annotated[
+        Path | None, typer.Option(help="The file that holds the token, instead of --token.")
+    ] = None,
     folder: Annotated[
         Path | None,
         typer.Option(help="Folder for ledgers and logs.", show_default="one for each lab file"),
@@ -34,6 +42,8 @@ def serve(
     """Serve a lab's devices until Ctrl-C, then bring each to its safe state."""
     if lab is not None and not lab.exists() and lab.suffix not in (".yaml", ".yml", ".json"):
         devices, lab = [str(lab), *(devices or [])], None
+    from ...drivers.server.tokens import WeakToken, chosen
+
     loaded, problems = load_lab(lab)
     if loaded is None or problems:
         from ..problems.print import print_problems
@@ -41,6 +51,11 @@ def serve(
         print_problems(problems, format="text")
         if loaded is None or any(problem.severity == "error" for problem in problems):
             raise typer.Exit(PROBLEMS)
+    try:
+        token = chosen(token, token_file, "LABRUN_TOKEN")
+    except WeakToken as fault:
+        say(str(fault))
+        raise typer.Exit(PROBLEMS) from None
     folder = folder or _home(loaded)
     configs = _configs(loaded, devices, folder, host, port, token, one)
     raise typer.Exit(asyncio.run(_serve(configs, loaded.lab.start_timeout_s)))

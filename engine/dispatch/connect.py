@@ -139,6 +139,7 @@ def server_config(devices: dict[str, LabDevice], lab: LoadedLab, folder: Path) -
         "base": str(lab.path.parent.resolve()) if lab.path is not None else ".",
         "host": "127.0.0.1",
         "python": python_of(devices[first], lab),
+        "own_token": True,
         "stop_grace_s": lab.lab.stop_grace_s,
     }
 

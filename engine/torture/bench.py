@@ -62,7 +62,7 @@ class Bench:
         device = self.lab.lab.devices[name]
         slowed = device.model_copy(update={"config": config(self.lab, name)})
         settings = server_config({name: slowed}, self.lab, self.folder)
-        return {**settings, "owner_pid": os.getpid(), "idle_exit_s": 90.0}
+        return {**settings, "own_token": False, "owner_pid": os.getpid(), "idle_exit_s": 90.0}
 
     async def _keep(self, name: str, settings: dict[str, Any]) -> None:
         port = int(self.servers[name].url.rpartition(":")[2])

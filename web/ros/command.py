@@ -1,6 +1,5 @@
 """`labrun ros`: the lab for ROS, through a rosbridge endpoint, or as a node with ROS installed."""
 
-import os
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -33,6 +32,9 @@ Host = Annotated[str, typer.Option("--host", help="Address to listen on.")]
 Token = Annotated[
     str | None, typer.Option("--token", help="Required from every client; or set LABRUN_ROS_TOKEN.")
 ]
+TokenFile = Annotated[
+    Path | None, typer.Option("--token-file", help="The file that holds it, unseen by `ps`.")
+]
 Origin = Annotated[
     list[str] | None,
     typer.Option("--origin", help="A site whose pages may connect, besides those of this machine."),
@@ -55,6 +57,7 @@ def ros(
     port: Port = PORT,
     host: Host = "127.0.0.1",
     token: Token = None,
+    token_file: TokenFile = None,
     origin: Origin = None,
     protocols: Protocols = Path(),
     runs: Runs = Path("runs"),
@@ -80,7 +83,7 @@ def ros(
     elif ros_args:
         refuse("--ros-args are for a node of ROS: add --node")
     else:
-        token = _token(host, token or os.environ.get("LABRUN_ROS_TOKEN"))
+        token = _token(host, token, token_file)
         _run(_bridge(loaded, package, folders, host, port, token, origin or []), f"{host}:{port}")
 
 
@@ -119,15 +122,18 @@ def _write(lab: "LoadedLab", package: str, folder: Path) -> None:
     )
 
 
-def _token(host: str, token: str | None) -> str | None:
-    from .bridge.gate import LEAST_TOKEN, is_loopback
+def _token(host: str, token: str | None, file: Path | None) -> str | None:
+    from ...drivers.server.tokens import WeakToken, chosen
+    from .bridge.gate import is_loopback
 
-    if token is not None and len(token) < LEAST_TOKEN:
-        refuse(f"a token of {len(token)} characters is easily guessed; use {LEAST_TOKEN} or more")
+    try:
+        token = chosen(token, file, "LABRUN_ROS_TOKEN")
+    except WeakToken as fault:
+        refuse(str(fault))
     if token is None and not is_loopback(host):
         refuse(
             f"--host {host}: other machines can reach this address, so a token is required; "
-            'give --token "$(openssl rand -hex 16)", or serve on 127.0.0.1'
+            "give --token-file, or serve on 127.0.0.1"
         )
     return token
 

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 
 PORT = 8321
 PROBLEMS, NOT_REACHED = 2, 4
-LEAST_TOKEN = 8
 
 Folder = Annotated[
     Path | None, typer.Argument(help="Folder of the protocols; the current folder by default.")
@@ -22,6 +21,9 @@ Host = Annotated[str, typer.Option("--host", help="Address to listen on.")]
 Token = Annotated[
     str | None,
     typer.Option("--token", help="Required from every browser; or set LABRUN_WEB_TOKEN."),
+]
+TokenFile = Annotated[
+    Path | None, typer.Option("--token-file", help="The file that holds it, unseen by `ps`.")
 ]
 Lab = Annotated[
     Path | None, typer.Option("--lab", help="The lab file; the simulated lab by default.")
@@ -53,6 +55,7 @@ def web(
     port: Port = PORT,
     host: Host = "127.0.0.1",
     token: Token = None,
+    token_file: TokenFile = None,
     lab: Lab = None,
     runs: Runs = None,
     demo: Demo = False,
@@ -61,17 +64,19 @@ def web(
     no_browser: NoBrowser = False,
 ) -> None:
     """Serve the page to edit, launch, watch and review; runs continue without it."""
+    from ...drivers.server.tokens import WeakToken, chosen
     from ..access.gate import is_loopback
 
     if token is not None:  # crash logs show the command line
         sys.argv = [part.replace(token, "***") for part in sys.argv]
-    token = token or os.environ.get("LABRUN_WEB_TOKEN")
-    if token is not None and len(token) < LEAST_TOKEN:
-        _refuse(f"a token of {len(token)} characters is easily guessed; use {LEAST_TOKEN} or more")
+    try:
+        token = chosen(token, token_file, "LABRUN_WEB_TOKEN")
+    except WeakToken as fault:
+        _refuse(str(fault))
     if token is None and not is_loopback(host):
         _refuse(
             f"--host {host}: other machines can reach this address, so a token is required; "
-            'give --token "$(openssl rand -hex 16)", or serve on 127.0.0.1'
+            "give --token-file, or serve on 127.0.0.1"
         )
     if demo and (folder is not None or lab is not None or runs is not None):
         _refuse("--demo has its own protocols, lab and runs: omit the folder, --lab and --runs")

@@ -421,12 +421,12 @@ def test_pages_of_this_machine_and_allowed_origins_are_let_in(endpoint, lab, tmp
             return (await talk.hear())["result"]
 
     served = serve(
-        tmp_path, "--origin", "https://page.example", "--token", "a-secret-word", lab=lab
+        tmp_path, "--origin", "https://page.example", "--token", "a-quite-secret-word", lab=lab
     )
     try:
         assert refused(served.url) == 401
         assert refused(f"{served.url}/?token=a-wrong-word") == 401
-        assert asyncio.run(main(f"{served.url}/?token=a-secret-word", "https://page.example"))
+        assert asyncio.run(main(f"{served.url}/?token=a-quite-secret-word", "https://page.example"))
     finally:
         assert served.end() == 0
     assert asyncio.run(main(endpoint.url, "http://localhost:5173"))

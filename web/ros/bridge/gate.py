@@ -17,8 +17,6 @@ from websockets.http11 import Request, Response
 
 from ....drivers.server.gate import is_loopback, split
 
-LEAST_TOKEN = 8
-
 
 @dataclass(frozen=True, slots=True)
 class Gate:

@@ -1,0 +1,78 @@
+"""The token of a server: given by a person, or made for this user's own programs.
+
+A server that only this machine can reach is open to every user of it, and to every page in a
+browser on it. So a server that nobody gave a token makes one, and leaves it in a file that only
+the same user can read; a client of that user who has none looks there.
+"""
+
+import os
+import secrets
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ...system.files import write_whole
+from .gate import is_loopback, split
+
+LEAST = 16
+"""The shortest token that a person may choose, in characters."""
+
+
+class WeakToken(ValueError):
+    """A token that cannot be used, with the reason."""
+
+
+def chosen(token: str | None, file: Path | None, variable: str) -> str | None:
+    """The token that a person gave: as a file, in a variable of the environment, or directly.
+
+    Raises WeakToken.
+    """
+    if file is not None:
+        try:
+            token = file.read_text(encoding="utf-8").strip()
+        except (OSError, UnicodeDecodeError) as fault:
+            raise WeakToken(f"--token-file {file}: {fault}") from fault
+    token = token if token is not None else os.environ.get(variable)
+    if token is not None and len(token) < LEAST:
+        raise WeakToken(
+            f"a token of {len(token)} characters is easily guessed; use {LEAST} or more"
+        )
+    return token
+
+
+@contextmanager
+def findable(url: str, token: str) -> Iterator[None]:
+    """Leave the token where this user's programs find it, for as long as the block lasts; raises OSError."""
+    path = _path(url)
+    write_whole(path, token.encode(), mode=0o600, sync=False)
+    try:
+        yield
+    finally:
+        if _read(path) == token:
+            path.unlink(missing_ok=True)
+
+
+def made() -> str:
+    """A new token."""
+    return secrets.token_urlsafe(24)
+
+
+def found(url: str) -> str | None:
+    """The token that a server of this user, on this machine, has made for this address."""
+    return _read(_path(url)) if is_loopback(split(url).hostname or "") else None
+
+
+def _path(url: str) -> Path:
+    from platformdirs import user_state_path
+
+    # Homes are shared between machines: a port alone would not tell them apart.
+    place = f"{socket.gethostname()}-{split(url).port}"
+    return user_state_path("labrun", appauthor=False) / "tokens" / place
+
+
+def _read(path: Path) -> str | None:
+    try:
+        return path.read_text(encoding="utf-8") or None
+    except OSError:
+        return None

@@ -1,0 +1,76 @@
+"""The token that a server makes for its own user, and those that people choose."""
+
+import asyncio
+import stat
+
+import pytest
+import socketio
+
+from labrun.drivers.client.launch import start_server
+from labrun.drivers.server import tokens
+from labrun.drivers.server.tokens import WeakToken, chosen
+
+
+def test_a_server_makes_a_token_that_only_its_own_user_finds(bench):
+    async def story():
+        server = await start_server(bench.settings(own_token=True), bench.folder)
+        path = tokens._path(server.url)
+        mode, token = path.stat().st_mode, tokens.found(server.url)
+        with pytest.raises(socketio.exceptions.ConnectionError):
+            async with bench.raw(server.url):  # knows nothing of it
+                pass
+        async with bench.raw(server.url, token), bench.client(server.url) as client:
+            outcome = await client.follow(bench.goal(client, "go", x=1))
+        await server.stop()
+        return stat.S_IMODE(mode), token, outcome.state, path
+
+    mode, token, state, path = asyncio.run(story())
+
+    assert (mode, state) == (0o600, "SUCCEEDED")
+    assert token is not None and len(token) >= tokens.LEAST
+    assert not path.exists()
+    assert stat.S_IMODE((bench.folder / "server_settings.json").stat().st_mode) == 0o600
+
+
+def test_a_client_finds_the_new_token_of_a_server_that_was_started_again(bench):
+    async def story():
+        first = await start_server(bench.settings(own_token=True), bench.folder)
+        port = int(first.url.rpartition(":")[2])
+        async with bench.client(first.url) as client:
+            before = tokens.found(first.url)
+            assert first.process is not None
+            first.process.kill()  # its file stays
+            await first.process.wait()
+            again = await start_server(bench.settings(own_token=True, port=port), bench.folder)
+            async with asyncio.timeout(20):
+                outcome = await client.follow(bench.goal(client, "go", x=1))
+                while outcome.state != "SUCCEEDED":  # of the boot that is gone
+                    await asyncio.sleep(0.1)
+                    outcome = await client.follow(bench.goal(client, "go", x=1))
+            after = tokens.found(first.url)
+        await again.stop()
+        return before != after, outcome.state
+
+    assert asyncio.run(story()) == (True, "SUCCEEDED")
+
+
+def test_only_addresses_of_this_machine_have_such_a_token():
+    assert tokens.found("http://10.0.0.7:4101") is None
+
+
+def test_a_token_comes_from_a_file_a_variable_or_the_command(tmp_path, monkeypatch):
+    file = tmp_path / "token"
+    file.write_text("sixteen-in-a-file\n")
+    monkeypatch.setenv("LABRUN_TOKEN", "sixteen-in-the-environment")
+
+    assert chosen(None, file, "LABRUN_TOKEN") == "sixteen-in-a-file"
+    assert chosen(None, None, "LABRUN_TOKEN") == "sixteen-in-the-environment"
+    assert chosen("sixteen-as-an-option", None, "LABRUN_TOKEN") == "sixteen-as-an-option"
+    assert chosen(None, None, "LABRUN_OTHER_TOKEN") is None
+
+
+def test_a_token_that_is_short_or_cannot_be_read_is_a_sentence(tmp_path):
+    with pytest.raises(WeakToken, match="15 characters is easily guessed; use 16 or more"):
+        chosen("x" * 15, None, "LABRUN_TOKEN")
+    with pytest.raises(WeakToken, match="No such file"):
+        chosen(None, tmp_path / "none", "LABRUN_TOKEN")
