@@ -24,7 +24,7 @@ from ...schemas.messages import (
 from ...system.tasks import end, keep
 from .device import ServedDevice
 from .execution import Execution
-from .gate import why_not
+from .gate import Brake, why_not
 from .lease import Refused
 from .ledger import Ledger, LedgerFault
 from .wire import wire
@@ -60,6 +60,7 @@ class DeviceServer:
         self.sessions: set[str] = set()
         self._token = token
         self._listens_on = listens_on
+        self._brake = Brake()
         self._outbox: asyncio.Queue[tuple[str, Answer, set[str]]] = asyncio.Queue()
         self._tasks: list[asyncio.Task[None]] = []
         self._refusals: dict[tuple[str, int], Refused] = {}
@@ -165,13 +166,13 @@ class DeviceServer:
         if (words := why_not(self._listens_on, host, origin)) is not None:
             raise ConnectionRefusedError(words)
         given = auth.get("token") if isinstance(auth, dict) else None
-        if self._token is not None and not _same(given, self._token):
+        if self._token is not None and given is None:
             words = (
                 "a token is required (the lab's `token`); without, only its own user may connect"
-                if given is None
-                else "the token is wrong"
             )
             raise ConnectionRefusedError(words)
+        if self._token is not None and not await self._brake.look(right=_same(given, self._token)):
+            raise ConnectionRefusedError("the token is wrong, or too many wrong ones came at once")
         self.sessions.add(session)
 
     async def _disconnect(self, session: str, reason: str = "") -> None:

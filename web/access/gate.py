@@ -5,12 +5,10 @@ made resolve there (DNS rebinding). So the Host must be one of ours, the Origin 
 Host, and a request that changes anything needs a cookie that other sites cannot send.
 """
 
-import ipaddress
-import socket
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
 
-from ...drivers.server.gate import is_loopback, split
+from ...drivers.server.gate import is_ours, split
 from ..local.refusal import Refusal, as_response
 from .sessions import Sessions
 
@@ -41,8 +39,7 @@ class Gate:
     def __init__(self, app: Any, sessions: Sessions, host: str) -> None:
         self._app = app
         self._sessions = sessions
-        self._names = _names(host)
-        self._loopback_only = is_loopback(host)
+        self._listens_on = host
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass allowed requests on; refuse all others."""
@@ -63,7 +60,7 @@ class Gate:
 
     def _check(self, scope: Scope, headers: dict[str, str]) -> None:
         host = headers.get("host", "")
-        if not self._is_ours(host):
+        if not is_ours(self._listens_on, host):
             raise Refusal(421, "WRONG_HOST", f"this server is not {host[:100]!r}")
         origin = headers.get("origin")
         if origin is not None and split(origin).netloc.lower() != host.lower():
@@ -79,16 +76,6 @@ class Gate:
         if (needs or is_socket) and not self._sessions.knows_raw(headers):
             hint = "GET /api/v1/session, then try again"
             raise Refusal(401, "SIGN_IN", "sign in first", hint)
-
-    def _is_ours(self, host: str) -> bool:
-        name = split(f"//{host}").hostname or ""
-        if name in self._names:
-            return True
-        try:
-            address = ipaddress.ip_address(name)
-        except ValueError:
-            return False
-        return address.is_loopback or not self._loopback_only
 
 
 class _Bounded:
@@ -139,12 +126,3 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: Refusal) 
         await send({"type": "websocket.close", "code": 1008, "reason": refusal.fault.code})
         return
     await as_response(refusal)(scope, receive, _with_headers(send))
-
-
-def _names(host: str) -> set[str]:
-    """Host names that the server accepts; IP addresses are checked separately."""
-    names = {"localhost", host.lower()}
-    if not is_loopback(host):
-        own = socket.gethostname().lower()
-        names |= {own, own.partition(".")[0], f"{own.partition('.')[0]}.local"}
-    return names

@@ -64,8 +64,8 @@ def web(
     no_browser: NoBrowser = False,
 ) -> None:
     """Serve the page to edit, launch, watch and review; runs continue without it."""
+    from ...drivers.server.gate import is_loopback
     from ...drivers.server.tokens import WeakToken, chosen
-    from ..access.gate import is_loopback
 
     if token is not None:  # crash logs show the command line
         sys.argv = [part.replace(token, "***") for part in sys.argv]

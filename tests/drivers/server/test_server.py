@@ -390,6 +390,38 @@ def test_a_wrong_or_missing_token_is_refused_at_connect(bench, given, words):
     assert words in said[0]["message"]
 
 
+def test_guesses_at_the_token_are_slow_however_many_come_at_once(bench, monkeypatch):
+    monkeypatch.setattr("labrun.drivers.server.gate.GUESS_S", 0.3)
+
+    async def story():
+        async with bench.serving(token="a-secret-of-16-chars") as (server, url):
+            looked_at = []
+            look = server._brake.look
+
+            async def looking(*, right):
+                began = asyncio.get_running_loop().time()
+                answer = await look(right=right)
+                looked_at.append(asyncio.get_running_loop().time() - began)
+                return answer
+
+            server._brake.look = looking
+
+            async def guess(number):
+                with pytest.raises(socketio.exceptions.ConnectionError):
+                    async with bench.raw(url, f"guess-{number}"):
+                        pass
+
+            await asyncio.gather(*(guess(number) for number in range(8)))
+            async with bench.raw(url, "a-secret-of-16-chars") as raw:
+                return looked_at, (await raw.call("describe"))["ok"]
+
+    looked_at, after = asyncio.run(story())
+
+    assert after
+    assert len(looked_at) == 9
+    assert 1 <= len([s for s in looked_at if s >= 0.3]) <= 8  # the others were not looked at
+
+
 def test_goals_survive_the_connection_that_sent_them(bench):
     async def story():
         async with bench.serving() as (_, url):

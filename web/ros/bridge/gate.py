@@ -5,9 +5,7 @@ ours; and such a site may make its own name resolve to 127.0.0.1 (DNS rebinding)
 be ours too. Programs send no Origin.
 """
 
-import ipaddress
 import secrets
-import socket
 from dataclasses import dataclass
 from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
@@ -15,7 +13,7 @@ from urllib.parse import parse_qs, urlsplit
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from ....drivers.server.gate import is_loopback, split
+from ....drivers.server.gate import is_loopback, is_ours, split
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +34,9 @@ class Gate:
 
     def refusal(self, request: Request) -> tuple[HTTPStatus, str] | None:
         """The reason to refuse a client, if any."""
-        if len(request.headers.get_all("Host")) != 1 or not self._is_ours(request.headers["Host"]):
+        if len(request.headers.get_all("Host")) != 1 or not is_ours(
+            self.host, request.headers["Host"]
+        ):
             return HTTPStatus.MISDIRECTED_REQUEST, "this endpoint has another name"
         for origin in request.headers.get_all("Origin"):
             if origin not in self.origins and not _is_local_page(origin):
@@ -48,21 +48,6 @@ class Gate:
         ):
             return HTTPStatus.UNAUTHORIZED, "a token is required: ws://HOST:PORT/?token=..."
         return None
-
-    def _is_ours(self, host: str) -> bool:
-        name = split(f"//{host}").hostname or ""
-        own = socket.gethostname().lower()
-        if name in ("localhost", self.host.lower()):
-            return True
-        try:
-            address = ipaddress.ip_address(name)
-        except ValueError:
-            return not is_loopback(self.host) and name in (
-                own,
-                own.partition(".")[0],
-                f"{own}.local",
-            )
-        return address.is_loopback or not is_loopback(self.host)
 
 
 def _token(request: Request) -> bytes:
