@@ -9,6 +9,7 @@ from ..spectrum.curve import bridge, pitch_of, quantile, softened
 from ..spectrum.noise import local_noise, steadied
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, Spectrum
 from .background import background
+from .merge import merged, significant
 from .peaks import SIGNIFICANT, find_peaks, standing_out
 from .render import render
 from .slit import QUIET_LINES, TAKEN_UP, Slit, learn
@@ -18,7 +19,7 @@ RESIDUAL = 4.5  # a peak in what the first fit left over, in noise
 FOREIGN = (
     0.04  # and as a part of the light around it: no line is a Voigt profile to the last percent
 )
-LEAST_AREA = 2.0  # in its own error: what the fit makes smaller was no peak
+NEVER_DROPPED = 10.0  # prominence in noise
 DEAF = 1e3  # what the noise of a bad channel is multiplied by in a fit
 FOLLOWED, CLEARLY = 1.15, 0.7
 CROWDED = 0.2  # part of the peaks with clearly less noise, from which all is fitted anew
@@ -84,11 +85,25 @@ def fit_profiles(
         both = np.union1d(seeds, more)
         before = None if crowded else (seeds, peaks)
         peaks = fit_peaks(x, net, noise * deaf, both, taught.slit, before, (seeds, peaks))
-    real = np.flatnonzero(peaks.area > LEAST_AREA * peaks.area_error)
+    else:
+        both = seeds
+    prominence = _prominence(net, noise, both)
+    both, peaks = merged(x, net, noise * deaf, both, prominence, peaks, taught.slit)
+    sure = np.isin(both, seeds) & (_prominence(net, noise, both) > NEVER_DROPPED) & ~bad[both]
+    real = np.flatnonzero(significant(peaks) | (sure & (peaks.area > 0.0)))
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
     return Profiles(
         peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain, x, bad
     )
+
+
+def _prominence(net, noise, channels) -> FloatArray:
+    """Prominence of the peaks at channels (ascending), in noise; 0 where none stands out."""
+    tops, clear = standing_out(net, noise, 1.0)
+    found = np.zeros(len(channels))
+    there = np.isin(channels, tops)
+    found[there] = clear[np.searchsorted(tops, channels[there])]
+    return found
 
 
 def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:

@@ -3,6 +3,7 @@
 These are few spectra, and single ones weigh much; `benchmarks/reduce.py` prints the whole table.
 """
 
+import numpy as np
 import pytest
 from truth import Score, line_free, pure_noise, score, summary
 
@@ -54,6 +55,15 @@ def test_no_element_is_claimed_where_there_is_none(make):
     claims = [reduce_spectrum(Spectrum(*make(number))).detected for number in range(25)]
 
     assert not any(claims)
+
+
+def test_no_bright_peak_is_lost(reduced):
+    """Two profiles once shared the lines of iron at 259.9 and 267.2 nm, and both were dropped."""
+    truth, found = reduced("train", 8)
+    bright = truth.maxima_nm[truth.maxima_sigma > 20]
+    away = np.abs(found.peaks.centre_nm[:, None] - bright).min(axis=0)
+
+    assert away.max() < max(0.05, 0.4 * truth.instrument.fwhm_nm.max())
 
 
 def test_the_evidence_can_be_checked_on_the_spectrum(reduced):
