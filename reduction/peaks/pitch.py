@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..spectrum.bad import BadChannels, bridged, mark_bad
+from ..spectrum.curve import quantile
 from ..spectrum.kernel import float_kernel
 from ..spectrum.resampled import WHITE, sharing
 from ..spectrum.spectrum import BoolArray, FloatArray, Spectrum
@@ -20,6 +21,9 @@ FINEST = 150_000.0  # wavelength over pitch: an echelle of 75,000 with two chann
 # Full widths in channels: too many, and what to come to; less surely where few lines tell.
 WIDE, ENOUGH = 9.0, 4.5
 WIDE_OF_FEW, ENOUGH_OF_FEW, FEW = 16.0, 7.0, 5
+CLEAR, NARROW = 10.0, 0.2  # errors of an area; quantile of the widths of such peaks
+OVER_NARROW = 2.5  # usual width over that of the narrower ones
+LEAST_WIDE = 2.0  # channels
 LEAST_LEFT = 64  # channels
 
 
@@ -62,6 +66,11 @@ def fit_at_pitch(
         spoiled = seen.bad | mark_bad(seen.spectrum.intensity).any
         seen = Averaged(seen.spectrum, spoiled, seen.channels)
     profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
+    if shared > 1 and lost_by_averaging(profiles):
+        # Smoothed, not interpolated: the lines are as narrow as the smoothing.
+        seen = averaged(spectrum, bad, finer_than_any(spectrum.wavelength_nm))
+        hidden = max(sharing(seen.spectrum.intensity) / WHITE, 1.0)
+        profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
     more = too_fine(profiles)
     if more > 1:
         seen = averaged(spectrum, bad, seen.channels * more)
@@ -86,10 +95,27 @@ def too_fine(profiles: Profiles) -> int:
     pitch_nm = (x[-1] - x[0]) / max(len(x) - 1, 1)
     sigma_nm = float(np.median(slit.sigma_nm[:: max(len(x) // 200, 1)]))
     width = (sigma_nm / SIGMA_PER_FWHM + slit.gamma_nm) / pitch_nm
+    width = min(width, OVER_NARROW * narrow_nm(profiles) / pitch_nm)
     wide, enough = (WIDE, ENOUGH) if len(profiles.peaks) >= FEW else (WIDE_OF_FEW, ENOUGH_OF_FEW)
     if width < wide:
         return 1
     return max(min(int(width / enough), len(x) // LEAST_LEFT), 1)
+
+
+def narrow_nm(profiles: Profiles) -> float:
+    """Full width of the narrower lines; a waving continuum has wide peaks beside them."""
+    peaks = profiles.peaks
+    clear = peaks.area > CLEAR * peaks.area_error
+    widths = peaks.fwhm_nm[clear] if np.count_nonzero(clear) >= FEW else peaks.fwhm_nm
+    return float(quantile(widths, NARROW))
+
+
+def lost_by_averaging(profiles: Profiles) -> bool:
+    """Whether lines are hardly wider than the channels that were averaged."""
+    if not len(profiles.peaks):
+        return False
+    x = profiles.wavelength_nm
+    return narrow_nm(profiles) < LEAST_WIDE * (x[-1] - x[0]) / max(len(x) - 1, 1)
 
 
 @float_kernel

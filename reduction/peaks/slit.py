@@ -16,6 +16,8 @@ from .voigt import SIGMA_PER_FWHM, Slit, VoigtPeaks, fit_peaks
 MOST_TAUGHT = 80  # lines that are looked at
 STRONG = 15.0  # height in noise
 NARROW_QUANTILE = 0.35
+# A peak this much wider than narrow ones is no line; an echelle's lines widen fivefold along its axis.
+NARROWEST_QUANTILE, NO_LINE = 0.15, 8.0
 NEAREST = 7  # strong lines that speak for a place
 USUAL_FWHM_CHANNELS = 3.0  # where no line tells
 KNOWN = 0.2  # error of a Gaussian width, as a part of it, up to which it counts
@@ -46,6 +48,9 @@ def learn(wavelength_nm: FloatArray, net: FloatArray, noise: FloatArray, peaks: 
     fitted = fit_peaks(wavelength_nm, net, noise, chosen)
     good = fitted.settled & (fitted.fwhm_nm > 1.2 * pitch[chosen])
     good &= fitted.sigma_nm > 0.3 * pitch[chosen]
+    if good.any():  # a waving continuum has peaks, too
+        narrow = float(quantile(fitted.fwhm_nm[good], NARROWEST_QUANTILE))
+        good &= fitted.fwhm_nm < NO_LINE * narrow
     gain = _gain(wavelength_nm, net, noise, chosen, fitted)
     if not good.any():
         return Taught(

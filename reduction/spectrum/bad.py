@@ -18,6 +18,8 @@ FLOOR_BLOCK = 64  # channels whose lower edge a dead one is compared with
 FLOOR_QUANTILE = 0.15
 HOT_SIGMA = 8.0
 HOT_SHOULDER = 0.1  # a line's neighbours rise by more than this fraction of its own rise
+PAIR_SIGMA, PAIR_SHOULDER = 25.0, 0.05  # the same of two channels that a cosmic ray shares
+ALIKE = 3.0  # the brighter of the two over the other
 FULL_CHANNELS = 2  # adjacent, with exactly the largest value
 FULL_SIGMA = 50.0  # and this far above the noise
 
@@ -66,7 +68,7 @@ def bridged(intensity: FloatArray, bad: BoolArray) -> FloatArray:
 
 
 def lone(y: FloatArray, noise: FloatArray) -> BoolArray:
-    """Channels that stand out alone, as a cosmic ray does; shape (n,)."""
+    """Channels that stand out alone or in pairs, as a cosmic ray does; shape (n,)."""
     found = np.zeros(len(y), dtype=bool)
     _lone(y, noise, found)
     return found
@@ -78,7 +80,14 @@ def _lone(y, noise, found):
         rise = y[i] - max(y[i - 1], y[i + 1])
         if rise > HOT_SIGMA * noise[i]:
             shoulder = max(y[i - 1] - y[i - 2], y[i + 1] - y[i + 2])
-            found[i] = shoulder < HOT_SHOULDER * rise
+            found[i] = found[i] or shoulder < HOT_SHOULDER * rise
+        if i + 3 >= len(y):
+            continue
+        rise = min(y[i], y[i + 1]) - max(y[i - 1], y[i + 2])
+        if rise > PAIR_SIGMA * noise[i] and max(y[i], y[i + 1]) < ALIKE * min(y[i], y[i + 1]):
+            shoulder = max(abs(y[i - 1] - y[i - 2]), abs(y[i + 2] - y[i + 3]))
+            if shoulder < PAIR_SHOULDER * rise:
+                found[i] = found[i + 1] = True
 
 
 def _dead(y, noise):

@@ -3,6 +3,9 @@
 A second difference of three channels cancels background and slope. A low quantile of its size over
 a block of channels ignores the peaks, as long as they leave a third of the block free. For more
 crowded lines, `steadied` judges a block by all blocks of equal brightness.
+
+An export that was cut at zero looks noiseless where nothing else is left, and one that was rounded
+where it was rounded to the same number; neither is believed.
 """
 
 from dataclasses import dataclass
@@ -10,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .curve import joined, quantile
-from .spectrum import FloatArray
+from .spectrum import BoolArray, FloatArray
 
 BLOCK = 400  # channels: some 13 nm of a 22,800-channel spectrum
 QUANTILE = 0.25  # of the differences: peaks may take more than half of a block
@@ -21,6 +24,10 @@ N_BINS = 5
 QUIET_BLOCKS = 0.35  # quantile: crowded blocks show too much noise, none too little
 MOST_OF_LAW = 1.25
 LEAST_PART = 1e-9  # well above the rounding of the steps that follow
+CUT, MOST_CUT = 0.002, 0.9  # part of the channels at the lowest value: cut off there; nothing left
+LEAST_LEFT = 0.15  # of a block's differences, to be believed
+CUT_SHRINKS = 1.25  # noise over what is seen of it where its lower half is cut off
+ROUNDED, ROUNDING = 0.02, 0.41  # part of equal neighbours; noise of rounding, in its own steps
 
 
 def local_noise(intensity: FloatArray, block: int = BLOCK) -> FloatArray:
@@ -38,10 +45,62 @@ def local_noise(intensity: FloatArray, block: int = BLOCK) -> FloatArray:
     n_blocks = max(len(size) // block, 1)
     width = len(size) // n_blocks
     blocks = size[: n_blocks * width].reshape(n_blocks, width)
-    place = int(QUANTILE * width)
-    low = np.partition(blocks, place, axis=1)[:, place]
-    sigma = low * SIGMA_PER_QUANTILE / SECOND_DIFFERENCE_GAIN
+    cut = cut_off(intensity)
+    if cut.any():
+        sigma = _beside_cut(blocks, (cut[:-2] | cut[1:-1] | cut[2:])[: n_blocks * width])
+    else:
+        place = int(QUANTILE * width)
+        low = np.partition(blocks, place, axis=1)[:, place]
+        sigma = low * SIGMA_PER_QUANTILE / SECOND_DIFFERENCE_GAIN
+    floor = max(floor, ROUNDING * _rounded_to(size, cut))
     return joined(np.maximum(sigma, floor), 0.5 * width, float(width), n)
+
+
+def cut_off(intensity: FloatArray) -> BoolArray:
+    """Channels whose counts were below the lowest value that the export knows; shape (n,).
+
+    That many channels of exactly the lowest value, and more of it than of the next values together,
+    are no chance.
+    """
+    lowest = float(np.min(intensity, initial=np.inf))
+    at = intensity == lowest
+    n = int(np.count_nonzero(at))
+    none = np.zeros(len(intensity), dtype=np.bool_)
+    if n < max(CUT * len(intensity), 8) or n > MOST_CUT * len(intensity):
+        return none
+    rest = intensity[~at]
+    width = float(quantile(rest - lowest, 0.02))  # the lowest fiftieth of the others lies within
+    return at if n > np.count_nonzero(rest - lowest <= 0.2 * width) else none
+
+
+def _beside_cut(blocks: FloatArray, spoiled: BoolArray) -> FloatArray:
+    """Noise of each block, counts, from differences without a cut channel."""
+    spoiled = spoiled.reshape(blocks.shape)
+    sigma = np.full(len(blocks), np.nan)
+    for k in range(len(blocks)):
+        left = blocks[k][~spoiled[k]]
+        if len(left) >= LEAST_LEFT * blocks.shape[1]:
+            shrunk = 1.0 + (CUT_SHRINKS - 1.0) * float(np.mean(spoiled[k]))
+            sigma[k] = (
+                shrunk * quantile(left, QUANTILE) * SIGMA_PER_QUANTILE / SECOND_DIFFERENCE_GAIN
+            )
+    told = np.flatnonzero(np.isfinite(sigma))
+    if not len(told):
+        left = blocks[~spoiled]
+        some = quantile(left, QUANTILE) if len(left) else 0.0
+        return np.full(len(blocks), some * SIGMA_PER_QUANTILE / SECOND_DIFFERENCE_GAIN)
+    return np.interp(np.arange(len(blocks)), told, sigma[told])
+
+
+def _rounded_to(size: FloatArray, cut: BoolArray) -> float:
+    """The step to which counts were rounded; 0 where neighbours are seldom equal."""
+    equal = size == 0.0
+    if cut.any():
+        equal &= ~cut[1:-1]
+    if np.count_nonzero(equal) < ROUNDED * len(size):
+        return 0.0
+    moved = size[size > 0.0]
+    return float(quantile(moved, 0.01)) if len(moved) else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
