@@ -29,7 +29,9 @@ class Lines(NamedTuple):
 
     log_area: ln of the area for one atom; low_ev: lower level; spread: of ln(area) that the line's
     own data allow; peak: its index, or NOT_SEEN, IN_A_CROWD, BAD; away: distance in errors;
-    log_limit: ln of the area from which it should be seen.
+    log_limit: ln of the area from which it should be seen. stretch: of the axis, counted from 0,
+    and against: what missing lines of a stretch say at the most, (stretches,). hidden: spread of
+    ln(area) within which a line may be missing.
     """
 
     log_area: FloatArray
@@ -38,6 +40,9 @@ class Lines(NamedTuple):
     peak: IntArray
     away: FloatArray
     log_limit: FloatArray
+    stretch: IntArray
+    against: FloatArray
+    hidden: FloatArray
 
 
 class Peaks(NamedTuple):
@@ -56,6 +61,7 @@ def evidence_score(begin, end, lines, peaks, log_free):
     """
     best, best_scale = -1e9, -1e9
     tried = 0
+    dark = np.empty(len(lines.against))
     for j in range(begin, end):
         i = lines.peak[j]
         if i < 0:
@@ -68,7 +74,7 @@ def evidence_score(begin, end, lines, peaks, log_free):
         scale = log_free[i] - lines.log_area[j]
         # Twice: the lines that agree move the proposal to their mean.
         for _ in range(2):
-            weight, better = _at(scale, begin, end, lines, peaks, log_free)
+            weight, better = _at(scale, begin, end, lines, peaks, log_free, dark)
             if weight > best:
                 best, best_scale = weight, scale
             scale = better
@@ -76,8 +82,9 @@ def evidence_score(begin, end, lines, peaks, log_free):
 
 
 @float_kernel
-def _at(scale, begin, end, lines, peaks, log_free):
-    log_area, low_ev, spread, peak, away, log_limit = lines
+def _at(scale, begin, end, lines, peaks, log_free, dark):
+    log_area, low_ev, spread, peak, away, log_limit, stretch, against, hidden = lines
+    dark.fill(0.0)
     chance, log_peak, relative = peaks
     total, mean, sure = 0.0, 0.0, 1e-9
     for j in range(begin, end):
@@ -91,8 +98,8 @@ def _at(scale, begin, end, lines, peaks, log_free):
         worst = RESONANT_WORST if low_ev[j] < RESONANT_EV else WORST
         if i < 0:
             if above > 0.0:
-                z = above / MISSING_SPREAD
-                total += max(worst, -0.5 * z * z) * (0.3 if i == IN_A_CROWD else 1.0)
+                z = above / hidden[j]
+                dark[stretch[j]] += max(worst, -0.5 * z * z) * (0.3 if i == IN_A_CROWD else 1.0)
             continue
         if log_free[i] < log_peak[i] + LOG_LEFT:
             z = (log_expected - log_peak[i]) / (2 * spread[j])
@@ -111,6 +118,8 @@ def _at(scale, begin, end, lines, peaks, log_free):
         if abs(r) < 1.5 * wide:
             mean += (scale + r) / (wide * wide)
             sure += 1.0 / (wide * wide)
+    for s in range(len(dark)):
+        total += max(dark[s], against[s])
     return total, (mean / sure if mean != 0.0 else scale)
 
 

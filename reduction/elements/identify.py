@@ -10,18 +10,21 @@ from functools import lru_cache
 import numpy as np
 
 from ..peaks.profiles import Profiles
+from ..peaks.voigt import VoigtPeaks
 from ..plasma.boltzmann import Known, Plot, PlotLines, fit_plot
 from ..plasma.growth import log_depth_of_unit, log_kept
 from ..plasma.strengths import atoms
 from ..spectrum.curve import median, usual_pitch_nm
 from ..spectrum.spectrum import BoolArray, FloatArray, Medium
 from .abundance_prior import log_odds
-from .catalogue import Catalogue, Expected, catalogue
+from .catalogue import CONDITIONS, Catalogue, Expected, catalogue
+from .evidence_score import NOT_SEEN
 from .hydrogen import H_ALPHA_NM, HAlpha, h_alpha
 from .index import Indexed, index_peaks, likelihood
 from .match import Matched, match_lines
 from .offsets import Offsets, estimate_offsets, seams
 from .plot_lines import plot_lines
+from .response import Missing, Response, find_response
 
 FIRST_K = (8_500.0, 10_500.0, 13_000.0)
 FIRST_DENSITY = 1e17
@@ -29,6 +32,12 @@ FIRST_STARK = 6e16  # of the widths that are expected before the density is know
 FIRST_ERROR_NM, SECOND_ERROR_NM = 0.02, 0.008
 FIRST_SPREAD, SECOND_SPREAD = 0.35, 0.3
 SIGMA_STEP = 50  # channels: the slit's width changes slowly
+SHIFTED = 0.08  # of a line's width, by which lines are displaced
+STILL_SHIFTED = 0.03
+STRONG, SPEAKING, LEAST_SPEAKING = 15.0, 6, 4  # errors of an area; lines of an element; in all
+ANY = 5.0  # residual in ln(area) that an unknown response may make
+EXPLAINED, NEARLY_ALL = 1.3, 0.85  # chi2, and part of the lines, that need no response
+MISFIT, MISFIT_FROM = 0.5, 1.0  # of ln(area), for each root of the chi2 that is too much
 VOTING = 15  # lines of an element that vote for the offset at first
 ROUGH_STEPS = 5  # of the first plot: the second goes on from there
 H_ALPHA_SAYS = 5.0  # no other line of its neighbourhood is half as broad
@@ -37,6 +46,7 @@ HOPELESS = 0.75  # of the votes for the other medium: not worth a round
 VOTES_COUNT = 2.0  # weight of the votes beside the weight of the elements, where they disagree
 RARE = -4.0  # log odds below which an element has no vote at first
 BLUR_NM = 0.015
+BLURRED = 0.05
 FEW, LOW_VOTE = 4, 0.4
 FINE_STRETCH_NM, FINE_BLUR_NM = 18.0, 0.010
 CHANNELS_OFF = 0.25  # part of a channel by which places differ however well all is known
@@ -47,7 +57,8 @@ class Identified:
     """The identified peaks and the plasma.
 
     expected: at the plasma's temperature. effective: ln of the area for one atom, self-absorption
-    counted. plot: None where the lines do not tell. lines: those of the plot.
+    and the instrument's response counted. plot: None where the lines do not tell. lines: those of
+    the plot. response: None where a level one explains the lines.
     """
 
     catalogue: Catalogue
@@ -59,6 +70,7 @@ class Identified:
     plot: Plot | None
     hydrogen: HAlpha | None
     lines: PlotLines | None = None
+    response: Response | None = None
 
 
 def identify(
@@ -80,7 +92,8 @@ def identify(
     tries = _tries(known)
     first = tries[1]
     pitch_nm = usual_pitch_nm(x)
-    error = max(FIRST_ERROR_NM, CHANNELS_OFF * pitch_nm)
+    wide_nm = float(median(peaks.fwhm_nm))
+    error = max(FIRST_ERROR_NM, CHANNELS_OFF * pitch_nm, SHIFTED * wide_nm)
     rounds = []
     seams_nm = seams(x)
     best = None
@@ -110,23 +123,105 @@ def identify(
     density = _density(hydrogen)
     lines = plot_lines(peaks, known, expected.log_area, matched, indexed)
     plot = fit_plot(lines, density, start_k, ROUGH_STEPS)
+    response = _response(known, expected, peaks, matched, indexed, x, seams_nm, (plot, len(lines)))
+    gain = 0.0
+    if response is not None:
+        gain = response.at(expected.vacuum_nm)
+        lines = plot_lines(peaks, known, expected.log_area, matched, indexed, gain)
+        plot = fit_plot(lines, density, start_k, ROUGH_STEPS)
 
-    before = offsets
-    offsets = _second_offsets(profiles, known, expected, indexed, before, seams_nm)
-    expected = _expected(known, plot, expected)
-    effective = _effective(known, expected, plot)
-    error = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm)
-    log10_ne = np.log10(FIRST_STARK) if plot is None else plot.log10_ne
-    widths = stark(known, 10**log10_ne)
-    matched = match_lines(profiles, x, bad, offsets, expected.vacuum_nm, error, widths, known.order)
+    before, hydrogen_at = offsets, offsets.place(H_ALPHA_NM)
+    least = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm, STILL_SHIFTED * wide_nm)
     bonus = _from_h_alpha(hydrogen)
-    indexed = index_peaks(known, effective, matched, SECOND_SPREAD, bonus=bonus)
-    if indexed.accepted:
-        lines = plot_lines(peaks, known, effective, matched, indexed)
-        if abs(offsets.place(H_ALPHA_NM) - before.place(H_ALPHA_NM)) > MOVED_NM:
+    for _ in range(2 if response is not None else 1):
+        offsets = _second_offsets(profiles, known, expected, indexed, before, seams_nm)
+        expected = _expected(known, plot, expected)
+        gain = 0.0 if response is None else response.at(expected.vacuum_nm)
+        effective = _effective(known, expected, plot)
+        off = scatter_nm(offsets, peaks, known, expected, indexed, 3 * error)
+        second = min(max(least, off), 1.5 * error)
+        log10_ne = np.log10(FIRST_STARK) if plot is None else plot.log10_ne
+        widths = stark(known, 10**log10_ne)
+        matched = match_lines(
+            profiles, x, bad, offsets, expected.vacuum_nm, second, widths, known.order
+        )  # fmt: skip
+        unsure = _unsure(plot, response, expected.vacuum_nm)
+        indexed = index_peaks(
+            known, effective + gain, matched, SECOND_SPREAD, bonus=bonus, unsure=unsure
+        )  # fmt: skip
+        if not indexed.accepted:
+            break
+        if response is not None:
+            again = _response(known, expected, peaks, matched, indexed, x, seams_nm)
+            response = again or response
+            gain = response.at(expected.vacuum_nm)
+        lines = plot_lines(peaks, known, effective, matched, indexed, gain)
+        if abs(offsets.place(H_ALPHA_NM) - hydrogen_at) > MOVED_NM:
             hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
+            hydrogen_at = offsets.place(H_ALPHA_NM)
         plot = fit_plot(lines, _density(hydrogen), plot.temperature_k if plot else start_k)
-    return Identified(known, expected, effective, offsets, matched, indexed, plot, hydrogen, lines)
+    return Identified(
+        known, expected, effective + gain, offsets, matched, indexed, plot, hydrogen, lines, response
+    )  # fmt: skip
+
+
+def _unsure(plot: Plot | None, response: Response | None, vacuum_nm: FloatArray) -> FloatArray:
+    """Spread of ln(area) that the model of the plasma lacks, by its own misfit, (entries,)."""
+    misfit = 0.0 if plot is None else MISFIT * np.sqrt(max(plot.chi2 - MISFIT_FROM, 0.0))
+    error = 0.0 if response is None else response.error_at(vacuum_nm)
+    return np.hypot(misfit, error) + np.zeros(len(vacuum_nm))
+
+
+def _response(
+    known: Catalogue, expected: Expected, peaks: VoigtPeaks, matched: Matched, indexed: Indexed,
+    x: FloatArray, seams_nm: FloatArray, level: tuple[Plot | None, int] | None = None,
+) -> Response | None:  # fmt: skip
+    """What the response is off by, from the lines of the accepted elements; None if it is level.
+
+    level: the plot that was made without a response, and of how many lines.
+    """
+    lines = plot_lines(peaks, known, expected.log_area, matched, indexed, beyond=ANY)
+    if level is not None and level[0] is not None:
+        plot, kept = level
+        if plot.chi2 < EXPLAINED and kept > NEARLY_ALL * len(lines):
+            return None
+    entries = np.concatenate([
+        np.arange(known.first[e], known.first[e + 1]) for e in indexed.accepted
+    ])  # fmt: skip
+    element = known.element[entries]
+    above = expected.log_area[entries] - matched.log_limit[entries]
+    gone = (above + indexed.log_scale[element] > 0.5) & (matched.peak[entries] == NOT_SEEN)
+    entries, element, above = entries[gone], element[gone], above[gone]
+    missing = Missing(element, expected.vacuum_nm[entries], above)
+    found = find_response(lines, missing, CONDITIONS, _range(x), seams_nm)
+    return None if found is None else found[0]
+
+
+def scatter_nm(
+    offsets: Offsets,
+    peaks: VoigtPeaks,
+    known: Catalogue,
+    expected: Expected,
+    indexed: Indexed,
+    reach_nm: float,
+) -> float:
+    """How far strong peaks of the accepted elements are from where they should be, nm, one sigma.
+
+    Stark shifts and self-absorption move lines by a tenth of their width, each by its own amount.
+    """
+    entries = np.concatenate([
+        np.arange(known.first[e], min(known.first[e + 1], known.first[e] + SPEAKING))
+        for e in indexed.accepted
+    ])  # fmt: skip
+    shown = offsets.shown(expected.vacuum_nm[entries])
+    strong = np.flatnonzero(peaks.area > STRONG * peaks.area_error)
+    if not len(strong):
+        return 0.0
+    away = np.abs(peaks.centre_nm[strong] - shown[:, None]).min(axis=1)
+    away = away[away < reach_nm]
+    if len(away) < LEAST_SPEAKING:
+        return 0.0
+    return 1.4826 * float(median(away))
 
 
 def _likeliest(known: Catalogue, tries: list[Expected], matched: Matched) -> int:
@@ -175,7 +270,7 @@ def _first_offsets(
 ) -> list[Offsets]:
     vacuum_nm, weight = _first_votes(known, expected)
     return estimate_offsets(
-        profiles.peaks.centre_nm, _say(profiles), vacuum_nm, weight, medium, BLUR_NM,
+        profiles.peaks.centre_nm, _say(profiles), vacuum_nm, weight, medium, _blur(profiles, BLUR_NM),
         seams_nm=seams_nm,
     )  # fmt: skip
 
@@ -196,6 +291,11 @@ def _first_votes(known: Catalogue, expected: Expected) -> tuple[FloatArray, Floa
         for e, a, b in voting
     ])  # fmt: skip
     return expected.vacuum_nm[entries], weight
+
+
+def _blur(profiles: Profiles, least_nm: float) -> float:
+    """How well places are known for a vote, nm."""
+    return max(least_nm, BLURRED * float(median(profiles.peaks.fwhm_nm)))
 
 
 def _say(profiles: Profiles) -> FloatArray:
@@ -219,7 +319,7 @@ def _second_offsets(
     peaks = profiles.peaks
     return estimate_offsets(
         peaks.centre_nm, _say(profiles), expected.vacuum_nm[entries[voting]], weight[voting],
-        before.medium, FINE_BLUR_NM, FINE_STRETCH_NM, seams_nm,
+        before.medium, _blur(profiles, FINE_BLUR_NM), FINE_STRETCH_NM, seams_nm,
     )[0]  # fmt: skip
 
 

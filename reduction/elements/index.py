@@ -7,7 +7,7 @@ import numpy as np
 from ..spectrum.spectrum import FloatArray
 from .abundance_prior import log_odds
 from .catalogue import Catalogue
-from .evidence_score import Lines, Peaks, accept, evidence_scores
+from .evidence_score import MISSING_SPREAD, Lines, Peaks, accept, evidence_scores
 from .match import Matched
 
 DETECTED, UNCERTAIN = 5.5, 3.0  # weights, prior included
@@ -36,14 +36,16 @@ def index_peaks(
     model_spread: float = MODEL_SPREAD,
     least: float = UNCERTAIN,
     bonus: FloatArray | float = 0.0,
+    unsure: FloatArray | float = 0.0,
 ) -> Indexed:
     """Weigh all elements and accept, one after the other, those above `least`.
 
     log_area: ln of the area that each entry should have for one atom, shape (entries,). bonus:
-    added to the weights, for evidence from elsewhere, shape (e,).
+    added to the weights, for evidence from elsewhere, shape (e,). unsure: spread of ln(area) that
+    the instrument's response adds, (entries,).
     """
     prior = log_odds() + bonus
-    lines, peaks = _weighed(catalogue, log_area, matched, model_spread)
+    lines, peaks = _weighed(catalogue, log_area, matched, model_spread, unsure)
     weight, scale, accepted, taken = accept(
         catalogue.first, lines, peaks, matched.area, prior, least
     )
@@ -66,10 +68,25 @@ def likelihood(
 
 
 def _weighed(
-    catalogue: Catalogue, log_area: FloatArray, matched: Matched, model_spread: float
+    catalogue: Catalogue,
+    log_area: FloatArray,
+    matched: Matched,
+    model_spread: float,
+    unsure: FloatArray | float = 0.0,
 ) -> tuple[Lines, Peaks]:
-    spread = np.sqrt(model_spread**2 + catalogue.uncertainty**2)
+    spread = np.sqrt(model_spread**2 + catalogue.uncertainty**2 + np.square(unsure))
+    hidden = np.sqrt(MISSING_SPREAD**2 + np.square(unsure)) + np.zeros(len(log_area))
     return (
-        Lines(log_area, catalogue.low_ev, spread, matched.peak, matched.away, matched.log_limit),
+        Lines(
+            log_area,
+            catalogue.low_ev,
+            spread,
+            matched.peak,
+            matched.away,
+            matched.log_limit,
+            matched.stretch,
+            matched.against,
+            hidden,
+        ),
         Peaks(matched.chance, matched.log_peak, matched.relative),
     )

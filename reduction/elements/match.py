@@ -20,6 +20,11 @@ WIDEST_NM = 0.8  # broader lines go into the background in part
 TOO_BROAD = 3.0  # times the width that the line should have
 CROWD_NM = 6.0  # window in which peaks are counted, for what falls on one by chance
 FAR = 4.0  # widths of the slit, beyond which no peak is looked at
+# What hides one line (a detector that sees little there, a wrong offset) may hide its neighbours:
+# in a stretch of the axis all missing lines together count no more than this, and in one without
+# any peak less.
+STRETCH_NM = 25.0
+AGAINST, AGAINST_BLIND = -3.5, -1.0
 AREA_PER_BOX = 1.0645  # of a Gaussian
 
 
@@ -30,7 +35,9 @@ class Matched:
     peak: index of the peak, or a reason why there is none (NOT_SEEN, IN_A_CROWD, BAD).
     away: distance in errors. limit: area in counts nm above which the line should be seen, and
     its ln. Of each peak, shape (k,): chance, peaks that fall by chance on one error of the place;
-    area (counts nm), its ln, and its relative error, 1 at the most.
+    area (counts nm), its ln, and its relative error, 1 at the most. stretch: of the axis, counted
+    from 0, in which each entry is; against: what lines that are missing in a stretch say against
+    an element, all of them together and at the most.
     """
 
     shown_nm: FloatArray
@@ -43,6 +50,8 @@ class Matched:
     area: FloatArray
     log_peak: FloatArray
     relative: FloatArray
+    stretch: IntArray
+    against: FloatArray
 
 
 class _Places(NamedTuple):
@@ -102,8 +111,21 @@ def match_lines(
     relative = np.fmin(peaks.area_error / area, 1.0)
     return Matched(
         shown, which, away, limit, np.log(limit), place_error_nm, chance, area, np.log(area),
-        relative,
+        relative, _stretch(shown, x), _against(peaks.centre_nm, x),
     )  # fmt: skip
+
+
+def _stretch(nm: FloatArray, x: FloatArray) -> IntArray:
+    """Which stretch of the axis x each place is in, counted from 0."""
+    last = int((x[-1] - x[0]) / STRETCH_NM)
+    return np.clip((nm - x[0]) / STRETCH_NM, 0, last).astype(np.int64)
+
+
+def _against(centre_nm: FloatArray, x: FloatArray) -> FloatArray:
+    """For each stretch; little where not a single peak shows that anything could be seen."""
+    n = int((x[-1] - x[0]) / STRETCH_NM) + 1
+    seen = np.bincount(_stretch(centre_nm, x), minlength=n) > 0
+    return np.where(seen, AGAINST, AGAINST_BLIND)
 
 
 def crowding(centre_nm: FloatArray) -> FloatArray:

@@ -94,10 +94,14 @@ def seams(x: FloatArray) -> FloatArray:
     before, after = x[4:-4] - x[:-8], x[8:] - x[4:-4]
     turn = np.abs(np.log(after / before))
     over = np.flatnonzero(turn > SEAM)
-    if not len(over) or len(over) > MOST_SEAMS * 8:
+    if not len(over):
         return np.empty(0)
     runs = np.split(over, np.flatnonzero(np.diff(over) > 8) + 1)
-    return x[4 + np.array([run[np.argmax(turn[run])] for run in runs])]
+    if len(runs) > MOST_SEAMS:
+        return np.empty(0)
+    # A long run: the channels of two detectors, sorted into each other where they overlap.
+    found = [[run[np.argmax(turn[run])]] if len(run) <= 16 else [run[0], run[-1]] for run in runs]
+    return x[4 + np.concatenate(found)]
 
 
 def _edges(peak_nm: FloatArray, stretch_nm: float, seams_nm: FloatArray | None) -> FloatArray:

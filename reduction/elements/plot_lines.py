@@ -21,10 +21,13 @@ def plot_lines(
     log_area: FloatArray,
     matched: Matched,
     indexed: Indexed,
+    response: FloatArray | float = 0.0,
+    beyond: float = BEYOND,
 ) -> PlotLines:
     """The lines of the accepted elements for the Saha-Boltzmann plot.
 
-    log_area: ln of the expected thin area for one atom, shape (entries,).
+    log_area: ln of the expected thin area for one atom, shape (entries,). response: ln of what the
+    instrument makes of it, by which the areas are divided. beyond: of ln(area), residual of a mistake.
     """
     a = atoms()
     entries = np.concatenate([
@@ -32,13 +35,14 @@ def plot_lines(
     ] or [np.empty(0, np.int64)])  # fmt: skip
     entries = entries[matched.peak[entries] >= 0]
     element = a.element[catalogue.leader[entries]]
-    expected = np.exp(log_area[entries] + indexed.log_scale[element])
+    gain = np.broadcast_to(response, log_area.shape)
+    expected = np.exp(log_area[entries] + gain[entries] + indexed.log_scale[element])
     peak = matched.peak[entries]
     total = np.bincount(peak, expected, len(peaks))
     area = np.maximum(peaks.area[peak], 1e-12)
     relative = peaks.area_error[peak] / area
     away = np.log(area / np.maximum(expected, 1e-300))
-    good = (expected > OWN * total[peak]) & (relative < RELATIVE) & (np.abs(away) < BEYOND)
+    good = (expected > OWN * total[peak]) & (relative < RELATIVE) & (np.abs(away) < beyond)
     good &= a.elements[element] != "H"  # too broad for its area to be sure
     entries, peak, element = entries[good], peak[good], element[good]
     leader = catalogue.leader[entries]
@@ -46,7 +50,7 @@ def plot_lines(
     place[entries] = np.arange(len(entries))
     own = place[catalogue.entry] >= 0
     return PlotLines(
-        np.log(area[good]),
+        np.log(area[good]) - gain[entries],
         np.sqrt(relative[good] ** 2 + a.uncertainty[leader] ** 2),
         element,
         catalogue.rows[own],

@@ -45,13 +45,20 @@ def plasma_state(peaks: VoigtPeaks, identified: Identified | None) -> PlasmaStat
     lithium = lithium_ratio(peaks, identified)
     flags = self_absorbed(peaks, identified)
     plot, hydrogen = identified.plot, identified.hydrogen
-    if plot is not None:
-        enough = 10**plot.log10_ne > mcwhirter_density(plot.temperature_k)
-        return PlasmaState(
-            plot.temperature_k, plot.temperature_error_k, plot.log10_ne, plot.log10_ne_error,
-            "saha-boltzmann", (*plot.flags, *flags), enough, lithium,
-        )  # fmt: skip
     density = (None, None) if hydrogen is None else (hydrogen.log10_ne, hydrogen.log10_ne_error)
+    if plot is not None:
+        flags = (*plot.flags, *flags)
+        if not plot.density_at_bound:
+            density = plot.log10_ne, plot.log10_ne_error
+    if plot is not None and not plot.temperature_at_bound:
+        electrons = density[0]
+        enough = None if electrons is None else (
+            10**electrons > mcwhirter_density(plot.temperature_k)
+        )  # fmt: skip
+        return PlasmaState(
+            plot.temperature_k, plot.temperature_error_k, *density, "saha-boltzmann", flags,
+            enough, lithium,
+        )  # fmt: skip
     if lithium is not None:
         return PlasmaState(
             lithium.temperature_k, lithium.temperature_error_k, *density, "lithium ratio",

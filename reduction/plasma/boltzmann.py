@@ -7,13 +7,13 @@ Phys. B 68, 121 (1999) for the plot; Aguilera and Aragon, Spectrochim. Acta B 62
 many elements in one).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..spectrum.spectrum import FloatArray, IntArray
 from .growth import growth_table, log_depth_of_unit
-from .plot_fit import gauss_newton, trust
+from .plot_fit import COOLEST_K, HOTTEST_K, LEAST_LN_NE, MOST_LN_NE, gauss_newton, trust
 from .strengths import GRID_K, atoms, log_strengths
 
 USUAL_K, USUAL_SPREAD = 10_500.0, 0.35  # of ln T, where the lines do not tell
@@ -71,6 +71,17 @@ class Plot:
     residual: FloatArray
     chi2: float
     flags: tuple[str, ...]
+
+    @property
+    def temperature_at_bound(self) -> bool:
+        """Whether the fit ended at the lowest or highest temperature: no measurement."""
+        return not 1.001 * COOLEST_K < self.temperature_k < 0.999 * HOTTEST_K
+
+    @property
+    def density_at_bound(self) -> bool:
+        """The same of the density."""
+        ln = self.log10_ne * float(np.log(10))
+        return not LEAST_LN_NE + 0.01 < ln < MOST_LN_NE - 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,10 +159,15 @@ def _as_plot(p, variance, kept, residual, sigma, lines, names, which) -> Plot:
         flags.append("upper levels lie close together")
     if np.min(part) < 0.7:
         flags.append("strong lines absorb themselves")
-    return Plot(
+    plot = Plot(
         kelvin, kelvin * float(error[0]), float(p[1] / np.log(10)), float(error[1] / np.log(10)),
         float(p[2]), scale, part, residual, chi2, tuple(flags),
     )  # fmt: skip
+    if plot.temperature_at_bound:
+        flags.append("the lines do not tell the temperature")
+    if plot.density_at_bound:
+        flags.append("the lines do not tell the density")
+    return replace(plot, flags=tuple(flags))
 
 
 def _leverage_ev(lines: PlotLines, which: IntArray) -> float:

@@ -43,6 +43,12 @@ def test_a_seam_is_where_the_pitch_changes_at_once():
     assert len(seams(200 + np.arange(3_000) * 0.1 + np.arange(3_000) ** 2 * 1e-6)) == 0
 
 
+def test_where_two_detectors_overlap_both_ends_of_the_overlap_are_seams():
+    axis = np.sort(np.concatenate([np.arange(300, 469, 0.0631), np.arange(439, 800, 0.1437)]))
+
+    assert seams(axis) == pytest.approx([439, 469], abs=1.0)
+
+
 def test_shown_is_true_plus_offset():
     offsets = Offsets("vacuum", np.array([500.0]), np.array([0.1, -0.1]), 0.0)
 
