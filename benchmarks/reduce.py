@@ -4,6 +4,7 @@
     python benchmarks/reduce.py speed        speed only
     python benchmarks/reduce.py accuracy 20  accuracy over 20 spectra of each family
     python benchmarks/reduce.py everyday 12  the same over 12 spectra of each everyday instrument
+    python benchmarks/reduce.py vices 6      the same by vice: gain steps, roll-off, cut at zero, ...
     python benchmarks/reduce.py first        what the first spectrum after an install has to wait for
 
 Times are of the processor, on one core; both sides of each ratio are taken in the same run. The
@@ -31,6 +32,7 @@ from scipy.special import voigt_profile
 from truth import (
     FAMILIES,
     KINDS,
+    VICES,
     Score,
     Truth,
     everyday,
@@ -39,6 +41,7 @@ from truth import (
     pure_noise,
     score,
     summary,
+    with_vice,
 )
 
 from labrun.reduction import Reduction, Spectrum, read_spectrum, reduce_spectrum
@@ -252,12 +255,16 @@ def scored_all(make: Callable[[str, int], Truth], kind: str, spectra: int) -> Sc
 
 def instruments(spectra: int) -> None:
     """One row for each everyday instrument: where something breaks, it is seen here."""
+    by_name(everyday, tuple(KINDS), spectra)
+
+
+def by_name(make: Callable[[str, int], Truth], kinds: tuple[str, ...], spectra: int) -> None:
     names = ("peaks recall", "peaks precision", "elements F1", "area error", "area pull", "T error",
-             "medium right")  # fmt: skip
+             "T pull", "medium right")  # fmt: skip
     print(f"\n{spectra} spectra each      " + "".join(f"{name:>17}" for name in names))
-    for kind in KINDS:
-        table = summary(scored_all(everyday, kind, spectra))
-        print(f"{kind:<24}" + "".join(f"{table[name]:17.3f}" for name in names))
+    for kind in kinds:
+        table = summary(scored_all(make, kind, spectra))
+        print(f"{kind:<24}" + "".join(f"{table[name]:17.3f}" for name in names), flush=True)
 
 
 def nothing() -> None:
@@ -280,6 +287,8 @@ def main() -> None:
         nothing()
     if what in ("all", "everyday"):
         instruments(int(rest[0]) if rest else EVERYDAY)
+    if what in ("all", "vices"):
+        by_name(with_vice, tuple(VICES), int(rest[0]) if rest else EVERYDAY)
     if what in ("all", "first"):
         first()
 

@@ -8,10 +8,12 @@ faults are written here once more, and in other ways.
 from .everyday import KINDS, everyday
 from .score import Score, score, summary
 from .spectra import FAMILIES, Truth, line_free, make_spectrum, pure_noise
+from .vices import VICES, with_vice
 
 __all__ = [
     "FAMILIES",
     "KINDS",
+    "VICES",
     "Score",
     "Truth",
     "everyday",
@@ -20,4 +22,5 @@ __all__ = [
     "pure_noise",
     "score",
     "summary",
+    "with_vice",
 ]

@@ -86,10 +86,11 @@ def draw_zones(rng, held_out):
     return Zone(kelvin, 10**log_ne, 1 - share), shell
 
 
-def measured(sample, light, instrument, rng, zones, continuum=None) -> Truth:
-    """What an instrument makes of light; continuum: counts of each channel, drawn if None."""
+def measured(sample, light, instrument, rng, zones, continuum=None, response=None) -> Truth:
+    """What an instrument makes of light; continuum (counts) and response of each channel are
+    drawn if None."""
     net = see(light.nm, light.radiance, instrument)
-    response = _response(instrument.axis_nm, rng)
+    response = _response(instrument.axis_nm, rng) if response is None else response
     net = net * response
     scale = float(np.exp(rng.uniform(np.log(4e3), np.log(6.5e4)))) / float(net.max())
     net = net * scale
