@@ -13,6 +13,8 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
+
 from labrun.reduction import Reduction, read_spectrum, reduce_spectrum
 
 # Hard for any analyser in air: neither finding nor missing them counts.
@@ -78,7 +80,7 @@ def told(row: dict[str, str], expected: set[str], found: Reduction) -> tuple[int
     return len(counted), len(detected & counted), len(wrong), metal, metal and counted <= detected
 
 
-KNOTS_NM = (220, 270, 330, 395, 450, 500, 590, 700, 770)
+KNOTS_NM = np.array([220.0, 270, 330, 395, 450, 500, 590, 700, 770])
 
 
 def explain(found: Reduction, expected: set[str]) -> None:

@@ -123,20 +123,24 @@ def identify(
     density = _density(hydrogen)
     lines = plot_lines(peaks, known, expected.log_area, matched, indexed)
     plot = fit_plot(lines, density, start_k, ROUGH_STEPS)
-    response = _response(known, expected, peaks, matched, indexed, x, seams_nm, (plot, len(lines)))
-    gain = 0.0
+    gain, response = np.zeros(len(expected.log_area)), None
+    if plot is None or not _level(known, expected, peaks, matched, indexed, plot, len(lines)):
+        response = _response(known, expected, peaks, matched, indexed, x, seams_nm)
     if response is not None:
         gain = response.at(expected.vacuum_nm)
         lines = plot_lines(peaks, known, expected.log_area, matched, indexed, gain)
         plot = fit_plot(lines, density, start_k, ROUGH_STEPS)
 
+    effective = expected.log_area
     before, hydrogen_at = offsets, offsets.place(H_ALPHA_NM)
     least = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm, STILL_SHIFTED * wide_nm)
     bonus = _from_h_alpha(hydrogen)
     for _ in range(2 if response is not None else 1):
         offsets = _second_offsets(profiles, known, expected, indexed, before, seams_nm)
         expected = _expected(known, plot, expected)
-        gain = 0.0 if response is None else response.at(expected.vacuum_nm)
+        gain = np.zeros(len(expected.log_area))
+        if response is not None:
+            gain = response.at(expected.vacuum_nm)
         effective = _effective(known, expected, plot)
         off = scatter_nm(offsets, peaks, known, expected, indexed, 3 * error)
         second = min(max(least, off), 1.5 * error)
@@ -167,24 +171,28 @@ def identify(
 
 def _unsure(plot: Plot | None, response: Response | None, vacuum_nm: FloatArray) -> FloatArray:
     """Spread of ln(area) that the model of the plasma lacks, by its own misfit, (entries,)."""
-    misfit = 0.0 if plot is None else MISFIT * np.sqrt(max(plot.chi2 - MISFIT_FROM, 0.0))
+    misfit = 0.0
+    if plot is not None:
+        misfit = MISFIT * float(np.sqrt(max(plot.chi2 - MISFIT_FROM, 0.0)))
     error = 0.0 if response is None else response.error_at(vacuum_nm)
     return np.hypot(misfit, error) + np.zeros(len(vacuum_nm))
 
 
+def _level(
+    known: Catalogue, expected: Expected, peaks: VoigtPeaks, matched: Matched, indexed: Indexed,
+    plot: Plot, kept: int,
+) -> bool:  # fmt: skip
+    """Whether a plot of `kept` lines, made without a response, explains what there is."""
+    lines = plot_lines(peaks, known, expected.log_area, matched, indexed, beyond=ANY)
+    return plot.chi2 < EXPLAINED and kept > NEARLY_ALL * len(lines)
+
+
 def _response(
     known: Catalogue, expected: Expected, peaks: VoigtPeaks, matched: Matched, indexed: Indexed,
-    x: FloatArray, seams_nm: FloatArray, level: tuple[Plot | None, int] | None = None,
+    x: FloatArray, seams_nm: FloatArray,
 ) -> Response | None:  # fmt: skip
-    """What the response is off by, from the lines of the accepted elements; None if it is level.
-
-    level: the plot that was made without a response, and of how many lines.
-    """
+    """What the response is off by, from the lines of the accepted elements; None if it is level."""
     lines = plot_lines(peaks, known, expected.log_area, matched, indexed, beyond=ANY)
-    if level is not None and level[0] is not None:
-        plot, kept = level
-        if plot.chi2 < EXPLAINED and kept > NEARLY_ALL * len(lines):
-            return None
     entries = np.concatenate([
         np.arange(known.first[e], known.first[e + 1]) for e in indexed.accepted
     ])  # fmt: skip

@@ -76,7 +76,7 @@ def find_response(
     (chi2, gain, error), state = best
     if level - chi2 < CLEARLY + EACH_KNOT * len(knots):
         return None
-    return Response(knots, gain, error), state
+    return Response(knots, np.asarray(gain, np.float64), error), state
 
 
 def _knots(range_nm: tuple[float, float], seams_nm: FloatArray) -> FloatArray:
@@ -109,6 +109,7 @@ def _fit(lines: PlotLines, missing: Missing, state, knots, seams_nm, *, free: bo
     for e in range(len(names)):
         own = seen & (which == e)
         p[k + e] = np.median(y[own]) if own.any() else 0.0
+    normal = prior
     for turn in range(TURNS):
         z = (y - design @ p) / sigma
         z = np.where(seen, z, np.minimum(z, 0.0))  # a line that is missing has only a limit
