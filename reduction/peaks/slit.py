@@ -17,7 +17,7 @@ MOST_TAUGHT = 80  # lines that are looked at
 STRONG = 15.0  # height in noise
 NARROW_QUANTILE = 0.35
 # A peak this much wider than narrow ones is no line; an echelle's lines widen fivefold along its axis.
-NARROWEST_QUANTILE, NO_LINE = 0.15, 8.0
+NARROWEST_QUANTILE, NO_LINE = 0.15, 15.0
 NEAREST = 7  # strong lines that speak for a place
 USUAL_FWHM_CHANNELS = 3.0  # where no line tells
 KNOWN = 0.2  # error of a Gaussian width, as a part of it, up to which it counts
