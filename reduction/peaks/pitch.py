@@ -112,7 +112,8 @@ def narrow_nm(profiles: Profiles) -> float:
 
 def lost_by_averaging(profiles: Profiles) -> bool:
     """Whether lines are hardly wider than the channels that were averaged."""
-    if not len(profiles.peaks):
+    peaks = profiles.peaks
+    if np.count_nonzero(peaks.area > CLEAR * peaks.area_error) < FEW:
         return False
     x = profiles.wavelength_nm
     return narrow_nm(profiles) < LEAST_WIDE * (x[-1] - x[0]) / max(len(x) - 1, 1)
