@@ -49,7 +49,9 @@ def mark_bad(intensity: FloatArray, alone: bool = True) -> BadChannels:
     if missing.all() or len(intensity) < 8:
         return BadChannels(missing, none, none.copy(), none.copy())
     y = bridged(intensity, missing)
-    noise = local_noise(y)
+    noise = np.zeros(len(y))  # a channel that was bridged has none of its own
+    noise[~missing] = local_noise(y[~missing])
+    noise = bridged(noise, missing)
     if not alone:
         return BadChannels(missing, none, none.copy(), _full(y, noise) & ~missing)
     dead = _dead(y, noise)
