@@ -104,7 +104,7 @@ def _round(
     dispatcher.check_time()
     if run.requests.pause and not control.paused and not control.aborted_by:
         control.ask("pause", run.requests.pause)
-    dispatcher.paused = control.paused or bool(dispatcher.stopped)
+    dispatcher.paused = control.paused or (dispatcher.heeds_stops and bool(dispatcher.stopped))
     ready = dispatcher.prepare()
     try:
         run.journal.flush()

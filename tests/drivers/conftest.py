@@ -108,8 +108,10 @@ class Bench:
         return [name for task in others if "_send_ping" not in (name := repr(task))]
 
     def deeds(self) -> list[str]:
+        """What the device did since it was opened, in order."""
         path = self.folder / "world" / "deeds.txt"
-        return path.read_text().splitlines() if path.exists() else []
+        lines = path.read_text().splitlines() if path.exists() else []
+        return [line for line in lines if not line.endswith(" open")]
 
     async def until(self, deed: str) -> None:
         async with asyncio.timeout(20):

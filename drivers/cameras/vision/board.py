@@ -42,9 +42,9 @@ class Board:
         import numpy as np
 
         y, x = np.mgrid[: self.rows, : self.columns] * float(self.square_mm)
-        return self.on_bench(np.stack([x, y], axis=-1))
+        return self.to_bench(np.stack([x, y], axis=-1))
 
-    def on_bench(self, own_mm: "np.ndarray") -> "np.ndarray":
+    def to_bench(self, own_mm: "np.ndarray") -> "np.ndarray":
         """Points of the board's face, from its first corner, as points of the bench: (..., 2) to (..., 3)."""
         import numpy as np
 

@@ -30,7 +30,7 @@ def calibrate(
 ) -> "Calibration":
     """Where the eye is, from the board as it lies, or as corners of it were touched; raises ActionFailed."""
     from .pose import fit_pose
-    from .touched import Lying, as_touched
+    from .touched_points import Lying, as_touched
 
     board, lying = as_touched(board, touched, touch_sd_mm) if touched else (board, Lying())
     corners = view.corners(board)

@@ -77,7 +77,7 @@ def board_cells(plan: Plan, board: Board) -> "np.ndarray":
         right = (board.columns - 1) * board.square_mm + edge
         back = (board.rows - 1) * board.square_mm + edge
         own = np.array([[-edge, -edge], [right, -edge], [right, back], [-edge, back]])
-        corners = board.on_bench(own)[:, :2]
+        corners = board.to_bench(own)[:, :2]
         cv2.fillConvexPoly(covered, np.round(plan.cells(corners)).astype(np.int32), 1)
     return covered.astype(bool)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from ...driver import ActionFailed
 from .board import Board
 from .intrinsics import Intrinsics
-from .touched import Lying
+from .touched_points import Lying
 
 if TYPE_CHECKING:
     import numpy as np

@@ -335,7 +335,7 @@ def test_a_device_changes_hands_after_the_lapse_and_not_before(bench):
 
     assert [o.state for o in (through, theirs, still_theirs)] == ["SUCCEEDED"] * 3
     for refused in (blind, late):
-        assert (refused.error.name, refused.error.happened) == ("Stopped", "no")
+        assert (refused.error.name, refused.error.happened) == ("Rejected", "no")
         assert "run-2 holds it now" in refused.error.message
     assert not done(bench, "press")
 

@@ -192,7 +192,8 @@ def test_an_action_that_takes_too_long_is_cancelled_at_its_device_and_fails(own_
     )
 
     assert (ran.status, "Timeout: a.act took longer than 0.2 s" in ran.finished.detail) == (1, True)
-    assert [r.state for r in ran.records if r.kind == "ended"] == ["CANCELED"]
+    # whoever is first: the engine by its cancel, or the server by the goal's own deadline
+    assert [r.state for r in ran.records if r.kind == "ended"] in (["CANCELED"], ["ABORTED"])
 
 
 def test_a_run_that_is_stopped_at_once_waits_for_nothing_and_still_ends_its_journal(own_device):

@@ -27,7 +27,7 @@ def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order
 
     assert by_socket == [by_post] == [late]
     assert by_post["runs"][0]["told"] and by_post["all_confirmed"]
-    assert verbs == ["abort"]
+    assert verbs in (["abort"], ["pause", "abort"])  # its devices may be the first to tell
     assert run["fate"] == "aborted" and run["nodes"]["finally/0"]
 
 

@@ -9,7 +9,7 @@ from vision import LYING, WANTED, as_touched_scene, touches
 
 from labrun.drivers.cameras.vision.board import Board
 from labrun.drivers.cameras.vision.pose import Calibration, Pose
-from labrun.drivers.cameras.vision.touched import Lying, as_touched
+from labrun.drivers.cameras.vision.touched_points import Lying, as_touched
 from labrun.drivers.driver import ActionFailed
 
 
