@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
 from ...system.tasks import end, keep
-from ..driver import GoalContext, Place
+from ..driver import ActionFailed, GoalContext, Place
 from ..grbl.bench import LETTERS, place_words, read_bench
 from ..grbl.config import PLACING
 from ..grbl.faults import GrblFault, Lost, Silent
@@ -49,6 +49,7 @@ class OpenBuilds(JogRules):
         )
         self.tolerance = Settings().tolerance
         self._keeper: asyncio.Task[None] | None = None
+        self._reattaching = False
 
     async def open(self) -> None:
         await self.control.open()
@@ -106,6 +107,12 @@ class OpenBuilds(JogRules):
                 await self._clear()
         return {}
 
+    def _check_connected(self, asked: str) -> None:
+        if self._reattaching:
+            words = f"{self._name()} was asked to {asked}, but its port is being opened again"
+            raise ActionFailed("Offline", words, "no")
+        super()._check_connected(asked)
+
     async def _attach(self) -> None:
         """Open the port in CONTROL, and read the machine's settings."""
         control = self.control
@@ -145,8 +152,12 @@ class OpenBuilds(JogRules):
             if control.lost and not control.disconnected:
                 control.homed = False
                 control.alarm = control.alarm or "the port was lost and is back. Home it"
-                with contextlib.suppress(OSError, GrblFault):
-                    await self._attach()
+                self._reattaching = True  # the board boots, and loses what is sent
+                try:
+                    with contextlib.suppress(OSError, GrblFault):
+                        await self._attach()
+                finally:
+                    self._reattaching = False
 
     async def _clear(self) -> None:
         """Clear the queue, reset, unlock. A reset right after an alarm would be ignored."""
@@ -294,7 +305,7 @@ class OpenBuilds(JogRules):
 
     def _state(self) -> str:
         control = self.control
-        if control.lost or control.view is None:
+        if control.lost or control.view is None or self._reattaching:
             return "offline"
         if self._doing == "home":
             return "homing"

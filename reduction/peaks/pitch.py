@@ -24,6 +24,7 @@ WIDE_OF_FEW, ENOUGH_OF_FEW, FEW = 16.0, 7.0, 5
 CLEAR, NARROW = 10.0, 0.2  # errors of an area; quantile of the widths of such peaks
 OVER_NARROW = 2.5  # usual width over that of the narrower ones
 LEAST_WIDE = 2.0  # channels
+EXACT, INTERPOLATED = 1e-9, 0.15  # of a usual step; part of the channels
 LEAST_LEFT = 64  # channels
 
 
@@ -66,7 +67,7 @@ def fit_at_pitch(
         spoiled = seen.bad | mark_bad(seen.spectrum.intensity).any
         seen = Averaged(seen.spectrum, spoiled, seen.channels)
     profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
-    if shared > 1 and lost_by_averaging(profiles):
+    if shared > 1 and not on_straight_lines(spectrum.intensity) and lost_by_averaging(profiles):
         # Smoothed, not interpolated: the lines are as narrow as the smoothing.
         seen = averaged(spectrum, bad, finer_than_any(spectrum.wavelength_nm))
         hidden = max(sharing(seen.spectrum.intensity) / WHITE, 1.0)
@@ -108,6 +109,13 @@ def narrow_nm(profiles: Profiles) -> float:
     clear = peaks.area > CLEAR * peaks.area_error
     widths = peaks.fwhm_nm[clear] if np.count_nonzero(clear) >= FEW else peaks.fwhm_nm
     return float(quantile(widths, NARROW))
+
+
+def on_straight_lines(intensity: FloatArray) -> bool:
+    """Whether many channels lie exactly between their neighbours, as interpolated ones do."""
+    bend = np.abs(np.diff(intensity, 2))
+    step = float(np.nanmedian(np.abs(np.diff(intensity)))) if len(intensity) > 2 else 0.0
+    return float(np.mean(bend <= EXACT * step)) > INTERPOLATED
 
 
 def lost_by_averaging(profiles: Profiles) -> bool:

@@ -29,6 +29,7 @@ class Control:
         self.run = "Pending"
         self.work = dict.fromkeys("xyz", 0.0)
         self.offset = dict.fromkeys("xyz", 0.0)
+        self.overrides = {"feedOverride": 100, "rapidOverride": 100, "spindleOverride": 100}
         self.active = ""
         self.queue = deque()
         self.sent = None
@@ -76,7 +77,10 @@ class Control:
 
     def _status(self):
         return {
-            "machine": {"position": {"work": dict(self.work), "offset": dict(self.offset)}},
+            "machine": {
+                "position": {"work": dict(self.work), "offset": dict(self.offset)},
+                "overrides": dict(self.overrides),
+            },
             "comms": {
                 "connectionStatus": self.connection,
                 "runStatus": self.run,
@@ -217,6 +221,10 @@ class Control:
         fields = dict(part.partition(":")[::2] for part in text.strip("<>").split("|")[1:])
         if "WCO" in fields:
             self.offset = dict(zip("xyz", map(float, fields["WCO"].split(",")), strict=True))
+        if "Ov" in fields:
+            self.overrides = dict(
+                zip(self.overrides, map(int, fields["Ov"].split(",")), strict=True)
+            )
         machine = map(float, fields["MPos"].split(","))
         self.work = {a: v - self.offset[a] for a, v in zip("xyz", machine, strict=True)}
         self.run = text[1:].partition("|")[0]

@@ -82,7 +82,9 @@ def test_a_device_that_was_not_used_is_left_as_it_is(own_device):
     assert not [r for r in ran.records if r.kind == "safe"]
 
 
-def test_a_goal_that_still_runs_at_a_resume_times_out_and_the_next_resume_tries_again(own_device, monkeypatch):
+def test_a_goal_that_still_runs_at_a_resume_times_out_and_the_next_resume_tries_again(
+    own_device, monkeypatch
+):
     monkeypatch.setitem(DeviceClient.__init__.__kwdefaults__, "lost_after_s", 0.3)
     device = own_device(safe_state=[], on_lease_lapse="finish")
     step = "{id: x, do: a.act, with: {name: x, script: 'hang,ok'}, timeout: 3 s}"
