@@ -24,7 +24,9 @@ steps:
 
     assert ran.status == 0
     assert ran.sent == ["x", "Timeout"]
-    assert [r.state for r in ran.records if r.kind == "ended"] == ["CANCELED", "SUCCEEDED"]
+    # The engine cancels it, or the server ends it by itself: whichever clock is first.
+    first, second = [r.state for r in ran.records if r.kind == "ended"]
+    assert first in ("CANCELED", "ABORTED") and second == "SUCCEEDED"
 
 
 # fmt: off
