@@ -17,7 +17,7 @@ FIRST = re.search(r"```yaml\n(.*?)```", README, re.S)[1]
 def labrun(folder, *words):
     return subprocess.run(
         [sys.executable, "-m", "labrun.engine", *words],
-        cwd=folder, capture_output=True, text=True, timeout=110,
+        cwd=folder, capture_output=True, text=True,
     )  # fmt: skip
 
 

@@ -26,6 +26,7 @@ from .view import ALARM, PAUSED, PLAYING, View
 from .watch import Ended, watch
 
 SETTINGS_S = 3.0
+SETTINGS_TRIES = 6
 AGAIN_S = 3.0
 THERE_S = 3.0  # the position is reported up to 0.9 s late
 ZERO_S = 10.0  # the offset comes with every 30th report, five of them a second
@@ -137,12 +138,25 @@ class OpenBuilds(JogRules):
             await control.view_at_rest()
 
     async def _ask_settings(self) -> None:
-        """Stop a move that an earlier server began: `$$` would wait behind it."""
-        try:
-            await self.control.ask("$$", SETTINGS_S)
-        except Silent:
-            await stop(self.control, moving=True)
-            await self.control.ask("$$", SETTINGS_S)
+        """Stop a move that an earlier server began: `$$` would wait behind it.
+
+        A board that still boots loses what it is sent, and CONTROL goes on waiting for its `ok`.
+        """
+        for left in reversed(range(SETTINGS_TRIES)):
+            try:
+                return await self.control.ask("$$", SETTINGS_S)
+            except Silent:
+                if not left:
+                    raise
+                await self._empty_the_queue()
+        return None
+
+    async def _empty_the_queue(self) -> None:
+        before = self.control.boots
+        await stop(self.control, moving=True)
+        if self.control.boots == before:  # it is locked, and was let be
+            await self.control.drop()
+            await self.control.until(lambda: self.control.boots > before, SETTINGS_S)
 
     async def _keep(self) -> None:
         """Make CONTROL reopen the port when it was lost, or CONTROL was restarted."""

@@ -134,7 +134,7 @@ class Raw:
         return lambda data: self.events.append((event, data))
 
     async def call(self, event: str, **data: Any) -> dict[str, Any]:
-        return await self.sio.call(event, data, namespace="/action", timeout=10)
+        return await self.sio.call(event, data, namespace="/action", timeout=500)
 
     async def leased(self, **goal: Any) -> dict[str, Any]:
         """A complete goal payload under a lease taken now; what is given replaces its parts."""

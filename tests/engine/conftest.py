@@ -97,7 +97,7 @@ def bench(tmp_path_factory):
     )
     yield Bench(lab, folder / "world")
     process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=20)
+    process.communicate()
 
 
 @pytest.fixture

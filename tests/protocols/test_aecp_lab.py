@@ -16,7 +16,7 @@ MAP = Path(str(files("labrun.protocols"))) / "pegmatite_map.yaml"
 def test_the_map_checks_clean_against_it():
     done = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "check", str(MAP), "--lab", str(LAB)],
-        capture_output=True, text=True, timeout=60,
+        capture_output=True, text=True,
     )  # fmt: skip
 
     assert done.returncode == 0, done.stdout + done.stderr
@@ -26,7 +26,7 @@ def test_the_map_checks_clean_against_it():
 def test_a_map_beyond_the_bench_is_refused_before_anything_is_sent():
     done = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "check", str(MAP), "--lab", str(LAB), "-p", "x0=729 mm"],
-        capture_output=True, text=True, timeout=60,
+        capture_output=True, text=True,
     )  # fmt: skip
 
     assert done.returncode == 2, done.stdout + done.stderr

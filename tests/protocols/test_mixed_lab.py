@@ -29,7 +29,7 @@ def labrun(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     (folder / "lab.yaml").write_text(text.replace("clock: real", "clock: fast"))
     return subprocess.run(
         [sys.executable, "-m", "labrun.engine", *words, "--lab", "lab.yaml"],
-        cwd=folder, capture_output=True, text=True, timeout=110,
+        cwd=folder, capture_output=True, text=True,
     )  # fmt: skip
 
 
@@ -46,7 +46,7 @@ def test_a_protocol_weighs_on_the_real_balance_what_the_simulated_pipette_does_n
     assert labrun(tmp_path, "check", "lab.yaml").returncode == 2  # a lab is not a protocol
     made = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "new", "portions", "--template", "dispense"],
-        cwd=tmp_path, check=True, capture_output=True, timeout=60,
+        cwd=tmp_path, check=True, capture_output=True,
     )  # fmt: skip
     with emulator(tmp_path / "balance", load_g=1.25) as balance:
         done = labrun(

@@ -23,7 +23,7 @@ class Ran:
     def __init__(self, folder, name, *words):
         self.done = subprocess.run(
             [sys.executable, "-m", "labrun.engine", "run", str(PROTOCOLS / name), *words],
-            cwd=folder, capture_output=True, text=True, timeout=110,
+            cwd=folder, capture_output=True, text=True,
         )  # fmt: skip
         (self.folder,) = (folder / "runs").iterdir()
         self.told = self.done.stdout + self.done.stderr

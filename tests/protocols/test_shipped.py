@@ -37,10 +37,10 @@ RUN_ELSEWHERE = {
 """That these run, and deliver what they promise, is tested in test_promises.py."""
 
 
-def labrun(folder, *words, timeout=110):
+def labrun(folder, *words):
     return subprocess.run(
         [*COMMAND, *words, "--runs", "runs"],
-        cwd=folder, capture_output=True, text=True, timeout=timeout,
+        cwd=folder, capture_output=True, text=True,
     )  # fmt: skip
 
 
@@ -194,7 +194,7 @@ def test_a_scan_outlives_the_death_of_every_one_of_its_servers(tmp_path):
         kill_server(only_run(tmp_path), name)
         time.sleep(0.5)
 
-    status = engine.wait(timeout=100)
+    status = engine.wait()
 
     run = only_run(tmp_path)
     said = (tmp_path / "said.txt").read_text()

@@ -84,7 +84,7 @@ def test_in_another_process_with_other_numbers_of_threads(spectra, alone, thread
     }
     answer = subprocess.run(
         [sys.executable, "-c", program, str(Path(__file__).parent), *map(str, spectra)],
-        capture_output=True, text=True, timeout=100, env={**os.environ, **own},
+        capture_output=True, text=True, env={**os.environ, **own},
     )  # fmt: skip
 
     assert answer.returncode == 0, answer.stderr

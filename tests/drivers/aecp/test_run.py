@@ -45,7 +45,7 @@ def run(folder, bench, **config):
     (folder / "one.yaml").write_text(PROTOCOL)
     return subprocess.run(
         [sys.executable, "-m", "labrun.engine", "run", "one.yaml", "--lab", "lab.json", "--yes"],
-        cwd=folder, capture_output=True, text=True, timeout=100,
+        cwd=folder, capture_output=True, text=True,
     )  # fmt: skip
 
 

@@ -2,7 +2,8 @@
 
 It acknowledges nothing, asks `?` every 0.2 s and tells `status` every 0.1 s (so its Idle is often
 false), says `jobComplete` when all is sent, adds a `$G` after a line with G90, stands still after an
-error until it is cleared, and ignores `pause` outside jobs. It counts a port as connected when it is
+error until it is cleared (a locked board, its status 5, hears what it is sent), and ignores `pause`
+outside jobs. It counts a port as connected when it is
 open, while the board still boots and loses what is sent; a report of `Alarm` is its status 5.
 """
 
@@ -167,7 +168,7 @@ class Control:
                 os.write(self.file, data)
 
     def _send(self):
-        if self.sent is None and self.queue and self.connection in (2, 3):
+        if self.sent is None and self.queue and self.connection > 1:
             self.sent = self.queue.popleft()
             # Its `?` of every 0.2 s often goes out with the line, and overtakes it: a false Idle.
             self._write(self.sent.encode() + b"\n" + (b"?" if "X" in self.sent else b""))

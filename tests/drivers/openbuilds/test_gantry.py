@@ -102,6 +102,19 @@ def test_a_board_that_is_locked_at_power_up_is_no_alarm_and_home_first_homes_it(
     assert place["x"] == pytest.approx(3, abs=0.005)
 
 
+def test_what_a_locked_board_loses_while_it_boots_is_asked_again(peers, played, monkeypatch):
+    monkeypatch.setattr("labrun.drivers.openbuilds.gantry.SETTINGS_S", 0.5)
+    peer = peers()
+    peer.eats_ok_of = "$$"  # CONTROL waits for it, and sends nothing more
+
+    async def story(driver, control):
+        await driver.home(GoalContext("home"))
+        return await driver.move_to(GoalContext("m"), x=3)
+
+    assert played(peer, story, homed=False)["x"] == pytest.approx(3, abs=0.005)
+    assert peer.heard.count("$$") == 2
+
+
 def test_an_emergency_stop_between_two_reads_is_told_as_what_it_is(peers, played):
     async def story(driver, control):
         answered = driver.control.proofs.answered

@@ -57,7 +57,7 @@ def ours(tmp_path_factory):
 def labrun(folder, *arguments):
     return subprocess.run(
         [sys.executable, "-P", "-m", "labrun.engine", *arguments], cwd=folder, text=True,
-        capture_output=True, timeout=90, stdin=subprocess.DEVNULL, env=os.environ,
+        capture_output=True, stdin=subprocess.DEVNULL, env=os.environ,
     )  # fmt: skip
 
 

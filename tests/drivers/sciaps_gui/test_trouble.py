@@ -244,7 +244,7 @@ def test_a_picture_that_a_message_names_outlives_the_call(gui, tmp_path):
     (tmp_path / "lab.json").write_text(json.dumps({"devices": {"libs": config}}))
     done = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "call", "libs.locate", "--lab", "lab.json"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=100,
+        cwd=tmp_path, capture_output=True, text=True,
         env={**os.environ, "TMPDIR": str(tmp_path)},
     )  # fmt: skip
 

@@ -21,7 +21,7 @@ def labrun(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
     return subprocess.run(
         [sys.executable, "-m", "labrun.engine", *map(str, words)], cwd=folder,
-        capture_output=True, text=True, timeout=100, env=environment, check=False,
+        capture_output=True, text=True, env=environment, check=False,
     )  # fmt: skip
 
 

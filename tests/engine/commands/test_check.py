@@ -16,9 +16,7 @@ FAULTY = HERE / "faulty" / "argument_dimension.yaml"
 def labrun(*arguments: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "labrun.engine", *map(str, arguments)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    return subprocess.run(
-        command, capture_output=True, text=True, timeout=60, env=environment, check=False
-    )
+    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
 
 
 @pytest.mark.slow

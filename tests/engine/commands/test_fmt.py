@@ -14,9 +14,7 @@ EVEN = "labrun: 1\nname: even # a name\nsteps:\n  - log: hello\n"
 def fmt(*arguments: object, stdin: bytes = b"") -> subprocess.CompletedProcess[bytes]:
     command = [sys.executable, "-m", "labrun.engine", "fmt", *map(str, arguments)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    return subprocess.run(
-        command, input=stdin, capture_output=True, timeout=60, env=environment, check=False
-    )
+    return subprocess.run(command, input=stdin, capture_output=True, env=environment, check=False)
 
 
 @pytest.fixture

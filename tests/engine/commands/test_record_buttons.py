@@ -31,7 +31,7 @@ def drawn(scale: float = 1.0, twice: bool = False) -> np.ndarray:
 def labrun(folder, *arguments):
     return subprocess.run(
         [sys.executable, "-m", "labrun.engine", *arguments],
-        cwd=folder, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL,
+        cwd=folder, capture_output=True, text=True, stdin=subprocess.DEVNULL,
     )  # fmt: skip
 
 

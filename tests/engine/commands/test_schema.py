@@ -11,7 +11,7 @@ def labrun(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "labrun.engine", *map(str, arguments)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
     return subprocess.run(
-        command, capture_output=True, text=True, timeout=60, env=environment, check=False, cwd=cwd
+        command, capture_output=True, text=True, env=environment, check=False, cwd=cwd
     )
 
 

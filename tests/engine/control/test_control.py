@@ -14,10 +14,24 @@ COMMAND = [sys.executable, "-m", "labrun.engine"]
 HEADER = "labrun: 1\nname: live\ndevices: {a: scripted@1, b: scripted@1}\n"
 LONG = """
 steps:
-  - foreach: {i: "${{ range(1000) }}"}
+  - foreach: {i: "${{ range(100000) }}"}
     steps: [{do: a.act, with: {name: "x${{ i }}", seconds: 0.02}}]
 finally: [{do: b.act, with: {name: last}}]
 """
+
+
+BEGUN = []
+"""The runs of a test; none outlives it."""
+
+
+@pytest.fixture(autouse=True)
+def ended():
+    yield
+    while BEGUN:
+        process = BEGUN.pop()
+        process.kill()
+        process.wait()
+        process.stdout.close()
 
 
 class Live:
@@ -31,6 +45,7 @@ class Live:
             cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
         )  # fmt: skip
         self.events = []
+        BEGUN.append(self.process)
 
     def wait_for(self, kind, state=None, text=""):
         for line in self.process.stdout:
@@ -43,11 +58,11 @@ class Live:
     def tell(self, *words):
         return subprocess.run(
             [*COMMAND, words[0], "last", *words[1:]],
-            cwd=self.folder, capture_output=True, text=True, timeout=30,
+            cwd=self.folder, capture_output=True, text=True,
         )  # fmt: skip
 
     def end(self):
-        self.process.communicate(timeout=40)
+        self.process.communicate()
         (run,) = (self.folder / "runs").iterdir()
         self.records = list(read_records(run / "journal.jsonl"))
         self.calls = self.bench.calls(run.name)

@@ -105,7 +105,7 @@ class Laboratory:
         (self.folder / "lab.yaml").write_text(json.dumps(lab))
 
     def close(self):
-        self.launcher.communicate(timeout=30)
+        self.launcher.communicate()
 
     def _settings(self, port):
         devices = {}

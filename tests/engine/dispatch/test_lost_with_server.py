@@ -46,7 +46,7 @@ def run(folder, *, deaths=0, effect="idempotent", retry="", driver=DRIVER, steps
     ended = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "run", str(folder / "p.yaml"), "--lab",
          str(folder / "lab.yaml"), "--runs", str(folder / "runs")],
-        capture_output=True, text=True, timeout=100,
+        capture_output=True, text=True,
     )  # fmt: skip
     assert list((folder / "runs").glob("*/journal.jsonl")), ended.stderr + ended.stdout
     (left,) = (folder / "runs").iterdir()

@@ -33,7 +33,7 @@ def test_a_golden_journal_is_resumed_to_its_end(tmp_path, golden):
 
     ended = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "resume", str(folder), "--yes"],
-        capture_output=True, text=True, timeout=100,
+        capture_output=True, text=True,
     )  # fmt: skip
     records = list(read_records(folder / "journal.jsonl"))
     shots = shots_of(folder)

@@ -39,7 +39,7 @@ class Terminal:
         os.write(self.ours, text.encode())
 
     def end(self):
-        status = self.process.wait(timeout=30)
+        status = self.process.wait()
         os.close(self.ours)
         return status
 

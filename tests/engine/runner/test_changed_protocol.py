@@ -36,7 +36,7 @@ class Story:
     def labrun(self, *words):
         ended = subprocess.run(
             [*COMMAND, *map(str, words), "--runs", str(self.folder / "runs")],
-            capture_output=True, text=True, timeout=60,
+            capture_output=True, text=True,
         )  # fmt: skip
         return ended.returncode, ended.stderr
 

@@ -50,7 +50,7 @@ main()
 def labrun(*words, full_from=None):
     begin = ["-m", "labrun.engine"] if full_from is None else ["-c", FULL_FROM, str(full_from)]
     return subprocess.run(
-        [sys.executable, *begin, *map(str, words)], capture_output=True, text=True, timeout=60
+        [sys.executable, *begin, *map(str, words)], capture_output=True, text=True
     )
 
 

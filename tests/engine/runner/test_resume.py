@@ -45,7 +45,7 @@ def begin(tmp_path, lab, text=PROTOCOL):
 def resume(tmp_path, *more):
     return subprocess.run(
         [*COMMAND, "resume", "last", "--runs", str(tmp_path / "runs"), *more],
-        capture_output=True, text=True, timeout=60,
+        capture_output=True, text=True,
     )  # fmt: skip
 
 
@@ -99,7 +99,7 @@ def test_a_run_that_was_killed_many_times_still_ends_with_every_shot_once(tmp_pa
             [*COMMAND, "resume", "last", "--runs", str(tmp_path / "runs")],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
-    process.communicate(timeout=60)
+    process.communicate()
 
     folder = journal_of(tmp_path).parent
     assert process.returncode == 0
@@ -115,7 +115,7 @@ def test_what_was_lowered_is_lowered_again_before_the_shot_after_the_device_was_
         'name: "shot${{ i }}", seconds: 0.05', 'name: "shot${{ i }}", script: Broken'
     )
     process = begin(tmp_path, bench.lab, text)
-    assert process.wait(timeout=60) == 1
+    assert process.wait() == 1
 
     resume(tmp_path)
 
@@ -132,7 +132,7 @@ def test_a_failed_run_goes_on_with_its_retries_anew_when_it_is_resumed(tmp_path,
         'script: "Broken,ok"}, retry: 3', 'script: "Broken,Broken,ok"}, retry: 2'
     )
     process = begin(tmp_path, bench.lab, text)
-    assert process.wait(timeout=60) == 1
+    assert process.wait() == 1
 
     went_on = resume(tmp_path)
 
@@ -150,7 +150,7 @@ def test_what_a_fallback_had_done_is_not_done_again_after_a_later_failure(tmp_pa
         "  - {do: b.act, with: {name: late, script: 'Broken,ok'}}\n"
     )
     first = begin(tmp_path, bench.lab, text)
-    assert first.wait(timeout=60) == 1
+    assert first.wait() == 1
     went_on = resume(tmp_path)
 
     name = journal_of(tmp_path).parent.name
@@ -170,9 +170,7 @@ def test_a_run_is_resumed_from_within_its_own_folder(tmp_path, bench):
     process.send_signal(signal.SIGKILL)
     process.communicate()
     folder = journal_of(tmp_path).parent
-    went_on = subprocess.run(
-        [*COMMAND, "resume", "."], cwd=folder, capture_output=True, text=True, timeout=60
-    )
+    went_on = subprocess.run([*COMMAND, "resume", "."], cwd=folder, capture_output=True, text=True)
 
     assert went_on.returncode == 0, went_on.stderr
     shots = done(bench, folder.name, "shoot")
@@ -181,7 +179,7 @@ def test_a_run_is_resumed_from_within_its_own_folder(tmp_path, bench):
 
 @pytest.mark.slow
 def test_a_run_that_has_succeeded_is_not_resumed(tmp_path, bench):
-    assert begin(tmp_path, bench.lab).wait(timeout=60) == 0
+    assert begin(tmp_path, bench.lab).wait() == 0
 
     again = resume(tmp_path)
 
@@ -197,7 +195,7 @@ def test_a_second_engine_is_refused_while_the_first_lives(tmp_path, bench):
 
     second = resume(tmp_path)
     os.kill(process.pid, signal.SIGINT)
-    process.communicate(timeout=30)
+    process.communicate()
 
     assert second.returncode == 2
     assert "another engine" in second.stderr
@@ -209,7 +207,7 @@ def test_resume_of_no_run_says_so(tmp_path):
 
     nothing = subprocess.run(
         [*COMMAND, "resume", "nope", "--runs", str(tmp_path / "runs")],
-        capture_output=True, text=True, timeout=60,
+        capture_output=True, text=True,
     )  # fmt: skip
 
     assert nothing.returncode == 2
@@ -226,7 +224,7 @@ def test_a_parameter_without_a_default_is_known_again_on_resume(tmp_path, bench)
     first = subprocess.run(
         [*COMMAND, "run", str(tmp_path / "killed.yaml"), "--lab", str(bench.lab), "-p", "who=me",
          "--runs", str(tmp_path / "runs")],
-        capture_output=True, text=True, timeout=60,
+        capture_output=True, text=True,
     )  # fmt: skip
 
     went_on = resume(tmp_path)

@@ -24,7 +24,7 @@ steps:
 def labrun(*words):
     return subprocess.run(
         [sys.executable, "-m", "labrun.engine", *map(str, words)],
-        capture_output=True, text=True, timeout=60,
+        capture_output=True, text=True,
     )  # fmt: skip
 
 

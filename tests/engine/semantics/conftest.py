@@ -121,9 +121,9 @@ def laboratory(tmp_path_factory):
         f"name: scripted\ncontracts: [{LAB / 'scripted.yaml'}]\ndevices:\n" + "\n".join(lines)
     )
     yield Laboratory(lab, folder / "world" / "calls.jsonl", forks)
-    forks.communicate(timeout=40)
+    forks.communicate()
     server.send_signal(signal.SIGTERM)
-    server.communicate(timeout=20)
+    server.communicate()
 
 
 @dataclass

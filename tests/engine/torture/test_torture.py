@@ -34,7 +34,7 @@ def torture(folder, *options, driver="sim_libs", simulated="true", protocol=PROT
     return subprocess.run(
         [sys.executable, "-m", "labrun.engine", "torture", "tiny.yaml", "--lab", "lab.yaml",
          *options],
-        cwd=folder, capture_output=True, text=True, timeout=550,
+        cwd=folder, capture_output=True, text=True,
     )  # fmt: skip
 
 

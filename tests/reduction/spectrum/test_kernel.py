@@ -23,7 +23,7 @@ def test_compiling_leaves_nothing_in_the_package(tmp_path):
     before = set(package.rglob("*.nbi"))
 
     done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=100,
+        [sys.executable, "-c", program], capture_output=True, text=True,
         env={**environment, "PYTHONPATH": str(package.parents[1])},
     )  # fmt: skip
 

@@ -96,7 +96,7 @@ def faulty(tmp_path_factory):
     folder = tmp_path_factory.mktemp("faulty")
     prepare(folder, FAULTS)
     with begun(folder, "-p", "n=20") as engine:  # so many that each kind of fault is met
-        assert engine.wait(timeout=60) == 0, (folder / "said.txt").read_text()
+        assert engine.wait() == 0, (folder / "said.txt").read_text()
     return only_run(folder)
 
 
@@ -152,7 +152,6 @@ def test_a_run_that_was_killed_has_a_report_before_and_after_it_went_on(tmp_path
         [*COMMAND, "resume", "last", "--runs", "runs"],
         cwd=tmp_path,
         capture_output=True,
-        timeout=90,
     )
     after = outline((run / "report.html").read_text())
 
@@ -176,7 +175,7 @@ def test_a_run_that_is_aborted_while_a_report_is_made_is_running_first_and_abort
         make(run)
         during = outline((run / "report.html").read_text())
         engine.send_signal(signal.SIGINT)
-        status = engine.wait(timeout=60)
+        status = engine.wait()
     after = outline((run / "report.html").read_text())
 
     assert status == 130

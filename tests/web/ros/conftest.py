@@ -79,7 +79,7 @@ class Talker:
 
     def end(self):
         try:
-            self._process.communicate(timeout=20)
+            self._process.communicate()
         except subprocess.TimeoutExpired:  # it waits for an answer that a failed test did not get
             self._process.kill()
             self._process.communicate()

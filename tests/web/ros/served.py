@@ -27,7 +27,7 @@ class Served:
         """Ctrl-C, and its exit status."""
         self.process.send_signal(signal.SIGINT)
         with self.process.stdout:
-            return self.process.wait(timeout=60)
+            return self.process.wait()
 
 
 def serve(folder: Path, *options: str, lab: Path | None = None) -> Served:
@@ -61,5 +61,5 @@ def command(folder: Path, *options: str) -> subprocess.CompletedProcess:
     """`labrun ros` where it ends by itself."""
     return subprocess.run(
         [sys.executable, "-P", "-m", "labrun.engine", "ros", *options],
-        cwd=folder, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL,
+        cwd=folder, capture_output=True, text=True, stdin=subprocess.DEVNULL,
     )  # fmt: skip

@@ -87,7 +87,7 @@ defaults: {timeout: 60 s}
 steps:
   - id: out
     foreach: {i: "${{ range(4) }}"}
-    steps: [{id: there, do: gantry.move_to, with: {x: "${{ 20 * i + 20 }}"}}]
+    steps: [{id: there, do: gantry.move_to, with: {x: "${{ 20 * i + 20 }}", feed: 200}}]
   - {id: ready, confirm: "Is the bench clear?"}
   - id: on
     foreach: {i: "${{ range(4) }}"}
@@ -122,13 +122,13 @@ class House:
 
     def kill(self):
         self.process.kill()
-        self.process.wait(timeout=20)
+        self.process.wait()
         self.process.stdout.close()
 
     def stop(self):
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
-        said, _ = self.process.communicate(timeout=40)
+        said, _ = self.process.communicate()
         return said
 
     def client(self, **more):
@@ -160,7 +160,7 @@ class Client(httpx.Client):
     """A browser: its cookie, and its commands with all their headers."""
 
     def __init__(self, url, **more):
-        super().__init__(base_url=f"{url}/api/v1", timeout=60, **more)
+        super().__init__(base_url=f"{url}/api/v1", timeout=500, **more)
         self.lease = None
 
     def take(self, name="Ada", **more):
@@ -361,17 +361,17 @@ class Socket:
 
     async def _open(self, url, headers):
         await self.sio.connect(
-            url, headers=headers, transports=["websocket"], namespaces=["/ui"], wait_timeout=10
+            url, headers=headers, transports=["websocket"], namespaces=["/ui"], wait_timeout=500
         )
 
     def do(self, work):
-        return asyncio.run_coroutine_threadsafe(work, self.loop).result(timeout=30)
+        return asyncio.run_coroutine_threadsafe(work, self.loop).result(timeout=500)
 
     def all(self, event):
         return [data for kind, data in list(self.told) if kind == event]
 
     def call(self, event, data=None):
-        return self.do(self.sio.call(event, data or {}, namespace="/ui", timeout=20))
+        return self.do(self.sio.call(event, data or {}, namespace="/ui", timeout=500))
 
     def emit(self, event, data):
         self.do(self.sio.emit(event, data, namespace="/ui"))
@@ -380,7 +380,7 @@ class Socket:
         if self.loop.is_running():
             self.do(self._close())
             self.loop.call_soon_threadsafe(self.loop.stop)
-            self.thread.join(timeout=20)
+            self.thread.join(timeout=500)
             self.loop.close()
 
     async def _close(self):

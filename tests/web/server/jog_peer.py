@@ -90,7 +90,7 @@ class Stage:
 
     def close(self):
         self.server.should_exit = True
-        self.thread.join(timeout=20)
+        self.thread.join(timeout=500)
 
     async def _connect(self, session, environ, auth=None):
         self.sio.start_background_task(self._beat, session)

@@ -123,7 +123,7 @@ def test_two_servers_on_one_port_are_refused_with_a_sentence(shared):
     port = shared.url.rpartition(":")[2]
     second = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "web", "--demo", "--no-browser", "--port", port],
-        capture_output=True, text=True, timeout=60,
+        capture_output=True, text=True,
     )  # fmt: skip
 
     assert second.returncode == 4

@@ -50,7 +50,7 @@ def test_what_was_done_before_a_restart_or_was_being_done_is_not_done_again(hous
             lambda: client.get("/devices/gantry").json()["status"]["state"] == "moving", "moving"
         )
         made.kill()
-        error = asking.exception(timeout=20)
+        error = asking.exception(timeout=500)
     made.start()
     again = made.client()
     again.take()

@@ -44,6 +44,6 @@ def test_other_commands_start_without_the_page():
         "try: main()\nexcept SystemExit: pass\n"
         "print([m for m in sys.modules if m.split('.')[0] in ('fastapi', 'starlette', 'uvicorn')])"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
 
     assert told.stdout.splitlines()[-1] == "[]"

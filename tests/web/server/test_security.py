@@ -117,7 +117,7 @@ def test_addresses_are_ours_elsewhere_and_names_of_others_are_not(guarded):
 def test_a_careless_start_is_refused_with_a_sentence(tmp_path, options, words):
     told = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "web", "--no-browser", "--port", "0", *options],
-        capture_output=True, text=True, timeout=60, cwd=tmp_path,
+        capture_output=True, text=True, cwd=tmp_path,
         env={k: v for k, v in os.environ.items() if k != "LABRUN_WEB_TOKEN"},
     )  # fmt: skip
 

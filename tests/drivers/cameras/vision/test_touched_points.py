@@ -81,7 +81,7 @@ def test_how_a_board_lies_is_kept_with_the_calibration_and_older_files_are_read(
     assert Calibration.from_dict(old).lying == Lying()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_positions_beside_twelve_boards_are_as_near_as_wanted_and_as_told():
     """At 7, -12 and 88 degrees among others, flat and on a 12.7 mm plate, photographed."""
     random = np.random.default_rng(12)

@@ -20,7 +20,7 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path i
 
 def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", *words], cwd=folder, capture_output=True, text=True, timeout=1000,
+        [sys.executable, "-m", *words], cwd=folder, capture_output=True, text=True,
         env=ENVIRONMENT,
     )  # fmt: skip
 

@@ -23,7 +23,7 @@ def output(tmp_path_factory):
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_furnace.py",
          "-k", "good or describes"],
-        cwd=folder, capture_output=True, text=True, timeout=1000,
+        cwd=folder, capture_output=True, text=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
     )  # fmt: skip
     assert done.returncode == 0, done.stdout
@@ -47,9 +47,7 @@ def test_both_names_mean_the_same_class(old):
         "own = [n for n, v in vars(new).items() if getattr(v, '__module__', '') == new.__name__]\n"
         "assert own and all(getattr(old, n) is getattr(new, n) for n in own), own"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=100
-    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
 
     assert done.returncode == 0, done.stderr
 
@@ -57,8 +55,6 @@ def test_both_names_mean_the_same_class(old):
 @pytest.mark.parametrize("name", ["serial_line", "serial_port", "twins"])
 def test_a_module_of_somebody_else_is_not_taken_for_ours(name):
     program = f"import labrun.drivers\nimport {name}"
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=100
-    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
 
     assert f"ModuleNotFoundError: No module named '{name}'" in done.stderr
