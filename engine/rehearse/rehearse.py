@@ -72,7 +72,9 @@ class Rehearsal:
             for device in devices.values():
                 await device.open(run.id)
             ending = await session.execute(None)
-            run.record(j.Finished(fate=ending.fate, reason=ending.reason, holes=run.history.holes))
+            run.record(
+                j.Finished(fate=ending.fate, reason=ending.reason, holes=run.history.hole_count)
+            )
         finally:
             for device in devices.values():
                 await device.close()

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ...schemas import journal as j
-from ..journal.history import split_goal_id
+from ..journal.course import split_goal_id
 
 
 @dataclass(slots=True)
