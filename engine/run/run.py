@@ -85,7 +85,8 @@ class Run:
 
     def _hear(self, listener: Listener, told: Event) -> None:
         try:
-            return listener(told)
+            listener(told)
+            return
         except BrokenPipeError:  # `| head`: whoever read has gone, and that is no fault
             pass
         except Exception:  # whatever is wrong with a watcher, nothing of the run depends on it
