@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..driver import Place
+from .open_port import READ_S, WRITE_S
 
 OPTIONS = ("port", "baud", "bits", "parity", "stop_bits")
 IN_USE = {errno.EAGAIN, errno.EACCES, errno.EBUSY, errno.EWOULDBLOCK}
@@ -41,6 +42,18 @@ class SerialPort:
         if "\\x" in "".join(heard):
             return f"{start} its baud rate, bits or parity may be different, or another device is there"
         return f"{start} another device may be there, or its menu is set to another language"
+
+    def opened(self, *, rtscts: bool = False, xonxoff: bool = False) -> Any:
+        """The open port, locked for others; raises OSError with the reason."""
+        from serial import Serial
+
+        try:
+            return Serial(
+                self.name, timeout=READ_S, write_timeout=WRITE_S, exclusive=True, rtscts=rtscts,
+                xonxoff=xonxoff, **self.framing,
+            )  # fmt: skip
+        except OSError as fault:  # pyserial's own exceptions are OSErrors, too
+            raise self.why_not(fault) from fault
 
     def unplugged(self, fault: object) -> OSError:
         """The error for a pulled cable or a missing adapter."""
