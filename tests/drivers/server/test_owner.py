@@ -107,4 +107,4 @@ def test_what_a_lapsed_lease_still_does_after_its_time_is_aborted():
 
     assert before == [("begins", "g1")]
     assert after[after.index(("over", "g1")) :][-2:] == [("safe", ""), ("safe over", "")]
-    assert calm
+    assert calm is True

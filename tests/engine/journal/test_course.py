@@ -37,8 +37,8 @@ def test_a_goal_is_under_way_until_it_ends_also_when_its_engine_has_gone():
     during = after(STARTED, SENT, RESUMED)
     (goal,) = during.under_way.values()
 
-    assert (goal.path, goal.attempt, goal.session, goal.label) == ("main/go", 2, 1, "a.act")
-    assert (during.session, during.resumes) == (2, 1)
+    assert (goal.path, goal.attempt, goal.session, goal.record.label) == ("main/go", 2, 1, "a.act")
+    assert (during.session, during.resumes, Course().resumes) == (2, 1, 0)
     assert not after(STARTED, SENT, RESUMED, ENDED).under_way
 
 
