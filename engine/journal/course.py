@@ -19,11 +19,6 @@ class Goal:
     attempt: int
     session: int
 
-    @property
-    def label(self) -> str:
-        """`gantry.move_to`, by the device's name in the lab."""
-        return f"{self.record.device}.{self.record.action}"
-
 
 @dataclass(slots=True)
 class Course:

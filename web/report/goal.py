@@ -20,7 +20,7 @@ def failed_goal(goal: Goal, record: j.GoalEnded, session: int) -> Incident:
         message = f"cancelled after {duration(took_s)}; its timeout is {duration(limit_s)}"
     once = goal.record.effect == "once" and happened == "unknown"
     return Incident(
-        at=record.at, path=goal.path, attempt=goal.attempt, label=goal.label, error=name,
+        at=record.at, path=goal.path, attempt=goal.attempt, label=goal.record.label, error=name,
         message=message, happened=happened,
         failed=(record.state == "ABORTED" and name != "Stopped") or name == "Timeout",
         doubt="it was unknown whether it had happened" if once else "", life=goal.session, n=record.n,
@@ -30,7 +30,7 @@ def failed_goal(goal: Goal, record: j.GoalEnded, session: int) -> Incident:
 def lost_goal(goal: Goal, record: j.Record) -> Incident:
     """A goal whose end never reached the engine, which continued without it."""
     return Incident(
-        at=record.at or goal.record.at, path=goal.path, attempt=goal.attempt, label=goal.label,
+        at=record.at or goal.record.at, path=goal.path, attempt=goal.attempt, label=goal.record.label,
         error="Lost", message="its server remained unreachable; the journal has no end for it",
         happened="unknown", doubt="its server remained unreachable", life=goal.session,
         n=record.n or goal.record.n,
@@ -40,7 +40,7 @@ def lost_goal(goal: Goal, record: j.Record) -> Incident:
 def goal_in_flight(goal: Goal) -> Incident:
     """A goal that was under way when its engine ended: not a failure, outcome not known yet."""
     return Incident(
-        at=goal.record.at, path=goal.path, attempt=goal.attempt, label=goal.label, error="",
+        at=goal.record.at, path=goal.path, attempt=goal.attempt, label=goal.record.label, error="",
         message="", failed=False, doubt=f"under way when engine {goal.session} ended",
         life=goal.session, n=goal.record.n,
     )  # fmt: skip

@@ -93,7 +93,7 @@ def _resumed(digest: JournalDigest, record: j.Resumed) -> None:
 
 def _sent(digest: JournalDigest, record: j.GoalSent, life: EngineSpan) -> None:
     life.goals += 1
-    deed = digest.deeds.setdefault(f"{record.device}.{record.action}", Deed())
+    deed = digest.deeds.setdefault(record.label, Deed())
     deed.sent += 1
     deed.again += split_goal_id(record.id)[1] > 1
     boots = digest.boots.setdefault(record.device, [])
@@ -106,8 +106,8 @@ def _ended(digest: JournalDigest, record: j.GoalEnded) -> None:
     goal = digest.under_way.get(record.id)
     if goal is None:
         return
-    digest.writers.update(dict.fromkeys(record.files, goal.label))
-    deed = digest.deeds[goal.label]
+    digest.writers.update(dict.fromkeys(record.files, goal.record.label))
+    deed = digest.deeds[goal.record.label]
     if record.state == "SUCCEEDED":
         deed.succeeded += 1
     elif record.state == "CANCELED":

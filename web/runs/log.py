@@ -195,7 +195,7 @@ def _goal(record: j.GoalEnded, sent: j.GoalSent | None) -> str:
     label, took = record.id, ""
     if sent is not None:
         _, attempt = split_goal_id(record.id)
-        label = f"{sent.device}.{sent.action}" + (f" (try {attempt})" if attempt > 1 else "")
+        label = sent.label + (f" (try {attempt})" if attempt > 1 else "")
         took = f" {duration(seconds_between(sent.at, record.at))}"
     if record.state == "SUCCEEDED":
         return f"{label} ok{took}"

@@ -170,7 +170,7 @@ class Picture(Course):
         if goal is None:
             return
         took = round(self.now - since_1970(goal.record.at), 4)
-        times = self.times[goal.label]
+        times = self.times[goal.record.label]
         if record.state == "SUCCEEDED" and len(times) < MOST_TIMES:
             times.append(took)
         found = self._find(goal.path)

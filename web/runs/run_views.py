@@ -113,7 +113,7 @@ def _question(asked: j.Asked) -> Question:
 def _now(run: OpenRun, one: Goal) -> Now:
     found = run.inputs.outline.find(one.path) if run.inputs.outline is not None else None
     loop, key = found.innermost if found is not None else (None, None)
-    spread = run.timings.spread(one.label)
+    spread = run.timings.spread(one.record.label)
     progress, message = run.feedback.get(one.path, (None, ""))
     return Now(
         id=one.record.id, path=one.path,
@@ -131,7 +131,7 @@ def _now_text(run: OpenRun) -> str:
         return next(iter(run.picture.open_questions.values())).text
     if run.picture.paused:
         return "paused"
-    return ", ".join(sorted({one.label for one in run.picture.under_way.values()}))
+    return ", ".join(sorted({one.record.label for one in run.picture.under_way.values()}))
 
 
 def _eta(run: OpenRun) -> tuple[float, float] | None:
