@@ -2,10 +2,12 @@
 
 import asyncio
 import contextlib
+import errno
 import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 READ_S = 0.1
@@ -102,3 +104,40 @@ class OpenPort:
             with contextlib.suppress(OSError):  # it may be gone already
                 self._serial.close()
             self._serial = None
+
+
+def open_exclusively(name: str, **framing: Any) -> Any:
+    """The open port, locked for other programs; raises OSError with the reason."""
+    from serial import Serial
+
+    try:
+        return Serial(name, timeout=READ_S, write_timeout=WRITE_S, exclusive=True, **framing)
+    except (OSError, ValueError) as fault:  # pyserial's own exceptions are OSErrors, too
+        raise OSError(_why_not(name, getattr(fault, "errno", None), str(fault))) from fault
+
+
+def _why_not(name: str, number: int | None, said: str) -> str:
+    if number == errno.ENOENT or (number is None and "FileNotFoundError" in said):
+        return f"there is no port {name}: is the cable plugged in? {_others()}"
+    if number == errno.EACCES and not _is_windows_name(name):
+        return (
+            f"this user may not open {name}: `sudo usermod -aG dialout $USER` allows it "
+            f"after the next login"
+        )
+    if number in (errno.EAGAIN, errno.EBUSY, errno.EWOULDBLOCK) or "PermissionError" in said:
+        return f"{name} is in use by another program: close it there; only one program at a time can use it"
+    if number in (errno.ENOTTY, errno.EINVAL) or (number is None and "configure" in said):
+        return f"{name} is not a serial port ({said}). {_others()}"
+    return f"{name} cannot be opened: {said}"
+
+
+def _is_windows_name(name: str) -> bool:
+    return name.upper().startswith("COM") and not Path(name).exists()
+
+
+def _others() -> str:
+    """The available ports, so that the right one can be copied from the message."""
+    from serial.tools.list_ports import comports
+
+    found = [f"{port.device} ({port.description})" for port in comports()]
+    return f"Available: {', '.join(found)}" if found else "This computer has no serial port now"
