@@ -11,6 +11,7 @@ from typing import TypeVar
 from pydantic import ValidationError
 
 from ...schemas.journal import FORMAT, RECORD, JournalRecord, Record
+from ...schemas.model import first_fault
 from ...system.files import BINARY
 
 R = TypeVar("R", bound=Record)
@@ -181,10 +182,8 @@ class Follower:
         try:
             return RECORD.validate_json(line)
         except ValidationError as fault:
-            first = fault.errors()[0]
             raise JournalFault(
-                f"{self.path}: record {self.number} cannot be understood: "
-                f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+                f"{self.path}: record {self.number} cannot be understood: {first_fault(fault)}"
             ) from fault
 
 
