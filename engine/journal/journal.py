@@ -31,7 +31,11 @@ class DiskFull(JournalFault):
 
 def chain(previous: str, body: str) -> str:
     """The hash of a record: over the hash of the last one and the record without its own."""
-    return blake2b(f"{previous}{body}".encode(errors="surrogateescape"), digest_size=16).hexdigest()
+    return _chain(previous, body.encode(errors="surrogateescape"))
+
+
+def _chain(previous: str, body: bytes) -> str:
+    return blake2b(previous.encode() + body, digest_size=16).hexdigest()
 
 
 class Journal:
@@ -168,13 +172,12 @@ class Follower:
     def _parse(self, line: bytes) -> JournalRecord:
         self.number += 1
         body, mark, tail = line.rpartition(b',"hash":"')
-        text = body.decode(errors="surrogateescape")
-        if not mark or chain(self._hash, text).encode() != tail.removesuffix(b'"}'):
+        if not mark or _chain(self._hash, body).encode() != tail.removesuffix(b'"}'):
             raise JournalFault(
                 f"{self.path}: the chain breaks at record {self.number}: it, or a record before it, "
                 "was changed. Nothing was sent. Restore the journal from a copy, or start a new run."
             )
-        if self.number == 1 and (newer := _newer_format(text)):
+        if self.number == 1 and (newer := _newer_format(body)):
             raise JournalFault(
                 f"{self.path} is written in journal format {newer}; this labrun reads format "
                 f"{FORMAT}. Resume it with the labrun that wrote it, or a newer one."
@@ -217,10 +220,10 @@ def read_between(path: Path, start: int, end: int) -> Iterator[JournalRecord]:
             yield RECORD.validate_json(line)
 
 
-def _newer_format(body: str) -> int | None:
+def _newer_format(body: bytes) -> int | None:
     import json
 
-    written = json.loads(body + "}").get("format", FORMAT)
+    written = json.loads(body + b"}").get("format", FORMAT)
     return written if written > FORMAT else None
 
 

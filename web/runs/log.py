@@ -39,12 +39,13 @@ class Log:
         """Note a record if it is a line of the log; returns whether it is."""
         if isinstance(record, j.GoalSent):
             self._sent[record.id] = (offset, record.device)
+            return False
         if not is_line(record):
             return False
-        device: str = getattr(record, "device", "")
-        sent_offset = -1
         if isinstance(record, j.GoalEnded):
             sent_offset, device = self._sent.pop(record.id, (-1, ""))
+        else:
+            sent_offset, device = -1, getattr(record, "device", "")
         self.n.append(record.n)
         self._offset.append(offset)
         self._other.append(sent_offset)
