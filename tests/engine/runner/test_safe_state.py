@@ -136,3 +136,16 @@ def test_a_goal_that_still_runs_is_cancelled_when_the_resume_is_aborted(
     assert ran.finished.fate == "aborted"
     assert [r.state for r in ran.records if r.kind == "ended"] == ["CANCELED"]
     assert ("goal", "canceled") in told
+
+
+def test_a_server_that_says_nothing_of_a_device_has_not_confirmed_it(own_device, monkeypatch):
+    async def silent(self, *devices, **more):
+        return {}
+
+    monkeypatch.setattr(DeviceClient, "stop", silent)
+
+    ran = own_device().run("steps: [{do: a.act, with: {name: x}}]\n")
+
+    assert [(r.confirmed, r.message) for r in ran.records if r.kind == "safe"] == [
+        (False, "no answer")
+    ]
