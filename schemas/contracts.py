@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from .contract import Contract
+from .model import first_fault
 
 FOLDER = "labrun.schemas.devices"
 READ = "contracts.json"
@@ -29,9 +30,7 @@ def parse_contract(text: str, name: str) -> Contract:
     except YAMLError as fault:
         raise ContractFault(f"{name} is not YAML: {str(fault).splitlines()[0]}") from fault
     except ValidationError as fault:
-        first = fault.errors()[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise ContractFault(f"{name}: {place}: {first['msg']}") from fault
+        raise ContractFault(f"{name}: {first_fault(fault)}") from fault
 
 
 def _data(text: str) -> Any:

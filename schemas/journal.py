@@ -87,6 +87,11 @@ class GoalSent(Record):
     means: str
     timeout_s: float | None = None
 
+    @property
+    def label(self) -> str:
+        """`gantry.move_to`, by the device's name in the lab."""
+        return f"{self.device}.{self.action}"
+
 
 class GoalEnded(Record):
     """Outcome of a goal: how it ended, what came back, which files were written."""

@@ -1,6 +1,6 @@
 """The base that every model here is built on: closed, frozen, named as in YAML."""
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 
 class Model(BaseModel):
@@ -10,3 +10,9 @@ class Model(BaseModel):
         extra="forbid", frozen=True, strict=True,
         defer_build=True,  # many models refer to each other: built when first used, not at start-up
     )  # fmt: skip
+
+
+def first_fault(fault: ValidationError) -> str:
+    """`actions.go.timeout: ...`: the first thing that is wrong, and where."""
+    first = fault.errors()[0]
+    return f"{'.'.join(str(part) for part in first['loc']) or 'all of it'}: {first['msg']}"

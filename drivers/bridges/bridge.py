@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 from pydantic import ValidationError
 
 from ...schemas.contract import Action
+from ...schemas.model import first_fault
 from ...schemas.quantity import seconds
 from ...system.tasks import end, first_of, spawn
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
@@ -279,6 +280,4 @@ def read_config(model: type[BridgeConfig], written: dict[str, Any]) -> BridgeCon
     try:
         return model.model_validate(written)
     except ValidationError as fault:
-        first = fault.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise ValueError(f"config.{where}: {first['msg']}") from fault
+        raise ValueError(f"config.{first_fault(fault)}") from fault

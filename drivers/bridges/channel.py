@@ -7,16 +7,16 @@ unsolicited line is seen when it comes. VISA is asked in a thread of its own.
 import asyncio
 import contextlib
 import errno
-import threading
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from importlib import import_module
 from typing import Any
 
 from ..serial_io.condition import Condition
+from ..serial_io.open_port import OpenPort
 from ..serial_io.port import SerialPort
 from .resource import Resource
 
-LOOK_S, END_S = 0.1, 2.0
 REFUSED_AGAIN_S = 0.25
 MOST = 256 * 1024 * 1024
 """Bytes that are kept of an instrument that nobody listens to."""
@@ -148,55 +148,27 @@ class Network(Channel):
 class Serial(Channel):
     """A serial port, read by a thread."""
 
-    _serial: Any = None
-    _thread: threading.Thread | None = None
-
     def __init__(self, resource: Resource, port: SerialPort, flow: str) -> None:
         super().__init__(resource)
         self.port = port
-        self._flow = {"rtscts": flow == "rtscts", "xonxoff": flow == "xonxoff"}
+        opened = partial(port.opened, rtscts=flow == "rtscts", xonxoff=flow == "xonxoff")
+        self._bytes = OpenPort(port.name, opened, self.take, lambda fault: self.lost(str(fault)))
 
     async def open(self, timeout_s: float) -> None:
-        from serial import Serial as Port
-
         await self.close()
         self.received.clear()
-        options = {**self.port.framing, **self._flow}
-        try:
-            self._serial = await asyncio.to_thread(
-                Port, self.port.name, timeout=LOOK_S, write_timeout=END_S, exclusive=True, **options
-            )
-        except OSError as fault:
-            raise self.port.why_not(fault) from fault
+        await self._bytes.open()
         self.is_open = True
-        work = (self._serial, asyncio.get_running_loop())
-        self._thread = threading.Thread(target=self._listen, args=work, daemon=True)
-        self._thread.start()
-
-    def _listen(self, serial: Any, loop: Any) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop has ended, and so has the listener
-            while self._serial is serial:
-                try:
-                    data = serial.read(serial.in_waiting or 1)
-                except (OSError, TypeError) as fault:
-                    loop.call_soon_threadsafe(self.lost, str(fault))
-                    return
-                if data:
-                    loop.call_soon_threadsafe(self.take, data)
 
     async def close(self) -> None:
         await super().close()
-        serial, thread = self._serial, self._thread
-        self._serial = self._thread = None
-        if serial is not None and thread is not None:
-            await asyncio.to_thread(thread.join, END_S)
-            await asyncio.to_thread(serial.close)
+        await self._bytes.close()
 
     async def write(self, data: bytes) -> None:
-        if not self.is_open or self._serial is None:
+        if not self.is_open:
             raise self.port.unplugged(self.fault)
         try:
-            await asyncio.to_thread(self._serial.write, data)
+            await self._bytes.send(data)
         except OSError as fault:
             self.lost(str(fault))
             raise self.port.unplugged(fault) from fault

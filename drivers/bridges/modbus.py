@@ -36,6 +36,9 @@ Kind = Literal[
 ]
 
 
+TABLES = ("holding", "input", "coil", "discrete")
+
+
 class Register(Model):
     """One value of the device: which of the four tables, address from 0, type, scale."""
 
@@ -50,26 +53,18 @@ class Register(Model):
 
     @model_validator(mode="after")
     def _one_table(self) -> "Register":
-        if (
-            len(
-                [
-                    t
-                    for t in ("holding", "input", "coil", "discrete")
-                    if getattr(self, t) is not None
-                ]
-            )
-            != 1
-        ):
+        if len(self._tables()) != 1:
             raise ValueError("it is in one table: holding: 10, input: 10, coil: 10 or discrete: 10")
         if not self.scale:
             raise ValueError("its scale is 0, so it has no value")
         return self
 
+    def _tables(self) -> list[str]:
+        return [table for table in TABLES if getattr(self, table) is not None]
+
     @property
     def table(self) -> str:
-        return next(
-            t for t in ("holding", "input", "coil", "discrete") if getattr(self, t) is not None
-        )
+        return self._tables()[0]
 
     @property
     def is_bit(self) -> bool:

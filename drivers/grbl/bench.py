@@ -12,8 +12,8 @@ from typing import Any
 
 from ...schemas.contracts import shipped_contracts
 from ..driver import ActionFailed, Place
+from ..motion.gantry import AXES
 from ..motion.keep_out import Box, read_boxes
-from .config import AXES
 from .report import Point
 from .settings import Settings
 

@@ -81,7 +81,7 @@ async def _learn_offset(controller: Controller) -> None:
 
 def not_grbl(controller: Controller, boot_s: float) -> str:
     """What is on the port, if it is not GRBL."""
-    name, baud = controller.port.name, controller.port.baud
+    name, baud = controller.port.name, controller.baud
     unreadable = controller.lines.unreadable + sum(
         not 0x20 <= byte < 0x7F for byte in controller.lines.rest
     )

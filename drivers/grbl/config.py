@@ -4,10 +4,10 @@ import math
 from collections.abc import Collection
 from typing import Any
 
+from ..motion.gantry import AXES
 from ..motion.keep_out import read_boxes
 from ..motion.outputs import read_outputs
 
-AXES = "xyzabc"
 PLACING = ("origin", "axes", "keep_out", "home_first", "homing_timeout", "safe_z", "outputs")
 """The bench settings of every gantry behind GRBL."""
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from ..serial_io.condition import Condition
+from ..serial_io.open_port import OpenPort
 from .faults import Alarmed, GrblFault, Lost, NotConnected, Refused, Restarted, Silent
 from .messages import alarm_words
 from .parse_line import Lines, ParsedLine, understand
-from .port import Port
+from .port import gone, open_port
 from .report import Report, ReportReader
 from .settings import Settings
 
@@ -62,7 +63,13 @@ class Controller:
     """
 
     def __init__(self, port: str, baud: int) -> None:
-        self.port = Port(port, baud, self._take, self._lost)
+        self.baud = baud
+        self.port = OpenPort(
+            port,
+            lambda: open_port(port, baud),
+            self._take,
+            lambda fault: self._lost(gone(port, fault)),
+        )
         self.lines = Lines()
         self.reports = ReportReader()
         self.settings = Settings()

@@ -9,11 +9,11 @@ from contextlib import contextmanager, suppress
 from typing import Any, ClassVar, Protocol
 
 from ...schemas.contract import Happened
-from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
+from ..driver import ActionCanceled, ActionFailed, GoalContext, Place
+from ..motion.gantry import AXES, AnyGantry
 from ..motion.legs import legs
-from ..motion.outputs import read_outputs
 from ..simulated.twins.world import World
-from .bench import AXES, LETTERS, Bench, place_words, read_bench, unit, whole_limits
+from .bench import LETTERS, Bench, place_words, read_bench, unit, whole_limits
 from .config import check_config
 from .faults import GrblFault, NotConnected, Refused
 from .report import Point
@@ -38,27 +38,23 @@ class Known(Protocol):
     def lost(self) -> str: ...
 
 
-class GantryBase(Driver):
+class GantryBase(AnyGantry):
     """The part of gantry@2 that is the same over a serial port and through OpenBuilds CONTROL."""
 
-    contract: ClassVar[str] = "gantry@2"
     options: ClassVar[tuple[str, ...]] = ()
     when_lost: ClassVar[str] = ""
     known: Known
 
     def __init__(self, place: Place) -> None:
-        super().__init__(place)
         check_config(place.device, place.config, self.options)
+        super().__init__(place)
         self.limits = whole_limits(place)
         self.bench: Bench = read_bench(place.config, self.limits, Settings())
-        self.outputs = read_outputs(place.config)
         self.full_power = 1000.0
         self.world = World(place.world)
         self._published: Point | None = None
-        self._by_hand: dict[str, Any] = {"goal_id": None}
         self._doing: str | None = None
         self._stopped = False
-        self._on: set[str] = set()
 
     @property
     def homed(self) -> bool:
@@ -80,10 +76,6 @@ class GantryBase(Driver):
     @abstractmethod
     async def _stop(self) -> None:
         """Stop the axes, with nothing queued; raises GrblFault."""
-
-    @abstractmethod
-    def _name(self) -> str:
-        """The device's name in messages."""
 
     @abstractmethod
     async def _look(self) -> None:
@@ -175,25 +167,6 @@ class GantryBase(Driver):
             await self._outputs_off()
         return {}
 
-    async def move_to(
-        self,
-        goal: GoalContext,
-        *,
-        x: float | None = None,
-        y: float | None = None,
-        z: float | None = None,
-        a: float | None = None,
-        b: float | None = None,
-        c: float | None = None,
-        feed: float | None = None,
-        safe_z: float | None = None,
-    ) -> dict[str, Any]:
-        given = zip(AXES, (x, y, z, a, b, c), strict=True)
-        wanted = {axis: float(value) for axis, value in given if value is not None}
-        if safe_z is None:
-            safe_z = self.place.config.get("safe_z")
-        return await self._go(goal, wanted, feed, safe_z)
-
     async def touch(
         self, goal: GoalContext, *, to: float, axis: str = "z", feed: float = 60.0
     ) -> dict[str, Any]:
@@ -217,25 +190,18 @@ class GantryBase(Driver):
             raise ActionFailed("NoContact", words, "yes")
         return self._place(contact)
 
-    async def set_output(
-        self, goal: GoalContext, *, output: str, on: bool, power: float = 100.0
-    ) -> dict[str, Any]:
-        if output not in self.outputs:
-            there = ", ".join(self.outputs) or "none; `outputs` in its config names them"
-            words = f"{self._name()} has no output {output}; it has {there}"
-            raise ActionFailed("NotAvailable", words, "no")
+    async def _switch(self, goal: GoalContext, output: str, on: bool, power: float) -> None:
         await self._ready()
         line = self.outputs[output].line(on, power, self.full_power)
         with self._telling(f"switch {output} (`{line}`)"):
-            self._on.add(output)
+            self.on.add(output)
             try:
                 await self._carry_out(line)
             except Refused:
-                self._on.discard(output)
+                self.on.discard(output)
                 raise
             if not on:
-                self._on.discard(output)
-        return {}
+                self.on.discard(output)
 
     async def override(
         self, goal: GoalContext, *, feed: int | None = None, rapid: int | None = None
@@ -268,7 +234,9 @@ class GantryBase(Driver):
                 "Offline", f"{self._name()} has not reported its work zero yet", "no"
             )
         zero = dict(zip(self.bench.axes, self.bench.to_bench(offset), strict=True))
-        return await self._go(goal, {axis: zero[axis] for axis in axes or self.bench.axes}, feed)
+        return await self._travel(
+            goal, {axis: zero[axis] for axis in axes or self.bench.axes}, feed
+        )
 
     async def set_zero(self, goal: GoalContext, *, axes: list[str] | None = None) -> dict[str, Any]:
         self.bench.check_axes(axes or (), self._name())
@@ -277,17 +245,14 @@ class GantryBase(Driver):
         named = sorted(self.bench.index[AXES.index(axis)] for axis in axes or self.bench.axes)
         line = "G10L20P0" + "".join(f"{LETTERS[number]}0" for number in named)
         with self._telling(line):
-            self._by_hand = {"goal_id": goal.id}
+            self.by_hand = {"goal_id": goal.id}
             await self._set_zero(line)
             offset = self._offset()
             zero = self._place(await self._machine() if offset is None else offset)
-        self._by_hand |= zero
+        self.by_hand |= zero
         return zero
 
-    async def last_by_hand(self, goal: GoalContext) -> dict[str, Any]:
-        return self._by_hand
-
-    async def _go(
+    async def _travel(
         self,
         goal: GoalContext,
         wanted: dict[str, float],
@@ -332,16 +297,16 @@ class GantryBase(Driver):
 
     async def _outputs_off(self) -> None:
         """Switch off what is on. What a reset or an alarm has switched off already refuses it."""
-        for output in sorted(self._on):
+        for output in sorted(self.on):
             with suppress(Refused):
                 await self._carry_out(self.outputs[output].off)
-            self._on.discard(output)
+            self.on.discard(output)
 
     def _more_status(self, machine: Point | None) -> dict[str, Any]:
         """What gantry@2 tells beyond gantry@1; nothing where the lab says gantry@1."""
         if self.place.contract is None or "pins" not in self.place.contract.status["properties"]:
             return {}
-        told: dict[str, Any] = {"pins": self._pins(), "outputs": sorted(self._on)}
+        told: dict[str, Any] = {"pins": self._pins(), "outputs": sorted(self.on)}
         named = zip(("feed_override", "rapid_override"), self._overrides(), strict=False)
         places = zip(AXES, machine or (), strict=False)
         code = re.match(r"ALARM:(\d+)", self.known.alarm)

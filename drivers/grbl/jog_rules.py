@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..driver import ActionFailed, GoalContext
-from .bench import AXES
+from ..motion.gantry import AXES
 from .gantry_base import GantryBase
 from .report import Point
 
@@ -48,13 +48,13 @@ class JogRules(GantryBase):
         feed = feed if self.homed else min(feed, CREEP_FEED)
         machine_axis, machine_way = self.bench.index[i], self.bench.sign[i] * way
         with self._telling(f"jog {axis} by {way:g} mm"):
-            self._by_hand = {"goal_id": goal.id}
+            self.by_hand = {"goal_id": goal.id}
             if way * sign > 0 and distance is not None:
                 await self._jog_by(goal, machine_axis, machine_way, feed)
             elif way * sign > 0:
                 await self._jog_while(goal, machine_axis, machine_way, feed, held(goal, lease))
-            self._by_hand |= self._place(await self._machine())
-        return {axis: self._by_hand[axis] for axis in self.bench.axes}
+            self.by_hand |= self._place(await self._machine())
+        return {axis: self.by_hand[axis] for axis in self.bench.axes}
 
     def _edge(self, here: Point, axis: int, sign: int) -> float:
         """How far it may go in this direction."""

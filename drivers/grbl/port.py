@@ -1,151 +1,27 @@
-"""An exclusive serial port: bytes are read and written in threads, never in the event loop."""
+"""A GRBL controller's serial port, or a program behind a socket: opened, and missed, with a reason."""
 
-import asyncio
-import contextlib
-import errno
-import logging
-import threading
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import Any
 
-READ_S = 0.1
-WRITE_S = 2.0
-CLOSE_S = 2.0
-LOG = logging.getLogger("labrun")
+from ..serial_io.open_port import READ_S, WRITE_S, open_exclusively
 
 
-class Port:
-    """One open port. `take` gets incoming bytes, `lost` the reason when the port is gone.
-
-    Both are called in the event loop. The port is locked, so that no second program can open it.
-    """
-
-    def __init__(
-        self, name: str, baud: int, take: Callable[[bytes], None], lost: Callable[[str], None]
-    ) -> None:
-        self.name = name
-        self.baud = baud
-        self._take = take
-        self._lost = lost
-        self._serial: Any = None
-        self._closing = threading.Event()
-        self._reader: threading.Thread | None = None
-        self._writer: ThreadPoolExecutor | None = None
-
-    async def open(self) -> None:
-        """Open and lock it; raises OSError with the reason."""
-        self._loop = asyncio.get_running_loop()
-        self._closing.clear()
-        self._serial = await asyncio.to_thread(_open, self.name, self.baud)
-        self._writer = ThreadPoolExecutor(1, thread_name_prefix=f"write {self.name}")
-        self._reader = threading.Thread(target=self._read, name=f"read {self.name}", daemon=True)
-        self._reader.start()
-
-    def write(self, data: bytes) -> None:
-        """Queue bytes for sending, in order; a failure is reported through `lost`."""
-        if self._writer is not None:
-            self._writer.submit(self._write, data)
-
-    async def close(self) -> None:
-        """Release the port; queued bytes are sent first."""
-        await asyncio.to_thread(self._close)
-
-    def _write(self, data: bytes) -> None:
-        try:
-            self._serial.write(data)
-        except Exception as fault:  # a port that is gone raises what the system likes
-            self._tell_lost(fault)
-
-    def _read(self) -> None:
-        while not self._closing.is_set():
-            try:
-                data = self._serial.read(self._serial.in_waiting or 1)
-            except Exception as fault:  # as above
-                self._tell_lost(fault)
-                return
-            if data:
-                self._call(self._take, data)
-
-    def _tell_lost(self, fault: Exception) -> None:
-        if not self._closing.is_set():
-            self._closing.set()
-            if not isinstance(fault, OSError):
-                LOG.error("%s is taken for lost", self.name, exc_info=fault)
-            self._call(self._lost, f"{self.name} was unplugged or is gone{_detail(fault)}")
-
-    def _call(self, function: Callable[..., None], *arguments: Any) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop has ended before us
-            self._loop.call_soon_threadsafe(function, *arguments)
-
-    def _close(self) -> None:
-        if self._writer is not None:
-            self._writer.shutdown(wait=True)  # bounded by the port's own write timeout
-            self._writer = None
-        self._closing.set()
-        if self._reader is not None:
-            self._reader.join(CLOSE_S)
-            self._reader = None
-        if self._serial is not None:
-            with contextlib.suppress(OSError):  # it may be gone already
-                self._serial.close()
-            self._serial = None
-
-
-def _detail(fault: Exception) -> str:
-    """The system's message, if it adds anything."""
+def gone(name: str, fault: Exception) -> str:
+    """Why nothing can be sent any more, with the system's message if that adds anything."""
     told = str(fault)
     usual = ("readiness to read", "Input/output error", "Bad file descriptor")
-    return "" if any(words in told for words in usual) else f" ({told})"
+    detail = "" if any(words in told for words in usual) else f" ({told})"
+    return f"{name} was unplugged or is gone{detail}"
 
 
-def _open(name: str, baud: int) -> Any:
+def open_port(name: str, baud: int) -> Any:
+    """The open port, locked for others; raises OSError with the reason."""
+    if not name.startswith("socket://"):
+        return open_exclusively(name, baudrate=baud)
     import serial
 
-    if not name.startswith("socket://"):
-        return _opened(name, baud)
     try:
         return serial.serial_for_url(name, timeout=READ_S, write_timeout=WRITE_S)
     except (OSError, ValueError) as fault:
         raise OSError(
             f"{name} cannot be reached: {fault}; is the program behind it running?"
         ) from fault
-
-
-def _opened(name: str, baud: int) -> Any:
-    import serial
-
-    try:
-        return serial.Serial(name, baud, timeout=READ_S, write_timeout=WRITE_S, exclusive=True)
-    except serial.SerialException as fault:
-        raise OSError(_words(name, fault.errno, str(fault))) from fault
-    except (OSError, ValueError) as fault:
-        raise OSError(f"{name} cannot be opened at {baud} baud: {fault}") from fault
-
-
-def _words(name: str, number: int | None, said: str) -> str:
-    if number == errno.ENOENT or (number is None and "FileNotFoundError" in said):
-        return f"there is no port {name}: is the cable plugged in? {_others()}"
-    if number == errno.EACCES and not _is_windows_name(name):
-        return (
-            f"this user may not open {name}: `sudo usermod -aG dialout $USER` allows it "
-            f"after the next login"
-        )
-    if number in (errno.EAGAIN, errno.EBUSY, errno.EWOULDBLOCK) or "PermissionError" in said:
-        return f"{name} is in use by another program: close it there; only one program at a time can use it"
-    if number in (errno.ENOTTY, errno.EINVAL) or (number is None and "configure" in said):
-        return f"{name} is not a serial port ({said}). {_others()}"
-    return f"{name} cannot be opened: {said}"
-
-
-def _is_windows_name(name: str) -> bool:
-    return name.upper().startswith("COM") and not Path(name).exists()
-
-
-def _others() -> str:
-    """The available ports, so that the right one can be copied from the message."""
-    from serial.tools.list_ports import comports
-
-    found = [f"{port.device} ({port.description})" for port in comports()]
-    return f"Available: {', '.join(found)}" if found else "This computer has no serial port now"

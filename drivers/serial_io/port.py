@@ -4,14 +4,13 @@ Configuration of every device on a serial line: `port` (/dev/ttyUSB0, COM3), `ba
 `parity` (N, E or O), `stop_bits`.
 """
 
-import errno
 from dataclasses import dataclass
 from typing import Any
 
 from ..driver import Place
+from .open_port import open_exclusively
 
 OPTIONS = ("port", "baud", "bits", "parity", "stop_bits")
-IN_USE = {errno.EAGAIN, errno.EACCES, errno.EBUSY, errno.EWOULDBLOCK}
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,29 +41,15 @@ class SerialPort:
             return f"{start} its baud rate, bits or parity may be different, or another device is there"
         return f"{start} another device may be there, or its menu is set to another language"
 
+    def opened(self, *, rtscts: bool = False, xonxoff: bool = False) -> Any:
+        """The open port, locked for others; raises OSError with the reason."""
+        return open_exclusively(self.name, rtscts=rtscts, xonxoff=xonxoff, **self.framing)
+
     def unplugged(self, fault: object) -> OSError:
         """The error for a pulled cable or a missing adapter."""
         return OSError(
             f"{self.device}: {self.name} is gone ({fault}); plug it in, the next action reopens it"
         )
-
-    def why_not(self, fault: Exception) -> OSError:
-        """The error for a port that cannot be opened."""
-        number = getattr(fault, "errno", None)
-        if number == errno.ENOENT or "FileNotFoundError" in str(fault):
-            from serial.tools.list_ports import comports
-
-            there = ", ".join(sorted(found.device for found in comports())) or "none"
-            return OSError(f"there is no port {self.name}; ports of this machine: {there}")
-        if number == errno.EACCES and "lock" not in str(fault):
-            return OSError(
-                f"you may not use {self.name}: run `sudo usermod -aG dialout $USER` and log in again"
-            )
-        if number in IN_USE or "PermissionError" in str(fault):
-            return OSError(
-                f"{self.name} is in use by another program: close that (`fuser {self.name}` names it)"
-            )
-        return OSError(f"{self.name} cannot be opened as a serial port: {fault}")
 
 
 def read_port(place: Place, options: tuple[str, ...] = ()) -> SerialPort:

@@ -9,6 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ...schemas.contract import Contract
+from ...schemas.model import first_fault
 from ..driver import Place
 from ..find import DriverFault, check_driver, find_driver
 from . import tokens
@@ -124,9 +125,3 @@ def _host_text(host: str) -> str:
     if host in ("0.0.0.0", "::", ""):  # an address to listen on, not one to call
         return "127.0.0.1" if host != "::" else "[::1]"
     return f"[{host}]" if ":" in host else host
-
-
-def first_fault(fault: ValidationError) -> str:
-    """The first of a model's validation errors, with its place."""
-    first = fault.errors()[0]
-    return f"{'.'.join(str(part) for part in first['loc'])}: {first['msg']}"

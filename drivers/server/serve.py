@@ -13,9 +13,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from ...schemas.model import first_fault
 from ...system.process import alive
 from ...system.signals import until_end
-from .host import ServeFault, first_fault, serving
+from .host import ServeFault, serving
 from .server import DeviceClosed, DeviceServer
 from .server_file import ServerFile
 from .settings import ServerSettings

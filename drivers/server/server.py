@@ -21,6 +21,7 @@ from ...schemas.messages import (
     LeaseRequest,
     ServerDescription,
 )
+from ...schemas.model import first_fault
 from ...system.tasks import end, keep
 from .device import ServedDevice
 from .execution import Execution
@@ -324,7 +325,7 @@ def _always_answered(
         except Refused as refused:
             return refused.answer()
         except ValidationError as fault:
-            return Refused("INVALID", _first_fault(fault)).answer()
+            return Refused("INVALID", first_fault(fault)).answer()
         except LedgerFault as fault:
             return Refused("REJECTED", str(fault)).answer()
         except Exception as fault:  # the wire's promise: every request gets an answer
@@ -332,11 +333,6 @@ def _always_answered(
             return Refused("EXCEPTION", f"{type(fault).__name__}: {fault}").answer()
 
     return answered
-
-
-def _first_fault(fault: ValidationError) -> str:
-    first = fault.errors()[0]
-    return f"{'.'.join(str(part) for part in first['loc'])}: {first['msg']}"
 
 
 def _text(data: Answer, name: str) -> str:

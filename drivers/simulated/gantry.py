@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ..driver import ActionCanceled, ActionFailed, GoalContext, Place
+from ..motion.gantry import AnyGantry
 from ..motion.legs import legs
-from ..motion.outputs import read_outputs
 from .twins.axis import SPEED_MM_PER_S, STEPS_PER_MM, Point, Steps, to_mm
 from .twins.carriage import Carriage
 from .twins.faults import chance
@@ -26,21 +26,17 @@ SURFACE_MM = 10.0
 SEEK_S = 4.0  # touching each switch a second time, slowly
 
 
-class SimGantry(Twin):
+class SimGantry(AnyGantry, Twin):
     """Implements gantry@2 with three axes. Its true position is kept in the world, even across a kill."""
 
-    contract: ClassVar[str] = "gantry@2"
     without: ClassVar[str] = "gantry@1"
     options: ClassVar[tuple[str, ...]] = ("homed", "lost_steps", "surface", "outputs", "safe_z")
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
         self.alarm = ""
-        self.by_hand: dict[str, Any] = {"goal_id": None}
         self.carriage = Carriage(self.world, place.device, bool(self.config.get("homed", False)))
         self.ride = Ride(self.clock, self.carriage)
-        self.outputs = read_outputs(self.config)
-        self.on: set[str] = set()
         self.percent = {"feed": 100, "rapid": 100}
 
     async def open(self) -> None:
@@ -84,23 +80,10 @@ class SimGantry(Twin):
             self.carriage.publish()
         return {}
 
-    async def move_to(
-        self,
-        goal: GoalContext,
-        *,
-        x: float | None = None,
-        y: float | None = None,
-        z: float | None = None,
-        a: float | None = None,
-        b: float | None = None,
-        c: float | None = None,
-        feed: float | None = None,
-        safe_z: float | None = None,
+    async def _travel(
+        self, goal: GoalContext, wanted: dict[str, float], feed: float | None, safe_z: float | None
     ) -> dict[str, Any]:
         self._check_ready()
-        given = zip((*AXES, "a", "b", "c"), (x, y, z, a, b, c), strict=True)
-        wanted = {axis: float(value) for axis, value in given if value is not None}
-        safe_z = self.config.get("safe_z") if safe_z is None else safe_z
         self._check_limits(**wanted)
         if safe_z is not None:
             self._check_limits(z=safe_z)
@@ -128,18 +111,10 @@ class SimGantry(Twin):
             raise ActionFailed("NoContact", words, "yes")
         return place
 
-    async def set_output(
-        self, goal: GoalContext, *, output: str, on: bool, power: float = 100.0
-    ) -> dict[str, Any]:
-        if output not in self.outputs:
-            there = ", ".join(self.outputs) or "none; `outputs` in its config names them"
-            raise ActionFailed(
-                "NotAvailable", f"there is no output {output}; there is {there}", "no"
-            )
+    async def _switch(self, goal: GoalContext, output: str, on: bool, power: float) -> None:
         with self.failing("set_output", goal):
             (self.on.add if on else self.on.discard)(output)
             self.truth.append("output", goal=goal.id, output=output, on=on, power=power)
-        return {}
 
     async def override(
         self, goal: GoalContext, *, feed: int | None = None, rapid: int | None = None
@@ -198,9 +173,6 @@ class SimGantry(Twin):
         self.truth.append("zero", goal=goal.id, **place)
         self.by_hand = {"goal_id": goal.id, **place}
         return place
-
-    async def last_by_hand(self, goal: GoalContext) -> dict[str, Any]:
-        return self.by_hand
 
     async def go_to_zero(
         self, goal: GoalContext, *, axes: list[str] | None = None, feed: float | None = None

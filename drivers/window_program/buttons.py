@@ -16,7 +16,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from ...schemas.contract import Happened
-from ...schemas.model import Model
+from ...schemas.model import Model, first_fault
 from .match import THRESHOLD, Picture, Template, unfit
 
 FILE = "buttons.yaml"
@@ -178,9 +178,7 @@ def _read_file(path: Path) -> ButtonsFile:
             f"{path.parent}`"
         ) from None
     except ValidationError as fault:
-        first = fault.errors()[0]
-        place = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise ButtonsFault(f"{path}: {place}: {first['msg']}") from fault
+        raise ButtonsFault(f"{path}: {first_fault(fault)}") from fault
     except (OSError, UnicodeDecodeError, YAMLError) as fault:
         raise ButtonsFault(f"{path} cannot be read: {' '.join(str(fault).split())}") from fault
 

@@ -17,7 +17,7 @@ from typing import Any
 from pydantic import Field, ValidationError, model_validator
 
 from ...schemas.contract import Contract
-from ...schemas.model import Model
+from ...schemas.model import Model, first_fault
 from .buttons import Step
 
 PROOFS = ("new", "shows", "gone", "title")
@@ -70,9 +70,7 @@ def read_config(written: dict[str, Any], contract: Contract) -> WindowProgramSet
     try:
         said = WindowProgramSettings.model_validate(written)
     except ValidationError as fault:
-        first = fault.errors()[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise ValueError(f"config.{place}: {first['msg']}") from fault
+        raise ValueError(f"config.{first_fault(fault)}") from fault
     probes = {action.probe for action in contract.actions.values()}
     for name in said.actions:
         if name not in contract.actions:

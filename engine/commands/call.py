@@ -13,8 +13,8 @@ from typing import Annotated, Any
 import typer
 
 from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
-from ..lab.lab import LoadedLab, load_lab
-from .options import Lab, WrongUsage, pairs, say
+from ..lab.lab import LoadedLab
+from .options import Lab, WrongUsage, pairs, say, usable_lab
 
 CANCEL_S = 10.0
 """How long a cancelled action may take to end before its device is stopped, unless its contract says."""
@@ -31,13 +31,7 @@ def call(
     """Run one action on one device, with the same checks as in a protocol."""
     from ..language.arguments import ArgumentFaults, resolve_arguments, typed
 
-    loaded, problems = load_lab(lab)
-    if loaded is None or problems:
-        from ..problems.print import print_problems
-
-        print_problems(problems, format="text")
-        if loaded is None or any(problem.severity == "error" for problem in problems):
-            raise typer.Exit(PROBLEMS)
+    loaded = usable_lab(lab)
     device, _, name = action.partition(".")
     try:
         found = _find(loaded, device, name)

@@ -16,12 +16,6 @@ from .run import keep
 SHOWN = 8
 
 
-def newest_copies(folder: Path, records: Sequence[j.JournalRecord]) -> Path:
-    """The folder with the copies of protocol, lab and parameters that the run uses now."""
-    folders = [record.folder for record in records if isinstance(record, j.Changed)]
-    return folder / folders[-1] if folders else folder
-
-
 def hold_against(
     folder: Path, checked: Checked, records: Sequence[j.JournalRecord], *, yes: bool
 ) -> list[str] | None:
@@ -64,11 +58,10 @@ def _tell_differences(found: Comparison) -> None:
 
 def keep_change(
     folder: Path, checked: Checked, given: dict[str, str], journal: Journal,
-    records: Sequence[j.JournalRecord], reopened: list[str],
+    earlier: int, reopened: list[str],
 ) -> None:  # fmt: skip
-    """Keep the changed copies first, then the record that makes them count."""
-    number = sum(isinstance(record, j.Changed) for record in records) + 1
-    place = folder / "changes" / str(number)
+    """Keep the changed copies first, then the record that makes them count; `earlier` changes."""
+    place = folder / "changes" / str(earlier + 1)
     place.mkdir(parents=True, exist_ok=True)
     keep(place, checked, given)
     sync_files(place, CONTRACTS, COPIES)

@@ -7,8 +7,8 @@ import typer
 
 from ...schemas.contract import Action, Contract
 from ..exit_status import PROBLEMS
-from ..lab.lab import LoadedLab, load_lab
-from .options import Lab, say
+from ..lab.lab import LoadedLab
+from .options import Lab, say, usable_lab
 
 ASK_S = 3.0
 """How long a device server may take to say how its devices are."""
@@ -21,13 +21,7 @@ def devices(
     lab: Lab = None,
 ) -> None:
     """List the lab's devices, or one device's actions with their parameters."""
-    loaded, problems = load_lab(lab)
-    if loaded is None or problems:
-        from ..problems.print import print_problems
-
-        print_problems(problems, format="text")
-        if loaded is None or any(problem.severity == "error" for problem in problems):
-            raise typer.Exit(PROBLEMS)
+    loaded = usable_lab(lab)
     if device is None:
         _list(loaded)
         return

@@ -1,9 +1,14 @@
 """Options that several commands share."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from ..exit_status import PROBLEMS
+
+if TYPE_CHECKING:
+    from ..lab.lab import LoadedLab
 
 Lab = Annotated[
     Path | None, typer.Option("--lab", help="The lab file; without it the simulated lab is used.")
@@ -38,3 +43,16 @@ def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
 def say(text: str) -> None:
     """Print one line for a person on stderr; stdout is for programs."""
     typer.echo(f"labrun: {text}", err=True)
+
+
+def usable_lab(lab: Path | None) -> "LoadedLab":
+    """The lab, its warnings printed; ends the command where it has errors."""
+    from ..lab.lab import load_lab
+    from ..problems.print import print_problems
+
+    loaded, problems = load_lab(lab)
+    if problems:
+        print_problems(problems, format="text")
+    if loaded is None or any(problem.severity == "error" for problem in problems):
+        raise typer.Exit(PROBLEMS)
+    return loaded

@@ -65,10 +65,10 @@ def _go_on(
 ) -> int:
     from ..journal.history import read_history
     from ..journal.journal import read_records, reopen
-    from ..run.folder import check_hashes
+    from ..run.folder import check_hashes, newest_copies
     from ..runner.begin import RunOptions, old_run
     from ..runner.runner import run_session
-    from .changed_protocol import hold_against, keep_change, newest_copies
+    from .changed_protocol import hold_against, keep_change
 
     records = list(read_records(folder / "journal.jsonl"))
     history = read_history(records)
@@ -79,8 +79,8 @@ def _go_on(
             "`labrun report` makes its report again; `labrun resume --changed FILE` adds to it."
         )
         return PROBLEMS
-    place = newest_copies(folder, records)
-    check_hashes(folder, records)
+    place = newest_copies(folder, history)
+    check_hashes(folder, history)
     checked, given = check_copy(place, changed, params)
     if not checked.ok:
         print_problems(checked.problems, format="text", file=sys.stderr)
@@ -92,7 +92,7 @@ def _go_on(
     if torn:
         say(f"the journal's last record was incomplete ({torn} bytes) and was cut off")
     if anew:
-        keep_change(folder, checked, given, journal, records, reopened)
+        keep_change(folder, checked, given, journal, len(history.changes), reopened)
         records = list(read_records(folder / "journal.jsonl"))
     history = read_history(records)
     options = RunOptions(

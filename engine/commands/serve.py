@@ -9,8 +9,8 @@ import typer
 
 from ...system.signals import until_end
 from ..exit_status import FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
-from ..lab.lab import LoadedLab, load_lab
-from .options import say
+from ..lab.lab import LoadedLab
+from .options import say, usable_lab
 
 FIRST_PORT = 4101
 
@@ -44,13 +44,7 @@ def serve(
         devices, lab = [str(lab), *(devices or [])], None
     from ...drivers.server.tokens import WeakToken, chosen
 
-    loaded, problems = load_lab(lab)
-    if loaded is None or problems:
-        from ..problems.print import print_problems
-
-        print_problems(problems, format="text")
-        if loaded is None or any(problem.severity == "error" for problem in problems):
-            raise typer.Exit(PROBLEMS)
+    loaded = usable_lab(lab)
     try:
         token = chosen(token, token_file, "LABRUN_TOKEN")
     except WeakToken as fault:

@@ -9,7 +9,8 @@ earlier one.
 
 from typing import Any
 
-from ..journal.history import History, split_goal_id
+from ..journal.course import split_goal_id
+from ..journal.history import History
 from ..lab.bind import BoundRole
 from .request import Request
 

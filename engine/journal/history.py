@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from ...schemas import journal as j
 from ...schemas.messages import ledger_of
+from .course import Course, split_goal_id
 from .journal import JournalFault
 from .past import Past, PastGoal
 
@@ -27,7 +28,7 @@ MAIN = "main/"
 
 
 @dataclass(slots=True)
-class History:
+class History(Course):
     """The run as a whole, its work by path (`past`), and its devices.
 
     `cleaned_up`: the engine session before the newest one, which left at `left_at`, had ended by
@@ -37,16 +38,10 @@ class History:
     """
 
     past: Past = field(default_factory=Past)
-    started: j.Started | None = None
-    finished: j.Finished | None = None
-    resumes: int = 0
     resumed_n: int = 0
     cleaned_up: bool = False
     left_at: str = ""
     finals: int = 0
-    holes: int = 0
-    last_n: int = 0
-    last_at: str = ""
     order: dict[str, deque[str]] = field(default_factory=dict)
     epochs: dict[str, set[int]] = field(default_factory=dict)
     leased_n: dict[str, int] = field(default_factory=dict)
@@ -63,8 +58,6 @@ class History:
     def take(self, record: j.Record) -> None:
         """Learn what one record says, after all those before it."""
         match record:
-            case j.Started():
-                self.started = record
             case j.Resumed():
                 self._take_resumed(record)
             case j.Again():
@@ -72,7 +65,7 @@ class History:
             case j.Changed():
                 self.past.changed = record
             case j.Phase():
-                self._take_phase(record.phase)
+                self.finals += record.phase.startswith("finally")
             case j.GoalSent():
                 self._take_sent(record)
             case j.GoalEnded():
@@ -98,27 +91,15 @@ class History:
                 self.marks[record.device] = record.mark
             case j.SafeState() | j.Touched():
                 self.touched[record.device] = record.n
-            case j.Finished():
-                self.finished = record
             case _:
                 pass
-        self.last_n = record.n
-        if not isinstance(record, j.Changed):  # written by the resume command, not by an engine
-            self.last_at = record.at
+        Course.take(self, record)
 
     def _take_resumed(self, record: j.Resumed) -> None:
-        self.resumes, self.resumed_n, self.left_at = record.count, record.n, self.last_at
+        self.resumed_n, self.left_at = record.n, self.last_at
         self.cleaned_up = self.finished is not None
         if self.cleaned_up:
             self._spend()
-        self.finished = None
-
-    def _take_phase(self, phase: str) -> None:
-        name, _, number = phase.partition(":")
-        if name == "resume":
-            self.resumes = max(self.resumes, int(number))
-        elif name == "finally":
-            self.finals += 1
 
     def _take_leased(self, record: j.Leased) -> None:
         device, before = record.device, self.lease_boots.get(record.device)
@@ -171,7 +152,6 @@ class History:
             return
         self.past.forget(f"{record.loop}/{record.key}/")
         fates = self.past.iterations.setdefault(record.loop, {})
-        self.holes += (record.fate == "failed") - (fates.get(record.key) == "failed")
         fates[record.key] = record.fate
         if record.sets:
             self.past.sets.setdefault(record.loop, {}).update(record.sets)
@@ -247,19 +227,13 @@ class History:
         return self.touched.get(past.sent.device, 0) > past.state_n
 
 
-def split_goal_id(goal_id: str) -> tuple[str, int]:
-    """`run/main/scan/0,0/shoot/2` -> its path without the run, and the attempt."""
-    path, _, attempt = goal_id.partition("/")[2].rpartition("/")
-    return path, int(attempt)
-
-
 def read_history(records: Iterable[j.JournalRecord], *, comparing: bool = False) -> History:
     """What all records of a journal say.
 
     Iterations that a change of the protocol has reopened since are not finished.
     """
     records = list(records)
-    history = History(Past(comparing=comparing))
+    history = History(past=Past(comparing=comparing))
     again = reopened(records)
     for record in records:
         match record:

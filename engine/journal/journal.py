@@ -11,11 +11,14 @@ from typing import TypeVar
 from pydantic import ValidationError
 
 from ...schemas.journal import FORMAT, RECORD, JournalRecord, Record
+from ...schemas.model import first_fault
 from ...system.files import BINARY
 
 R = TypeVar("R", bound=Record)
 RESERVE_BYTES = 256 * 1024
 """Space set aside at the start, so that a run on a full disk can still write how it ended."""
+CHUNK = 256 * 1024
+"""So much of a journal is read at a time."""
 
 
 class JournalFault(Exception):
@@ -28,7 +31,11 @@ class DiskFull(JournalFault):
 
 def chain(previous: str, body: str) -> str:
     """The hash of a record: over the hash of the last one and the record without its own."""
-    return blake2b(f"{previous}{body}".encode(errors="surrogateescape"), digest_size=16).hexdigest()
+    return _chain(previous, body.encode(errors="surrogateescape"))
+
+
+def _chain(previous: str, body: bytes) -> str:
+    return blake2b(previous.encode() + body, digest_size=16).hexdigest()
 
 
 class Journal:
@@ -123,47 +130,100 @@ class Journal:
             self._reserve.unlink(missing_ok=True)
 
 
+class Follower:
+    """Reads a journal as it grows: only new records; an incomplete last line waits for its end."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.offset = 0
+        self.number = 0
+        self._hash = ""
+
+    @property
+    def behind(self) -> int:
+        """Bytes that have not been read yet."""
+        try:
+            return self.path.stat().st_size - self.offset
+        except OSError:
+            return 0
+
+    def records(self, most_bytes: int | None = None) -> Iterator[tuple[int, JournalRecord]]:
+        """Every new record with the offset of its line; raises JournalFault, naming what is wrong.
+
+        With `most_bytes` it ends after about that many, so that other tasks get their turn.
+        """
+        end = None if most_bytes is None else self.offset + most_bytes
+        rest = b""
+        try:
+            with self.path.open("rb") as file:
+                file.seek(self.offset)
+                while chunk := file.read(CHUNK):
+                    *lines, rest = (rest + chunk).split(b"\n")
+                    for line in lines:
+                        record, start = self._parse(line), self.offset
+                        self.offset, self._hash = start + len(line) + 1, record.hash
+                        yield start, record
+                    if end is not None and self.offset >= end:
+                        return
+        except OSError as fault:
+            text = f"cannot read the journal {self.path}: {fault.strerror}"
+            raise JournalFault(text) from fault
+
+    def _parse(self, line: bytes) -> JournalRecord:
+        self.number += 1
+        body, mark, tail = line.rpartition(b',"hash":"')
+        if not mark or _chain(self._hash, body).encode() != tail.removesuffix(b'"}'):
+            raise JournalFault(
+                f"{self.path}: the chain breaks at record {self.number}: it, or a record before it, "
+                "was changed. Nothing was sent. Restore the journal from a copy, or start a new run."
+            )
+        if self.number == 1 and (newer := _newer_format(body)):
+            raise JournalFault(
+                f"{self.path} is written in journal format {newer}; this labrun reads format "
+                f"{FORMAT}. Resume it with the labrun that wrote it, or a newer one."
+            )
+        try:
+            return RECORD.validate_json(line)
+        except ValidationError as fault:
+            raise JournalFault(
+                f"{self.path}: record {self.number} cannot be understood: {first_fault(fault)}"
+            ) from fault
+
+
 def read_records(path: Path) -> Iterator[JournalRecord]:
     """Every whole record of a journal, in order; a torn last line is left out.
 
     Raises JournalFault if the chain is broken, naming the record.
     """
-    previous = ""
-    try:
-        with path.open(encoding="utf-8", errors="surrogateescape", newline="\n") as lines:
-            for number, line in enumerate(lines, start=1):
-                if not line.endswith("\n"):
-                    return
-                record = _parse(line, number, previous, path)
-                previous = record.hash
-                yield record
-    except OSError as fault:
-        raise JournalFault(f"cannot read the journal {path}: {fault.strerror}") from fault
+    return (record for _, record in Follower(path).records())
 
 
-def _parse(line: str, number: int, previous: str, path: Path) -> JournalRecord:
-    body, mark, tail = line.rstrip("\n").rpartition(',"hash":"')
-    written = tail.removesuffix('"}')
-    if not mark or chain(previous, body) != written:
-        raise JournalFault(
-            f"{path}: the chain breaks at record {number}: it, or a record before it, was "
-            "changed. Nothing was sent. Restore the journal from a copy, or start a new run."
-        )
-    if number == 1 and (newer := _newer_format(body)):
-        raise JournalFault(
-            f"{path} is written in journal format {newer}; this labrun reads format {FORMAT}. "
-            "Resume it with the labrun that wrote it, or a newer one."
-        )
-    try:
-        return RECORD.validate_json(line)
-    except ValidationError as fault:
-        raise JournalFault(f"{path}: record {number} cannot be understood: {fault}") from fault
+def read_at(path: Path, offsets: list[int]) -> list[JournalRecord]:
+    """The records at these offsets."""
+    found = []
+    with path.open("rb") as file:
+        for offset in offsets:
+            file.seek(offset)
+            found.append(RECORD.validate_json(file.readline()))
+    return found
 
 
-def _newer_format(body: str) -> int | None:
+def read_between(path: Path, start: int, end: int) -> Iterator[JournalRecord]:
+    """The records from one offset to another, inclusive."""
+    with path.open("rb") as file:
+        file.seek(start)
+        at = start
+        for line in file:
+            if at > end or not line.endswith(b"\n"):
+                return
+            at += len(line)
+            yield RECORD.validate_json(line)
+
+
+def _newer_format(body: bytes) -> int | None:
     import json
 
-    written = json.loads(body + "}").get("format", FORMAT)
+    written = json.loads(body + b"}").get("format", FORMAT)
     return written if written > FORMAT else None
 
 

@@ -72,12 +72,12 @@ class Rehearsal:
             for device in devices.values():
                 await device.open(run.id)
             ending = await session.execute(None)
-            run.record(j.Finished(fate=ending.fate, reason=ending.reason, holes=run.history.holes))
         finally:
             for device in devices.values():
                 await device.close()
             journal.close()
-        totals = counting.close(clock())
+        finished = j.Finished(fate=ending.fate, reason=ending.reason, holes=run.history.hole_count)
+        totals = counting.close(clock(), finished)
         totals.path_mm = path_lengths(World(folder), list(devices))
         return totals
 

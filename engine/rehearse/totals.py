@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ...schemas import journal as j
-from ..journal.history import split_goal_id
+from ..journal.course import split_goal_id
 
 
 @dataclass(slots=True)
@@ -82,13 +82,9 @@ class Counting:
             case j.GoalEnded():
                 self._ended(record, at_s)
             case j.IterationEnded():
-                part = self._part(record.loop, at_s)
-                part.iterations += 1
-                self.totals.holes += record.fate == "failed"
+                self._part(record.loop, at_s).iterations += 1
             case j.Asked():
                 self.totals.questions.append(record.text)
-            case j.Finished():
-                self.totals.fate, self.totals.reason = record.fate, record.reason
             case _:
                 return
 
@@ -97,9 +93,10 @@ class Counting:
         """Goals sent so far."""
         return self._counts.total()
 
-    def close(self, lasts_s: float) -> Totals:
+    def close(self, lasts_s: float, finished: j.Finished) -> Totals:
         """Return the totals."""
         totals = self.totals
+        totals.fate, totals.reason, totals.holes = finished.fate, finished.reason, finished.holes
         totals.lasts_s = lasts_s
         totals.parts = list(self._parts.values())
         totals.actions = dict(self._counts.most_common())
@@ -109,18 +106,17 @@ class Counting:
         return totals
 
     def _goal(self, sent: j.GoalSent, at_s: float) -> None:
-        label = f"{sent.device}.{sent.action}"
         path, _ = split_goal_id(sent.id)
         self._sent[sent.id] = (sent, at_s)
-        self._counts[label] += 1
-        self._once[label] += sent.effect == "once"
+        self._counts[sent.label] += 1
+        self._once[sent.label] += sent.effect == "once"
         self.totals.sent_again += path in self._paths
         self._paths.add(path)
         self._part(path, at_s).goals += 1
 
     def _ended(self, ended: j.GoalEnded, at_s: float) -> None:
         sent, began = self._sent.pop(ended.id)
-        label, took = f"{sent.device}.{sent.action}", at_s - began
+        label, took = sent.label, at_s - began
         self._busy[label] += took
         path, _ = split_goal_id(ended.id)
         self._part(path, at_s)

@@ -5,7 +5,6 @@ import os
 import re
 import secrets
 import time
-from collections.abc import Iterable
 from datetime import datetime
 from hashlib import sha256
 from pathlib import Path
@@ -14,8 +13,8 @@ from typing import IO
 from ruamel.yaml import YAML
 
 from ...schemas.contract import Contract
-from ...schemas.journal import Changed, JournalRecord, Started
 from ...schemas.lab import Lab
+from ..journal.course import Course
 from ..language.used_files import COPIES, USED
 
 JOURNAL = "journal.jsonl"
@@ -88,15 +87,16 @@ def hashes(folder: Path) -> dict[str, str]:
     }
 
 
-def check_hashes(folder: Path, records: Iterable[JournalRecord]) -> None:
+def newest_copies(folder: Path, course: Course) -> Path:
+    """The folder with the copies of protocol, lab and parameters that the run uses now."""
+    return folder / course.changes[-1].folder if course.changes else folder
+
+
+def check_hashes(folder: Path, course: Course) -> None:
     """Raise FolderFault if a copy was edited: it would no longer show what was done."""
-    place, written = folder, {}
-    for record in records:
-        if isinstance(record, Started | Changed):
-            place = folder / getattr(record, "folder", ".")
-            written = record.files
+    place = newest_copies(folder, course)
     found = hashes(place)
-    for name, digest in written.items():
+    for name, digest in (course.inputs.files if course.inputs is not None else {}).items():
         if found.get(name) != digest:
             raise FolderFault(
                 f"{place / name} has changed since the run began. Restore it, or give your "

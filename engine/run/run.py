@@ -86,11 +86,13 @@ class Run:
     def _hear(self, listener: Listener, told: Event) -> None:
         try:
             listener(told)
+            return
         except BrokenPipeError:  # `| head`: whoever read has gone, and that is no fault
-            self.listeners.remove(listener)
+            pass
         except Exception:  # whatever is wrong with a watcher, nothing of the run depends on it
-            self.listeners.remove(listener)
             LOG.exception("a watcher of the run failed at %r; it hears nothing more", told.event)
+        if listener in self.listeners:  # not yet dropped by what it made the run tell
+            self.listeners.remove(listener)
 
     def log(self, text: str, path: str = "") -> None:
         """A line for the screen."""

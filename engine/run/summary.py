@@ -60,7 +60,7 @@ def _summary(folder: Path, history: History) -> Summary:
         began=(started.began or started.at) if started else "", ended=history.last_at,
         fate="interrupted" if finished is None else finished.fate,
         reason="" if finished is None else finished.reason,
-        holes=history.holes, resumes=history.resumes, points=history.points(),
+        holes=history.hole_count, resumes=history.resumes, points=history.points(),
     )  # fmt: skip
 
 

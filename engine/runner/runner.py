@@ -72,7 +72,7 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
                 fate=ending.fate,
                 reason=ending.reason,
                 detail=ending.detail,
-                holes=run.history.holes,
+                holes=run.history.hole_count,
                 points=run.history.points(),
                 outputs=encode(outputs),
             )
@@ -89,6 +89,6 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
     for line in failed:
         run.log(line)
     run.tell(
-        "finished", run.id, ending.fate, ending.reason, holes=run.history.holes, outputs=encode(outputs),
+        "finished", run.id, ending.fate, ending.reason, holes=run.history.hole_count, outputs=encode(outputs),
         folder=str(run.folder), detail=ending.detail, points=run.history.points().words(),
     )  # fmt: skip

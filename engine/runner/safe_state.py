@@ -1,6 +1,10 @@
 """Safe state, and the goals that an earlier engine session left behind."""
 
-from collections.abc import Mapping
+from collections.abc import Coroutine, Mapping
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
 
 from ...drivers.client.client import ServerUnreachable
 from ...schemas import journal as j
@@ -13,9 +17,10 @@ from ..journal.history import LAPSED, RESTARTED, STRANGER
 from ..journal.journal import DiskFull, JournalFault
 from ..journal.past import PastGoal
 from ..run.run import Run
+from ..tree.tick import Ended, run_tree
 
 STEP_S = 0.5
-"""How often timeouts are checked while waiting for goals of an earlier engine."""
+"""How soon a goal of an earlier engine is cancelled that could not be followed at once."""
 LEASE_S = 30.0
 """A device whose engine was gone for longer was brought to its safe state by its server."""
 
@@ -50,28 +55,39 @@ async def resolve_goals_in_flight(run: Run, dispatcher: Dispatcher, control: Con
     Servers are asked for their outcomes; no goal is sent. If the fate of a `once` action is unknown,
     its probe is sent now: once anything else is done, its answer would prove nothing.
     """
-    adopted = [_adopt(run, goal) for goal in run.history.past.open_goals()]
-    await _carry(run, dispatcher, control, adopted)
+
+    def resolve(requests: list[Request]) -> Coroutine[Any, Any, Ended]:
+        asked = InFlight(run, control, dispatcher, requests)
+        return run_tree(asked, run, dispatcher, control, abortable=False)
+
+    await resolve([_adopt(run, goal) for goal in run.history.past.open_goals()])
     probes = [_probe_of(run, goal) for goal in run.history.past.unknown_fates()]
-    await _carry(run, dispatcher, control, [probe for probe in probes if probe is not None])
+    await resolve([probe for probe in probes if probe is not None])
 
 
-async def _carry(
-    run: Run, dispatcher: Dispatcher, control: Control, requests: list[Request]
-) -> None:
-    """Ask for goals, or do new ones, before anything else; their outcomes are in the journal then."""
-    for request in requests:
-        dispatcher.request(request)
-    while any(request.outcome is None for request in requests) and not control.now:
-        ready = dispatcher.prepare()
-        run.journal.flush()
-        dispatcher.send(ready)
-        if not dispatcher.busy:
-            break
-        if control.aborted_by:
-            dispatcher.withdraw_all()
-        dispatcher.check_time()
-        await dispatcher.drain(STEP_S, stop=lambda: control.now)
+class InFlight(Behaviour):
+    """Goals that are asked about, or probes: over when the outcome of each is known.
+
+    If the run is aborted, also before the first tick, those that still run are cancelled.
+    """
+
+    def __init__(self, run: Run, control: Control, dispatcher: Dispatcher, requests: list[Request]):
+        super().__init__("goals in flight")
+        self.run, self.control, self.dispatcher = run, control, dispatcher
+        self.requests = requests
+
+    def initialise(self) -> None:
+        for request in self.requests:
+            self.dispatcher.request(request)
+
+    def update(self) -> Status:
+        waiting = [request for request in self.requests if request.outcome is None]
+        for request in waiting if self.control.aborted_by else ():
+            if request.adopt is None or request.sent_at is not None:
+                self.dispatcher.withdraw(request)
+            else:  # it can be cancelled once it is followed
+                self.run.requests.wake_at(self.run.clock.now() + STEP_S)
+        return Status.RUNNING if waiting else Status.SUCCESS
 
 
 def _probe_of(run: Run, past: PastGoal) -> Request | None:

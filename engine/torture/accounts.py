@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...schemas import journal as j
-from ..journal.history import split_goal_id
+from ..journal.course import Course, split_goal_id
 from ..journal.journal import read_records
 
 PASSING = ("n", "at", "goal", "elapsed_s", "shot")
@@ -31,22 +31,18 @@ class Deed:
 
 
 @dataclass(slots=True)
-class Account:
+class Account(Course):
     """Everything that is known about a run."""
 
-    folder: Path
-    deeds: list[Deed]
+    folder: Path = Path()
+    deeds: list[Deed] = field(default_factory=list)
     sent: dict[str, j.GoalSent] = field(default_factory=dict)
     ended: dict[str, j.GoalEnded] = field(default_factory=dict)
     iterations: dict[str, list[j.IterationEnded]] = field(default_factory=dict)
     safe: dict[str, bool] = field(default_factory=dict)
     choices: dict[str, str] = field(default_factory=dict)
     probed: set[str] = field(default_factory=set)
-    finished: j.Finished | None = None
     torn: int = 0
-    began: str = ""
-    last: str = ""
-    lives: int = 1
 
     @property
     def once(self) -> list[Deed]:
@@ -66,15 +62,17 @@ class Account:
     @property
     def lasts_s(self) -> float:
         """From its first record to its last."""
-        return (datetime.fromisoformat(self.last) - datetime.fromisoformat(self.began)).seconds + 1
+        assert self.started is not None
+        began, last = self.started.at, self.last_at
+        return (datetime.fromisoformat(last) - datetime.fromisoformat(began)).seconds + 1
 
 
 def account(folder: Path, world: Path) -> Account:
     """Read journal and logs of one run; raises JournalFault if the chain is broken."""
-    known = Account(folder, list(_deeds(world / "truth", folder.name)))
+    known = Account(folder=folder, deeds=list(_deeds(world / "truth", folder.name)))
     for record in read_records(folder / "journal.jsonl"):
-        known.began, known.last = known.began or record.at, record.at
         _note(known, record)
+        known.take(record)
     return known
 
 
@@ -94,11 +92,7 @@ def _note(known: Account, record: j.JournalRecord) -> None:
         case j.SafeState():
             known.safe[record.device] = record.confirmed
         case j.Resumed():
-            known.lives += 1
             known.torn += bool(record.torn)
-            known.finished = None
-        case j.Finished():
-            known.finished = record
         case _:
             return
 

@@ -40,7 +40,7 @@ class Report:
     def add(self, found: Account) -> None:
         """Count one run."""
         self.runs += 1
-        self.lives += found.lives
+        self.lives += found.session
         self.torn += found.torn
         self.goals += len(found.sent)
         self.once += len(found.once)

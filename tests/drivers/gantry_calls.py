@@ -1,4 +1,6 @@
-"""One good call of every action of gantry@2, which its drivers' contract tests share."""
+"""One good call of every action of gantry@2, and the frame of its real drivers' contract tests."""
+
+from labrun.drivers.contract_tests import Case, KeepsContract
 
 GOOD = {
     "home": {},
@@ -30,3 +32,27 @@ NEEDS = {
     "go_to_zero": ["home", "move_to", "set_zero", "jog"],
 }
 """What a controller that was just switched on wants before."""
+
+
+def case_of(driver):
+    """The contract's tests for a driver in front of a controller."""
+    return Case(
+        driver=driver, good=GOOD, config=CONFIG, bad=BAD, needs=NEEDS,
+        quick=frozenset({"set_zero"}), lasting="move_to",
+    )  # fmt: skip
+
+
+class KeepsGantryContract(KeepsContract):
+    """What a controller shows of safety, and of what has happened."""
+
+    def started(self, peers, *, slow):
+        self.controller = peers(speed=1 if slow else 20, homing_s=3 if slow else None)
+        self.controller.surface = -80.0
+        return self.controller
+
+    def is_safe(self, status):
+        return self.controller.move is None and status["state"] in ("idle", "alarm")
+
+    def happened(self, folder, goal_id):
+        """A controller knows of no goals: after homing only what the test did moves it."""
+        return len(self.controller.stands) > 1 or any(self.controller.offset)

@@ -79,5 +79,5 @@ def test_a_balance_that_is_not_there_is_named_with_its_port_before_anything_is_d
     done = labrun(tmp_path, "call", "balance.weigh")
 
     assert done.returncode == 4
-    assert f"there is no port {tmp_path / 'balance'}; ports of this machine" in done.stderr
+    assert f"there is no port {tmp_path / 'balance'}: is the cable plugged in?" in done.stderr
     assert "Nothing was sent." in done.stderr

@@ -121,7 +121,7 @@ def _intro(data: ReportData) -> str:
         told += f" The journal has the sha256 of {total_known:,} delivered by devices: {verdict}."
     return (
         f"{told} The journal itself is a hash chain; {JOURNAL} ends with record "
-        f"{data.digest.records:,}, hash {data.digest.last_hash or 'none'}."
+        f"{data.digest.last_n:,}, hash {data.digest.last_hash or 'none'}."
     )
 
 

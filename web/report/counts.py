@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from ...engine.journal.course import Course
 from ...schemas import journal as j
 from .outcomes import Outcomes
 from .rows_hash import RowsHash
@@ -81,23 +82,18 @@ class Boot:
 
 
 @dataclass(slots=True)
-class JournalDigest:
+class JournalDigest(Course):
     """Contents of a journal, collected for a reader. `damage`: where it becomes unreadable."""
 
-    started: j.Started | None = None
-    finished: j.Finished | None = None
     damage: str = ""
-    records: int = 0
-    last_hash: str = ""
     spans: Spans = field(default_factory=Spans)
-    outcomes: Outcomes = field(default_factory=Outcomes)
+    outcomes: Outcomes = field(init=False)
     deeds: dict[str, Deed] = field(default_factory=dict)
     loops: dict[str, Counted] = field(default_factory=dict)
     holes: dict[str, Holes] = field(default_factory=dict)
     asked: list[Asking] = field(default_factory=list)
     unheard: dict[str, Asking] = field(default_factory=dict)
     holes_of: dict[str, str] = field(default_factory=dict)
-    changes: list[j.Changed] = field(default_factory=list)
     controls: list[j.Control] = field(default_factory=list)
     safe: list[j.SafeState] = field(default_factory=list)
     touched: list[j.Touched] = field(default_factory=list)
@@ -109,6 +105,9 @@ class JournalDigest:
     writers: dict[str, str] = field(default_factory=dict)
     tables: dict[str, RowsHash] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        self.outcomes = Outcomes(self)
+
     @property
     def began(self) -> str:
         """When the run began."""
@@ -118,11 +117,6 @@ class JournalDigest:
     def ended(self) -> str:
         """When the last record was written."""
         return self.spans.lives[-1].ended if self.spans.lives else ""
-
-    @property
-    def hole_count(self) -> int:
-        """Iterations that were left out."""
-        return sum(holes.count for holes in self.holes.values())
 
     def total(self, what: str) -> int:
         """Over all actions: `sent`, `again`, `succeeded`, `failed` or `cancelled`."""

@@ -3,12 +3,12 @@
 from itertools import pairwise
 from pathlib import Path
 
+from ...engine.journal.course import split_goal_id
 from ...engine.journal.journal import JournalFault, read_records
 from ...engine.run.folder import JOURNAL
 from ...schemas import journal as j
 from .counts import KEPT, Asking, Boot, Counted, Deed, Holes, JournalDigest
 from .formatting import seconds_between
-from .goal import Sent
 from .rows_hash import RowsHash
 from .spans import EngineSpan
 
@@ -21,14 +21,11 @@ def read_digest(folder: Path, *, live: bool = False) -> JournalDigest:
             _read(digest, record)
     except JournalFault as fault:
         digest.damage = str(fault)
-    except UnicodeError:  # not text: the hash chain cannot even be computed
-        digest.damage = f"{folder / JOURNAL}: record {digest.records + 1} is not text"
-    digest.outcomes.close(finished=digest.finished is not None, live=live)
+    digest.outcomes.close(live=live)
     return digest
 
 
 def _read(digest: JournalDigest, record: j.JournalRecord) -> None:
-    digest.records, digest.last_hash = record.n, record.hash
     if isinstance(record, j.Resumed):
         _resumed(digest, record)
     elif not digest.spans.lives:
@@ -39,9 +36,11 @@ def _read(digest: JournalDigest, record: j.JournalRecord) -> None:
     life.ended = record.at
     match record:
         case j.GoalSent():
-            _sent(digest, digest.outcomes.sent(record), life)
+            digest.outcomes.sent(record)
+            _sent(digest, record, life)
         case j.GoalEnded():
-            _ended(digest, record, digest.outcomes.ended(record))
+            _ended(digest, record)
+            digest.outcomes.ended(record)
         case j.IterationEnded():
             _iteration(digest, record)
         case j.Turned():
@@ -52,12 +51,12 @@ def _read(digest: JournalDigest, record: j.JournalRecord) -> None:
                 digest.logged.append(record)
         case _:
             _read_rarer(digest, record, life)
+    digest.take(record)
 
 
 def _read_rarer(digest: JournalDigest, record: j.JournalRecord, life: EngineSpan) -> None:
     match record:
         case j.Started():
-            digest.started = record
             digest.files.update(record.files)
         case j.Changed():
             _changed(digest, record)
@@ -72,9 +71,8 @@ def _read_rarer(digest: JournalDigest, record: j.JournalRecord, life: EngineSpan
         case j.Touched():
             digest.touched.append(record)
         case j.Finished():
-            digest.finished = record
             life.fate, life.reason = record.fate, record.reason
-            life.under_way = len(digest.outcomes.under_way)
+            life.under_way = len(digest.under_way)
             digest.spans.go_on(record.at, "the end of the run")
             digest.outcomes.run_ended(record)
         case _:
@@ -84,39 +82,39 @@ def _read_rarer(digest: JournalDigest, record: j.JournalRecord, life: EngineSpan
 def _resumed(digest: JournalDigest, record: j.Resumed) -> None:
     if digest.spans.lives:
         last = digest.spans.lives[-1]
-        last.under_way = len(digest.outcomes.under_way)
+        last.under_way = len(digest.under_way)
         digest.spans.go_on(last.ended, "the end of its engine")
     digest.outcomes.engine_gone()
-    digest.finished = None
     number = len(digest.spans.lives) + 1
     digest.spans.lives.append(
         EngineSpan(number, record.at, record.at, record.labrun, torn=record.torn)
     )
 
 
-def _sent(digest: JournalDigest, goal: Sent, life: EngineSpan) -> None:
+def _sent(digest: JournalDigest, record: j.GoalSent, life: EngineSpan) -> None:
     life.goals += 1
-    deed = digest.deeds.setdefault(goal.label, Deed())
+    deed = digest.deeds.setdefault(record.label, Deed())
     deed.sent += 1
-    deed.again += goal.attempt > 1
-    boots = digest.boots.setdefault(goal.record.device, [])
-    if not boots or boots[-1].boot != goal.record.boot:
-        boots.append(Boot(goal.record.boot, goal.record.ledger, goal.record.at))
+    deed.again += split_goal_id(record.id)[1] > 1
+    boots = digest.boots.setdefault(record.device, [])
+    if not boots or boots[-1].boot != record.boot:
+        boots.append(Boot(record.boot, record.ledger, record.at))
 
 
-def _ended(digest: JournalDigest, record: j.GoalEnded, goal: Sent | None) -> None:
+def _ended(digest: JournalDigest, record: j.GoalEnded) -> None:
     digest.files.update(record.files)
+    goal = digest.under_way.get(record.id)
     if goal is None:
         return
-    digest.writers.update(dict.fromkeys(record.files, goal.label))
-    deed = digest.deeds[goal.label]
+    digest.writers.update(dict.fromkeys(record.files, goal.record.label))
+    deed = digest.deeds[goal.record.label]
     if record.state == "SUCCEEDED":
         deed.succeeded += 1
     elif record.state == "CANCELED":
         deed.cancelled += 1
     else:
         deed.failed += 1
-    if goal.life != digest.outcomes.life:
+    if goal.session != digest.session:
         return  # the time without an engine says nothing about the action
     took_s = seconds_between(goal.record.at, record.at)
     deed.timed += 1
@@ -166,7 +164,6 @@ def _hole(digest: JournalDigest, record: j.IterationEnded) -> None:
 
 def _changed(digest: JournalDigest, record: j.Changed) -> None:
     """The run continues with changed inputs: iterations to be repeated no longer count."""
-    digest.changes.append(record)
     for place in record.reopened:
         counted = digest.loops.get(place.rpartition("/")[0], Counted())
         reason = digest.holes_of.pop(place, None)
@@ -201,8 +198,6 @@ def _control(digest: JournalDigest, record: j.Control) -> None:
         digest.spans.pause(record.at, record.by)
     else:
         digest.spans.go_on(record.at, f"{record.verb} by {record.by}")
-    if record.verb.startswith("abort"):
-        digest.outcomes.aborted_by = record.by
 
 
 def interruptions(digest: JournalDigest) -> list[tuple[EngineSpan, EngineSpan]]:

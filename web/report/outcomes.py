@@ -5,9 +5,9 @@ Only open incidents are kept one by one; an incident joins its group when its it
 
 from dataclasses import dataclass, field
 
-from ...engine.journal.history import split_goal_id
+from ...engine.journal.course import Course, Goal, split_goal_id
 from ...schemas import journal as j
-from .goal import Sent, failed_goal, goal_in_flight, lost_goal
+from .goal import failed_goal, goal_in_flight, lost_goal
 from .incident import Groups, Incident
 
 PROBE = "/probe"
@@ -18,68 +18,63 @@ UNKNOWN = "/unknown"
 class Outcomes:
     """Follows every goal that did not simply succeed, and records what happened next."""
 
+    course: Course
     failures: Groups = field(default_factory=Groups)
     doubts: Groups = field(default_factory=Groups)
-    under_way: dict[str, Sent] = field(default_factory=dict)
     latest: dict[str, Incident] = field(default_factory=dict)
     fallbacks: dict[str, Incident] = field(default_factory=dict)
     in_flight: dict[str, Incident] = field(default_factory=dict)
-    aborted_by: str = ""
-    life: int = 1
     last_work: dict[str, int] = field(default_factory=dict)
 
     # --- goals
 
-    def sent(self, record: j.GoalSent) -> Sent:
+    def sent(self, record: j.GoalSent) -> None:
         """A goal is sent: perhaps in place of one that failed, perhaps to ask what became of it."""
         path, attempt = split_goal_id(record.id)
         self._worked(path, record.n)
-        goal = Sent(record, path, attempt, self.life)
         if path.endswith(PROBE):
             self._doubted(path.removesuffix(PROBE))
         elif attempt > 1:
             self._given_up(f"{path}/{attempt - 1}", record)
-        self.under_way[record.id] = goal
-        return goal
 
-    def ended(self, record: j.GoalEnded) -> Sent | None:
-        """Record a goal's end; return the goal, or None if the journal has no sending of it."""
-        goal = self.under_way.pop(record.id, None)
+    def ended(self, record: j.GoalEnded) -> None:
+        """Record a goal's end, if the journal has the sending of it."""
+        goal = self.course.under_way.get(record.id)
         if goal is None:
-            return None
+            return
         if goal.path.endswith(PROBE):
             self._probed(goal, record)
-            return goal
+            return
         self._settled(goal, record)
         if record.state == "SUCCEEDED":
             self._succeeded(goal)
         else:
             self._failed(goal, record)
-        return goal
 
-    def _succeeded(self, goal: Sent) -> None:
+    def _succeeded(self, goal: Goal) -> None:
         incident = self.latest.pop(goal.path, None)
         if incident is not None:
             incident.say(f"{self._again(goal, incident)}, which succeeded")
             self._close(incident)
 
-    def _failed(self, goal: Sent, record: j.GoalEnded) -> None:
-        incident = failed_goal(goal, record, self.life)
+    def _failed(self, goal: Goal, record: j.GoalEnded) -> None:
+        incident = failed_goal(goal, record, self.course.session)
         before = self.latest.get(goal.path)
         if before is not None:
             before.say(f"{self._again(goal, before)}, which failed too")
             self._close(before)
         self.latest[goal.path] = incident
-        if record.state == "CANCELED" and self.aborted_by:
-            incident.say(f"cancelled because the run was aborted by {self.aborted_by}")
+        aborted_by = self.course.aborted_by
+        if record.state == "CANCELED" and aborted_by:
+            incident.say(f"cancelled because the run was aborted by {aborted_by}")
 
-    def _again(self, goal: Sent, before: Incident) -> str:
-        resumed = " after the run was resumed" if goal.life > before.life else ""
+    def _again(self, goal: Goal, before: Incident) -> str:
+        resumed = " after the run was resumed" if goal.session > before.life else ""
         return f"sent again{resumed} as attempt {goal.attempt}"
 
     # --- outcomes that were unknown
 
-    def _settled(self, goal: Sent, record: j.GoalEnded) -> None:
+    def _settled(self, goal: Goal, record: j.GoalEnded) -> None:
         """A goal that was under way when an engine ended: its server has reported what became of it."""
         doubt = self.in_flight.pop(record.id, None)
         if doubt is None:
@@ -98,10 +93,10 @@ class Outcomes:
 
     def _given_up(self, goal_path: str, record: j.Record) -> None:
         """The engine continued without this goal's end: its server remained unreachable."""
-        run_id = next((i for i in self.under_way if i.partition("/")[2] == goal_path), None)
+        run_id = next((i for i in self.course.under_way if i.partition("/")[2] == goal_path), None)
         if run_id is None:
             return
-        goal = self.under_way.pop(run_id)
+        goal = self.course.under_way.pop(run_id)
         self.in_flight.pop(run_id, None)
         incident = lost_goal(goal, record)
         before = self.latest.get(goal.path)
@@ -119,7 +114,7 @@ class Outcomes:
         incident.doubt = incident.doubt or "it was unknown whether it had happened"
         return incident
 
-    def _probed(self, goal: Sent, record: j.GoalEnded) -> None:
+    def _probed(self, goal: Goal, record: j.GoalEnded) -> None:
         asked = goal.path.removesuffix(PROBE)
         incident = self._doubted(asked)
         if incident is None:
@@ -189,7 +184,9 @@ class Outcomes:
         """An iteration has ended, and with it every incident inside."""
         self._worked(record.loop, record.n)
         prefix = f"{record.loop}/{record.key}/"
-        for goal_id in [i for i, goal in self.under_way.items() if goal.path.startswith(prefix)]:
+        for goal_id in [
+            i for i, goal in self.course.under_way.items() if goal.path.startswith(prefix)
+        ]:
             self._given_up(goal_id.partition("/")[2], record)
         handled = {id(incident) for incident in self.fallbacks.values()}
         for path in [path for path in self.latest if path.startswith(prefix)]:
@@ -207,11 +204,9 @@ class Outcomes:
 
     def engine_gone(self) -> None:
         """The engine ended before the goals under way did; another one takes over."""
-        for goal_id, goal in self.under_way.items():
+        for goal_id, goal in self.course.under_way.items():
             if goal_id not in self.in_flight and not goal.path.endswith(PROBE):
                 self.in_flight[goal_id] = goal_in_flight(goal)
-        self.aborted_by = ""
-        self.life += 1
 
     def run_ended(self, record: j.Finished) -> None:
         """The reason for the run's end names the step that failed."""
@@ -219,9 +214,10 @@ class Outcomes:
             if f"{path}:" in record.reason:
                 incident.say(f"the run {record.fate} because of it")
 
-    def close(self, *, finished: bool, live: bool) -> None:
+    def close(self, *, live: bool) -> None:
         """End of the journal: incidents that are still open remain open."""
-        for goal in list(self.under_way.values()):
+        finished = self.course.finished is not None
+        for goal in list(self.course.under_way.values()):
             if goal.path.endswith(PROBE):
                 continue
             doubt = self.in_flight.pop(goal.record.id, None) or goal_in_flight(goal)
@@ -236,7 +232,7 @@ class Outcomes:
         for incident in self.latest.values():
             incident.followed += self._left_at(incident, finished=finished)
             self._close(incident)
-        self.under_way.clear()
+        self.course.under_way.clear()
         self.latest.clear()
 
     def _left_at(self, incident: Incident, *, finished: bool) -> list[str]:

@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Any
 
-from ...engine.commands.changed_protocol import newest_copies
 from ...engine.commands.resume import check_copy
+from ...engine.journal.history import read_history
 from ...engine.journal.journal import JournalFault, read_records
 from ...engine.rehearse.compare import compare
-from ...engine.run.folder import JOURNAL, FolderFault
+from ...engine.run.folder import JOURNAL, FolderFault, newest_copies
 from ..library.text_check_work import found_problems, problems_refused
 from ..local.refusal import Refusal
 
@@ -20,7 +20,9 @@ def changes(asked: dict[str, Any]) -> dict[str, Any]:
     changed = Path(asked["changed"]) if asked["changed"] is not None else None
     try:
         records = list(read_records(folder / JOURNAL))
-        checked, _ = check_copy(newest_copies(folder, records), changed, asked["params"])
+        checked, _ = check_copy(
+            newest_copies(folder, read_history(records)), changed, asked["params"]
+        )
     except (JournalFault, FolderFault) as fault:
         raise Refusal(409, "UNREADABLE", str(fault)) from fault
     if not checked.ok:

@@ -2,19 +2,20 @@
 
 from array import array
 from pathlib import Path
-from typing import Any, Literal
 
+from ...engine.journal.course import split_goal_id
+from ...engine.journal.journal import read_at
+from ...schemas import journal as j
 from ..models.runs import LogLine, LogWindow
 from ..report.formatting import duration, seconds_between
-from .follower import read_at
 from .outline import Outline
 
 MOST_SEARCHED = 200_000
 PROBLEM = 1
-LINES = {
-    "started", "resumed", "changed", "phase", "ended", "turn", "asked", "answered", "loop",
-    "control", "safe", "touched", "again", "finished",
-}  # fmt: skip
+LINES = (
+    j.Started, j.Resumed, j.Changed, j.Phase, j.GoalEnded, j.Turned, j.Asked, j.Answered,
+    j.LoopEnded, j.Control, j.SafeState, j.Touched, j.Again, j.Finished,
+)  # fmt: skip
 
 
 class Log:
@@ -28,22 +29,24 @@ class Log:
         self._flags = bytearray()
         self._device = array("h")
         self._devices: dict[str, int] = {}
+        self._sent: dict[str, tuple[int, str]] = {}
+        """Id of a goal under way -> the offset of its sending, and its device."""
 
     def __len__(self) -> int:
         return len(self.n)
 
-    def take(
-        self, offset: int, record: dict[str, Any], sent_offset: int = -1, device: str = ""
-    ) -> bool:
+    def take(self, offset: int, record: j.JournalRecord) -> bool:
         """Note a record if it is a line of the log; returns whether it is."""
-        kind = record["kind"]
-        is_line = kind in LINES
-        is_line |= kind == "step" and bool(record.get("message"))
-        is_line |= kind == "iteration" and record["fate"] == "failed"
-        if not is_line:
+        if isinstance(record, j.GoalSent):
+            self._sent[record.id] = (offset, record.device)
             return False
-        device = device or record.get("device", "")
-        self.n.append(record["n"])
+        if not is_line(record):
+            return False
+        if isinstance(record, j.GoalEnded):
+            sent_offset, device = self._sent.pop(record.id, (-1, ""))
+        else:
+            sent_offset, device = -1, getattr(record, "device", "")
+        self.n.append(record.n)
         self._offset.append(offset)
         self._other.append(sent_offset)
         self._flags.append(PROBLEM if is_problem(record) else 0)
@@ -83,116 +86,124 @@ class Log:
         """Lines by their positions."""
         records = read_at(self._path, [self._offset[i] for i in which])
         with_sent = [i for i in which if self._other[i] >= 0]
-        sent = dict(
-            zip(with_sent, read_at(self._path, [self._other[i] for i in with_sent]), strict=True)
-        )
+        sendings = read_at(self._path, [self._other[i] for i in with_sent])
+        sent = {
+            i: one
+            for i, one in zip(with_sent, sendings, strict=True)
+            if isinstance(one, j.GoalSent)
+        }
         return [
             line_of(record, sent.get(i), outline) for i, record in zip(which, records, strict=True)
         ]
 
 
-def is_problem(record: dict[str, Any]) -> bool:
-    """True for a failure, or a possible one."""
-    match record["kind"]:
-        case "ended":
-            return record["state"] != "SUCCEEDED"
-        case "step":
-            return record["fate"] in ("failed", "unknown")
-        case "iteration" | "loop":
-            return record["fate"] != "succeeded"
-        case "safe":
-            return not record["confirmed"]
-        case "finished":
-            return record["fate"] != "succeeded"
-        case "control":
-            return record["verb"].startswith("abort")
-        case "turn" | "touched" | "resumed":
-            return True
+def is_line(record: j.JournalRecord) -> bool:
+    """True for a record that is a line of the log."""
+    match record:
+        case j.StepEnded():
+            return bool(record.message)
+        case j.IterationEnded():
+            return record.fate == "failed"
         case _:
-            return False
+            return isinstance(record, LINES)
 
 
-def line_of(
-    record: dict[str, Any], sent: dict[str, Any] | None, outline: Outline | None
-) -> LogLine:
+def is_problem(record: j.JournalRecord) -> bool:
+    """True for a failure, or a possible one."""
+    match record:
+        case j.GoalEnded():
+            return record.state != "SUCCEEDED"
+        case j.StepEnded():
+            return record.fate in ("failed", "unknown")
+        case j.IterationEnded() | j.LoopEnded() | j.Finished():
+            return record.fate != "succeeded"
+        case j.SafeState():
+            return not record.confirmed
+        case j.Control():
+            return record.verb.startswith("abort")
+        case _:
+            return isinstance(record, j.Turned | j.Touched | j.Resumed)
+
+
+def line_of(record: j.JournalRecord, sent: j.GoalSent | None, outline: Outline | None) -> LogLine:
     """One record as a line, with its step, its point and its position in the YAML."""
-    level: Literal["info", "problem"] = "problem" if is_problem(record) else "info"
-    path = _path(record)
+    path = path_of(record)
     found = outline.find(path) if outline is not None and path else None
     loop, key = found.innermost if found is not None else (None, None)
-    if record["kind"] == "iteration" and found is not None:
-        loop, key = found.step.told.path, record["key"]
+    if isinstance(record, j.IterationEnded) and found is not None:
+        loop, key = found.step.told.path, record.key
     return LogLine(
-        n=record["n"], at=record["at"], level=level, kind=record["kind"],
-        text=_text(record, sent), device=record.get("device") or (sent or {}).get("device"),
+        n=record.n, at=record.at, level="problem" if is_problem(record) else "info",
+        kind=record.kind, text=_text(record, sent), device=getattr(sent or record, "device", None),
         path=path, node=found.step.told.path if found is not None else None,
         loop=loop, key=key, line=found.step.told.line if found is not None else None,
     )  # fmt: skip
 
 
-def _path(record: dict[str, Any]) -> str:
-    if record["kind"] == "ended":
-        return record["id"].partition("/")[2].rpartition("/")[0]
-    if record["kind"] == "iteration":
-        return record["loop"]
-    return record.get("path") or record.get("loop") or ""
+def path_of(record: j.JournalRecord) -> str:
+    """The path of the step that it is about; empty for the run as a whole."""
+    if isinstance(record, j.GoalSent | j.GoalEnded):
+        return split_goal_id(record.id)[0]
+    return getattr(record, "path", "") or getattr(record, "loop", "")
 
 
-def _text(record: dict[str, Any], sent: dict[str, Any] | None) -> str:
-    match record["kind"]:
-        case "started":
-            return f"started with labrun {record['labrun']}"
-        case "resumed":
-            return f"resumed (resume {record['count']}) with labrun {record['labrun']}"
-        case "changed":
-            return f"continues with a changed protocol ({record['folder']})"
-        case "phase":
-            name = str(record["phase"]).partition(":")[0]
+def _text(record: j.JournalRecord, sent: j.GoalSent | None) -> str:
+    match record:
+        case j.Started():
+            return f"started with labrun {record.labrun}"
+        case j.Resumed():
+            return f"resumed (resume {record.count}) with labrun {record.labrun}"
+        case j.Changed():
+            return f"continues with a changed protocol ({record.folder})"
+        case j.Phase():
+            name = record.phase.partition(":")[0]
             return "the protocol" if name == "main" else name
-        case "ended":
+        case j.GoalEnded():
             return _goal(record, sent)
-        case "step":
-            return record["message"]
-        case "turn":
-            error = record.get("error") or {}
+        case j.StepEnded():
+            return record.message
+        case j.Turned():
+            error = record.error or {}
             why = f" after {error.get('name')}: {error.get('message', '')}" if error else ""
-            return f"turn {record['turn']}{why}".rstrip(": ")
-        case "asked":
-            return f"? {record['text']} [{'/'.join(record['choices'])}]"
-        case "answered":
-            return f"answered {record['choice']} by {record['by']}"
-        case "iteration":
-            return f"{record['key']}: {record.get('message') or 'failed'} (a hole)"
-        case "loop":
+            return f"turn {record.turn}{why}".rstrip(": ")
+        case j.Asked():
+            return f"? {record.text} [{'/'.join(record.choices)}]"
+        case j.Answered():
+            return f"answered {record.choice} by {record.by}"
+        case j.IterationEnded():
+            return f"{record.key}: {record.message or 'failed'} (a hole)"
+        case j.LoopEnded():
             return (
-                f"loop ended: {record['succeeded']} ok, {record['failed']} failed, "
-                f"{record['skipped']} skipped"
+                f"loop ended: {record.succeeded} ok, {record.failed} failed, "
+                f"{record.skipped} skipped"
             )
-        case "control":
-            return f"{record['verb']} by {record['by']}"
-        case "safe":
-            words = "safe state confirmed" if record["confirmed"] else "safe state NOT confirmed"
-            return f"{record['device']}: {words}" + _more(record.get("message"))
-        case "touched":
-            return f"{record['device']}: {record['reason']}"
-        case "again":
-            return "the failed step is retried" + _more(record.get("by"))
+        case j.Control():
+            return f"{record.verb} by {record.by}"
+        case j.SafeState():
+            words = "safe state confirmed" if record.confirmed else "safe state NOT confirmed"
+            return f"{record.device}: {words}" + _more(record.message)
+        case j.Touched():
+            return f"{record.device}: {record.reason}"
+        case j.Again():
+            return "the failed step is retried" + _more(record.by)
+        case j.Finished():
+            return f"run {record.fate}" + _more(record.reason)
         case _:
-            return f"run {record.get('fate', '')}" + _more(record.get("reason"))
+            return record.kind
 
 
-def _goal(record: dict[str, Any], sent: dict[str, Any] | None) -> str:
-    label = f"{sent['device']}.{sent['action']}" if sent is not None else record["id"]
+def _goal(record: j.GoalEnded, sent: j.GoalSent | None) -> str:
+    label, took = record.id, ""
     if sent is not None:
-        attempt = record["id"].rpartition("/")[2]
-        label += f" (try {attempt})" if attempt != "1" else ""
-    took = f" {duration(seconds_between(sent['at'], record['at']))}" if sent is not None else ""
-    if record["state"] == "SUCCEEDED":
+        _, attempt = split_goal_id(record.id)
+        label = sent.label + (f" (try {attempt})" if attempt > 1 else "")
+        took = f" {duration(seconds_between(sent.at, record.at))}"
+    if record.state == "SUCCEEDED":
         return f"{label} ok{took}"
-    error = record.get("error") or {}
-    name = error.get("name", record["state"].lower())
-    return f"{label} {name}{took}{_more(error.get('message'))}"
+    error = record.error
+    name = error.name if error is not None else record.state.lower()
+    return f"{label} {name}{took}{_more(error.message if error is not None else '')}"
 
 
-def _more(text: str | None) -> str:
+def _more(text: str) -> str:
     return f": {text}" if text else ""

@@ -9,14 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from ...engine.control.server import FILE, NotLive
+from ...engine.journal.journal import CHUNK, Follower, JournalFault
 from ...engine.run.folder import JOURNAL
+from ...schemas.journal import JournalRecord
 from ...system.tasks import end, spawn
 from ..library.timings import Timings
 from ..local.clock import iso
 from ..models.runs import Fate, Launch
 from .endpoint import listen
 from .engine import began_at
-from .follower import CHUNK, Damaged, Follower
 from .inputs import Inputs, read_inputs, read_launch
 from .picture import Changed, Picture
 
@@ -24,7 +25,7 @@ LOG = logging.getLogger("labrun")
 ANSWER_S = 5.0
 """Longer than connecting to an engine may take."""
 
-Records = list[tuple[int, dict[str, Any]]]
+Records = list[tuple[int, JournalRecord]]
 
 
 class OpenRun:
@@ -67,9 +68,9 @@ class OpenRun:
         """Read new records of the journal."""
         self.used_at = time.monotonic()
         async with self._reading:
-            changes = self.picture.changes
+            changes = len(self.picture.changes)
             await self._catch_up(self.picture, self._follower)
-            if self.picture.changes > changes:
+            if len(self.picture.changes) > changes:
                 await self.load()  # it continues with another protocol
 
     async def _catch_up(self, picture: Picture, follower: Follower) -> None:
@@ -89,20 +90,18 @@ class OpenRun:
         records: Records = []
         try:
             records.extend(follower.records(CHUNK))  # keeps those before a fault
-        except Damaged as damage:
-            self.damage = f"{damage}; the records before it are shown"
-        except OSError as fault:
-            self.damage = f"the journal cannot be read: {fault.strerror}"
+        except JournalFault as fault:
+            self.damage = f"{fault} The records before it are shown."
         return records
 
     def _take(self, picture: Picture, records: Records) -> None:
         for offset, record in records:
             try:
-                picture.take(offset, record)
-            except Exception as fault:  # it lacks what its kind has, or the fault is ours
-                LOG.exception("record %s of %s cannot be shown", record.get("n"), self.id)
+                picture.read(offset, record)
+            except Exception as fault:  # it is ours: the other runs are watched all the same
+                LOG.exception("record %s of %s cannot be shown", record.n, self.id)
                 self.damage = (
-                    f"record {record.get('n')} of the journal cannot be shown "
+                    f"record {record.n} of the journal cannot be shown "
                     f"({type(fault).__name__}: {fault}); the records before it are shown"
                 )
                 return
@@ -186,7 +185,8 @@ class OpenRun:
     @property
     def began_at(self) -> str:
         """When it was started, or when the engine that comes up was; empty if unknown."""
-        known = self.picture.started.get("began") or self.picture.started.get("at", "")
+        started = self.picture.started
+        known = "" if started is None else started.began or started.at
         began = None if known else self.coming_up
         return known if began is None else iso(began)
 

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 from ...engine.check import Checked
@@ -17,6 +18,8 @@ from ..models.runs import OutlineNode
 
 TURN = re.compile(r"([raf])(\d+)")
 LAST = re.compile(r"e\d*")
+FOUND = 1000
+"""So many paths and their steps are kept: a goal's end asks for that of its sending."""
 PHASES = (("resume", "on_resume"), ("main", "steps"), ("finally", "finally"))
 
 
@@ -73,6 +76,8 @@ class Outline:
         self.phases: dict[str, dict[str, Step]] = {}
         self.steps: dict[str, Step] = {}
         self._source = checked.source
+        self.find = lru_cache(FOUND)(self._find)
+        """The step of a journal path; None if it is not in this protocol."""
         view = outlook(checked)
         for phase, section in PHASES:
             steps = {
@@ -82,8 +87,7 @@ class Outline:
             below = self._sequence(view, steps, (section,), phase, None, None, 0, "")
             self.phases[phase] = below
 
-    def find(self, path: str) -> Found | None:
-        """The step of a journal path; None if it is not in this protocol."""
+    def _find(self, path: str) -> Found | None:
         first, *rest = path.split("/")
         below = self.phases.get(first.partition(":")[0])
         if below is None:

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, get_args
 
-from ...engine.journal.history import split_goal_id
+from ...engine.journal.course import Course, split_goal_id
+from ...schemas import journal as j
 from ..local.clock import since_1970
-from ..models.runs import Fate, NodeState, PointState, Question, Status
+from ..models.runs import Fate, NodeState, PointState, Status
 from .counts import FATES, End, NodeCount, Table, worst_of
 from .log import Log
 from .outline import Found, Outline, Step, ancestors
@@ -18,23 +18,6 @@ from .places import Items
 
 MOST_TIMES = 2000
 """At most this many durations are kept of one action in one run."""
-
-
-@dataclass(slots=True)
-class Underway:
-    """A goal that was sent and has not ended."""
-
-    record: dict[str, Any]
-    offset: int
-    path: str
-    attempt: int
-    found: Found | None
-    since: float
-
-    @property
-    def label(self) -> str:
-        """`device.action`."""
-        return f"{self.record['device']}.{self.record['action']}"
 
 
 @dataclass(slots=True)
@@ -50,33 +33,21 @@ class Changed:
         return bool(self.head or self.nodes or self.points or self.lines)
 
 
-class Picture:
+class Picture(Course):
     """Takes records one by one; gives what has changed since the last call."""
 
     def __init__(self, journal: Path, outline: Outline | None) -> None:
+        super().__init__()
         self.outline = outline
         self.log = Log(journal)
         self.nodes: dict[str, NodeCount] = defaultdict(NodeCount)
         self.tables: dict[tuple[str, str], Table] = {}
-        self.under_way: dict[str, Underway] = {}
-        self.questions: dict[str, Question] = {}
         self.times: dict[str, list[float]] = defaultdict(list)
         self.files: dict[str, tuple[str, str, str]] = {}
         """File -> (loop, within, key) of its iteration."""
         self.changed = Changed()
-        self.started: dict[str, Any] = {}
-        self.finished: dict[str, Any] | None = None
-        self.phase = ""
-        self.paused = False
-        self.aborting = False
-        self.resumes = 0
-        self.changes = 0
-        self.holes = 0
         self.retries = 0
-        self.last_at = 0.0
-        self.ended_at = ""
-        self.params: dict[str, Any] = {}
-        self.roles: dict[str, str] = {}
+        self.now = 0.0
         self._items: dict[str, Items] = {}
         self._passed: tuple[tuple[int, int, bool], dict[str, Status]] | None = None
         self._told_passed: dict[str, Status] = {}
@@ -108,7 +79,7 @@ class Picture:
     def fate(self) -> Fate:
         """How it ended; otherwise `running` or `paused`, as far as the journal shows."""
         if self.finished is not None:
-            return self.finished["fate"]
+            return self.finished.fate
         return "paused" if self.paused else "running"
 
     def states(self) -> dict[str, NodeState]:
@@ -141,36 +112,43 @@ class Picture:
 
     # --- records
 
-    def take(self, offset: int, record: dict[str, Any]) -> None:
-        """Learn from one record."""
+    def read(self, offset: int, record: j.JournalRecord) -> None:
+        """Learn from one record, which begins at this offset of the journal."""
         self.changed.head = True
-        self.last_at = since_1970(record["at"])
-        kind = record["kind"]
-        sent_offset, device = -1, ""
-        if kind == "ended":
-            underway = self.under_way.get(record["id"])
-            if underway is not None:
-                sent_offset, device = underway.offset, underway.record["device"]
-        if self.log.take(offset, record, sent_offset, device):
+        self.now = since_1970(record.at)
+        if self.log.take(offset, record):
             self.changed.lines.append(len(self.log) - 1)
-        take = getattr(self, f"_{kind}", None)
-        if take is not None:
-            take(offset, record)
+        match record:
+            case j.GoalSent():
+                self._sent(record, offset)
+            case j.GoalEnded():
+                self._ended(record, offset)
+            case j.IterationEnded():
+                self._iteration(record, offset)
+            case j.StepEnded():
+                with self._counting(record.path, offset) as count:
+                    count.end(FATES[record.fate], None, record.message)
+            case j.Asked():
+                with self._counting(record.path, offset) as count:
+                    count.running = 1
+            case j.Answered():
+                with self._counting(record.path, offset) as count:
+                    count.running = 0
+                    count.end("ok", None, f"{record.choice} ({record.by})")
+            case j.LoopEnded():
+                self._loop(record)
+            case j.Changed():
+                self._reopen(record)
+            case j.Resumed() | j.Control():
+                self._cut()
+            case j.Finished():
+                self.close()
+            case _:
+                pass
+        self.take(record)
 
-    def _started(self, offset: int, record: dict[str, Any]) -> None:
-        self.started = record
-        self.params, self.roles = record.get("params", {}), record.get("roles", {})
-
-    def _resumed(self, offset: int, record: dict[str, Any]) -> None:
-        self.resumes = record["count"]
-        self.finished, self.paused, self.aborting, self.ended_at = None, False, False, ""
-        self._cut()
-        self.questions.clear()
-
-    def _changed(self, offset: int, record: dict[str, Any]) -> None:
-        self.changes += 1
-        self.params, self.roles = record.get("params", {}), record.get("roles", {})
-        for path in record.get("reopened", []):
+    def _reopen(self, record: j.Changed) -> None:
+        for path in record.reopened:
             loop_path, _, key = path.rpartition("/")
             found = self._find(loop_path)
             if found is not None:
@@ -178,104 +156,65 @@ class Picture:
                 if key in table.slots:
                     table.reopen(table.slots[key])
 
-    def _phase(self, offset: int, record: dict[str, Any]) -> None:
-        self.phase = record["phase"]
-
-    def _goal(self, offset: int, record: dict[str, Any]) -> None:
-        path, attempt = split_goal_id(record["id"])
-        found = self._find(path)
-        again = attempt > 1 and record["id"] not in self.under_way
-        self.under_way[record["id"]] = Underway(record, offset, path, attempt, found, self.last_at)
+    def _sent(self, record: j.GoalSent, offset: int) -> None:
+        path, attempt = split_goal_id(record.id)
+        again = attempt > 1 and record.id not in self.under_way
         self.retries += again
-        with self._counting(found, offset, tries=again) as count:
+        with self._counting(path, offset, tries=again) as count:
             count.running += 1
             count.retrying += again
             count.retries += again
 
-    def _ended(self, offset: int, record: dict[str, Any]) -> None:
-        underway = self.under_way.pop(record["id"], None)
-        if underway is None:
+    def _ended(self, record: j.GoalEnded, offset: int) -> None:
+        goal = self.under_way.get(record.id)
+        if goal is None:
             return
-        took = round(self.last_at - underway.since, 4)
-        times = self.times[underway.label]
-        if record["state"] == "SUCCEEDED" and len(times) < MOST_TIMES:
+        took = round(self.now - since_1970(goal.record.at), 4)
+        times = self.times[goal.record.label]
+        if record.state == "SUCCEEDED" and len(times) < MOST_TIMES:
             times.append(took)
-        if underway.found is not None:
-            loop, key = underway.found.innermost
-            for file in record.get("files", {}):
-                self.files[file] = (loop or "", underway.found.around, key or "")
-        error = record.get("error") or {}
-        words = f"{error.get('name', '')}: {error.get('message', '')}".strip(": ") if error else ""
-        with self._counting(underway.found, offset) as count:
+        found = self._find(goal.path)
+        if found is not None:
+            loop, key = found.innermost
+            for file in record.files:
+                self.files[file] = (loop or "", found.around, key or "")
+        error = record.error
+        words = f"{error.name}: {error.message}".strip(": ") if error is not None else ""
+        with self._counting(goal.path, offset) as count:
             count.running = max(0, count.running - 1)
-            count.retrying = max(0, count.retrying - (underway.attempt > 1))
-            count.end(_status(record, error), took, words)
+            count.retrying = max(0, count.retrying - (goal.attempt > 1))
+            count.end(_status(record), took, words)
 
-    def _step(self, offset: int, record: dict[str, Any]) -> None:
-        with self._counting(self._find(record["path"]), offset) as count:
-            count.end(FATES[record["fate"]], None, record.get("message", ""))
-
-    def _asked(self, offset: int, record: dict[str, Any]) -> None:
-        self.questions[record["path"]] = Question(
-            path=record["path"], id=record["id"], text=record["text"],
-            choices=record["choices"], wants=record.get("wants", {}),
-        )  # fmt: skip
-        with self._counting(self._find(record["path"]), offset) as count:
-            count.running = 1
-
-    def _answered(self, offset: int, record: dict[str, Any]) -> None:
-        self.questions.pop(record["path"], None)
-        with self._counting(self._find(record["path"]), offset) as count:
-            count.running = 0
-            count.end("ok", None, f"{record['choice']} ({record['by']})")
-
-    def _iteration(self, offset: int, record: dict[str, Any]) -> None:
-        found = self._find(record["loop"])
+    def _iteration(self, record: j.IterationEnded, offset: int) -> None:
+        found = self._find(record.loop)
         if found is None:
             return
-        within = found.within
-        table = self.table(found.step.told.path, within)
-        slot = table.touch(record["key"], offset, self.last_at)
+        table = self.table(found.step.told.path, found.within)
+        slot = table.touch(record.key, offset, self.now)
         if table.ended[slot]:
             return  # repeated after a change: the first end and the reopening are what counts
-        status = FATES[record["fate"]]
-        table.end(slot, record["index"], status, self.last_at, record.get("message", ""))
-        self.holes += status == "failed"
+        table.end(slot, record.index, FATES[record.fate], self.now, record.message)
         self._point(table, slot)
         self._ran(found.step)
 
-    def _loop(self, offset: int, record: dict[str, Any]) -> None:
-        found = self._find(record["loop"])
+    def _loop(self, record: j.LoopEnded) -> None:
+        found = self._find(record.loop)
         if found is not None:
             table = self.table(found.step.told.path, found.within)
-            if table.total is None or record["fate"] == "succeeded":
-                table.total = record["total"]
-            self.nodes[found.step.told.path].end(FATES[record["fate"]], None, "")
+            if table.total is None or record.fate == "succeeded":
+                table.total = record.total
+            self.nodes[found.step.told.path].end(FATES[record.fate], None, "")
             self._ran(found.step)
-
-    def _control(self, offset: int, record: dict[str, Any]) -> None:
-        verb = record["verb"]
-        self.aborting = self.aborting or verb.startswith("abort")
-        self.paused = verb == "pause"
-        self._cut()
-
-    def _finished(self, offset: int, record: dict[str, Any]) -> None:
-        if record["fate"] not in get_args(Fate):
-            raise ValueError(f"the fate {record['fate']!r} is unknown")
-        self.finished, self.ended_at = record, record["at"]
-        self.holes = record.get("holes", self.holes)
-        self.paused = False
-        self.questions.clear()
-        self.close()
 
     def close(self) -> None:
         """Nothing is under way any more: the engine has ended."""
-        for underway in self.under_way.values():
-            if underway.found is not None:
-                self.changed.nodes.add(underway.found.step.told.path)
+        for goal in self.under_way.values():
+            found = self._find(goal.path)
+            if found is not None:
+                self.changed.nodes.add(found.step.told.path)
         for count in self.nodes.values():
             count.running = count.retrying = 0
-        if self.under_way or self.questions:
+        if self.under_way or self.open_questions:
             self.changed.head = True
         self.under_way.clear()
         for table in self.tables.values():
@@ -287,10 +226,9 @@ class Picture:
         return self.outline.find(path) if self.outline is not None else None
 
     @contextmanager
-    def _counting(
-        self, found: Found | None, offset: int, *, tries: bool = False
-    ) -> Iterator[NodeCount]:
+    def _counting(self, path: str, offset: int, *, tries: bool = False) -> Iterator[NodeCount]:
         """The count of a step in which something happens; a spare one for a step that is not known."""
+        found = self._find(path)
         if found is None:
             yield NodeCount()
             return
@@ -298,7 +236,7 @@ class Picture:
         for loop, key in found.loops:
             table = self.table(loop, within)
             known = key in table.slots
-            slot = table.touch(key, offset, self.last_at)
+            slot = table.touch(key, offset, self.now)
             table.tries[slot] += tries
             if not known or tries:
                 self._point(table, slot)
@@ -342,9 +280,10 @@ class Picture:
             table.cut()
 
 
-def _status(record: dict[str, Any], error: dict[str, Any]) -> Any:
-    if record["state"] == "SUCCEEDED":
+def _status(record: j.GoalEnded) -> Status:
+    if record.state == "SUCCEEDED":
         return "ok"
-    if record["state"] == "CANCELED":
+    if record.state == "CANCELED":
         return "cancelled"
-    return "unknown" if error.get("happened") == "unknown" else "failed"
+    unknown = record.error is not None and record.error.happened == "unknown"
+    return "unknown" if unknown else "failed"

@@ -4,13 +4,14 @@ import asyncio
 from pathlib import Path
 from typing import Any
 
-from ...engine.journal.history import split_goal_id
+from ...engine.journal.course import split_goal_id
+from ...engine.journal.journal import read_between
 from ...engine.run.folder import JOURNAL
+from ...schemas import journal as j
 from ..local.refusal import not_found
 from ..models.runs import ActionTold, LogLine, PointDetail
 from ..report.formatting import seconds_between
-from .follower import read_between
-from .log import LINES, line_of
+from .log import is_line, line_of, path_of
 from .open_run import OpenRun
 from .outline import Found, Outline
 
@@ -46,37 +47,32 @@ class _Reader:
         self.row: dict[str, Any] | None = None
         self._outline = outline
         self._place = (loop, within, key)
-        self._sent: dict[str, dict[str, Any]] = {}
+        self._sent: dict[str, j.GoalSent] = {}
 
     def read(self, journal: Path, first: int, last: int) -> None:
         for record in read_between(journal, first, last):
             self._take(record)
 
-    def _take(self, record: dict[str, Any]) -> None:
-        kind = record["kind"]
-        if kind == "iteration":
-            self._iteration(record)
-            return
-        path = record.get("path", "")
-        if kind in ("goal", "ended"):
-            path, _ = split_goal_id(record["id"])
+    def _take(self, record: j.JournalRecord) -> None:
+        path = path_of(record)
         found = self._outline.find(path) if self._outline is not None and path else None
-        if found is None or not self._is_ours(found):
+        if found is None:
             return
-        sent = self._sent.get(record.get("id", ""))
-        if kind == "goal":
-            self._sent[record["id"]] = record
-            self.actions[record["id"]] = _begun(record, found)
-        elif kind == "ended" and record["id"] in self.actions:
-            self.actions[record["id"]] = _over(self.actions[record["id"]], record)
-        if kind in LINES or (kind == "step" and record.get("message")):
+        if isinstance(record, j.IterationEnded):
+            if (found.step.told.path, found.within, record.key) == self._place:
+                self.row = record.row or self.row
+            return
+        if not self._is_ours(found):
+            return
+        sent = None
+        if isinstance(record, j.GoalSent):
+            self._sent[record.id] = record
+            self.actions[record.id] = _begun(record, found)
+        elif isinstance(record, j.GoalEnded) and record.id in self.actions:
+            sent = self._sent[record.id]
+            self.actions[record.id] = _over(self.actions[record.id], record)
+        if is_line(record):
             self.log.append(line_of(record, sent, self._outline))
-
-    def _iteration(self, record: dict[str, Any]) -> None:
-        found = self._outline.find(record["loop"]) if self._outline is not None else None
-        if found is not None:
-            place = (found.step.told.path, found.within, record["key"])
-            self.row = (record.get("row") if place == self._place else None) or self.row
 
     def _is_ours(self, found: Found) -> bool:
         within = ""
@@ -87,25 +83,26 @@ class _Reader:
         return False
 
 
-def _begun(record: dict[str, Any], found: Found) -> ActionTold:
+def _begun(record: j.GoalSent, found: Found) -> ActionTold:
     return ActionTold(
-        id=record["id"], node=found.step.told.path, line=found.step.told.line,
-        device=record["device"], action=record["action"],
-        attempt=split_goal_id(record["id"])[1], params=record.get("params", {}),
-        state="EXECUTING", result=None, error=None, sent_at=record["at"], ended_at=None,
+        id=record.id, node=found.step.told.path, line=found.step.told.line,
+        device=record.device, action=record.action,
+        attempt=split_goal_id(record.id)[1], params=record.params,
+        state="EXECUTING", result=None, error=None, sent_at=record.at, ended_at=None,
         seconds=None, files=[],
     )  # fmt: skip
 
 
-def _over(action: ActionTold, record: dict[str, Any]) -> ActionTold:
-    took = seconds_between(action.sent_at, record["at"])
+def _over(action: ActionTold, record: j.GoalEnded) -> ActionTold:
+    took = seconds_between(action.sent_at, record.at)
+    error = record.error.model_dump(exclude_none=True) if record.error is not None else None
     return action.model_copy(
         update={
-            "state": record["state"],
-            "result": record.get("result"),
-            "error": record.get("error"),
-            "ended_at": record["at"],
+            "state": record.state,
+            "result": record.result,
+            "error": error,
+            "ended_at": record.at,
             "seconds": round(took, 3),
-            "files": list(record.get("files", {})),
+            "files": list(record.files),
         }
     )

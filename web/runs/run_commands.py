@@ -68,7 +68,7 @@ class RunCommands:
 
         async def abort(run: OpenRun) -> StoppedRun:
             run.pausing = None
-            if run.picture.aborting:
+            if run.picture.aborted_by:
                 return StoppedRun(run=run.id, told=True, message="it is already being aborted")
             try:
                 ok, text = await ask_engine(run.folder, timeout_s, verb="abort", by="STOP ALL")

@@ -1,17 +1,28 @@
 """A run as the page sees it: in the list, its present state, all of it, and windows of its points."""
 
-from ...schemas.journal import ended_as
+from ...engine.journal.course import Goal
+from ...schemas import journal as j
 from ..local.clock import iso
-from ..models.runs import Loop, NeedsYou, Now, OutlineNode, Points, RunDetail, RunHead, RunSummary
+from ..models.runs import (
+    Loop,
+    NeedsYou,
+    Now,
+    OutlineNode,
+    Points,
+    Question,
+    RunDetail,
+    RunHead,
+    RunSummary,
+)
 from .counts import Table
 from .open_run import OpenRun
 from .pace import eta, per_minute
-from .picture import Underway
 
 
 def summary(run: OpenRun) -> RunSummary:
     """The run as in the list of runs."""
     picture, inputs = run.picture, run.inputs
+    started, finished = picture.started, picture.finished
     loops = [table for table in picture.outer_tables() if table.loop.startswith("main")]
     totals = [table.total for table in loops]
     over = _eta(run)
@@ -19,17 +30,17 @@ def summary(run: OpenRun) -> RunSummary:
     done = sum(table.done for table in loops)
     failed = sum(table.counts.get("failed", 0) for table in loops)
     total = sum(t or 0 for t in totals) if totals and None not in totals else None
-    reason = (picture.finished or {}).get("reason", "") or run.damage
+    reason = (finished.reason if finished is not None else "") or run.damage
     if fate == "interrupted":
         reason = reason or "its engine is gone: resume it"
     return RunSummary(
-        id=run.id, protocol=picture.started.get("protocol") or inputs.title,
+        id=run.id, protocol=started.protocol if started is not None else inputs.title,
         file=inputs.file, fate=fate, reason=reason, live=run.live,
-        began_at=run.began_at, ended_at=picture.ended_at or None,
-        word=ended_as(fate, picture.holes), done=done, measured=done - failed, failed=failed,
+        began_at=run.began_at, ended_at=finished.at if finished is not None else None,
+        word=j.ended_as(fate, picture.hole_count), done=done, measured=done - failed, failed=failed,
         left=None if total is None else max(0, total - done), total=total,
-        holes=picture.holes, resumes=picture.resumes, operator=inputs.launch.operator,
-        questions=len(picture.questions), now=_now_text(run),
+        holes=picture.hole_count, resumes=picture.resumes, operator=inputs.launch.operator,
+        questions=len(picture.open_questions), now=_now_text(run),
         eta=None if over is None else (iso(over[0]), iso(over[1])),
     )  # fmt: skip
 
@@ -42,7 +53,8 @@ def head(run: OpenRun) -> RunHead:
         **summary(run).model_dump(), phase=picture.phase, pausing=run.pausing is not None,
         loops=[_loop(run, node) for node in _outline(run) if node.loop],
         under_way=[_now(run, one) for one in picture.under_way.values()],
-        open_questions=list(picture.questions.values()), needs_you=_needs_you(run),
+        open_questions=[_question(asked) for asked in picture.open_questions.values()],
+        needs_you=_needs_you(run),
         per_minute=per_minute(first) if first is not None and run.live else None,
         retries=picture.retries, lines=len(picture.log),
     )  # fmt: skip
@@ -54,8 +66,9 @@ def detail(run: OpenRun) -> RunDetail:
     return RunDetail(
         **head(run).model_dump(), outline=_outline(run), nodes=picture.states(),
         params=picture.params, roles=picture.roles,
-        outputs=(picture.finished or {}).get("outputs", {}), launch=run.inputs.launch,
-        protocol_text=run.inputs.text, changes=picture.changes, seq=run.seq,
+        outputs=picture.finished.outputs if picture.finished is not None else {},
+        launch=run.inputs.launch,
+        protocol_text=run.inputs.text, changes=len(picture.changes), seq=run.seq,
     )  # fmt: skip
 
 
@@ -93,15 +106,20 @@ def _loop(run: OpenRun, node: OutlineNode) -> Loop:
     )  # fmt: skip
 
 
-def _now(run: OpenRun, one: Underway) -> Now:
-    loop, key = one.found.innermost if one.found is not None else (None, None)
-    spread = run.timings.spread(one.label)
+def _question(asked: j.Asked) -> Question:
+    return Question.model_validate(asked.model_dump(include=set(Question.model_fields)))
+
+
+def _now(run: OpenRun, one: Goal) -> Now:
+    found = run.inputs.outline.find(one.path) if run.inputs.outline is not None else None
+    loop, key = found.innermost if found is not None else (None, None)
+    spread = run.timings.spread(one.record.label)
     progress, message = run.feedback.get(one.path, (None, ""))
     return Now(
-        id=one.record["id"], path=one.path,
-        node=one.found.step.told.path if one.found is not None else "", loop=loop, key=key,
-        device=one.record["device"], action=one.record["action"], attempt=one.attempt,
-        since=one.record["at"], progress=progress, message=message,
+        id=one.record.id, path=one.path,
+        node=found.step.told.path if found is not None else "", loop=loop, key=key,
+        device=one.record.device, action=one.record.action, attempt=one.attempt,
+        since=one.record.at, progress=progress, message=message,
         usual_s=None if spread is None else (spread.low, spread.high),
     )  # fmt: skip
 
@@ -109,11 +127,11 @@ def _now(run: OpenRun, one: Underway) -> Now:
 def _now_text(run: OpenRun) -> str:
     if not run.live:
         return ""
-    if run.picture.questions:
-        return next(iter(run.picture.questions.values())).text
+    if run.picture.open_questions:
+        return next(iter(run.picture.open_questions.values())).text
     if run.picture.paused:
         return "paused"
-    return ", ".join(sorted({one.label for one in run.picture.under_way.values()}))
+    return ", ".join(sorted({one.record.label for one in run.picture.under_way.values()}))
 
 
 def _eta(run: OpenRun) -> tuple[float, float] | None:

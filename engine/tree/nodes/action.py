@@ -9,17 +9,16 @@ from ....drivers.client.client import Outcome
 from ....schemas.contract import RESERVED_ERRORS, Action, Happened
 from ....schemas.quantity import seconds
 from ...dispatch.dispatcher import Dispatcher
-from ...dispatch.probe import told_before, what_it_proves
 from ...dispatch.request import Request, means, outcome_of
 from ...journal.encode import with_units
 from ...journal.past import PastGoal
 from ...lab.bind import BoundRole
 from ...language.arguments import ArgumentFaults, resolve_arguments
 from ...language.expression import ExpressionError
-from ...language.operators import words
 from ...language.value import Value
 from ...run.frame import Scope
 from ...run.run import Run
+from .earlier import EarlierAttempts, changed_words
 from .failure import Failure
 from .node import Node
 from .replay_failed import came_to_here
@@ -55,6 +54,7 @@ class ActionLeaf(Node):
         self.scope = scope
         self.dispatcher = dispatcher
         self.plan = plan
+        self.earlier = EarlierAttempts(run, plan.role, plan.action)
         self.request: Request | None = None
         self.unknown: UnknownFate | None = None
         self.lost = 0
@@ -106,75 +106,49 @@ class ActionLeaf(Node):
         return None
 
     def _begin(self, arguments: dict[str, Any], timeout_s: float | None) -> None:
-        frame, done = self.scope.frame, self.run.past
-        attempt = frame.next_attempt(self.path)
-        past = done.goal(self.path, attempt)
-        if done.comparing:
-            past = done.newest_success(self.path) or past
         wanted = means(self.plan.role, self.plan.action_name, arguments)
-        while past is not None and self._is_behind(past, wanted):
-            if past.ended is not None and past.ended.state == "SUCCEEDED":
-                self.run.repeated.add(frame.owner.path)
-            attempt = frame.next_attempt(self.path)
-            past = done.goal(self.path, attempt)
-        request = Request(
+        attempt, past = self._attempt(wanted)
+        self.request = request = Request(
             goal_id=f"{self.run.id}/{self.path}/{attempt}", path=self.path, role=self.plan.role,
             action_name=self.plan.action_name, action=self.plan.action, params=arguments,
-            timeout_s=timeout_s, within=frame.owner.path, adopt=past,
+            timeout_s=timeout_s, within=self.scope.frame.owner.path, adopt=past,
             epoch=past.sent.epoch if past else 0,
         )  # fmt: skip
-        self.request = request
-        if past is None and self.run.replaying:
-            self._repeat_in_replay(request)
-        elif past is None:
-            self.dispatcher.request(request)
+        if past is None:
+            self._do(request)
         elif past.ended is None:
-            if not done.comparing:
-                request.params = past.sent.params
-            self.dispatcher.request(request)
-        elif self._must_not_be_done_anew(past, wanted):
-            said = _changed(past, arguments)
+            self._ask_about(request, past)
+        elif self.earlier.must_not_be_done_anew(past, wanted):
+            said = changed_words(past, arguments)
             self.failure = replace(self._failure("Rejected", said, "yes"), stop=True)
         else:
             request.outcome, request.expired = outcome_of(past), past.expired
             self.dispatcher.replayed(request, past)
 
-    def _repeat_in_replay(self, request: Request) -> None:
-        """Set again what had been set; what was never finished is where the earlier session ended."""
-        if self.run.past.newest_success(self.path) is None:
+    def _attempt(self, wanted: str) -> tuple[int, PastGoal | None]:
+        """The number of this attempt, and what an earlier session has done under it."""
+        frame = self.scope.frame
+        while True:
+            attempt = frame.next_attempt(self.path)
+            past = self.earlier.attempt(self.path, attempt)
+            if past is None or not self.earlier.is_behind(past, wanted):
+                return attempt, past
+            if past.succeeded:
+                self.run.repeated.add(frame.owner.path)
+
+    def _do(self, request: Request) -> None:
+        """Request it; in a replay only what had once succeeded, to set it again."""
+        if self.run.replaying and self.run.past.newest_success(self.path) is None:
             self.failure = came_to_here(self.path)
             return
-        self.repeating = True
+        self.repeating = self.run.replaying
         self.dispatcher.request(request)
 
-    def _must_not_be_done_anew(self, past: PastGoal, wanted: str) -> bool:
-        """A finished `once` action that differs in a changed protocol: the run cannot continue.
-
-        Under the same protocol only the values it was computed from have changed (a balance was read
-        again): then it is done.
-        """
-        done = self.run.past
-        changed = done.changed is not None and past.sent.n < done.changed.n
-        return changed and past.sent.means != wanted and not done.comparing
-
-    def _is_behind(self, past: PastGoal, wanted: str) -> bool:
-        """True for an earlier attempt that has no bearing on this one."""
-        if past.ended is None or self.run.past.comparing:
-            return False
-        if past.sent.means != wanted:  # the protocol was changed since
-            return self.plan.action.effect != "once" or _happened(past, self.plan.action) == "no"
-        if past.ended.state == "SUCCEEDED":
-            return self.plan.action.effect != "once" and self.run.history.is_stale(past)
-        happened = _happened(past, self.plan.action)
-        if self.plan.action.effect == "once" and happened != "no":
-            # Unknown, or it did happen: never simply sent again, unless a probe shows it did not.
-            return past.spent and happened == "unknown" and self._was_denied(past)
-        return past.spent
-
-    def _was_denied(self, past: PastGoal) -> bool:
-        history, goal_id = self.run.history, past.sent.id
-        told = told_before(history, goal_id)
-        return what_it_proves(history, self.plan.role, goal_id, told) is False
+    def _ask_about(self, request: Request, past: PastGoal) -> None:
+        """What it became of a goal that was under way is asked for, as it was sent."""
+        if not self.run.past.comparing:
+            request.params = past.sent.params
+        self.dispatcher.request(request)
 
     # --- ending
 
@@ -264,21 +238,3 @@ OUR_ERRORS = ("Fault", "Canceled", "DiskFull", "Stopped", "NEVER_STARTED")
 
 def _reserved(name: str) -> bool:
     return name in RESERVED_ERRORS or name in OUR_ERRORS
-
-
-def _happened(past: PastGoal, action: Action) -> str:
-    assert past.ended is not None
-    error = past.ended.error
-    if error is None:
-        return "yes" if past.ended.state == "SUCCEEDED" else "unknown"
-    return error.happened if error.happened != "unknown" else action.happened(error.name)
-
-
-def _changed(past: PastGoal, wanted: dict[str, Any]) -> str:
-    was, now = (
-        ", ".join(f"{n} {words(v)}" for n, v in p.items()) for p in (past.sent.params, wanted)
-    )
-    return (
-        f"it was done with {was or 'nothing'}, but the protocol now asks for {now or 'nothing'}; "
-        "it will not be done a second time"
-    )

@@ -1,25 +1,15 @@
 """Every promise of the analyser's contract, kept by the driver of the paper's server."""
 
-import time
 from contextlib import contextmanager
 
 import pytest
 
-from labrun.drivers.contract_tests import Case, KeepsContract
+from ..analyser_calls import KeepsAnalyserContract, case_of
 
 
 @pytest.mark.slow
-class TestAecp(KeepsContract):
-    case = Case(
-        driver="aecp",
-        config={"settle_s": 0.4},
-        good={
-            "measure": {}, "last_shot": {}, "export": {"shot": "shot-000001", "file": "s/a.csv"},
-            "disarm": {}, "locate": {}, "reconnect": {},
-        },
-        needs={"export": ["measure"]},
-        lasting="measure",
-    )  # fmt: skip
+class TestAecp(KeepsAnalyserContract):
+    case = case_of("aecp", settle_s=0.4)
 
     @pytest.fixture(autouse=True)
     def bench(self, aecp):
@@ -37,12 +27,8 @@ class TestAecp(KeepsContract):
         finally:
             self.aecp.end()
 
-    def is_safe(self, status):
-        return status["armed"] is False
+    def fired(self):
+        return self.aecp.shots()
 
-    def happened(self, folder, goal_id):
-        return self.aecp.shots() == 1
-
-    def rest(self, folder):
-        while (folder / "running").exists():
-            time.sleep(0.05)
+    def is_busy(self, folder):
+        return (folder / "running").exists()

@@ -203,7 +203,7 @@ def test_unplugged_it_is_lost_and_plugged_in_again_it_goes_on_with_its_tare(emul
     (first, second), reading = played(balance(emulator), story)
 
     assert {first.name, second.name} == {"Lost"}
-    assert f"there is no port {emulator.link}; ports of this machine" in second.message
+    assert f"there is no port {emulator.link}: is the cable plugged in?" in second.message
     assert reading == {"mass": 0.0, "stable": True}
 
 
@@ -284,7 +284,7 @@ def test_what_is_no_serial_port_is_a_sentence(tmp_path):
     (tmp_path / "file").write_text("no port")
     config = {"port": str(tmp_path / "file")}
 
-    assert "cannot be opened as a serial port" in cannot_open(
+    assert "file is not a serial port" in cannot_open(
         Balance(Place("balance", config, {}, tmp_path, tmp_path))
     )
 

@@ -1,24 +1,15 @@
 """Every promise of the analyser's contract, kept with mouse and keyboard on a real program."""
 
-import time
 from contextlib import contextmanager
 
 import pytest
 
-from labrun.drivers.contract_tests import Case, KeepsContract
+from ..analyser_calls import KeepsAnalyserContract, case_of
 
 
 @pytest.mark.slow
-class TestSciapsGui(KeepsContract):
-    case = Case(
-        driver="sciaps_gui",
-        good={
-            "measure": {}, "last_shot": {}, "export": {"shot": "shot-000001", "file": "s/a.csv"},
-            "disarm": {}, "locate": {}, "reconnect": {},
-        },
-        needs={"export": ["measure"]},
-        lasting="measure",
-    )  # fmt: skip
+class TestSciapsGui(KeepsAnalyserContract):
+    case = case_of("sciaps_gui")
 
     @pytest.fixture(autouse=True)
     def bench(self, gui):
@@ -32,12 +23,8 @@ class TestSciapsGui(KeepsContract):
         finally:
             self.gui.end()
 
-    def is_safe(self, status):
-        return status["armed"] is False
+    def fired(self):
+        return self.analyser.shots()
 
-    def happened(self, folder, goal_id):
-        return self.analyser.shots() == 1
-
-    def rest(self, folder):
-        while self.analyser.order("state") == "busy":
-            time.sleep(0.05)
+    def is_busy(self, folder):
+        return self.analyser.order("state") == "busy"

@@ -43,6 +43,15 @@ def test_only_the_newest_epoch_is_good(tmp_path):
     assert story(tmp_path, tell) == (1, 2)
 
 
+def test_a_late_copy_of_a_request_fences_nobody_and_a_new_one_does(tmp_path):
+    async def tell(lease, _):
+        first = ask().model_copy(update={"ask": "t1"})
+        granted = await lease.take(first, "s1"), await lease.take(first, "s1")
+        return granted, await lease.take(ask().model_copy(update={"ask": "t2"}), "s1")
+
+    assert story(tmp_path, tell) == ((1, 1), 2)
+
+
 def test_a_renewal_keeps_the_epoch_and_moves_the_end(tmp_path):
     async def tell(lease, lapsed):
         epoch = await lease.take(ask(ttl_s=0.1), "s1")

@@ -57,6 +57,7 @@ def test_what_was_under_way_is_interrupted_and_what_waited_never_started(path):
     ledger.admit(goal("ran"), "EXECUTING")
     ledger.admit(goal("began"), "ACCEPTED")
     ledger.begin("began")
+    ledger.admit(goal("waited elsewhere").model_copy(update={"device": "lamp"}), "ACCEPTED")
     ledger = reopened(ledger)
     errors = {i: ledger.report(i).error for i in ("waited", "ran", "began")}
     touched = ledger.touched

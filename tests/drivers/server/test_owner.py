@@ -7,6 +7,7 @@ import pytest
 from labrun.drivers.driver import Driver
 from labrun.drivers.server.owner import FINISH_S
 
+from . import lamp
 from .lamp import LAST_ACT_S, SAFE_S, Lamp, Story
 
 
@@ -24,6 +25,21 @@ def test_a_stop_is_answered_by_a_safe_state_that_began_after_the_last_act():
     assert answer == (True, "lamp is in its safe state")
     assert not lit
     assert ("safe", "") in acts[acts.index(("over", "g1")) :]
+
+
+def test_under_a_goal_that_is_slow_to_end_the_driver_is_called_once(monkeypatch):
+    monkeypatch.setattr(lamp, "LAST_ACT_S", 2.5 * SAFE_S)
+
+    async def told(story):
+        await story.take()
+        goal = await story.goal()
+        await story.until("begins", goal)
+        await story.device.stop()
+        return story.lamp.acts
+
+    acts = Story.tell(told)
+
+    assert acts[1 : acts.index(("over", "g1"))] == [("safe", ""), ("safe over", "")]
 
 
 @pytest.mark.parametrize("lapse", ["finish", "cancel", "safe"])
@@ -106,5 +122,6 @@ def test_what_a_lapsed_lease_still_does_after_its_time_is_aborted():
     before, after, calm = Story.tell(told)
 
     assert before == [("begins", "g1")]
+    assert after[1:3] == [("safe", ""), ("over", "g1")]  # made safe at once, and again below
     assert after[after.index(("over", "g1")) :][-2:] == [("safe", ""), ("safe over", "")]
-    assert calm
+    assert calm is True

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from labrun.engine.journal.history import split_goal_id
+from labrun.engine.journal.course import split_goal_id
 from labrun.engine.journal.journal import read_records
 
 GOLDEN = sorted(

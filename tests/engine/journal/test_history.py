@@ -2,7 +2,8 @@
 
 import pytest
 
-from labrun.engine.journal.history import read_history, split_goal_id
+from labrun.engine.journal.course import split_goal_id
+from labrun.engine.journal.history import read_history
 from labrun.engine.journal.journal import JournalFault
 from labrun.schemas import journal as j
 from labrun.schemas.messages import GoalError

@@ -38,6 +38,18 @@ def test_a_watcher_that_fails_hears_nothing_more_and_the_others_hear_all(run, ca
     assert "lamp of the watcher" in str(record.exc_info[1])
 
 
+def test_a_watcher_that_fails_while_it_makes_the_run_tell_more_is_dropped_once(run, caplog):
+    def broken(event):
+        if event.text == "one":
+            run.log("heard")
+        raise RuntimeError("the lamp of the watcher is out")
+
+    run.listeners.append(broken)
+    run.log("one")
+
+    assert run.listeners == [] and "watcher of the run failed" in caplog.text
+
+
 def test_a_reader_that_has_gone_is_no_fault(run, caplog):
     def gone(event):
         raise BrokenPipeError

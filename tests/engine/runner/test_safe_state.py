@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from labrun.drivers.client.client import DeviceClient
 
 SCRIPTED = f"{Path(__file__).parents[1] / 'scripted_lab' / 'scripted.py'}:Scripted"
@@ -106,3 +108,44 @@ def test_a_goal_that_still_runs_at_a_resume_times_out_and_the_next_resume_tries_
     assert {path for kind, path, _ in told if kind == "goal"} == {"main/x"}
     assert ran.sent() == ["x", "x"]
     assert [r.state for r in ran.records if r.kind == "ended"] == ["ABORTED", "SUCCEEDED"]
+
+
+@pytest.mark.parametrize("when", ["the resume begins", "it is asked about"])
+def test_a_goal_that_still_runs_is_cancelled_when_the_resume_is_aborted(
+    own_device, monkeypatch, when
+):
+    monkeypatch.setitem(DeviceClient.__init__.__kwdefaults__, "lost_after_s", 0.3)
+    device = own_device(safe_state=[], on_lease_lapse="finish")
+    told = []
+
+    def lose(event):
+        if event.event == "feedback":
+            device.break_wire()
+        elif (event.event, event.state) == ("goal", "lost"):
+            device.mend_wire()
+
+    def abort(event):
+        told.append((event.event, event.state))
+        begins = (event.event, event.state) == ("run", "running")
+        if begins if when == "the resume begins" else told[-1] == ("goal", "sent"):
+            device.abort()
+
+    device.run("steps: [{do: a.act, with: {name: x, script: hang}, timeout: 300 s}]\n", watch=lose)
+    ran = device.resume(watch=abort)
+
+    assert ran.finished.fate == "aborted"
+    assert [r.state for r in ran.records if r.kind == "ended"] == ["CANCELED"]
+    assert ("goal", "canceled") in told
+
+
+def test_a_server_that_says_nothing_of_a_device_has_not_confirmed_it(own_device, monkeypatch):
+    async def silent(self, *devices, **more):
+        return {}
+
+    monkeypatch.setattr(DeviceClient, "stop", silent)
+
+    ran = own_device().run("steps: [{do: a.act, with: {name: x}}]\n")
+
+    assert [(r.confirmed, r.message) for r in ran.records if r.kind == "safe"] == [
+        (False, "no answer")
+    ]

@@ -87,7 +87,7 @@ def test_a_torn_last_line_is_left_out(folder, teller):
         file.write('{"n":5,"at":"2026-11-2')
 
     digest = read_digest(folder)
-    assert digest.records == 4
+    assert digest.last_n == 4
     assert digest.damage == ""
 
 
@@ -98,7 +98,7 @@ def test_a_journal_that_was_changed_is_told_as_far_as_it_can_be_trusted(folder, 
     teller.path.write_text("".join(lines))
 
     digest = read_digest(folder)
-    assert digest.records == 3
+    assert digest.last_n == 3
     assert "breaks at record 4" in digest.damage
 
 
@@ -108,7 +108,7 @@ def test_a_journal_with_bytes_that_are_no_text_is_told_up_to_there(folder, telle
         file.write(b'{"n":3,"text":"\xff\xfe","hash":"0"}\n')
 
     digest = read_digest(folder)
-    assert digest.records == 2
+    assert digest.last_n == 2
     assert "record 3" in digest.damage
 
 
@@ -116,7 +116,7 @@ def test_an_empty_journal_is_a_story_without_a_beginning(folder, teller):
     teller.path.touch()
 
     digest = read_digest(folder)
-    assert (digest.records, digest.began, digest.started) == (0, "", None)
+    assert (digest.last_n, digest.began, digest.started) == (0, "", None)
 
 
 def test_a_run_that_was_taken_up_again_has_the_end_of_its_last_life(folder, teller):

@@ -232,4 +232,4 @@ def test_nothing_of_finished_iterations_is_kept(folder, teller):
     outcomes = read_digest(folder).outcomes
     assert not outcomes.latest
     assert not outcomes.fallbacks
-    assert not outcomes.under_way
+    assert not outcomes.course.under_way

@@ -3,8 +3,8 @@
 import pytest
 
 from labrun.engine.check import check_text
+from labrun.engine.journal.journal import Follower, JournalFault
 from labrun.schemas import journal as j
-from labrun.web.runs.follower import Damaged, Follower
 from labrun.web.runs.outline import Outline
 from labrun.web.runs.picture import Picture
 
@@ -40,7 +40,7 @@ def outline():
 
 def read(picture, follower):
     for offset, record in follower.records():
-        picture.take(offset, record)
+        picture.read(offset, record)
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_only_what_is_new_in_a_journal_is_read(teller, outline):
     read(picture, follower)
     before = follower.offset
     teller.sent("main/samples/A/scan/0,0/go", action="gantry.move_to")
-    new = [record["kind"] for _, record in follower.records()]
+    new = [record.kind for _, record in follower.records()]
 
     assert before == teller.path.read_bytes().index(b'{"n":3')
     assert new == ["goal"] and list(follower.records()) == []
@@ -91,7 +91,7 @@ def test_a_torn_last_line_waits_for_its_end(teller):
     with teller.path.open("a") as file:
         file.write(line[20:])
 
-    assert torn == [] and [r["phase"] for _, r in follower.records()] == ["finally:1"]
+    assert torn == [] and [r.phase for _, r in follower.records()] == ["finally:1"]
 
 
 def test_a_journal_that_was_changed_is_shown_up_to_the_damage(teller):
@@ -99,8 +99,8 @@ def test_a_journal_that_was_changed_is_shown_up_to_the_damage(teller):
     text = teller.path.read_text().replace("libs", "LIBS")
     teller.path.write_text(text)
     follower, seen = Follower(teller.path), []
-    with pytest.raises(Damaged, match="record 3"):
-        seen += [record["n"] for _, record in follower.records()]
+    with pytest.raises(JournalFault, match="record 3"):
+        seen += [record.n for _, record in follower.records()]
 
     assert follower.number == 3
 
@@ -133,7 +133,7 @@ def test_points_of_nested_loops_are_told_apart_by_the_keys_around(teller, outlin
     }
     assert nodes["main/samples/*/scan/*/go"].ok == 4
     assert nodes["main/samples/*/scan/*/careful/shoot"].failed == 1
-    assert picture.holes == 1 and not picture.take_changes()[1]
+    assert picture.hole_count == 1 and not picture.take_changes()[1]
     assert len(lines) == len(picture.log)
 
 
@@ -143,12 +143,12 @@ def test_a_question_and_a_goal_under_way_end_with_the_run(teller, outline):
     picture = Picture(teller.path, outline)
     follower = Follower(teller.path)
     read(picture, follower)
-    during = (len(picture.under_way), len(picture.questions))
+    during = (len(picture.under_way), len(picture.open_questions))
     teller.finished("aborted", reason="aborted by Ada")
     read(picture, follower)
 
     assert during == (1, 1)
-    assert (len(picture.under_way), len(picture.questions)) == (0, 0)
+    assert (len(picture.under_way), len(picture.open_questions)) == (0, 0)
     assert picture.fate == "aborted" and picture.nodes["main/ask_it"].running == 0
 
 

@@ -10,6 +10,7 @@ import pytest
 from labrun.schemas import journal as j
 from labrun.web.library.timings import Timings
 from labrun.web.runs.open_run import OpenRun
+from labrun.web.runs.picture import Picture
 from labrun.web.runs.run_views import detail
 from labrun.web.runs.runs import Runs
 from labrun.web.updates.updates import Updates
@@ -38,7 +39,7 @@ async def until(true):
 
 
 def test_an_end_without_a_fate_is_shown_as_damage_and_the_other_runs_are_watched(
-    runs, folder, teller, caplog
+    runs, folder, teller
 ):
     teller.started()
     good = folder.with_name("good")
@@ -60,6 +61,17 @@ def test_an_end_without_a_fate_is_shown_as_damage_and_the_other_runs_are_watched
 
     assert (told.fate, told.protocol) == ("interrupted", "test")
     assert "record 3" in told.reason and "fate" in told.reason
+
+
+def test_a_fault_of_ours_ends_one_run_on_the_page_and_is_in_the_log(
+    folder, teller, caplog, monkeypatch
+):
+    teller.started().worked("main/a")
+    monkeypatch.delattr(Picture, "_ended")
+    run = OpenRun(folder, Timings(folder / "timings.json"), lambda id: None)
+    asyncio.run(run.load())
+
+    assert "record 4" in run.damage and "_ended" in run.damage
     assert any(record.exc_info for record in caplog.records if record.name == "labrun")
 
 
