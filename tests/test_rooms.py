@@ -22,6 +22,7 @@ DOORS = {
         "page",
         "process",
         "signals",
+        "start",
         "tasks",
         "websocket",
     },
