@@ -74,8 +74,8 @@ def main() -> None:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(PROBLEMS)
-    except Exception:
-        sys.exit(_own_fault())
+    except Exception as fault:
+        sys.exit(_not_installed(argv, fault) or _own_fault())
 
 
 def _asks_more(argv: list[str]) -> bool:
@@ -141,6 +141,17 @@ def _show_version(wanted: bool) -> None:
 def _command(name: str):
     module = importlib.import_module(f".commands.{MODULES.get(name, name)}", __package__)
     return getattr(module, MODULES.get(name, name))
+
+
+def _not_installed(argv: list[str], fault: Exception) -> int:
+    """Say which line adds the library that a command lacks; 0 if that is not what went wrong."""
+    from ..system.extras import not_installed
+
+    why = not_installed(fault) if isinstance(fault, ImportError) else None
+    if why is None:
+        return 0
+    print(f"labrun {argv[0] if argv else ''}: {why}", file=sys.stderr)
+    return PROBLEMS
 
 
 def _own_fault() -> int:

@@ -17,6 +17,7 @@ DOORS = {
     "system": {
         "__init__",
         "cells",
+        "extras",
         "files",
         "keyboard",
         "page",
