@@ -261,3 +261,44 @@ def test_a_run_that_needs_more_says_so_before_anything_is_sent(tmp_path):
     assert ran.returncode == 4
     assert "labrun[spectra]" in ran.stderr
     assert "Nothing was sent." in ran.stderr
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory):
+    """Python of an environment into which the base was installed from a wheel, as a person does."""
+    folder = tmp_path_factory.mktemp("clean")
+    build = [sys.executable, "-m", "build", "-q", "--wheel", "--outdir", folder, ROOT]
+    subprocess.run(build, check=True, env={**os.environ, "LABRUN_SKIP_PAGE": "1"})
+    subprocess.run([sys.executable, "-m", "venv", folder / "env"], check=True)
+    python = next(
+        p for p in (folder / "env/bin/python", folder / "env/Scripts/python.exe") if p.exists()
+    )
+    (wheel,) = folder.glob("*.whl")
+    subprocess.run([python, "-m", "pip", "install", "-q", wheel], check=True)
+    return python
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("command", LACKING)
+def test_in_a_clean_environment_the_line_that_is_said_brings_what_is_missing(clean, files, command):
+    words = [str(clean), "-m", "labrun.engine", *LACKING[command][0].split()]
+
+    def said() -> str:
+        try:
+            return subprocess.run(
+                words, cwd=files, capture_output=True, encoding="utf-8", timeout=30
+            ).stderr
+        except subprocess.TimeoutExpired:
+            return ""  # it serves
+
+    lacking = said()
+    # An earlier command may have brought the same extra.
+    for _ in range(2):
+        if "add it with: " in lacking:
+            subprocess.run(
+                lacking.partition("add it with: ")[2].strip(), shell=True, check=True, cwd=files
+            )
+            lacking = said()
+
+    assert "is not installed" not in lacking
+    assert "internal error" not in lacking
