@@ -76,6 +76,8 @@ class Driver:
     contract: ClassVar[str]
     any_contract: ClassVar[bool] = False
     """True if the lab's `config` defines how a contract is kept, whichever contract it is."""
+    extra: ClassVar[str | None] = None
+    """The extra of labrun (`system/extras.py`) without which it cannot work."""
     versions: dict[str, str] = {}  # noqa: RUF012 - replaced by what the hardware reports, never mutated
 
     def __init__(self, place: Place) -> None:

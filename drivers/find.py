@@ -12,6 +12,7 @@ from typing import Any
 
 from ..schemas.contract import Action, Contract
 from ..schemas.contracts import shipped_contracts
+from ..system.extras import missing, not_installed
 from .driver import Driver
 
 SHIPPED = {
@@ -78,7 +79,8 @@ def _module(name: str, module_name: str) -> ModuleType:
     try:
         return importlib.import_module(module_name)
     except ImportError as fault:
-        raise DriverFault(f"driver {name!r} cannot be loaded: {fault}") from fault
+        why = not_installed(fault) or str(fault)
+        raise DriverFault(f"driver {name!r} cannot be loaded: {why}") from fault
 
 
 def _module_from_file(name: str, path: Path) -> ModuleType:
@@ -99,6 +101,13 @@ def _module_from_file(name: str, path: Path) -> ModuleType:
         del sys.modules[module_name]
         raise DriverFault(f"driver {name!r}: {path}: {type(fault).__name__}: {fault}") from fault
     return module
+
+
+def check_installed(driver: type[Driver]) -> None:
+    """Raise DriverFault, with the line that adds it, if what a driver of labrun needs is not installed."""
+    why = missing(driver.extra) if driver.extra is not None else None
+    if why is not None:
+        raise DriverFault(f"the driver {driver.__name__} cannot work: {why}")
 
 
 def speaks(driver: type[Driver], contract: str) -> bool:

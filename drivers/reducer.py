@@ -22,6 +22,7 @@ class Reducer(Driver):
     """
 
     contract: ClassVar[str] = "spectrum_reducer@1"
+    extra: ClassVar[str | None] = "spectra"
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)

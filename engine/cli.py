@@ -1,16 +1,10 @@
 """The command line: `labrun FILE`, and the commands beside it."""
 
+# What a command needs is imported when it is called: a start costs what it uses.
 import importlib
 import io
 import os
-import shlex
 import sys
-import tempfile
-import traceback
-from functools import partial
-from importlib.metadata import entry_points
-from pathlib import Path
-from typing import Annotated
 
 from .exit_status import CTRL_C, FAULT, PROBLEMS
 
@@ -47,7 +41,7 @@ SUMMARY = "Laboratory experiments as YAML: checked, run, and never lost."
 def arguments(argv: list[str], known: set[str]) -> list[str]:
     """`labrun FILE` means `labrun run FILE`; anything else is left as it is."""
     first = argv[0] if argv else ""
-    is_file = first.endswith((".yaml", ".yml", ".json")) or Path(first).exists()
+    is_file = first.endswith((".yaml", ".yml", ".json")) or os.path.exists(first)  # noqa: PTH110
     if first and not first.startswith("-") and first not in known and is_file:
         return ["run", *argv]
     return argv
@@ -57,6 +51,8 @@ def ros_args(argv: list[str]) -> list[str]:
     """`--ros-args ... [--]`, as ROS launches its programs with, as one option `--ros-args=...`."""
     if argv[:1] != ["ros"] or "--ros-args" not in argv:
         return argv
+    import shlex
+
     at = argv.index("--ros-args")
     end = argv.index("--", at) if "--" in argv[at:] else len(argv)
     words = shlex.join([word for word in argv[at + 1 : end] if word != "--ros-args"])
@@ -69,7 +65,7 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):  # what a console cannot show is a `?` there
             stream.reconfigure(errors="replace")
     argv = sys.argv[1:]
-    plugins = {p.name: p for p in entry_points(group="labrun.commands")} if _asks_more(argv) else {}
+    plugins = _plugins() if _asks_more(argv) else {}
     argv = ros_args(arguments(argv, {*COMMANDS, *plugins}))
     try:
         _run(argv, plugins)
@@ -78,18 +74,33 @@ def main() -> None:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(PROBLEMS)
-    except Exception:
-        sys.exit(_own_fault())
+    except Exception as fault:
+        sys.exit(_not_installed(argv, fault) or _own_fault())
 
 
 def _asks_more(argv: list[str]) -> bool:
     """Plug-ins are looked up only where one of our own commands is not what is asked for."""
-    return not argv or argv[0] not in COMMANDS
+    ours = (*COMMANDS, "--version")
+    return not argv or (argv[0] not in ours and not argv[0].endswith((".yaml", ".yml")))
+
+
+def _plugins() -> dict:
+    from importlib.metadata import entry_points
+
+    return {plugin.name: plugin for plugin in entry_points(group="labrun.commands")}
 
 
 def _run(argv: list[str], plugins: dict) -> None:
+    if argv == ["--version"]:
+        _show_version(True)
+    from functools import partial
+    from typing import Annotated
+
     import typer
 
+    from ..system.start import spare_plugins
+
+    spare_plugins()
     app = typer.Typer(help=SUMMARY, no_args_is_help=True, pretty_exceptions_enable=False)
 
     def options(
@@ -132,9 +143,22 @@ def _command(name: str):
     return getattr(module, MODULES.get(name, name))
 
 
+def _not_installed(argv: list[str], fault: Exception) -> int:
+    """Say which line adds the library that a command lacks; 0 if that is not what went wrong."""
+    from ..system.extras import not_installed
+
+    why = not_installed(fault) if isinstance(fault, ImportError) else None
+    if why is None:
+        return 0
+    print(f"labrun {argv[0] if argv else ''}: {why}", file=sys.stderr)
+    return PROBLEMS
+
+
 def _own_fault() -> int:
     """One line, and a log with versions: this is for us to fix, not for the user to read."""
     import platform
+    import tempfile
+    import traceback
 
     from .. import __version__
 

@@ -5,7 +5,7 @@ back-reference, and its `\\w`, `\\d` and `\\b` mean ASCII, as in JSON Schema and
 """
 
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 
@@ -37,9 +37,75 @@ def _why(fault: Exception) -> str:
     return f"{reason}{what}"
 
 
-def validator(schema: Mapping[str, Any]) -> Any:
-    """The validator of a JSON Schema (draft 2020-12), with patterns that end."""
-    return _draft()(schema)
+class Validator:
+    """The rules of a JSON Schema (draft 2020-12), with patterns that end.
+
+    jsonschema, which takes long to import, is asked about whatever is not plainly right.
+    """
+
+    def __init__(self, schema: Mapping[str, Any]) -> None:
+        self.schema = schema
+
+    def is_valid(self, value: Any) -> bool:
+        """Whether the value keeps the schema."""
+        return plainly_right(self.schema, value) or self._draft.is_valid(value)
+
+    def iter_errors(self, value: Any) -> Iterator[Any]:
+        """Every jsonschema.ValidationError of the value."""
+        return iter(()) if plainly_right(self.schema, value) else self._draft.iter_errors(value)
+
+    @cached_property
+    def _draft(self) -> Any:
+        return _draft()(self.schema)
+
+
+def validator(schema: Mapping[str, Any]) -> Validator:
+    """The validator of a JSON Schema."""
+    return Validator(schema)
+
+
+SAYS_NOTHING = {"unit", "summary", "title", "description", "default", "examples", "format"}
+KINDS = {
+    "number": lambda value: _is_number(value),
+    "integer": lambda value: type(value) is int,
+    "string": lambda value: isinstance(value, str),
+    "boolean": lambda value: isinstance(value, bool),
+    "object": lambda value: isinstance(value, dict),
+}
+RULES = {
+    "type": lambda value, wanted, _: isinstance(wanted, str) and KINDS.get(wanted, _never)(value),
+    "minimum": lambda value, least, _: _is_number(value) and value >= least,
+    "maximum": lambda value, most, _: _is_number(value) and value <= most,
+    "exclusiveMinimum": lambda value, least, _: _is_number(value) and value > least,
+    "exclusiveMaximum": lambda value, most, _: _is_number(value) and value < most,
+    "enum": lambda value, known, _: isinstance(value, str) and value in known,
+    "required": lambda value, names, _: isinstance(value, dict) and value.keys() >= {*names},
+    "minProperties": lambda value, least, _: isinstance(value, dict) and len(value) >= least,
+    "properties": lambda value, known, _: (
+        isinstance(value, dict)
+        and all(plainly_right(known[name], item) for name, item in value.items() if name in known)
+    ),
+    "additionalProperties": lambda value, others, schema: (
+        isinstance(value, dict)
+        and (others is True or (others is False and value.keys() <= schema.get("properties", {}).keys()))
+    ),
+}  # fmt: skip
+
+
+def plainly_right(schema: Any, value: Any) -> bool:
+    """True only for a value that keeps a schema of RULES; False for what has to be looked at closely."""
+    return isinstance(schema, Mapping) and all(
+        key in SAYS_NOTHING or (key in RULES and RULES[key](value, said, schema))
+        for key, said in schema.items()
+    )
+
+
+def _never(_: Any) -> bool:
+    return False
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def check_schema(schema: Mapping[str, Any]) -> None:

@@ -8,6 +8,7 @@ from functools import cache
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, StringConstraints, Tag, field_validator
+from typing_extensions import TypeAliasType
 
 from .model import Model
 
@@ -251,25 +252,28 @@ def _list_fields(kind: type[StepBase]) -> list[tuple[str, str]]:
     return [(key, name) for key, name in STEP_LISTS.items() if name in kind.model_fields]
 
 
-Step = Annotated[
-    Annotated[Do, Tag("do")]
-    | Annotated[Parallel, Tag("parallel")]
-    | Annotated[AnyOf, Tag("any")]
-    | Annotated[Foreach, Tag("foreach")]
-    | Annotated[Repeat, Tag("repeat")]
-    | Annotated[While, Tag("while")]
-    | Annotated[If, Tag("if")]
-    | Annotated[Use, Tag("use")]
-    | Annotated[Group, Tag("steps")]
-    | Annotated[Confirm, Tag("confirm")]
-    | Annotated[Ask, Tag("ask")]
-    | Annotated[Wait, Tag("wait")]
-    | Annotated[Set, Tag("set")]
-    | Annotated[Require, Tag("require")]
-    | Annotated[Log, Tag("log")]
-    | Annotated[Fail, Tag("fail")],
-    Discriminator(step_kind),
-]
+Step = TypeAliasType(
+    "Step",
+    Annotated[
+        Annotated[Do, Tag("do")]
+        | Annotated[Parallel, Tag("parallel")]
+        | Annotated[AnyOf, Tag("any")]
+        | Annotated[Foreach, Tag("foreach")]
+        | Annotated[Repeat, Tag("repeat")]
+        | Annotated[While, Tag("while")]
+        | Annotated[If, Tag("if")]
+        | Annotated[Use, Tag("use")]
+        | Annotated[Group, Tag("steps")]
+        | Annotated[Confirm, Tag("confirm")]
+        | Annotated[Ask, Tag("ask")]
+        | Annotated[Wait, Tag("wait")]
+        | Annotated[Set, Tag("set")]
+        | Annotated[Require, Tag("require")]
+        | Annotated[Log, Tag("log")]
+        | Annotated[Fail, Tag("fail")],
+        Discriminator(step_kind),
+    ],
+)
 
 
 class Protocol(Model):

@@ -35,6 +35,16 @@ KINDS = {
 }
 
 
+SIZES = {
+    "length": {"nm": 1e-9, "um": 1e-6, "µm": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0},
+    "time": {"us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0},
+    "volume": {"uL": 1e-6, "µL": 1e-6, "mL": 1e-3, "L": 1.0},
+    "mass": {"ug": 1e-6, "µg": 1e-6, "mg": 1e-3, "g": 1.0, "kg": 1e3},
+}
+"""The units that most protocols need, in one of their kind; a test holds them against pint."""
+PLAIN = {unit: (kind, size) for kind, sizes in SIZES.items() for unit, size in sizes.items()}
+
+
 class UnitError(ValueError):
     """A unit that is unknown, or of a different dimension than the one required."""
 
@@ -99,6 +109,8 @@ def parse_quantity(text: str) -> "Quantity[Any]":
 @lru_cache(maxsize=4096)
 def kind_of_unit(unit: str) -> str:
     """What a unit measures, in words: `a length`, `a time`."""
+    if unit in PLAIN:
+        return f"a {PLAIN[unit][0]}"
     dimensionality = unit_of(unit).dimensionality
     for key, words in KINDS.items():
         if dimensionality == _dimensions(key):
@@ -155,6 +167,8 @@ def magnitude_in(value: Any, unit: str) -> float:
     Raises UnitError, with both dimensions in words, if the dimensions differ.
     """
     if isinstance(value, str):
+        if (number := plainly(value, unit)) is not None:
+            return number
         value = parse_quantity(value)
     if not is_quantity(value):
         return value  # a bare number is in the contract's unit
@@ -172,10 +186,21 @@ def magnitude_in(value: Any, unit: str) -> float:
     return float(f"{value.magnitude * factor:.12g}")
 
 
+def plainly(text: str, unit: str) -> float | None:
+    """The number of `0.2 mm` in `unit` where that needs no pint, which takes long to import; else None."""
+    match = QUANTITY.match(text)
+    if match is None:
+        return None
+    number, own, wanted = match[1], PLAIN.get(match[2]), PLAIN.get(unit)
+    if own is None or wanted is None or own[0] != wanted[0]:
+        return None
+    if own == wanted:
+        return int(number) if re.fullmatch(r"[+-]?\d+", number) else float(number)
+    return float(f"{float(number) * (own[1] / wanted[1]):.12g}")
+
+
 def seconds(value: Any) -> float:
     """A duration in seconds: `30 s`, `2 min`, a quantity, or a bare number of seconds."""
-    if isinstance(value, str) and (match := re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(ms|s)\s*", value)):
-        return float(match[1]) / (1000 if match[2] == "ms" else 1)  # spares most programs pint
     return float(magnitude_in(value, "s"))
 
 

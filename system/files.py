@@ -34,7 +34,7 @@ def write_whole(path: Path, data: bytes, *, mode: int | None = None, sync: bool 
                 os.fsync(file.fileno())
         if mode is None and place.exists():
             shutil.copymode(place, half)
-        _put(half, place)
+        put(half, place)
     except OSError:
         half.unlink(missing_ok=True)
         raise
@@ -52,7 +52,7 @@ def replace_whole(path: Path) -> Iterator[IO[bytes]]:
             yield file
             file.flush()
             os.fsync(file.fileno())
-        _put(half, place)
+        put(half, place)
     except BaseException:
         half.unlink(missing_ok=True)
         raise
@@ -62,7 +62,8 @@ def _created(half: Path, mode: int) -> int:
     return os.open(half, os.O_WRONLY | os.O_CREAT | os.O_EXCL | BINARY, mode)
 
 
-def _put(half: Path, place: Path) -> None:
+def put(half: Path, place: Path) -> None:
+    """Put a finished file in another's place; patient on Windows, where a virus scanner may hold one."""
     for attempt in range(REFUSALS):
         try:
             half.replace(place)

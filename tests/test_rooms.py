@@ -17,11 +17,13 @@ DOORS = {
     "system": {
         "__init__",
         "cells",
+        "extras",
         "files",
         "keyboard",
         "page",
         "process",
         "signals",
+        "start",
         "tasks",
         "websocket",
     },

@@ -12,6 +12,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
+from ...system.extras import not_installed
 from ..serial_io.condition import Condition
 from ..serial_io.open_port import OpenPort
 from ..serial_io.port import SerialPort
@@ -200,9 +201,7 @@ class Visa(Channel):
         try:
             pyvisa = import_module("pyvisa")
         except ImportError as fault:
-            raise OSError(
-                f"PyVISA is missing ({fault}): `pip install 'labrun[visa]'` brings it and PyVISA-py"
-            ) from fault
+            raise OSError(not_installed(fault) or str(fault)) from fault
         self._manager = pyvisa.ResourceManager(self._library)
         self._session = self._manager.open_resource(
             self.resource.name, open_timeout=int(timeout_s * 1000)

@@ -13,6 +13,7 @@ from pydantic import Field, field_validator, model_validator
 
 from ...schemas.contract import Action, Effect, Happened, Name
 from ...schemas.model import Model
+from ...system.extras import not_installed
 from ..driver import ActionFailed, GoalContext
 from .bridge import Bridge, Values
 from .by_action import ByAction, filled, texts
@@ -157,9 +158,7 @@ class Modbus(Bridge):
         try:
             library = import_module("pymodbus.client")
         except ImportError as fault:
-            raise OSError(
-                f"pymodbus is missing ({fault}): `pip install 'labrun[modbus]'`"
-            ) from fault
+            raise OSError(not_installed(fault) or str(fault)) from fault
         # A repeated request may write twice: whether to ask again is decided here.
         options = {"timeout": LONGEST_S, "retries": 0, "reconnect_delay": 0}
         framer = self.config.framer or ("socket" if at.kind == "tcp" else "rtu")

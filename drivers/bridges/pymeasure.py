@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 from pydantic import Field, model_validator
 
 from ...schemas.contract import Action, Effect, Name
+from ...system.extras import not_installed
 from ..driver import ActionFailed, GoalContext
 from .answers import INFINITE, BadAnswer, none_for, value
 from .bridge import Bridge, Values
@@ -63,9 +64,7 @@ def instrument_class(name: str) -> Any:
     try:
         import_module(PACKAGE)
     except ImportError as fault:
-        raise OSError(
-            f"PyMeasure is missing ({fault}): `pip install 'labrun[pymeasure]'`"
-        ) from fault
+        raise OSError(not_installed(fault) or str(fault)) from fault
     try:
         there = import_module(f"{PACKAGE}.{module}")
     except ImportError as fault:

@@ -19,6 +19,7 @@ class DepthCamera(Driver):
     """The actions of depth_camera@1, for drivers that implement `look`."""
 
     contract: ClassVar[str] = "depth_camera@1"
+    extra: ClassVar[str | None] = "vision"
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)

@@ -5,6 +5,7 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
+from ...system.extras import not_installed
 from .bridge import Bridge, Gone, Rejected, Sent, Values
 
 OPEN_S = 5.0
@@ -19,7 +20,7 @@ class RosbridgeWay(Bridge):
         try:
             import roslibpy
         except ImportError as fault:
-            raise ValueError("roslibpy is not installed: pip install 'labrun[ros]'") from fault
+            raise ValueError(not_installed(fault) or str(fault)) from fault
         self._roslibpy: Any = roslibpy
         self._url = url
         self._ros: Any = None

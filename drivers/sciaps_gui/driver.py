@@ -39,6 +39,7 @@ class SciapsGui(Driver):
     """Runs on the analyser's own computer, in the session whose screen shows the program."""
 
     contract: ClassVar[str] = "libs_analyzer@1"
+    extra: ClassVar[str | None] = "gui"
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)

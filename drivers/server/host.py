@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from ...schemas.contract import Contract
 from ...schemas.model import first_fault
 from ..driver import Place
-from ..find import DriverFault, check_driver, find_driver
+from ..find import DriverFault, check_driver, check_installed, find_driver
 from . import tokens
 from .arguments import LimitFault, read_limits
 from .device import ServedDevice
@@ -34,6 +34,7 @@ def make_device(
     try:
         contract = Contract.model_validate(device.contract)
         driver_class = find_driver(device.driver, Path(settings.base))
+        check_installed(driver_class)
         check_driver(driver_class, contract)
         limits = read_limits(device.limits, contract)
         folder.mkdir(parents=True, exist_ok=True)

@@ -13,6 +13,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from ...system.start import later, spare_plugins
+
+if __name__ == "__main__":  # a process of its own, whose start is waited for
+    spare_plugins()
+    with later("aiohttp"):  # for clients of Socket.IO, which few drivers are
+        import socketio  # noqa: F401
+
 from ...schemas.model import first_fault
 from ...system.process import alive
 from ...system.signals import until_end

@@ -5,10 +5,13 @@ not just where it was), then the mean colour of what the tick fills says how muc
 a mean minds neither the tick's exact shape nor its thickness.
 """
 
-import cv2
 import numpy as np
 
+from ...system.start import later
 from .match import Hit, Picture, Template
+
+with later("cv2"):
+    import cv2
 
 DIFFERENT = 30
 FEW = 8

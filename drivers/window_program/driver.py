@@ -33,6 +33,7 @@ class WindowProgram(Driver):
     """Implements whichever contract its lab names; runs in the session whose screen shows the program."""
 
     any_contract: ClassVar[bool] = True
+    extra: ClassVar[str | None] = "gui"
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)

@@ -10,6 +10,7 @@ import sys
 import time
 from typing import Any
 
+from ...system.extras import not_installed
 from .match import Picture
 from .quiet import have_cookies, quiet_libraries
 from .windows import NoScreen
@@ -105,8 +106,7 @@ def _pyautogui() -> Any:
             import pyautogui
     except ImportError as fault:
         raise NoScreen(
-            f"mouse and keyboard need pyautogui ({fault}): install it with "
-            f"`python -m pip install 'labrun[gui]'`"
+            f"mouse and keyboard cannot be used: {not_installed(fault, 'gui') or fault}"
         ) from fault
     except Exception as fault:  # Xlib and KeyError where there is no display, at import
         LOG.exception("pyautogui cannot be used")

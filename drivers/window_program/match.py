@@ -12,8 +12,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import cv2
 import numpy as np
+
+from ...system.start import later
+
+with later("cv2"):
+    import cv2
 
 Picture = np.ndarray
 """Rows x columns x 3, uint8, RGB."""

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ...system.extras import missing
 from ..exit_status import FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
 from .options import WrongUsage, say
 
@@ -54,6 +55,9 @@ def view_of_screen(title: str) -> Any:
 
 def told_plainly(act: Callable[[], int]) -> None:
     """Run a command's work; report a fault of the screen or of its files in one line."""
+    if (why := missing("gui")) is not None:
+        say(why)
+        raise typer.Exit(PROBLEMS)
     from ...drivers.window_program.buttons import ButtonsFault
     from ...drivers.window_program.hands import NotClicked
     from ...drivers.window_program.view import Trouble
@@ -67,9 +71,6 @@ def told_plainly(act: Callable[[], int]) -> None:
     except (NoScreen, Trouble, NotClicked) as fault:
         say(str(fault))
         raise typer.Exit(NOT_REACHED) from None
-    except ImportError as fault:
-        say(f"{fault}; install what is needed with `python -m pip install 'labrun[gui]'`")
-        raise typer.Exit(PROBLEMS) from None
     raise typer.Exit(status)
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ...schemas import journal as j
+from ...system.extras import not_installed
 from ...system.files import replace_whole
 from ..journal.journal import JournalFault, read_records
 from ..run.folder import JOURNAL
@@ -41,7 +42,7 @@ def write(folder: Path, place: Path) -> None:
     try:
         from mcap.writer import Writer
     except ImportError as fault:
-        raise ExportFault("mcap is not installed: pip install 'labrun[export]'") from fault
+        raise ExportFault(not_installed(fault) or str(fault)) from fault
     with replace_whole(place) as file:
         writer = Writer(file)
         writer.start(profile="", library="labrun")

@@ -6,7 +6,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ...drivers.find import SHIPPED, DriverFault, find_driver
 from ...schemas.contract import Contract
 from ...schemas.lab import Lab, LabDevice
 from ...schemas.problem import Problem
@@ -65,7 +64,11 @@ def broken(name: str, device: LabDevice, source: Source) -> bool:
 
 def _config_model(device: LabDevice) -> Any:
     """How the config of a driver that ships is read, if that driver says so."""
-    if device.driver not in SHIPPED or "actions" not in device.config:
+    if "actions" not in device.config:
+        return None
+    from ...drivers.find import SHIPPED, DriverFault, find_driver  # asyncio, with all it needs
+
+    if device.driver not in SHIPPED:
         return None
     try:
         return getattr(find_driver(device.driver, Path()), "config_model", None)

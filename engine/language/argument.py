@@ -13,6 +13,7 @@ from ...schemas.quantity import (
     kind_of_unit,
     magnitude_in,
     parse_quantity,
+    plainly,
     quantity_text,
 )  # fmt: skip
 from .operators import words
@@ -73,6 +74,8 @@ def _in_unit(value: Any, unit: str, wanted: Wanted) -> Any:
                 else ""
             )
             raise wanted.fault(f"{words(value)} is text, {device_wants}", number)
+        if (plain := plainly(value, unit)) is not None:
+            return plain
         try:
             value = parse_quantity(value)
         except UnitError as fault:

@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import Any, Literal
 
 from ...schemas.protocol import Param
-from ...schemas.quantity import UnitError, is_quantity, kind_of_unit, unit_of
+from ...schemas.quantity import PLAIN, UnitError, is_quantity, kind_of_unit, unit_of
 
 Kind = Literal["any", "null", "boolean", "number", "text", "list", "map"]
 
@@ -42,7 +42,7 @@ LIST = Type("list", item=ANY)
 
 def number(unit: str | None, *, whole: bool = False) -> Type:
     """A number with this unit; any value if the unit is unknown, which is reported elsewhere."""
-    if unit is not None:
+    if unit is not None and unit not in PLAIN:
         try:
             unit_of(unit)
         except UnitError:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...drivers.driver import Driver, GoalContext
-from ...drivers.find import DriverFault, driver_places, find_driver, speaks
+from ...drivers.find import DriverFault, check_installed, driver_places, find_driver, speaks
 from ...drivers.simulated.twins.twin import Twin
 from ...schemas.contract import Contract
 from ...schemas.lab import LabDevice
@@ -46,14 +46,18 @@ def _own(device: LabDevice, lab: LoadedLab) -> type[Driver] | None:
     if device.driver is None:
         return None
     try:
-        return find_driver(device.driver, lab.path.parent if lab.path else Path())
+        found = find_driver(device.driver, lab.path.parent if lab.path else Path())
+        check_installed(found)
+        return found
     except DriverFault:
         return None  # not installed here: a rehearsal can do without it
 
 
 def _found(name: str) -> type[Driver] | None:
     try:
-        return find_driver(name, Path())
+        found = find_driver(name, Path())
+        check_installed(found)
+        return found
     except DriverFault:
         return None
 

@@ -3,6 +3,8 @@
 from importlib.metadata import entry_points
 from pathlib import Path
 
+from ...system.extras import not_installed
+
 
 def make_reports(folder: Path) -> tuple[list[Path], list[str]]:
     """Call every report maker with the run's folder; one that fails is reported in a line."""
@@ -11,6 +13,8 @@ def make_reports(folder: Path) -> tuple[list[Path], list[str]]:
     for point in sorted(entry_points(group="labrun.reports"), key=lambda point: point.name):
         try:
             made.extend(point.load()(folder))
+        except ImportError as fault:
+            failed.append(f"report {point.name!r} was not made: {not_installed(fault) or fault}")
         except Exception as fault:  # a plug-in's fault must not stop the run from ending
             failed.append(f"report {point.name!r} was not made: {type(fault).__name__}: {fault}")
     return made, failed

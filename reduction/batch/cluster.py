@@ -9,6 +9,7 @@ from concurrent.futures import CancelledError
 from contextlib import suppress
 from typing import Any
 
+from ...system.extras import not_installed
 from .executor import Answer, Chunk, ExecutorFault, ExecutorUnreachable
 from .settings import Settings
 from .versions import versions
@@ -17,9 +18,6 @@ from .work import Done, failed, load, reduce_bytes
 REACH_S = 6.0  # for the scheduler to answer; importing dask takes a second or two more
 LOST_S = 10.0  # without the scheduler, after which waiting ends
 AHEAD = 2  # chunks per worker: one being reduced, one in transit
-NOT_INSTALLED = (
-    "--dask needs dask.distributed, which is not installed: python -m pip install 'labrun[dask]'"
-)
 
 
 class Cluster:
@@ -28,8 +26,8 @@ class Cluster:
     def __init__(self, address: str, settings: Settings, reach_s: float = REACH_S) -> None:
         try:
             import distributed
-        except ImportError:
-            raise ExecutorFault(NOT_INSTALLED) from None
+        except ImportError as fault:
+            raise ExecutorFault(f"--dask: {not_installed(fault) or fault}") from None
         _be_quiet()
         self.address = address
         self.settings = settings

@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
+from ...system.files import put
 from ..tables.rows import unpacked
 from ..tables.write import file_names, write_tables
 from .gather import is_reduced
@@ -43,7 +44,7 @@ class Job:
         summary = summary_of(self.spool, counts, self.about)
         written.append(write_summary(summary, self.meanwhile))
         for path in written:
-            path.replace(self.out / path.name)
+            put(path, self.out / path.name)
         return counts
 
 

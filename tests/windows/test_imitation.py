@@ -116,6 +116,47 @@ print([tried(act) for act in (
     ) + r" b'1\r\n'", ran.stderr  # fmt: skip
 
 
+def test_a_file_that_a_virus_scanner_holds_is_replaced_when_it_lets_go(environment, tmp_path):
+    program = (
+        "import os\nfrom pathlib import Path\nfrom labrun.system.files import replace_whole, write_whole\n"
+        "write_whole(Path('a'), b'one')\nwrite_whole(Path('a'), b'two')\n"
+        "with replace_whole(Path('b')) as file:\n    file.write(b'three')\n"
+        "print(Path('a').read_text(), Path('b').read_text(), sorted(os.listdir()))\n"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", program],
+        env=environment,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+
+    assert ran.stdout.strip() == "two three ['a', 'b']", ran.stderr
+
+
+@pytest.mark.slow
+def test_the_page_is_served_and_ends_on_ctrl_break(started, tmp_path):
+    (tmp_path / "hello.yaml").write_bytes((PROTOCOLS / "hello.yaml").read_bytes())
+    serving = started("labrun web at", "web", ".", "--no-browser", "--port", "0")
+    serving.send_signal(CTRL_BREAK)
+    status = serving.wait()
+
+    assert status == 0, serving.stdout.read()
+
+
+@pytest.mark.slow
+def test_spectra_are_reduced_by_several_processes(labrun, tmp_path):
+    folder = tmp_path / "Spektren ü"
+    folder.mkdir()
+    for number in range(3):
+        rows = (f"{200 + n / 5:.1f},{100 + (n * 7 + number) % 13}" for n in range(600))
+        (folder / f"shot {number}.csv").write_text("wavelength,intensity\n" + "\n".join(rows))
+    status, said = labrun("reduce", str(folder), "--jobs", "2", "-o", "tables")
+
+    assert status == 0, said
+    assert (tmp_path / "tables" / "peaks.csv").exists()
+
+
 def test_torture_says_what_windows_lacks(labrun):
     status, said = labrun("torture", MAP)
 

@@ -8,6 +8,7 @@ from fastapi.responses import JSONResponse, Response
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
+from ...system import extras
 from ..models.base import Fault, FoundProblem
 
 
@@ -38,8 +39,16 @@ def not_found(what: str, name: str, hint: str = "") -> Refusal:
     return Refusal(404, "NOT_FOUND", f"there is no {what} {name!r} here", hint)
 
 
+def not_installed(fault: ImportError) -> Refusal | None:
+    """A library of an extra that is missing, with the line that adds it; None for other faults."""
+    why = extras.not_installed(fault)
+    return None if why is None else Refusal(501, "NOT_INSTALLED", why, "then start it again")
+
+
 def as_response(fault: Exception) -> Response:
     """Any refusal as the JSON that the page expects; other exceptions are raised again."""
+    if isinstance(fault, ImportError):
+        fault = not_installed(fault) or fault
     if isinstance(fault, Refusal):
         return JSONResponse(fault.fault.model_dump(), fault.status)
     if isinstance(fault, ClientDisconnect):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...system.cells import bare
-from ..local.refusal import Refusal, not_found
+from ..local.refusal import not_found
 from ..models.results import Column, TableHead, TableWindow
 
 PATTERN = "data*.csv"
@@ -64,15 +64,10 @@ class Table:
         return TableWindow(name=self.name, offset=offset, total=self.rows, columns=columns)
 
     def parquet(self) -> bytes:
-        """The table in Apache Parquet; raises Refusal (501) if pyarrow is not installed."""
-        try:
-            import pyarrow as pa
-            import pyarrow.parquet as pq
-        except ImportError:
-            raise Refusal(
-                501, "NO_PARQUET", "Parquet needs the package pyarrow, which is not installed",
-                "python -m pip install pyarrow, or use the CSV",
-            ) from None  # fmt: skip
+        """The table in Apache Parquet."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
         made = {
             name: pa.array(self.numbers[name], pa.float64()) if name in self.numbers
             else pa.array([cell or None for cell in cells], pa.string())

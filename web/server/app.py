@@ -50,7 +50,13 @@ def make_app(app_state: Any) -> FastAPI:
     for family in FAMILIES:
         whole.include_router(family)
     app.include_router(whole)
-    for fault in (refusal.Refusal, RequestValidationError, HTTPException, ClientDisconnect):
+    for fault in (
+        refusal.Refusal,
+        RequestValidationError,
+        HTTPException,
+        ClientDisconnect,
+        ImportError,
+    ):
         app.add_exception_handler(fault, refusal.answer)
     app.add_exception_handler(Exception, answer_fault)
     _describe_updates(app)

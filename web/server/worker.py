@@ -9,7 +9,7 @@ import traceback
 from collections.abc import Callable
 from typing import Any
 
-from ..local.refusal import Refusal
+from ..local.refusal import Refusal, not_installed
 
 Work = Callable[[dict[str, Any]], dict[str, Any]]
 
@@ -34,11 +34,22 @@ def main() -> None:
         try:
             answer = {"ok": True, "told": known[asked["work"]](asked["asked"])}
         except Refusal as refusal:
-            answer = {"ok": False, "status": refusal.status, "fault": refusal.fault.model_dump()}
+            answer = _refused(refusal)
+        except ImportError as fault:
+            lacking = not_installed(fault)
+            answer = _failed(fault) if lacking is None else _refused(lacking)
         except Exception as fault:  # the next request may succeed; who asked logs the traceback
-            answer = {"ok": False, "kind": type(fault).__name__, "message": str(fault)}
-            answer["trace"] = traceback.format_exc()
+            answer = _failed(fault)
         print(json.dumps(answer), file=out, flush=True)
+
+
+def _refused(refusal: Refusal) -> dict[str, Any]:
+    return {"ok": False, "status": refusal.status, "fault": refusal.fault.model_dump()}
+
+
+def _failed(fault: Exception) -> dict[str, Any]:
+    trace = "".join(traceback.format_exception(fault))
+    return {"ok": False, "kind": type(fault).__name__, "message": str(fault), "trace": trace}
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A reader that is installed on request: `pip install 'labrun[formats]'`."""
+"""A reader that is installed on request, by the extra `formats`."""
 
 import tempfile
 from collections.abc import Iterator
@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from ....system.extras import not_installed
 from ..fault import Unreadable
 
 
@@ -14,10 +15,10 @@ def library(name: str, what: str) -> ModuleType:
     """The module. Raises Unreadable, with the way to install it."""
     try:
         return import_module(name)
-    except ImportError:
+    except ImportError as fault:
         raise Unreadable(
-            f"this is {what}; to read it, install its reader: python -m pip install "
-            "'labrun[formats]' (or export the spectrum as text)"
+            f"this is {what}; its reader {not_installed(fault) or fault} "
+            "(or export the spectrum as text)"
         ) from None
 
 

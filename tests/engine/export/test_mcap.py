@@ -94,7 +94,7 @@ def test_a_journal_that_was_changed_is_refused_and_no_file_is_left(run, tmp_path
 
 def test_without_the_library_it_says_what_to_install(run, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mcap.writer", None)
-    with pytest.raises(ExportFault, match="pip install 'labrun"):
+    with pytest.raises(ExportFault, match=r'pip install "labrun\[export\]"'):
         write(run, tmp_path / "map.mcap")
 
 

@@ -227,5 +227,5 @@ def test_without_dask_the_way_to_install_it_is_said(monkeypatch):
 
     monkeypatch.setitem(sys.modules, "distributed", None)
 
-    with pytest.raises(ExecutorFault, match=r"python -m pip install 'labrun\[dask\]'"):
+    with pytest.raises(ExecutorFault, match=r'python -m pip install "labrun\[dask\]"'):
         Cluster("tcp://127.0.0.1:1", Settings())

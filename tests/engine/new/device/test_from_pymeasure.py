@@ -16,7 +16,7 @@ def test_another_library_is_refused_with_a_sentence():
 
 @pytest.mark.skipif(find_spec("pymeasure") is not None, reason="PyMeasure is installed here")
 def test_without_the_library_it_says_what_brings_it():
-    with pytest.raises(CannotMake, match=r"pip install 'labrun\[pymeasure\]'"):
+    with pytest.raises(CannotMake, match=r'pip install "labrun\[pymeasure\]"'):
         _device_from("meter", "pymeasure:a.B")
 
 

@@ -1,0 +1,56 @@
+"""What is installed on request: the extra that brings a library, and the one line that adds it."""
+
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+EXTRAS = {
+    "spectra": ("scipy", "numba", "matplotlib", "pyarrow"),
+    "vision": ("cv2",),
+    "web": ("fastapi", "starlette"),
+    "gui": ("pyautogui", "PIL", "cv2"),
+    "ros": ("roslibpy",),
+    "dask": ("distributed", "dask"),
+    "formats": ("avaread", "h5py", "sif_parser", "spc_io"),
+    "export": ("mcap",),
+    "visa": ("pyvisa",),
+    "modbus": ("pymodbus",),
+    "pymeasure": ("pymeasure",),
+}
+"""Extra -> the libraries that labrun imports from it, as pyproject.toml has them."""
+
+
+def line(extra: str) -> str:
+    """What adds an extra to the Python that is running."""
+    return f'{_python()} -m pip install "labrun[{extra}]"'
+
+
+def not_installed(fault: ImportError, extra: str | None = None) -> str | None:
+    """`matplotlib is not installed; add it with ...`; None for any other fault.
+
+    `extra` is the one to name where several bring the library.
+    """
+    library = (fault.name or "").partition(".")[0]
+    if extra is None or library not in EXTRAS[extra]:
+        extra = next((name for name, brought in EXTRAS.items() if library in brought), None)
+    return f"{library} is not installed; add it with: {line(extra)}" if extra else None
+
+
+def missing(extra: str) -> str | None:
+    """The same for the first library of an extra that is not there; None if all of them are."""
+    for library in EXTRAS[extra]:
+        try:
+            there = sys.modules.get(library) or find_spec(library)
+        except (ImportError, ValueError):
+            there = None
+        if there is None:
+            return not_installed(ImportError(name=library), extra)
+    return None
+
+
+def _python() -> str:
+    """This Python as a shell takes it: from the current folder where it lies below that."""
+    python = Path(sys.executable or "python")
+    if python.is_relative_to(Path.cwd()):
+        python = python.relative_to(Path.cwd())
+    return f'"{python}"' if " " in str(python) else str(python)

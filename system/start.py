@@ -1,0 +1,51 @@
+"""What a program of labrun does before its imports, so that a start costs only what it uses."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+
+def spare_plugins() -> None:
+    """Let pydantic not look through every installed package for plug-ins; labrun has no use for them."""
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    with later("importlib.metadata", "entry_points"):
+        import pydantic.plugin._loader  # noqa: F401 # pyright: ignore
+
+
+@contextmanager
+def later(name: str, *functions: str) -> Iterator[None]:
+    """What is imported in the block gets a module that is loaded when something in it is first asked for.
+
+    `functions` may be imported from it by name; they load it when they are called.
+    """
+    if name in sys.modules:
+        yield
+        return
+    stand_in = _Later(name)
+    for function in functions:
+        setattr(stand_in, function, partial(stand_in.call, function))
+    sys.modules[name] = stand_in
+    try:
+        yield
+    finally:
+        stand_in.leave()
+
+
+class _Later(ModuleType):
+    def leave(self) -> None:
+        if sys.modules.get(self.__name__) is self:
+            del sys.modules[self.__name__]
+
+    def call(self, function: str, *args: Any, **named: Any) -> Any:
+        return self.__getattr__(function)(*args, **named)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # the import system asks for `__path__`
+            raise AttributeError(name)
+        self.leave()
+        return getattr(import_module(self.__name__), name)

@@ -1,0 +1,53 @@
+"""Usual units need no pint: what is done without it is what pint would have done."""
+
+import itertools
+
+import pytest
+
+from labrun.schemas.quantity import (
+    KINDS,
+    PLAIN,
+    SIZES,
+    kind_of_unit,
+    magnitude_in,
+    parse_quantity,
+    plainly,
+    registry,
+    seconds,
+    unit_of,
+)
+
+PAIRS = [
+    pytest.param(own, wanted, id=f"{own}-{wanted}")
+    for sizes in SIZES.values()
+    for own, wanted in itertools.product(sizes, repeat=2)
+]
+NUMBERS = ("0", "1", "-3", "0.2", "12.75", "1e3", "+.5", "123456.789", "0.1000000000001")
+
+
+@pytest.mark.parametrize(("own", "wanted"), PAIRS)
+def test_a_plain_unit_is_converted_as_pint_converts_it(own, wanted):
+    for number in NUMBERS:
+        by_pint = magnitude_in(parse_quantity(f"{number} {own}"), wanted)
+        plain = plainly(f" {number} {own} ", wanted)
+
+        assert plain == by_pint
+        assert type(plain) is type(by_pint)
+
+
+@pytest.mark.parametrize("unit", PLAIN)
+def test_a_plain_unit_measures_what_pint_says(unit):
+    dimension = next(key for key, words in KINDS.items() if words == kind_of_unit(unit))
+
+    assert unit_of(unit).dimensionality == registry().get_dimensionality(dimension)
+
+
+@pytest.mark.parametrize("text", ["5", "5 kg", "5 degC", "5 mm/s", "5 mµ", "five mm", "5 mm mm"])
+def test_what_is_not_plain_is_left_to_pint(text):
+    assert plainly(text, "mm") is None
+
+
+def test_a_duration_in_any_unit_of_time_is_in_seconds():
+    assert [seconds(text) for text in ("250 ms", "2 min", "1.5 h", "1 day", 3)] == [
+        0.25, 120.0, 5400.0, 86400.0, 3.0,
+    ]  # fmt: skip

@@ -1,0 +1,304 @@
+"""Whatever is not installed is said in one line that adds it; the base does the rest without it."""
+
+import ast
+import json
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+from labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS
+from labrun.system.extras import EXTRAS, line, missing, not_installed
+from labrun.web.local.refusal import as_response
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("drivers", "engine", "reduction", "schemas", "system", "web")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+EVERY = sorted({library for libraries in EXTRAS.values() for library in libraries})
+BY_THE_SYSTEM = {
+    "rclpy",
+    "rosidl_runtime_py",
+    "diagnostic_msgs",
+    "action_msgs",
+    "unique_identifier_msgs",
+}
+THROUGH_ANOTHER = {"starlette", "distributed"}
+"""Come with fastapi and as `dask[distributed]`."""
+BY_HAND = {"libskit", "setuptools"}
+"""For a script that compiles the table of lines, and for the installation."""
+
+
+def without(*libraries: str) -> dict[str, str]:
+    """The environment of a process in which these cannot be imported."""
+    paths = [str(Path(__file__).parent / "without"), os.environ.get("PYTHONPATH", "")]
+    return {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join(filter(None, paths)),
+        "LABRUN_TEST_WITHOUT": " ".join(libraries or EVERY),
+    }
+
+
+def labrun(folder: Path, *words: object, env: dict[str, str]) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, "-m", "labrun.engine", *map(str, words)],
+        cwd=folder, env=env, capture_output=True, encoding="utf-8", timeout=110,
+    )  # fmt: skip
+
+
+def python(program: str, *libraries: str) -> str:
+    """What a program prints where these libraries are missing."""
+    ran = subprocess.run(
+        [sys.executable, "-c", program],
+        env=without(*libraries),
+        capture_output=True,
+        encoding="utf-8",
+    )
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout
+
+
+def name_of(requirement: str) -> str:
+    """The project that a requirement is for, written in the one way."""
+    found = re.match(r"[\w.-]+", requirement)
+    assert found is not None
+    return re.sub(r"[-_.]+", "-", found[0]).lower()
+
+
+def required(extra: str) -> set[str]:
+    """The projects that an extra asks for, with those of the extras in it."""
+    names = set()
+    for requirement in PROJECT["optional-dependencies"][extra]:
+        inner = re.match(r"labrun\[([\w,]+)\]", requirement)
+        names |= (
+            {n for e in inner[1].split(",") for n in required(e)}
+            if inner
+            else {name_of(requirement)}
+        )
+    return names
+
+
+def projects(library: str) -> set[str]:
+    """The installed projects that bring a library."""
+    return {name_of(project) for project in packages_distributions().get(library, [])}
+
+
+def imports() -> dict[str, set[str]]:
+    """Library -> the files that import it, wherever in them."""
+    found: dict[str, set[str]] = {}
+    for path in (p for folder in FOLDERS for p in (ROOT / folder).rglob("*.py")):
+        if "node_modules" in path.parts:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            named = [n.name for n in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and not node.level and node.module:
+                named = [node.module]
+            for name in named:
+                found.setdefault(name.partition(".")[0], set()).add(str(path.relative_to(ROOT)))
+    return found
+
+
+def test_every_extra_that_brings_a_library_of_labrun_is_known():
+    assert EXTRAS.keys() == PROJECT["optional-dependencies"].keys() - {"all", "test"}
+
+
+@pytest.mark.parametrize("extra", sorted(EXTRAS.keys() - {"pymeasure"}))
+def test_an_extra_brings_the_libraries_that_it_is_said_to_bring(extra):
+    brought = {
+        library: projects(library) for library in EXTRAS[extra] if library not in THROUGH_ANOTHER
+    }
+
+    assert [library for library, by in brought.items() if not by & required(extra)] == []
+
+
+def test_every_library_that_labrun_imports_is_in_the_base_or_in_an_extra():
+    base = {name_of(requirement) for requirement in PROJECT["dependencies"]}
+    others = {
+        library: files
+        for library, files in imports().items()
+        if library not in {*sys.stdlib_module_names, "labrun", *EVERY, *BY_THE_SYSTEM, *BY_HAND}
+        and library != "Xlib"  # pyautogui's, on Linux
+        and not projects(library) & base
+    }
+
+    assert others == {}
+
+
+def test_all_brings_neither_bridges_nor_what_works_the_screen():
+    bridges = required("visa") | required("modbus") | required("ros") | {"pyautogui"}
+
+    assert not required("all") & bridges
+
+
+@pytest.fixture
+def files(tmp_path):
+    """A protocol, a spectrum and a table in a folder."""
+    (tmp_path / "one.yaml").write_text(
+        "labrun: 1\nname: one\ndevices: {gantry: gantry@1}\n"
+        "steps: [{do: gantry.move_to, with: {x: 1 mm, y: 1 mm}}]\n"
+    )
+    rows = "\n".join(f"{200 + n / 5:.1f},{100 + n % 7}" for n in range(2000))
+    (tmp_path / "shot.csv").write_text(f"wavelength,intensity\n{rows}\n")
+    matrix = [[500, 0, 320], [0, 500, 240], [0, 0, 1]]
+    camera = {"width": 640, "height": 480, "matrix": matrix, "distortion": [0] * 5}
+    (tmp_path / "camera.yaml").write_text(json.dumps(camera))
+    (tmp_path / "data.csv").write_text(
+        "x,y,Li\n" + "\n".join(f"{n % 3},{n // 3},{n}" for n in range(9))
+    )
+    return tmp_path
+
+
+LACKING = {
+    "preview": ("preview one.yaml", "spectra"),
+    "reduce": ("reduce shot.csv -o tables", "spectra"),
+    "spectrum": ("spectrum shot.csv -o figures", "spectra"),
+    "map": ("map .", "spectra"),
+    "web": ("web --no-browser --port 0", "web"),
+    "calibrate-camera": ("calibrate-camera shot.csv --board 9x6 --square 10", "vision"),
+    "locate": ("locate --image shot.csv --camera camera.yaml --pixel 1,1", "vision"),
+    "find-buttons": ("find-buttons . --image shot.csv", "gui"),
+    "record-buttons": ("record-buttons --image shot.csv -o buttons", "gui"),
+}
+"""Command -> words that need its extra."""
+WITHOUT_ANY = {
+    "abort", "answer", "call", "check", "continue", "devices", "explain", "fmt", "graph", "lines",
+    "new", "pause", "problem", "rehearse", "report", "resume", "ros", "run", "runs", "schema", "serve",
+    "setup", "status", "stop", "torture", "words",
+}  # fmt: skip
+BY_ITS_OPTION = {"export"}
+
+
+def test_every_command_is_walked_here():
+    assert LACKING.keys() | WITHOUT_ANY | BY_ITS_OPTION == {*COMMANDS, *FROM_ENTRY_POINTS}
+
+
+@pytest.mark.parametrize("command", LACKING)
+def test_a_command_without_its_extra_says_the_line_that_adds_it(files, command):
+    words, extra = LACKING[command]
+    ran = labrun(files, *words.split(), env=without())
+
+    assert ran.returncode == 2
+    assert ran.stderr.strip().count("\n") == 0
+    assert ran.stderr.startswith((f"labrun {command}: ", "labrun: "))
+    advice = rf'is not installed; add it with: \S*python\S* -m pip install "labrun\[{extra}\]"$'
+    assert re.search(advice, ran.stderr.strip())
+
+
+def test_every_command_can_be_asked_for_help_without_any_extra():
+    program = (
+        "import sys\nfrom labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS, main\n"
+        "for command in [*COMMANDS, *FROM_ENTRY_POINTS]:\n"
+        "    sys.argv = ['labrun', command, '--help']\n"
+        "    try:\n        main()\n"
+        "    except SystemExit as end:\n        print('helped', command, end.code or 0)\n"
+    )
+    helped = re.findall(r"^helped (\S+) 0$", python(program), re.MULTILINE)
+
+    assert sorted(helped) == sorted({*COMMANDS, *FROM_ENTRY_POINTS})
+
+
+def test_every_driver_is_there_or_says_the_line_that_adds_what_it_needs():
+    program = (
+        "import json\nfrom pathlib import Path\n"
+        "from labrun.drivers.find import SHIPPED, DriverFault, check_installed, find_driver\n"
+        "said = {}\nfor name in SHIPPED:\n"
+        "    try:\n        check_installed(find_driver(name, Path()))\n"
+        "    except DriverFault as fault:\n        said[name] = str(fault)\n"
+        "print(json.dumps(said))"
+    )
+    said = json.loads(python(program))
+    extras = {name: re.search(r"labrun\[(\w+)\]", words) for name, words in said.items()}
+
+    assert {name: found and found[1] for name, found in extras.items()} == {
+        "sim_depth_camera": "vision", "stereo_camera": "vision", "reducer": "spectra",
+        "sciaps_gui": "gui", "window_program": "gui",
+    }  # fmt: skip
+
+
+def test_a_fault_that_no_extra_would_cure_is_left_as_it_is():
+    assert not_installed(ModuleNotFoundError("no", name="labrun.nowhere")) is None
+    assert not_installed(ImportError("libfoo.so is missing")) is None
+
+
+def test_what_is_there_is_not_missing(monkeypatch):
+    assert missing("web") is None
+    monkeypatch.setitem(sys.modules, "starlette", None)
+    monkeypatch.setitem(EXTRAS, "web", ("fastapi", "no_such_library"))
+
+    assert "no_such_library is not installed" in (missing("web") or "")
+
+
+def test_the_page_is_told_as_a_refusal():
+    answer = as_response(ModuleNotFoundError("no", name="scipy.special"))
+
+    assert answer.status_code == 501
+    assert "labrun[spectra]" in json.loads(bytes(answer.body))["message"]
+
+
+def test_the_line_can_be_given_from_the_folder_where_python_lies(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "my lab" / "bin" / "python"))
+
+    assert line("web") == f'"{Path("my lab/bin/python")}" -m pip install "labrun[web]"'
+
+
+@pytest.mark.slow
+def test_a_run_needs_no_extra(tmp_path):
+    ran = labrun(tmp_path, "run", ROOT / "protocols" / "hello.yaml", env=without())
+
+    assert "run succeeded" in ran.stdout + ran.stderr
+    assert "not installed" not in ran.stdout + ran.stderr
+
+
+@pytest.mark.slow
+def test_a_run_that_needs_more_says_so_before_anything_is_sent(tmp_path):
+    ran = labrun(tmp_path, "run", ROOT / "protocols" / "pegmatite_map.yaml", env=without())
+
+    assert ran.returncode == 4
+    assert "labrun[spectra]" in ran.stderr
+    assert "Nothing was sent." in ran.stderr
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory):
+    """Python of an environment into which the base was installed from a wheel, as a person does."""
+    folder = tmp_path_factory.mktemp("clean")
+    build = [sys.executable, "-m", "build", "-q", "--wheel", "--outdir", folder, ROOT]
+    subprocess.run(build, check=True, env={**os.environ, "LABRUN_SKIP_PAGE": "1"})
+    subprocess.run([sys.executable, "-m", "venv", folder / "env"], check=True)
+    python = next(
+        p for p in (folder / "env/bin/python", folder / "env/Scripts/python.exe") if p.exists()
+    )
+    (wheel,) = folder.glob("*.whl")
+    subprocess.run([python, "-m", "pip", "install", "-q", wheel], check=True)
+    return python
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("command", LACKING)
+def test_in_a_clean_environment_the_line_that_is_said_brings_what_is_missing(clean, files, command):
+    words = [str(clean), "-m", "labrun.engine", *LACKING[command][0].split()]
+
+    def said() -> str:
+        try:
+            return subprocess.run(
+                words, cwd=files, capture_output=True, encoding="utf-8", timeout=30
+            ).stderr
+        except subprocess.TimeoutExpired:
+            return ""  # it serves
+
+    lacking = said()
+    # An earlier command may have brought the same extra.
+    for _ in range(2):
+        if "add it with: " in lacking:
+            subprocess.run(
+                lacking.partition("add it with: ")[2].strip(), shell=True, check=True, cwd=files
+            )
+            lacking = said()
+
+    assert "is not installed" not in lacking
+    assert "internal error" not in lacking
