@@ -10,7 +10,7 @@ from .catalogue import Catalogue
 from .evidence_score import MISSING_SPREAD, Lines, Peaks, accept, evidence_scores
 from .match import Matched
 
-DETECTED, UNCERTAIN = 5.5, 3.0  # weights, prior included
+DETECTED, UNCERTAIN = 4.0, 3.0  # weights, prior included
 MODEL_SPREAD = 0.35  # of ln(area): temperature, self-absorption, calibration
 
 
@@ -84,6 +84,7 @@ def _weighed(
             matched.peak,
             matched.away,
             matched.log_limit,
+            matched.log_hidden,
             matched.stretch,
             matched.against,
             hidden,
