@@ -7,6 +7,7 @@ import numpy as np
 from ..spectrum.bad import bridged, mark_bad
 from ..spectrum.curve import bridge, pitch_of, quantile, softened
 from ..spectrum.noise import local_noise, steadied
+from ..spectrum.resampled import sharing
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, Spectrum
 from .background import lifted, lower_edge
 from .merge import merged, significant
@@ -28,7 +29,7 @@ WANTED, WANTED_NM = 3.0, 0.3
 ONE_SIGMA = 0.6827  # part of half a normal law within one standard deviation
 DIPS, FEW_DIPS = 0.3, 2  # as a part of the peaks, and at all: fewer are no sign of noise
 LOOSE, LEAST_STEP, MOST_TURNS = 4.0, 1.1, 8
-WAVES, CLOSER_NM, FOLLOWS = 2.0, 0.8, 0.6
+WAVES, OWN, CLOSER_NM, FOLLOWS = 2.0, 1.0, 0.8, 0.6
 APART = 0.55  # of a slit's width from the next peak
 
 
@@ -72,7 +73,8 @@ def fit_profiles(
     under = lifted(calm, edge, floor)
     steady = steadied(floor, under)
     wider = by_dips(calm, edge, steady.sigma, bad)
-    if wider > WAVES:  # too much for noise: the background has waves that it should follow
+    if wider > WAVES and sharing(calm.intensity) < OWN:
+        # Neighbours share no noise, so the continuum has waves that the background should follow.
         closer = lower_edge(calm, CLOSER_NM)
         less = by_dips(calm, closer, steady.sigma, bad)
         if less < FOLLOWS * wider:
