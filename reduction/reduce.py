@@ -22,10 +22,12 @@ from .peaks.pitch import fit_at_pitch
 from .peaks.profiles import Profiles
 from .peaks.voigt import VoigtPeaks
 from .spectrum.bad import BadChannels, bridged, mark_bad
+from .spectrum.noise import cut_off
 from .spectrum.resampled import resampled
 from .spectrum.spectrum import FloatArray, Medium, Spectrum
 
 FIRST_LINE_NM, LAST_LINE_NM = 190.0, 961.0  # of the line table
+FAR_OFF_NM = 0.1  # an offset that is worth a word
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +111,10 @@ def reduce_spectrum(
     said = {} if identified is None else evidence(identified, profiles.peaks)
     plasma = plasma_state(profiles.peaks, identified)
     return Reduction(profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified,
-        averaged, (*spectrum.notes, *_notes(x, averaged, shared, len(profiles.peaks))),
+        averaged, (
+            *spectrum.notes, *_notes(x, averaged, shared, len(profiles.peaks)),
+            *_of_instrument(spectrum.intensity, offsets),
+        ),
     )  # fmt: skip
 
 
@@ -148,6 +153,25 @@ def _notes(x: FloatArray, averaged: int, shared: int, n_peaks: int) -> tuple[str
         )
     if not n_peaks:
         notes.append("no peak stands out of the noise; were the right columns read?")
+    return tuple(notes)
+
+
+def _of_instrument(intensity: FloatArray, offsets: Offsets) -> tuple[str, ...]:
+    """What was noticed of counts and axis, and allowed for."""
+    notes = []
+    counts = intensity[np.isfinite(intensity)]
+    cut = np.count_nonzero(cut_off(counts))
+    if cut:
+        notes.append(
+            f"{cut} channels have the lowest value, {np.min(counts):g}: the counts were cut off "
+            "there, and the noise was taken from the others"
+        )
+    low, high = float(offsets.offset_nm.min()), float(offsets.offset_nm.max())
+    if max(-low, high) > FAR_OFF_NM:
+        notes.append(
+            f"lines are shown {low:+.2f} to {high:+.2f} nm from where they should be, differently "
+            "along the axis; they were sought there"
+        )
     return tuple(notes)
 
 

@@ -11,7 +11,7 @@ from ..spectrum.spectrum import BoolArray
 from .evidence_score import best_entries
 from .faint_lines import ENOUGH, explained
 from .identify import Identified
-from .index import DETECTED, UNCERTAIN
+from .index import CERTAIN, DETECTED, DETECTED_ALONE, UNCERTAIN
 
 Status = Literal["detected", "uncertain", "absent"]
 CONFOUNDS = 0.2  # part of a peak that another element may have, from which it is named
@@ -97,7 +97,10 @@ def _of(
         line_nm, area = float(matched.shown_nm[top]), float(peaks.area[k])
         error = float(peaks.area_error[k])
     own = np.unique(matched.peak[there])
-    sure = score >= DETECTED and (len(own) > 1 or _stands_alone(identified, name, area, error))
+    certain = float(identified.indexed.weight.max()) >= CERTAIN
+    sure = score >= (DETECTED if certain else DETECTED_ALONE) and (
+        len(own) > 1 or _stands_alone(identified, name, area, error)
+    )
     if sure and len(own) <= FEW and score < CLEAR:
         own_alone = own[explained(identified, peaks, own, e) < ENOUGH]
         clear = peaks.area[own_alone] > SINGLE * peaks.area_error[own_alone]

@@ -29,9 +29,10 @@ class Lines(NamedTuple):
 
     log_area: ln of the area for one atom; low_ev: lower level; spread: of ln(area) that the line's
     own data allow; peak: its index, or NOT_SEEN, IN_A_CROWD, BAD; away: distance in errors;
-    log_limit: ln of the area from which it should be seen. stretch: of the axis, counted from 0,
-    and against: what missing lines of a stretch say at the most, (stretches,). hidden: spread of
-    ln(area) within which a line may be missing.
+    log_limit: ln of the area from which it should be seen; log_hidden: from which it would show in
+    the light at its place. stretch: of the axis, counted from 0, and against: what missing lines of
+    a stretch say at the most, (stretches,). hidden: spread of ln(area) within which a line may be
+    missing.
     """
 
     log_area: FloatArray
@@ -40,6 +41,7 @@ class Lines(NamedTuple):
     peak: IntArray
     away: FloatArray
     log_limit: FloatArray
+    log_hidden: FloatArray
     stretch: IntArray
     against: FloatArray
     hidden: FloatArray
@@ -83,7 +85,7 @@ def evidence_score(begin, end, lines, peaks, log_free):
 
 @float_kernel
 def _at(scale, begin, end, lines, peaks, log_free, dark):
-    log_area, low_ev, spread, peak, away, log_limit, stretch, against, hidden = lines
+    log_area, low_ev, spread, peak, away, log_limit, log_hidden, stretch, against, hidden = lines
     dark.fill(0.0)
     chance, log_peak, relative = peaks
     total, mean, sure = 0.0, 0.0, 1e-9
@@ -97,8 +99,9 @@ def _at(scale, begin, end, lines, peaks, log_free, dark):
             continue
         worst = RESONANT_WORST if low_ev[j] < RESONANT_EV else WORST
         if i < 0:
-            if above > 0.0:
-                z = above / hidden[j]
+            beyond = log_expected - log_hidden[j]
+            if beyond > 0.0:
+                z = beyond / hidden[j]
                 dark[stretch[j]] += max(worst, -0.5 * z * z) * (0.3 if i == IN_A_CROWD else 1.0)
             continue
         if log_free[i] < log_peak[i] + LOG_LEFT:

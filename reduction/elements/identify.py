@@ -4,15 +4,16 @@ The first round has no prior knowledge and tries three temperatures; the second 
 positions of the found elements' lines, with their strengths at the plasma's temperature.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
 from ..peaks.profiles import Profiles
 from ..peaks.voigt import VoigtPeaks
-from ..plasma.boltzmann import Known, Plot, PlotLines, fit_plot
+from ..plasma.boltzmann import Bend, Known, Plot, PlotLines, fit_plot
 from ..plasma.growth import log_depth_of_unit, log_kept
+from ..plasma.response import LEVEL, LOOSE, Response, knots, stiffness
 from ..plasma.strengths import atoms
 from ..spectrum.curve import median, usual_pitch_nm
 from ..spectrum.spectrum import BoolArray, FloatArray, Medium
@@ -23,8 +24,8 @@ from .hydrogen import H_ALPHA_NM, HAlpha, h_alpha
 from .index import Indexed, index_peaks, likelihood
 from .match import Matched, match_lines
 from .offsets import Offsets, estimate_offsets, seams
-from .plot_lines import plot_lines
-from .response import Missing, Response, find_response
+from .plot_lines import lines_of_entries, plot_lines
+from .response import Missing, find_response
 
 FIRST_K = (8_500.0, 10_500.0, 13_000.0)
 FIRST_DENSITY = 1e17
@@ -33,12 +34,14 @@ FIRST_ERROR_NM, SECOND_ERROR_NM = 0.02, 0.008
 FIRST_SPREAD, SECOND_SPREAD = 0.35, 0.3
 SIGMA_STEP = 50  # channels: the slit's width changes slowly
 SHIFTED = 0.08  # of a line's width, by which lines are displaced
-STILL_SHIFTED = 0.03
+STILL_SHIFTED = 0.06
 STRONG, SPEAKING, LEAST_SPEAKING = 15.0, 6, 4  # errors of an area; lines of an element; in all
 ANY = 5.0  # residual in ln(area) that an unknown response may make
 EXPLAINED, NEARLY_ALL = 1.3, 0.85  # chi2, and part of the lines, that need no response
 MISFIT, MISFIT_FROM = 0.5, 1.0  # of ln(area), for each root of the chi2 that is too much
 VOTING = 15  # lines of an element that vote for the offset at first
+STEPS = 10
+MISSING_BY = 0.6  # of ln(area), that a line may be above its limit and not seen
 ROUGH_STEPS = 5  # of the first plot: the second goes on from there
 H_ALPHA_SAYS = 5.0  # no other line of its neighbourhood is half as broad
 MOVED_NM = 0.02  # of H-alpha, from which it is fitted again
@@ -122,14 +125,19 @@ def identify(
     hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
     density = _density(hydrogen)
     lines = plot_lines(peaks, known, expected.log_area, matched, indexed)
-    plot = fit_plot(lines, density, start_k, ROUGH_STEPS)
+    level = _level_bend(_range(x), seams_nm)
+    plot = fit_plot(lines, density, start_k, ROUGH_STEPS, level)
     gain, response = np.zeros(len(expected.log_area)), None
     if plot is None or not _level(known, expected, peaks, matched, indexed, plot, len(lines)):
         response = _response(known, expected, peaks, matched, indexed, x, seams_nm)
     if response is not None:
         gain = response.at(expected.vacuum_nm)
         lines = plot_lines(peaks, known, expected.log_area, matched, indexed, gain)
-        plot = fit_plot(lines, density, start_k, ROUGH_STEPS)
+        missing = _missing_lines(known, expected, matched, indexed)
+        plot = fit_plot(
+            lines, density, start_k, ROUGH_STEPS, _bend(response, seams_nm), missing
+        )  # fmt: skip
+        response = response if plot is None else plot.response
 
     effective = expected.log_area
     before, hydrogen_at = offsets, offsets.place(H_ALPHA_NM)
@@ -155,18 +163,59 @@ def identify(
         )  # fmt: skip
         if not indexed.accepted:
             break
-        if response is not None:
-            again = _response(known, expected, peaks, matched, indexed, x, seams_nm)
-            response = again or response
-            gain = response.at(expected.vacuum_nm)
         lines = plot_lines(peaks, known, effective, matched, indexed, gain)
         if abs(offsets.place(H_ALPHA_NM) - hydrogen_at) > MOVED_NM:
             hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
             hydrogen_at = offsets.place(H_ALPHA_NM)
-        plot = fit_plot(lines, _density(hydrogen), plot.temperature_k if plot else start_k)
+        bend, missing = level, None
+        if response is not None:
+            bend = _bend(response, seams_nm)
+            missing = _missing_lines(known, expected, matched, indexed)
+        kelvin = plot.temperature_k if plot else start_k
+        plot = fit_plot(lines, _density(hydrogen), kelvin, STEPS, bend, missing)
+        if response is not None and plot is not None:
+            response = plot.response
+    if plot is not None and plot.response is not None:
+        by = plot.response.at(lines.vacuum_nm)
+        lines = replace(lines, log_area=lines.log_area - by)
     return Identified(
         known, expected, effective + gain, offsets, matched, indexed, plot, hydrogen, lines, response
     )  # fmt: skip
+
+
+@lru_cache(maxsize=16)
+def _stiffness(knots_nm: tuple[float, ...], seams_nm: tuple[float, ...], usual) -> FloatArray:
+    return stiffness(np.array(knots_nm), np.array(seams_nm), usual)
+
+
+def _bend(response: Response, seams_nm: FloatArray, usual=LOOSE) -> Bend:
+    at = response.knots_nm
+    stiff = _stiffness(tuple(at.tolist()), tuple(seams_nm.tolist()), usual)
+    return Bend(at, response.log_gain, stiff)
+
+
+def _level_bend(range_nm: tuple[float, float], seams_nm: FloatArray) -> Bend:
+    at = knots(range_nm, seams_nm)
+    return _bend(Response(at, np.zeros(len(at)), np.zeros(len(at))), seams_nm, LEVEL)
+
+
+def _gone(known: Catalogue, expected: Expected, matched: Matched, indexed: Indexed):
+    """Entries of accepted elements that should show and do not, and ln(area) above the limit."""
+    entries = np.concatenate([
+        np.arange(known.first[e], known.first[e + 1]) for e in indexed.accepted
+    ])  # fmt: skip
+    above = expected.log_area[entries] - matched.log_limit[entries]
+    bright = above + indexed.log_scale[known.element[entries]] > 0.5
+    gone = bright & (matched.peak[entries] == NOT_SEEN)
+    return entries[gone], above[gone]
+
+
+def _missing_lines(known: Catalogue, expected: Expected, matched: Matched, indexed: Indexed):
+    entries, _ = _gone(known, expected, matched, indexed)
+    if not len(entries):
+        return None
+    limit = matched.log_hidden[entries]
+    return lines_of_entries(known, entries, limit, np.full(len(entries), MISSING_BY))
 
 
 def _unsure(plot: Plot | None, response: Response | None, vacuum_nm: FloatArray) -> FloatArray:
@@ -193,14 +242,8 @@ def _response(
 ) -> Response | None:  # fmt: skip
     """What the response is off by, from the lines of the accepted elements; None if it is level."""
     lines = plot_lines(peaks, known, expected.log_area, matched, indexed, beyond=ANY)
-    entries = np.concatenate([
-        np.arange(known.first[e], known.first[e + 1]) for e in indexed.accepted
-    ])  # fmt: skip
-    element = known.element[entries]
-    above = expected.log_area[entries] - matched.log_limit[entries]
-    gone = (above + indexed.log_scale[element] > 0.5) & (matched.peak[entries] == NOT_SEEN)
-    entries, element, above = entries[gone], element[gone], above[gone]
-    missing = Missing(element, expected.vacuum_nm[entries], above)
+    entries, above = _gone(known, expected, matched, indexed)
+    missing = Missing(known.element[entries], expected.vacuum_nm[entries], above)
     found = find_response(lines, missing, CONDITIONS, _range(x), seams_nm)
     return None if found is None else found[0]
 

@@ -10,7 +10,9 @@ from .catalogue import Catalogue
 from .evidence_score import MISSING_SPREAD, Lines, Peaks, accept, evidence_scores
 from .match import Matched
 
-DETECTED, UNCERTAIN = 5.5, 3.0  # weights, prior included
+UNCERTAIN = 2.0  # weight, prior included
+# Where one element is certain, lines are what the peaks are; where none is, they may be anything.
+CERTAIN, DETECTED, DETECTED_ALONE = 10.0, 2.5, 5.5
 MODEL_SPREAD = 0.35  # of ln(area): temperature, self-absorption, calibration
 
 
@@ -84,6 +86,7 @@ def _weighed(
             matched.peak,
             matched.away,
             matched.log_limit,
+            matched.log_hidden,
             matched.stretch,
             matched.against,
             hidden,

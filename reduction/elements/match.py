@@ -34,10 +34,11 @@ class Matched:
 
     peak: index of the peak, or a reason why there is none (NOT_SEEN, IN_A_CROWD, BAD).
     away: distance in errors. limit: area in counts nm above which the line should be seen, and
-    its ln. Of each peak, shape (k,): chance, peaks that fall by chance on one error of the place;
-    area (counts nm), its ln, and its relative error, 1 at the most. stretch: of the axis, counted
-    from 0, in which each entry is; against: what lines that are missing in a stretch say against
-    an element, all of them together and at the most.
+    its ln; log_hidden: ln of the area that the light at its place could hide. Of each peak, shape
+    (k,): chance, peaks that fall by chance on one error of the place; area (counts nm), its ln, and
+    its relative error, 1 at the most. stretch: of the axis, counted from 0, in which each entry is;
+    against: what lines that are missing in a stretch say against an element, all of them together
+    and at the most.
     """
 
     shown_nm: FloatArray
@@ -45,6 +46,7 @@ class Matched:
     away: FloatArray
     limit: FloatArray
     log_limit: FloatArray
+    log_hidden: FloatArray
     place_error_nm: float
     chance: FloatArray
     area: FloatArray
@@ -63,11 +65,13 @@ class _Places(NamedTuple):
 
 
 class _Axis(NamedTuple):
-    """Of the channels, shape (m,): place and width of the slit in nm, noise in counts, bad or not."""
+    """Of the channels, shape (m,): place and width of the slit in nm, noise and light above the
+    background in counts, bad or not."""
 
     nm: FloatArray
     sigma_nm: FloatArray
     noise: FloatArray
+    net: FloatArray
     bad: BoolArray
 
 
@@ -100,9 +104,9 @@ def match_lines(
     order = np.argsort(vacuum_nm) if order is None else order
     error = np.sqrt(np.maximum(peaks.covariance[:, 1, 1], 0.0))
     error[np.isnan(error)] = 0.0
-    shown, which, away, limit = _match(
+    shown, which, away, limit, hidden = _match(
         _Places(vacuum_nm, stark_nm, order),
-        _Axis(x, profiles.slit.sigma_nm, profiles.noise, bad),
+        _Axis(x, profiles.slit.sigma_nm, profiles.noise, profiles.net, bad),
         _Peaks(peaks.centre_nm, error, peaks.fwhm_nm, peaks.area),
         offsets.medium == "air", offsets.edges_nm, offsets.offset_nm, place_error_nm,
     )  # fmt: skip
@@ -110,8 +114,8 @@ def match_lines(
     area = np.maximum(peaks.area, 1e-12)
     relative = np.fmin(peaks.area_error / area, 1.0)
     return Matched(
-        shown, which, away, limit, np.log(limit), place_error_nm, chance, area, np.log(area),
-        relative, _stretch(shown, x), _against(peaks.centre_nm, x),
+        shown, which, away, limit, np.log(limit), np.log(hidden), place_error_nm, chance, area,
+        np.log(area), relative, _stretch(shown, x), _against(peaks.centre_nm, x),
     )  # fmt: skip
 
 
@@ -138,10 +142,10 @@ def crowding(centre_nm: FloatArray) -> FloatArray:
 @float_kernel
 def _match(places, axis, peaks, air, edges_nm, offset_nm, place_error):
     vacuum_nm, stark_nm, order = places
-    x, sigma_nm, noise, bad = axis
+    x, sigma_nm, noise, net, bad = axis
     peak_nm, peak_error, peak_width, area = peaks
     n, m, n_peaks = len(vacuum_nm), len(x), len(peak_nm)
-    shown, away, limit = np.empty(n), np.zeros(n), np.empty(n)
+    shown, away, limit, hidden = np.empty(n), np.zeros(n), np.empty(n), np.empty(n)
     which = np.full(n, NOT_SEEN, np.int64)
     c, k, stretch = 1, 0, 0  # channel, peak and stretch of the line before: the next is near
     for j in order:
@@ -162,6 +166,8 @@ def _match(places, axis, peaks, air, edges_nm, offset_nm, place_error):
         limit[j] = LIMIT_SIGMA * noise[c] * AREA_PER_BOX * wide
         if wide > WIDEST_NM:
             limit[j] *= (wide / WIDEST_NM) ** 2
+        light = max(net[c - 1], net[c])
+        hidden[j] = max(limit[j], light * AREA_PER_BOX * wide)
         if at < x[0] + fwhm or at > x[m - 1] - fwhm or bad[c] or bad[c - 1]:
             which[j] = BAD
             continue
@@ -183,4 +189,4 @@ def _match(places, axis, peaks, air, edges_nm, offset_nm, place_error):
             crowd = crowd or (distance < 1.5 * fwhm and area[i] > 2 * limit[j])
         if which[j] == NOT_SEEN and crowd:
             which[j] = IN_A_CROWD
-    return shown, which, away, limit
+    return shown, which, away, limit, hidden

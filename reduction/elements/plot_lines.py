@@ -27,7 +27,7 @@ def plot_lines(
     """The lines of the accepted elements for the Saha-Boltzmann plot.
 
     log_area: ln of the expected thin area for one atom, shape (entries,). response: ln of what the
-    instrument makes of it, by which the areas are divided. beyond: of ln(area), residual of a mistake.
+    instrument makes of it. beyond: of ln(area), residual of a mistake.
     """
     a = atoms()
     entries = np.concatenate([
@@ -44,15 +44,22 @@ def plot_lines(
     away = np.log(area / np.maximum(expected, 1e-300))
     good = (expected > OWN * total[peak]) & (relative < RELATIVE) & (np.abs(away) < beyond)
     good &= a.elements[element] != "H"  # too broad for its area to be sure
-    entries, peak, element = entries[good], peak[good], element[good]
+    return lines_of_entries(catalogue, entries[good], np.log(area[good]), relative[good])
+
+
+def lines_of_entries(
+    catalogue: Catalogue, entries: np.ndarray, log_area: FloatArray, relative: FloatArray
+) -> PlotLines:
+    """Entries of the catalogue with ln of their areas and its error, both (n,), as lines."""
+    a = atoms()
     leader = catalogue.leader[entries]
     place = np.full(len(catalogue.leader), -1)
     place[entries] = np.arange(len(entries))
     own = place[catalogue.entry] >= 0
     return PlotLines(
-        np.log(area[good]) - gain[entries],
-        np.sqrt(relative[good] ** 2 + a.uncertainty[leader] ** 2),
-        element,
+        log_area,
+        np.sqrt(relative**2 + a.uncertainty[leader] ** 2),
+        a.element[leader],
         catalogue.rows[own],
         place[catalogue.entry[own]],
         a.wavelength_nm[leader],

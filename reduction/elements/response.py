@@ -12,32 +12,16 @@ import numpy as np
 
 from ..plasma.boltzmann import PlotLines
 from ..plasma.plot_fit import trust
+from ..plasma.response import LOOSE, Response, between, stiffness
+from ..plasma.response import knots as places_of_knots
 from ..spectrum.spectrum import FloatArray, IntArray
 
-KNOT_NM = 40.0
-PER_KNOT, PER_SEAM, OVERALL = 0.45, 1.3, 3.0  # usual change of b to the next knot, and over a seam
 MODEL, RESONANT, RESONANT_EV = 0.3, 0.7, 1.5  # spread of ln(area); of lines that absorb themselves
 HC_EV_NM = 1239.84198
 TURNS = 8
 LEAST_LINES = 6
 CLEARLY = 8.0  # gain in chi2 that a response must bring, and for each knot
 EACH_KNOT = 0.7
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Response:
-    """ln of the response at knots on the axis (vacuum nm), and its standard error; shape (k,)."""
-
-    knots_nm: FloatArray
-    log_gain: FloatArray
-    error: FloatArray
-
-    def at(self, vacuum_nm: FloatArray) -> FloatArray:
-        """ln of the response, any shape; level beyond the outer knots."""
-        return np.interp(vacuum_nm, self.knots_nm, self.log_gain)
-
-    def error_at(self, vacuum_nm: FloatArray) -> FloatArray:
-        return np.interp(vacuum_nm, self.knots_nm, self.error)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +48,7 @@ def find_response(
     """
     if len(lines) < LEAST_LINES:
         return None
-    knots = _knots(range_nm, seams_nm)
+    knots = places_of_knots(range_nm, seams_nm)
     best, level = None, np.inf
     for state in states:
         flat, _, _ = _fit(lines, missing, state, knots, seams_nm, free=False)
@@ -79,14 +63,6 @@ def find_response(
     return Response(knots, np.asarray(gain, np.float64), error), state
 
 
-def _knots(range_nm: tuple[float, float], seams_nm: FloatArray) -> FloatArray:
-    first, last = range_nm
-    even = np.linspace(first, last, max(round((last - first) / KNOT_NM), 1) + 1)
-    inside = seams_nm[(seams_nm > first + 1) & (seams_nm < last - 1)]
-    even = even[np.abs(even[:, None] - inside).min(axis=1, initial=np.inf) > 0.3 * KNOT_NM]
-    return np.unique(np.concatenate([even, inside - 0.5, inside + 0.5]))
-
-
 def _fit(lines: PlotLines, missing: Missing, state, knots, seams_nm, *, free: bool):
     """Robust cost, b at the knots and its error."""
     names, which = np.unique(np.concatenate([lines.element, missing.element]), return_inverse=True)
@@ -99,12 +75,12 @@ def _fit(lines: PlotLines, missing: Missing, state, knots, seams_nm, *, free: bo
     sigma = np.concatenate([np.hypot(spread, lines.error), np.full(len(at) - n, 2 * MODEL)])
     design = np.zeros((len(at), k + len(names)))
     if free:
-        place = np.clip(np.searchsorted(knots, at) - 1, 0, max(k - 2, 0))
-        part = np.clip((at - knots[place]) / (knots[place + 1] - knots[place]), 0.0, 1.0)
+        place, part = between(knots, at)
         rows = np.arange(len(at))
         design[rows, place], design[rows, place + 1] = 1.0 - part, part
     design[np.arange(len(at)), k + which] = 1.0
-    prior = _prior(knots, seams_nm, len(names))
+    prior = 1e-8 * np.eye(k + len(names))
+    prior[:k, :k] = stiffness(knots, seams_nm, LOOSE)
     p = np.zeros(k + len(names))
     for e in range(len(names)):
         own = seen & (which == e)
@@ -127,20 +103,3 @@ def _fit(lines: PlotLines, missing: Missing, state, knots, seams_nm, *, free: bo
 
 
 OUTLIER_COST = 6.25  # what an outlier costs in chi2 at most, as of `trust`
-
-
-def _prior(knots: FloatArray, seams_nm: FloatArray, n_elements: int) -> FloatArray:
-    """What b is known to be beforehand: near 0, and near its neighbours."""
-    k = len(knots)
-    prior = np.zeros((k + n_elements, k + n_elements))
-    prior[np.arange(k), np.arange(k)] = 1.0 / OVERALL**2
-    prior[np.arange(k, k + n_elements), np.arange(k, k + n_elements)] = 1e-8
-    for a in range(k - 1):
-        seam = np.any((seams_nm > knots[a]) & (seams_nm < knots[a + 1]))
-        spread = PER_SEAM if seam else PER_KNOT * np.sqrt((knots[a + 1] - knots[a]) / KNOT_NM)
-        w = 1.0 / spread**2
-        prior[a, a] += w
-        prior[a + 1, a + 1] += w
-        prior[a, a + 1] -= w
-        prior[a + 1, a] -= w
-    return prior

@@ -33,15 +33,26 @@ def background(
     Features narrower than `half_window_nm` are peaks. What SNIP loses by following the lower edge
     of the noise is added back, so that quiet channels scatter around 0 after subtraction.
     """
+    if noise is None:
+        noise = local_noise(spectrum.intensity)
+    return lifted(spectrum, lower_edge(spectrum, half_window_nm), noise)
+
+
+def lower_edge(spectrum: Spectrum, half_window_nm: float = HALF_WINDOW_NM) -> FloatArray:
+    """What SNIP leaves, counts, shape (n,): it follows the lower edge of the noise."""
     n = len(spectrum)
     if n < SMOOTHED:
         return np.full(n, float(np.min(spectrum.intensity)))
-    if noise is None:
-        noise = local_noise(spectrum.intensity)
     pitch_nm = usual_pitch_nm(spectrum.wavelength_nm)
     # After smoothing one channel in three holds all there is, and SNIP's cost goes with the square.
     even = even_means(spectrum.intensity, SMOOTHED, THINNED // 2, THINNED)
     half_window = max(round(half_window_nm / pitch_nm / THINNED), 2)
     clipped = clip_peaks(even, max(min(half_window, len(even) // 2), 1))
-    clipped = joined(clipped, float(THINNED // 2), float(THINNED), n)
-    return clipped + middle_within((spectrum.intensity - clipped) / noise, QUIET_SIGMA) * noise
+    return joined(clipped, float(THINNED // 2), float(THINNED), n)
+
+
+def lifted(spectrum: Spectrum, edge: FloatArray, noise: FloatArray) -> FloatArray:
+    """The edge moved into the middle of the noise (counts), all of shape (n,)."""
+    if len(spectrum) < SMOOTHED:
+        return edge
+    return edge + middle_within((spectrum.intensity - edge) / noise, QUIET_SIGMA) * noise

@@ -7,10 +7,11 @@ import numpy as np
 from ..spectrum.bad import bridged, mark_bad
 from ..spectrum.curve import bridge, pitch_of, quantile, softened
 from ..spectrum.noise import local_noise, steadied
+from ..spectrum.resampled import sharing
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, Spectrum
-from .background import background
+from .background import lifted, lower_edge
 from .merge import merged, significant
-from .peaks import SIGNIFICANT, find_peaks, standing_out
+from .peaks import SIGNIFICANT, SOFTENED_NOISE, find_peaks, standing_out
 from .render import render
 from .slit import QUIET_LINES, TAKEN_UP, Slit, learn
 from .voigt import SIGMA_PER_FWHM, VoigtPeaks, fit_peaks
@@ -25,6 +26,10 @@ FOLLOWED, CLEARLY = 1.15, 0.7
 CROWDED = 0.2  # part of the peaks with clearly less noise, from which all is fitted anew
 LEAST_TOPS, QUIET_STEP, QUIET_PART = 30, 50, 0.1
 WANTED, WANTED_NM = 3.0, 0.3
+ONE_SIGMA = 0.6827  # part of half a normal law within one standard deviation
+DIPS, FEW_DIPS = 0.3, 2  # as a part of the peaks, and at all: fewer are no sign of noise
+LOOSE, LEAST_STEP, MOST_TURNS = 4.0, 1.1, 8
+WAVES, OWN, CLOSER_NM, FOLLOWS = 2.0, 1.0, 0.8, 0.6
 APART = 0.55  # of a slit's width from the next peak
 
 
@@ -64,10 +69,20 @@ def fit_profiles(
     bad = mark_bad(spectrum.intensity).any if bad is None else bad
     calm = Spectrum(x, bridged(spectrum.intensity, bad))
     floor = hidden * _noise_of_good(calm.intensity, bad)
-    under = background(calm, floor)
-    net = calm.intensity - under
+    edge = lower_edge(calm)
+    under = lifted(calm, edge, floor)
     steady = steadied(floor, under)
-    floor = steady.sigma
+    wider = by_dips(calm, edge, steady.sigma, bad)
+    if wider > WAVES and sharing(calm.intensity) < OWN:
+        # Neighbours share no noise, so the continuum has waves that the background should follow.
+        closer = lower_edge(calm, CLOSER_NM)
+        less = by_dips(calm, closer, steady.sigma, bad)
+        if less < FOLLOWS * wider:
+            edge, wider = closer, less
+            under = lifted(calm, edge, steady.sigma)
+    floor = steady.sigma * wider
+    under = lifted(calm, edge, floor) if wider > 1.0 else under
+    net = calm.intensity - under
     seeds = find_peaks(net, floor)
     deaf = np.where(bad, DEAF, 1.0)
     taught = learn(x, net, floor * deaf, seeds)
@@ -104,6 +119,24 @@ def _prominence(net, noise, channels) -> FloatArray:
     there = np.isin(channels, tops)
     found[there] = clear[np.searchsorted(tops, channels[there])]
     return found
+
+
+def by_dips(calm: Spectrum, edge: FloatArray, noise: FloatArray, bad: BoolArray) -> float:
+    """How much larger the noise is than neighbouring channels tell, usually 1.
+
+    Light is never negative: where there are dips below the background as there are peaks, both are
+    noise that neighbours share (a smoothed export), or waves of the continuum. How far the smoothed
+    counts go below says how large it is. edge: below the noise; all of shape (m,), counts.
+    """
+    wider = 1.0
+    for _ in range(MOST_TURNS):
+        net = calm.intensity - lifted(calm, edge, LOOSE * wider * noise)
+        tops, dips = (len(find_peaks(side, wider * noise)) for side in (net, -net))
+        if dips <= max(DIPS * tops, FEW_DIPS):
+            break
+        z = softened(net)[~bad] / (noise[~bad] * SOFTENED_NOISE)
+        wider = max(float(quantile(-z[z < 0.0], ONE_SIGMA)), LEAST_STEP * wider)
+    return wider
 
 
 def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:

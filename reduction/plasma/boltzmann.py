@@ -4,7 +4,8 @@ ln(area) of each line is a straight function of 1/T (Boltzmann), of ln n_e where
 (Saha), of its element's amount, and bends where the line absorbs itself (curve of growth, one
 constant for the spectrum). All are fitted together, outliers down-weighted (Yalcin et al., Appl.
 Phys. B 68, 121 (1999) for the plot; Aguilera and Aragon, Spectrochim. Acta B 62, 378 (2007) for
-many elements in one).
+many elements in one). The instrument's response is fitted with them, as a nuisance: what it might
+be widens the errors of all else.
 """
 
 from dataclasses import dataclass, replace
@@ -14,11 +15,15 @@ import numpy as np
 from ..spectrum.spectrum import FloatArray, IntArray
 from .growth import growth_table, log_depth_of_unit
 from .plot_fit import COOLEST_K, HOTTEST_K, LEAST_LN_NE, MOST_LN_NE, gauss_newton, trust
+from .response import Response, between
 from .strengths import GRID_K, atoms, log_strengths
 
 USUAL_K, USUAL_SPREAD = 10_500.0, 0.35  # of ln T, where the lines do not tell
 USUAL_LOG_NE, USUAL_NE_SPREAD = float(np.log(8e16)), 1.2
 CALIBRATION = 0.08  # of ln(area): efficiency, background, the model itself
+# What one zone in equilibrium lacks, as a part of T: at all, and for each e-fold of light that the
+# thicker lines lost. Measured on spectra of one and two zones, half of them (benchmarks/reduce.py).
+UNIFORM, THICK = 0.015, 0.04
 STEPS = 10
 LEAST_LINES = 4
 LEAST_SPREAD_EV = 0.8
@@ -42,6 +47,12 @@ class PlotLines:
     e_k_ev: FloatArray
     ion: np.ndarray
 
+    def __add__(self, other: "PlotLines") -> "PlotLines":
+        """Both, one after the other."""
+        pairs = {name: (getattr(self, name), getattr(other, name)) for name in self.__slots__}
+        pairs["entry"] = self.entry, other.entry + len(self)
+        return PlotLines(*(np.concatenate(pair) for pair in pairs.values()))
+
     def __len__(self) -> int:
         return len(self.log_area)
 
@@ -58,7 +69,9 @@ class Plot:
 
     log_opacity: the constant of the spectrum (see growth). log_scale: ln of each element's amount,
     shape (e,), NaN where it has no line. kept: part of its light that each line kept. residual:
-    ln(area) minus the model. flags: warnings for the user.
+    ln(area) minus the model. flags: warnings for the user. response: None where a fixed one was
+    assumed. names, covariance: elements of the plot, (k,), and the covariance of ln of their
+    amounts, (k, k), all else unknown.
     """
 
     temperature_k: float
@@ -71,6 +84,9 @@ class Plot:
     residual: FloatArray
     chi2: float
     flags: tuple[str, ...]
+    response: Response | None
+    names: IntArray
+    covariance: FloatArray
 
     @property
     def temperature_at_bound(self) -> bool:
@@ -92,35 +108,59 @@ class Known:
     spread: float
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Bend:
+    """The response beforehand: knots (vacuum nm) and where to begin from, (k,); stiff: the inverse
+    of its covariance, (k, k)."""
+
+    knots_nm: FloatArray
+    start: FloatArray
+    stiff: FloatArray
+
+
 def fit_plot(
     lines: PlotLines,
     density: Known | None = None,
     start_k: float = USUAL_K,
     most_steps: int = STEPS,
+    bend: Bend | None = None,
+    missing: PlotLines | None = None,
 ) -> Plot | None:
     """Fit the plot; None if the lines do not determine a temperature.
 
-    density: ln n_e (per cm3) from elsewhere, such as the width of H-alpha.
+    density: ln n_e (per cm3) from elsewhere, such as the width of H-alpha. bend: the response is
+    fitted, too. missing: lines that should be brighter than `log_area` and are not seen.
     """
     if len(lines) < LEAST_LINES:
         return None
+    own, lines = lines, lines if missing is None else lines + missing
     names, which = np.unique(lines.element, return_inverse=True)
     density = density or Known(USUAL_LOG_NE, USUAL_NE_SPREAD)
-    p, toward, prior = _start(lines, which, density, start_k)
-    n = len(lines)
+    bend = bend or Bend(np.empty(0), np.empty(0), np.empty((0, 0)))
+    n, n_knots = len(lines), len(bend.knots_nm)
+    n_seen = len(own)
+    seen = np.arange(n) < n_seen
+    knot, part = np.zeros(n, np.int64), np.zeros(n)
+    if n_knots:
+        knot, part = between(bend.knots_nm, lines.vacuum_nm)
+    p, toward, prior = _start(lines, which, seen, density, start_k, bend.start, knot, part)
     thin, kept, residual, weight = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
     a = atoms()
-    variance = gauss_newton(
+    covariance = gauss_newton(
         p,
         (lines.log_area, sigma, which, lines.ion.astype(np.int64), lines.e_k_ev, lines.vacuum_nm,
-         lines.width_nm),
+         lines.width_nm, seen, knot, part),
         _rows(lines, which),
         names,
         (a.log_u, GRID_K, a.limit_ev, growth_table()),
-        toward, prior, most_steps, thin, kept, residual, weight, np.zeros((len(p), len(p))),
+        toward, prior, bend.stiff, most_steps, thin, kept, residual, weight,
+        np.zeros((len(p), len(p))),
     )  # fmt: skip
-    return _as_plot(p, variance, kept, residual, sigma, lines, names, which)
+    return _as_plot(
+        p, covariance, kept[:n_seen], residual[:n_seen], sigma[:n_seen], own, names,
+        which[:n_seen], bend.knots_nm,
+    )  # fmt: skip
 
 
 def _rows(lines: PlotLines, which: IntArray):
@@ -131,27 +171,31 @@ def _rows(lines: PlotLines, which: IntArray):
     )  # fmt: skip
 
 
-def _start(lines: PlotLines, which: IntArray, density: Known, start_k: float):
+def _start(lines: PlotLines, which, seen, density: Known, start_k: float, gain, knot, part):
     """Initial parameters, their priors, and the priors' weights (1 / variance)."""
     ne = float(np.exp(density.mean))
     thin = lines.thin(start_k, ne)
-    scale = np.bincount(which, lines.log_area - thin) / np.bincount(which)
+    says = np.where(seen, 1.0, 1e-6)
+    level = 0.0 if not len(gain) else (1.0 - part) * gain[knot] + part * gain[knot + 1]
+    scale = np.bincount(which, says * (lines.log_area - level - thin)) / np.bincount(which, says)
     depth = log_depth_of_unit(lines.vacuum_nm, lines.width_nm * ne / 1e17, start_k)
-    opacity = np.log(0.5) - np.max(thin + scale[which] + depth)
-    p = np.concatenate([[np.log(start_k), density.mean, opacity], scale])
+    opacity = np.log(0.5) - np.max((thin + scale[which] + depth)[seen])
+    p = np.concatenate([[np.log(start_k), density.mean, opacity], scale, gain])
     toward, prior = p.copy(), np.zeros(len(p))
     toward[:2] = np.log(USUAL_K), density.mean
     prior[:3] = 1 / USUAL_SPREAD**2, 1 / density.spread**2, 0.05
     return p, toward, prior
 
 
-def _as_plot(p, variance, kept, residual, sigma, lines, names, which) -> Plot:
+def _as_plot(p, covariance, kept, residual, sigma, lines, names, which, knots_nm) -> Plot:
     say = trust(residual / sigma)
-    free = max(float(say.sum()) - len(p) + 1.0, 1.0)  # the priors know one of the parameters
+    k, n_knots = len(names), len(knots_nm)
+    free = max(float(say.sum()) - (3 + k) + 1.0, 1.0)  # the priors know one of the parameters
     chi2 = float(np.sum(say * (residual / sigma) ** 2) / free)
-    error = np.sqrt(np.maximum(variance, 0.0) * max(chi2, 1.0))
+    covariance = covariance * max(chi2, 1.0)
+    error = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     scale = np.full(len(atoms().elements), np.nan)
-    scale[names] = p[3:]
+    scale[names] = p[3 : 3 + k]
     part = np.exp(kept)
     kelvin = float(np.exp(p[0]))
     flags = []
@@ -159,9 +203,18 @@ def _as_plot(p, variance, kept, residual, sigma, lines, names, which) -> Plot:
         flags.append("upper levels lie close together")
     if np.min(part) < 0.7:
         flags.append("strong lines absorb themselves")
+    lost = float(np.median(-np.sort(kept)[: max(3, len(kept) // 4)]))
+    by_heat = float(np.sqrt(error[0] ** 2 + UNIFORM**2 + (THICK * lost) ** 2))
+    response = None
+    if n_knots:
+        # The level itself is in the amounts: only differences along the axis have an error here.
+        middle = np.eye(n_knots) - 1.0 / n_knots
+        own = middle @ covariance[3 + k :, 3 + k :] @ middle
+        response = Response(knots_nm, p[3 + k :], np.sqrt(np.maximum(np.diag(own), 0.0)))
     plot = Plot(
-        kelvin, kelvin * float(error[0]), float(p[1] / np.log(10)), float(error[1] / np.log(10)),
-        float(p[2]), scale, part, residual, chi2, tuple(flags),
+        kelvin, kelvin * by_heat, float(p[1] / np.log(10)), float(error[1] / np.log(10)),
+        float(p[2]), scale, part, residual, chi2, tuple(flags), response, names,
+        covariance[3 : 3 + k, 3 : 3 + k],
     )  # fmt: skip
     if plot.temperature_at_bound:
         flags.append("the lines do not tell the temperature")
@@ -175,6 +228,6 @@ def _leverage_ev(lines: PlotLines, which: IntArray) -> float:
     a = atoms()
     energy = lines.e_k_ev + np.where(lines.ion, a.limit_ev[lines.element], 0.0)
     return max(
-        (float(np.ptp(energy[which == k])) for k in range(int(which.max(initial=-1)) + 1)),
+        (float(np.ptp(energy[which == k])) for k in np.unique(which)),
         default=0.0,
     )

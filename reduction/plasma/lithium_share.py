@@ -12,6 +12,9 @@ from .strengths import atoms
 NO_CATIONS = frozenset({"H", "He", "C", "N", "O", "F", "Ne", "Cl", "Ar", "Kr", "Xe"})
 SPAN = 0.35  # of the temperature, to either side
 N_GRID = 61
+# What one zone in equilibrium lacks, of ln(share): at all, and for each e-fold of light that the
+# lines of lithium lost. Measured as for the temperature.
+UNIFORM, THICK = 0.08, 0.4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,15 +45,11 @@ def lithium_share(lines: PlotLines, plot: Plot) -> LithiumShare | None:
     densities = plot.log10_ne + plot.log10_ne_error * np.array([-1.0, 0.0, 1.0])
     curves = np.array([[_share(lines, log_thin, t, 10**d) for t in kelvin] for d in densities])
     low, high = curves.min(axis=0), curves.max(axis=0)
-    at = [float(np.interp(plot.temperature_k + side * plot.temperature_error_k, kelvin, curves[1]))
-          for side in (-1, 0, 1)]  # fmt: skip
-    by_heat = (at[2] - at[0]) / 2
-    by_density = float(np.interp(plot.temperature_k, kelvin, high - low)) / 2
-    by_lines = at[1] * (1 - at[1]) * _spread(lines, plot)
-    error = float(np.sqrt(by_heat**2 + by_density**2 + by_lines**2))
+    share = float(np.interp(plot.temperature_k, kelvin, curves[1]))
+    error = min(share * _relative_error(lines, plot), max(share, 1.0 - share))
     there = np.unique(lines.element)
     found = tuple(str(names[e]) for e in there[cations(there)])
-    return LithiumShare(at[1], error, found, kelvin, curves[1], low, high)
+    return LithiumShare(share, error, found, kelvin, curves[1], low, high)
 
 
 def cations(elements: IntArray) -> np.ndarray:
@@ -68,8 +67,14 @@ def _share(lines: PlotLines, log_thin: FloatArray, kelvin: float, density: float
     return float(amount[lithium[0]] / amount.sum())
 
 
-def _spread(lines: PlotLines, plot: Plot) -> float:
-    """Error of ln(amount of lithium), from how its lines scatter."""
+def _relative_error(lines: PlotLines, plot: Plot) -> float:
+    """Error of ln(share): lines, temperature, density, self-absorption and response, in one fit,
+    and what one zone in equilibrium lacks."""
+    counted = cations(plot.names)
+    log_amount = np.where(counted, plot.log_scale[plot.names], -np.inf)
+    parts = np.exp(log_amount - log_amount.max())
+    turn = np.where(atoms().elements[plot.names] == "Li", 1.0, 0.0) - parts / parts.sum()
+    fitted = max(float(turn @ plot.covariance @ turn), 0.0)
     own = atoms().elements[lines.element] == "Li"
-    one = float(np.sqrt(1.0 / np.sum(1.0 / lines.error[own] ** 2)))
-    return one * max(float(np.sqrt(plot.chi2)), 1.0)
+    lost = float(np.mean(-np.log(np.maximum(plot.kept[own], 1e-12))))
+    return float(np.sqrt(fitted + UNIFORM**2 + (THICK * lost) ** 2))

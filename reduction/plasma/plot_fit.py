@@ -1,6 +1,7 @@
 """The loop of the Saha-Boltzmann plot: Gauss and Newton over ln T, ln n_e, opacity and amounts.
 
-Parameters: ln T, ln n_e (per cm3), ln of the spectrum's opacity, then ln of each element's amount.
+Parameters: ln T, ln n_e (per cm3), ln of the spectrum's opacity, then ln of each element's amount,
+then ln of the instrument's response at knots.
 The sums over states come from a table on an even grid of temperatures, in logarithms.
 """
 
@@ -120,17 +121,33 @@ def trust(z):
 
 @float_kernel
 def gauss_newton(
-    p, lines, rows, names, tables, toward, prior, most_steps, thin, kept, residual, weight, normal
+    p,
+    lines,
+    rows,
+    names,
+    tables,
+    toward,
+    prior,
+    stiff,
+    most_steps,
+    thin,
+    kept,
+    residual,
+    weight,
+    normal,
 ):
     """Improve p in place; fill thin, kept (ln), residual and weight (n,), and the normal matrix.
 
-    lines: ln area, its error, which element of `names`, ion, upper level (eV), vacuum nm, width nm.
+    lines: ln area, its error, which element of `names`, ion, upper level (eV), vacuum nm, width nm,
+    whether it was seen (else ln area is a limit), knot of the response before it, and which part of
+    the way to the next. stiff: inverse covariance of the response beforehand, (knots, knots).
     rows: of the line table: line, which, ion, ln gA, upper level (eV). tables: ln U, its grid,
     ionisation energies, and the curve of growth.
     """
-    log_area, sigma, which, ion, e_k_ev, vacuum_nm, width_nm = lines
+    log_area, sigma, which, ion, e_k_ev, vacuum_nm, width_nm, seen, knot, part = lines
     log_u, grid_k, limit_ev, growth = tables
-    n, n_p, k = len(log_area), len(p), len(names)
+    n, n_p, k, n_knots = len(log_area), len(p), len(names), len(stiff)
+    bent = GLOBAL + k  # where the response begins
     held, ions, heat = np.empty((k, 2)), np.empty(k), np.empty((k, 2))
     slope, log_tau = np.empty(n), np.empty(n)
     gradient, lower, step = np.empty(n_p), np.zeros((n_p, n_p)), np.empty(n_p)
@@ -141,7 +158,12 @@ def gauss_newton(
         absorbed(p, thin, which, vacuum_nm, width_nm, growth, log_tau, kept, slope)
         for i in range(n):
             residual[i] = log_area[i] - thin[i] - p[GLOBAL + which[i]] - kept[i]
+            if n_knots:
+                b = bent + knot[i]
+                residual[i] -= (1.0 - part[i]) * p[b] + part[i] * p[b + 1]
             weight[i] = trust(residual[i] / sigma[i]) / sigma[i] ** 2
+            if not seen[i] and residual[i] > 0.0:
+                weight[i] = 0.0
         if turn == most_steps:
             break
         kelvin = np.exp(p[0])
@@ -150,6 +172,10 @@ def gauss_newton(
         for a in range(n_p):
             normal[a, a] = prior[a] + 1e-9
             gradient[a] = -prior[a] * (p[a] - toward[a])
+        for a in range(n_knots):
+            for b in range(n_knots):
+                gradient[bent + a] -= stiff[a, b] * p[bent + b]
+                normal[bent + a, bent + b] += stiff[a, b]
         for i in range(n):
             e, s, w = which[i], slope[i], weight[i]
             by_heat = e_k_ev[i] / kt + heat[e, ion[i]]
@@ -173,6 +199,18 @@ def gauss_newton(
             gradient[1] += j1 * w * residual[i]
             gradient[2] += j2 * w * residual[i]
             gradient[at] += j3 * w * residual[i]
+            if not n_knots:
+                continue
+            b, near, far = bent + knot[i], 1.0 - part[i], part[i]
+            for side in range(2):
+                j4 = far if side else near
+                normal[b + side, 0] += w * j4 * j0
+                normal[b + side, 1] += w * j4 * j1
+                normal[b + side, 2] += w * j4 * j2
+                normal[b + side, at] += w * j4 * j3
+                normal[b + side, b + side] += w * j4 * j4
+                gradient[b + side] += j4 * w * residual[i]
+            normal[b + 1, b] += w * near * far
         if not factorise(normal, lower):
             break
         solve(lower, gradient, step)
@@ -185,19 +223,20 @@ def gauss_newton(
         p[1] = min(max(p[1], LEAST_LN_NE), MOST_LN_NE)
         if largest < SETTLED:
             most_steps = turn + 1  # to look once more at what is left over
-    return variances(normal, lower)
+    return inverse(normal, lower)
 
 
 @float_kernel
-def variances(normal, lower):
-    """Variances of ln T and ln n_e, from the normal matrix (its lower half); NaN if singular."""
+def inverse(normal, lower):
+    """The covariance, from the normal matrix (its lower half); NaN if that is singular."""
     n = len(normal)
     unit, column = np.zeros(n), np.zeros(n)
-    variance = np.full(2, np.nan)
+    covariance = np.full((n, n), np.nan)
     if factorise(normal, lower):
-        for a in range(2):
+        for a in range(n):
             unit.fill(0.0)
             unit[a] = 1.0
             solve(lower, unit, column)
-            variance[a] = column[a]
-    return variance
+            for b in range(n):
+                covariance[a, b] = column[b]
+    return covariance

@@ -138,3 +138,19 @@ def test_few_and_very_many_channels_are_spectra_too(n):
     reduction = reduce_spectrum(Spectrum(x, counts), ["Na"])
 
     assert reduction.areas["Na"] == pytest.approx(600 * 0.15 * 2.507, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("vice", "said"),
+    [("cut at zero", "the counts were cut off there"), ("bent axis", "from where they should be")],
+)
+def test_what_was_noticed_of_the_instrument_is_told(vice, said):
+    from truth import with_vice
+
+    truth, good = with_vice(vice, 0), with_vice("none", 0)
+    found, usual = (
+        reduce_spectrum(Spectrum(each.wavelength_nm, each.intensity)) for each in (truth, good)
+    )
+
+    assert any(said in note for note in found.notes)
+    assert usual.notes == ()

@@ -57,6 +57,19 @@ def test_no_element_is_claimed_where_there_is_none(make):
     assert not any(claims)
 
 
+def test_no_element_is_claimed_in_noise_that_neighbours_share():
+    kernels = [np.ones(w) for w in (2, 3, 5, 8)] + [0.5 ** np.arange(12), 0.8 ** np.arange(40)]
+    claims = []
+    for number in range(24):
+        rng = np.random.default_rng(number)
+        kernel = kernels[number % len(kernels)]
+        x = np.linspace(190.0, 961.0, (2_048, 8_192, 22_800)[number % 3])
+        noise = np.convolve(rng.normal(0, 5, len(x) + len(kernel) - 1), kernel, "valid")
+        claims.append(reduce_spectrum(Spectrum(x, 300 + noise)).detected)
+
+    assert not any(claims)
+
+
 def test_no_bright_peak_is_lost(reduced):
     """Two profiles once shared the lines of iron at 259.9 and 267.2 nm, and both were dropped."""
     truth, found = reduced("train", 8)

@@ -58,3 +58,11 @@ def test_a_broad_line_must_be_brighter_to_be_missed(profiles):
 
 def test_crowding_counts_peaks_for_each_nanometre():
     assert crowding(np.array([100.0, 101.0, 102.0, 300.0])) == pytest.approx([0.5, 0.5, 0.5, 1 / 6])
+
+
+def test_light_at_its_place_hides_a_line_up_to_its_brightness(profiles):
+    """A strong line that reverses itself has no peak in its middle, and yet is not missing."""
+    hidden = np.exp(matched(profiles, [640.0, 670.90]).log_hidden)
+
+    assert hidden[0] < 2 * 3 * 3.0 * 1.0645 * 0.141 * 1.15
+    assert hidden[1] > 4 * hidden[0]

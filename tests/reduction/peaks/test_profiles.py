@@ -50,3 +50,32 @@ def test_the_gain_of_the_detector_is_learnt():
 
     assert 0.3 * gain < profiles.gain < 3 * gain
     assert np.median(profiles.noise / truth.noise) == pytest.approx(1.0, abs=0.1)
+
+
+def shared_noise(kernel, channels=8_192, seed=1):
+    rng = np.random.default_rng(seed)
+    kernel = np.asarray(kernel) / np.linalg.norm(kernel)
+    noise = np.convolve(rng.normal(0, 5, channels + len(kernel) - 1), kernel, "valid")
+    return Spectrum(np.linspace(200.0, 900.0, channels), 300 + noise)
+
+
+@pytest.mark.parametrize(
+    "kernel", [np.ones(2), np.ones(5), np.ones(8), 0.5 ** np.arange(12), 0.8 ** np.arange(40)]
+)
+def test_noise_that_neighbours_share_has_no_peaks(kernel):
+    """There were 450 of them, and iron, cerium and a dozen more were said to be there."""
+    assert len(fit_profiles(shared_noise(kernel)).peaks) < 5
+
+
+def test_waves_of_the_continuum_are_followed_and_lines_on_them_found():
+    rng = np.random.default_rng(2)
+    x = np.linspace(300.0, 700.0, 8_000)
+    counts = 400 * (1 - 0.75 * np.cos(np.pi * x / 12.0) ** 2) + rng.normal(0, 4, len(x))
+    places = 305.0 + 13.0 * np.arange(30)
+    for place in places:
+        counts += 300 * np.exp(-0.5 * ((x - place) / 0.06) ** 2)
+    peaks = fit_profiles(Spectrum(x, counts)).peaks
+    away = np.abs(peaks.centre_nm[:, None] - places)
+
+    assert away.min(axis=0).max() < 0.05
+    assert np.mean(away.min(axis=1) < 0.05) > 0.9

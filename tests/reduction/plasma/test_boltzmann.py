@@ -1,8 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from labrun.reduction.plasma.boltzmann import Known, PlotLines, fit_plot
+from labrun.reduction.plasma.boltzmann import Bend, Known, PlotLines, fit_plot
 from labrun.reduction.plasma.growth import log_depth_of_unit
+from labrun.reduction.plasma.response import LOOSE, knots, stiffness
 
 from .uniform_plasma import lines_at
 
@@ -44,3 +47,43 @@ def test_three_lines_tell_no_temperature():
     few = PlotLines(*(getattr(lines, name)[:3] for name in PlotLines.__slots__))
 
     assert fit_plot(few) is None
+
+
+def bend(usual, seams_nm=(500.0,)):
+    seams_nm = np.array(seams_nm)
+    at = knots((190.0, 961.0), seams_nm)
+    return Bend(at, np.zeros(len(at)), stiffness(at, seams_nm, usual))
+
+
+def test_a_detector_of_another_gain_is_found_and_does_not_change_the_temperature():
+    """Iron, silicon and magnesium shine on both sides of 500 nm: one side is 4.5 times too bright."""
+    lines = lines_at(10_000.0, 17.0)
+    gained = replace(lines, log_area=lines.log_area + 1.5 * (lines.vacuum_nm > 500.0))
+    plot = fit_plot(gained, bend=bend(LOOSE))
+
+    assert plot is not None and plot.response is not None
+    low, high = plot.response.at(np.array([400.0, 600.0]))
+    assert high - low == pytest.approx(1.5, abs=0.3)
+    assert plot.temperature_k == pytest.approx(10_000.0, rel=0.05)
+
+
+def test_a_response_that_may_be_off_widens_the_errors_of_amounts():
+    """Lithium shines above 600 nm and silicon mostly below 400: the ratio hangs on the response."""
+    lines = lines_at(10_000.0, 17.0, elements=("Li", "Si"))
+    sure, unsure = fit_plot(lines), fit_plot(lines, bend=bend(LOOSE))
+
+    assert sure is not None and unsure is not None and sure.response is None
+    ratio = np.array([1.0, -1.0])
+    assert ratio @ unsure.covariance @ ratio > 2 * ratio @ sure.covariance @ ratio
+
+
+def test_a_line_that_is_missing_only_says_that_it_is_faint():
+    lines = lines_at(10_000.0, 17.0)
+    few = lines_at(10_000.0, 17.0, elements=("Si",))
+    brighter, fainter = (replace(few, log_area=few.log_area + by) for by in (3.0, -3.0))
+    alone, same, less = (fit_plot(lines, missing=m) for m in (None, brighter, fainter))
+
+    assert alone is not None and same is not None and less is not None
+    assert same.temperature_k == pytest.approx(alone.temperature_k, rel=1e-3)
+    silicon = few.element[0]
+    assert less.log_scale[silicon] < alone.log_scale[silicon]

@@ -1,0 +1,67 @@
+"""What the instrument's response is off by along the axis: ln of it at knots, joined by lines."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..spectrum.spectrum import FloatArray
+
+KNOT_NM = 40.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Response:
+    """ln of the response at knots on the axis (vacuum nm), and its standard error; shape (k,)."""
+
+    knots_nm: FloatArray
+    log_gain: FloatArray
+    error: FloatArray
+
+    def at(self, vacuum_nm: FloatArray) -> FloatArray:
+        """ln of the response, any shape; level beyond the outer knots."""
+        return np.interp(vacuum_nm, self.knots_nm, self.log_gain)
+
+    def error_at(self, vacuum_nm: FloatArray) -> FloatArray:
+        return np.interp(vacuum_nm, self.knots_nm, self.error)
+
+
+@dataclass(frozen=True, slots=True)
+class Usual:
+    """What a response is expected to be, as standard deviations of its ln: its change to a knot
+    KNOT_NM away, over a seam, and its distance from level."""
+
+    per_knot: float
+    per_seam: float
+    overall: float
+
+
+LOOSE = Usual(0.45, 1.3, 3.0)  # of any instrument
+LEVEL = Usual(0.04, 0.1, 0.1)  # of one whose response was divided out
+
+
+def knots(range_nm: tuple[float, float], seams_nm: FloatArray) -> FloatArray:
+    """Places of the knots: even, and on both sides of a seam."""
+    first, last = range_nm
+    even = np.linspace(first, last, max(round((last - first) / KNOT_NM), 1) + 1)
+    inside = seams_nm[(seams_nm > first + 1) & (seams_nm < last - 1)]
+    even = even[np.abs(even[:, None] - inside).min(axis=1, initial=np.inf) > 0.3 * KNOT_NM]
+    return np.unique(np.concatenate([even, inside - 0.5, inside + 0.5]))
+
+
+def stiffness(knots_nm: FloatArray, seams_nm: FloatArray, usual: Usual) -> FloatArray:
+    """What is known beforehand, as the inverse of a covariance, (k, k)."""
+    k = len(knots_nm)
+    prior = np.diag(np.full(k, 1.0 / usual.overall**2))
+    for a in range(k - 1):
+        seam = np.any((seams_nm > knots_nm[a]) & (seams_nm < knots_nm[a + 1]))
+        step = np.sqrt((knots_nm[a + 1] - knots_nm[a]) / KNOT_NM)
+        w = 1.0 / (usual.per_seam if seam else usual.per_knot * step) ** 2
+        prior[a : a + 2, a : a + 2] += w * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return prior
+
+
+def between(knots_nm: FloatArray, at_nm: FloatArray) -> tuple[np.ndarray, FloatArray]:
+    """The knot before each place, and which part of the way to the next it is; level outside."""
+    place = np.clip(np.searchsorted(knots_nm, at_nm) - 1, 0, max(len(knots_nm) - 2, 0))
+    part = (at_nm - knots_nm[place]) / (knots_nm[place + 1] - knots_nm[place])
+    return place, np.clip(part, 0.0, 1.0)
