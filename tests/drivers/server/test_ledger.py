@@ -1,6 +1,8 @@
 """The ledger knows of every goal whether it began, was interrupted, or how it ended."""
 
+import asyncio
 import sqlite3
+import time
 from hashlib import sha256
 
 import pytest
@@ -296,3 +298,20 @@ def test_a_ledger_from_before_marks_gets_one_that_says_what_is_in_it(path):
     ledger.close()
 
     assert known
+
+
+def test_what_is_queued_is_done_in_its_order_however_long_each_takes(path):
+    done = []
+
+    def slowly(seconds):
+        time.sleep(seconds)
+        done.append(seconds)
+
+    async def story():
+        ledger = Ledger(path)
+        await asyncio.gather(*(ledger.queued(slowly, seconds) for seconds in (0.2, 0.1, 0.0)))
+        ledger.close()
+
+    asyncio.run(story())
+
+    assert done == [0.2, 0.1, 0.0]
