@@ -183,6 +183,8 @@ class Dispatcher:
                     )
                 )  # fmt: skip
             self.run.tell("goal", request.path, outcome.state.lower(), request.label)
+            if outcome.state == "SUCCEEDED" and outcome.error is not None:
+                self.run.log(f"{request.label} was done, but {outcome.error.message}", request.path)
 
     def _keep_files(self, outcome: Outcome) -> tuple[Outcome, dict[str, str]]:
         written: dict[str, str] = {}
