@@ -264,6 +264,7 @@ class Dispatcher:
                     params=request.params, effect=request.action.effect, boot=client.boot,
                     ledger=client.ledger, epoch=request.epoch,
                     means=request.means(), timeout_s=request.timeout_s,
+                    sets=request.action.setting(request.params),
                 )
             )  # fmt: skip
         if not request.role.contract.concurrent:

@@ -150,6 +150,7 @@ class History(Course):
         if self.past.comparing:
             self.past.gone_through.add(f"{record.loop}/{record.key}")
             return
+        self.past.keep_settings(record.loop, f"{record.loop}/{record.key}/")
         self.past.forget(f"{record.loop}/{record.key}/")
         fates = self.past.iterations.setdefault(record.loop, {})
         fates[record.key] = record.fate

@@ -257,7 +257,7 @@ class TreeCompiler:
             background=self.defaults.background,
             nested=self._in_loop(place),
         )
-        return Loop(self.run, place.scope, inner, plan, turns, body, rows)
+        return Loop(self.run, place.scope, inner, plan, turns, body, rows, self.dispatcher)
 
     def _rows(self, step: p.LoopBase, place: Place) -> Rows | None:
         if step.collect is None:
