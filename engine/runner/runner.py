@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import shutil
+from collections.abc import Iterable
 
 from ...schemas import journal as j
 from ...system.files import sync_files
@@ -22,7 +23,10 @@ from .session import Ending, RunSession
 
 
 async def run_session(
-    run: Run, checked: Checked, options: RunOptions, records: list[j.JournalRecord] | None = None
+    run: Run,
+    checked: Checked,
+    options: RunOptions,
+    records: Iterable[j.JournalRecord] | None = None,
 ) -> Ending:
     """Connect, run, and end; raises NotReached before anything is sent.
 

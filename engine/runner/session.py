@@ -2,7 +2,7 @@
 
 import asyncio
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -15,7 +15,7 @@ from ..control.control import Control
 from ..dispatch.device_handle import DeviceHandle
 from ..dispatch.dispatcher import Dispatcher
 from ..journal.history import History
-from ..journal.journal import DiskFull, JournalFault, read_records
+from ..journal.journal import DiskFull, JournalFault, Records
 from ..language.expression import ExpressionError
 from ..language.value import value_of
 from ..run.files import NoRoom
@@ -75,7 +75,7 @@ class RunSession:
         self.run.cut_off.clear()
         self.main = self.compiler.sequence(self.protocol.steps, Scope(self.main_frame))
 
-    async def execute(self, records: list[j.JournalRecord] | None) -> Ending:
+    async def execute(self, records: Iterable[j.JournalRecord] | None) -> Ending:
         """Everything from the first phase to the safe state; never leaves a goal under way."""
         if records is not None:
             restore_rows(self.run.folder, records, self.compiler.tables)
@@ -136,7 +136,7 @@ class RunSession:
             self.run.record(j.Again())
             self.run.requests.take_up = False
         self.run.journal.flush()
-        records = list(read_records(self.run.journal.path))
+        records = Records(self.run.journal.path)
         self.run.repeated.clear()
         self.dispatcher.look_anew()
         self._plant()
