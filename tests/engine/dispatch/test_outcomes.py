@@ -2,12 +2,14 @@
 
 import errno
 import os
+import re
 from hashlib import sha256
 
 import pytest
 
 from labrun.drivers.client.client import DeviceClient
 from labrun.drivers.server.execution import Execution
+from labrun.engine.dispatch.dispatcher import Dispatcher
 
 CAMERA = """
 from labrun.drivers.driver import Driver
@@ -218,6 +220,24 @@ steps:
     assert [r.state for r in ran.records if r.kind == "ended"] == ["CANCELED", "SUCCEEDED"]
     # The fallback was sent under the same id before: its device does it only once.
     assert (ran.status, ran.sent()) == (0, ["slow", "Timeout"])
+
+
+def test_a_run_that_waits_longer_than_it_knows_why_says_what_for_on_whom_and_since_when(
+    own_device, monkeypatch
+):
+    monkeypatch.setattr("labrun.engine.tree.tick.QUIET_S", 0.05)
+    monkeypatch.setattr(Dispatcher, "longest_s", lambda dispatcher: 0.0)
+    said = []
+    device = own_device()
+
+    def watch(event):
+        if event.event == "log":
+            said.append(event.text)
+
+    ran = device.run("steps: [{do: a.shoot, with: {name: x, seconds: 1}}]\n", watch=watch)
+
+    assert ran.status == 0
+    assert re.fullmatch(r"still waiting for a\.shoot on a, sent at \d\d:\d\d:\d\d", said[0]), said
 
 
 def test_a_run_that_is_stopped_at_once_waits_for_nothing_and_still_ends_its_journal(own_device):
