@@ -59,6 +59,8 @@ async def run_session(
         run.tell("run", run.id, "running", checked.protocol.name if checked.protocol else "")
         async with live_figures(run, options.live_figures):
             ending = await session.execute(records)
+        # A lease that is not released lapses, and then its server makes the device safe.
+        connections.leased = [d for d in connections.leased if d not in session.unsafe]
         await _end(run, session, ending)
         return ending
     finally:

@@ -66,6 +66,8 @@ class RunSession:
         self.dispatcher = Dispatcher(run, clients)
         self.control = Control(run, self.dispatcher.wake.set)
         self.used_by_others: set[str] = set()
+        self.unsafe: set[str] = set()
+        """Devices that have not confirmed their safe state at the end: their leases have to lapse."""
         self._plant()
 
     def _plant(self) -> None:
@@ -227,7 +229,7 @@ class RunSession:
         return ending
 
     async def _make_safe(self) -> None:
-        await to_safe_state(self.run, self.dispatcher, self.clients)
+        self.unsafe = await to_safe_state(self.run, self.dispatcher, self.clients)
 
     def outputs(self) -> dict[str, object]:
         """The protocol's outputs; one that cannot be computed is null."""

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import re
 import shutil
 import tempfile
 from collections import Counter
@@ -35,6 +36,7 @@ from .wire import Network, SimulatedLink
 BEGAN = datetime(2026, 1, 1, tzinfo=UTC)
 LONGEST_S = 20_000.0
 STALL_S = 3.0
+TURN = re.compile(r"/r\d+/0(?=/)")
 NOTICED_S = 0.1
 """How long it takes until an engine knows that a server has gone, or is about to."""
 SESSIONS = 40
@@ -110,10 +112,13 @@ class History:
         try:
             async with asyncio.timeout(LONGEST_S):
                 while not await self._session() and self.outcome.sessions < SESSIONS:
-                    left = self.random.choice((0.05, 1.0, 5.0, 5.0, 60.0))
+                    left = self.random.choice((0.05, 0.05, 1.0, 1.0, 5.0, 5.0, 5.0, 40.0))
                     await asyncio.sleep(max(left, self.off_until - loop.time()))
             loop.strike_at = 0
-            await asyncio.sleep(LAPSED_S)
+            over = loop.time() + LAPSED_S
+            instruments = self.bench.instruments.values()
+            while loop.time() < over and not all(i.is_safe for i in instruments):  # noqa: ASYNC110
+                await asyncio.sleep(1.0)
             self._judge()
         except TimeoutError:
             self.outcome.breaches.append(f"it stood still for {LONGEST_S:g} s")
@@ -166,7 +171,8 @@ class History:
         run.record(j.Finished(fate=ending.fate, reason=ending.reason, detail=ending.detail))
         run.journal.close()
         self._note(f"the run {ending.fate} {ending.reason}")
-        await asyncio.gather(*(client.release(name) for name, client in clients.items()))
+        safe = [(n, c) for n, c in clients.items() if n not in session.unsafe]
+        await asyncio.gather(*(client.release(name) for name, client in safe))
         await asyncio.gather(*(client.close() for client in clients.values()))
         return ending.fate == "succeeded"
 
@@ -240,7 +246,7 @@ class History:
                 self.session.control.ask("abort", "SIGTERM")
             CURRENT.reset(token)
 
-    def doom(self) -> None:
+    def die_at_write(self) -> None:
         """The engine dies at its next write."""
         SimulatedJournal.doom = self.random.choice(("before", "half", "after"))
 
@@ -281,16 +287,21 @@ class History:
         sent_s = {r.id: _seconds(r.at) for r in records if isinstance(r, j.GoalSent)}
         late_s = NOTICED_S + (STALL_S if self.outcome.accidents["connection stalled"] else 0.0)
         self.outcome.excused = {
-            split_goal_id(deed.goal)[0]: {
+            _place(deed.goal): {
                 device
                 for device, safe_at_s in deed.safe_at_s.items()
                 if safe_at_s > sent_s.get(deed.goal, 0.0) - late_s
             }
             for deed in deeds
         }
-        self.outcome.facts = {split_goal_id(d.goal)[0]: _facts(d) for d in deeds}
+        self.outcome.facts = {_place(d.goal): _facts(d) for d in deeds}
         if breaches:
             self.outcome.story += [f"{d.at_s:10.3f} s  {d.device} did {d.goal}" for d in deeds]
+
+
+def _place(goal: str) -> str:
+    """The path of an action, whichever turn of a retried group it was done in."""
+    return TURN.sub("", split_goal_id(goal)[0])
 
 
 def _seconds(at: str) -> float:
@@ -331,7 +342,7 @@ def _both(history: History, server: SimulatedServer) -> None:
 
 def _away(history: History, server: SimulatedServer) -> None:
     history.kill_engine()
-    history.off_until = asyncio.get_running_loop().time() + 100.0
+    history.off_until = asyncio.get_running_loop().time() + 45.0
 
 
 def _put_back(history: History, server: SimulatedServer) -> None:
@@ -348,7 +359,7 @@ def _stall(history: History, server: SimulatedServer) -> None:
 
 ACCIDENTS: list[tuple[str, Strike]] = [
     ("engine killed", lambda h, s: h.kill_engine()),
-    ("engine killed at a write", lambda h, s: h.doom()),
+    ("engine killed at a write", lambda h, s: h.die_at_write()),
     ("engine killed, gone for longer than its leases", _away),
     ("engine ended by SIGTERM", lambda h, s: h.abort()),
     ("server killed", lambda h, s: s.kill()),

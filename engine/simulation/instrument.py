@@ -69,7 +69,9 @@ class Instrument:
 
     def abort(self, goal: str) -> bool:
         """Take back what has not taken effect yet."""
-        return self.under_way.pop(goal, None) is not None
+        there = goal in self.under_way
+        self._end(goal)
+        return there
 
     def _take_effect(self, goal: str, action: str, params: dict[str, Any]) -> None:
         if goal not in self.under_way:
