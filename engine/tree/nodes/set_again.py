@@ -24,8 +24,8 @@ class SetAgain(ActionLeaf):
     def _arguments(self) -> dict[str, Any]:
         return dict(self.past.sent.params)
 
-    def _repeat_in_replay(self, request: Request) -> None:
-        self.repeating = True
+    def _do(self, request: Request) -> None:
+        self.repeating = self.run.replaying  # also there: it was done, if under another path
         self.dispatcher.request(request)
 
 
