@@ -36,7 +36,7 @@ from .wire import Network, SimulatedLink
 BEGAN = datetime(2026, 1, 1, tzinfo=UTC)
 LONGEST_S = 20_000.0
 STALL_S = 3.0
-TURN = re.compile(r"/r\d+/0(?=/)")
+TURN = re.compile(r"/r\d+/\w+(?=/)")
 NOTICED_S = 0.1
 """How long it takes until an engine knows that a server has gone, or is about to."""
 SESSIONS = 40
