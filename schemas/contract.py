@@ -1,8 +1,9 @@
 """A contract says what a device can do: its actions, their parameters, errors and effect."""
 
+import re
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StringConstraints
+from pydantic import Field, StringConstraints, model_validator
 
 from .model import Model
 from .quantity import Duration, seconds
@@ -13,6 +14,7 @@ Danger = Literal["laser", "heat", "pressure", "motion"]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 ContractType = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*@[0-9]+$")]
 JsonSchema = dict[str, Any]
+PARAMETER = re.compile(r"\{(\w+)\}")
 
 RESERVED_ERRORS: dict[str, Happened] = {
     "Timeout": "unknown",
@@ -35,7 +37,8 @@ class Action(Model):
 
     A `meanwhile` action acts on what the device is currently doing (a feed hold): it is accepted
     while another action is running. `interlock` is what fields of the status must be for the action to
-    begin; the device server reads the status just before.
+    begin; the device server reads the status just before. `sets` names what an `idempotent` action
+    sets (`energy`, `channel {n}` with the parameter `n`): on resume the last one of each is done again.
     """
 
     summary: str = ""
@@ -49,6 +52,27 @@ class Action(Model):
     meanwhile: bool = False
     danger: Danger | None = None
     interlock: dict[str, Any] = Field(default_factory=dict)
+    sets: str = ""
+
+    @model_validator(mode="after")
+    def _can_be_set_again(self) -> "Action":
+        if self.sets and (self.effect != "idempotent" or self.danger == "motion"):
+            raise ValueError("what `sets` something is done again on resume: idempotent, no motion")
+        schemas = self.param_schemas()
+        for name in PARAMETER.findall(self.sets):
+            if name not in schemas:
+                raise ValueError(f"sets: there is no parameter {name}")
+            if name not in self.required() and "default" not in schemas[name]:
+                raise ValueError(f"sets: {name} may be left out, and then names nothing")
+        return self
+
+    def setting(self, params: dict[str, Any]) -> str:
+        """What it sets with these parameters; empty for nothing that has to be set again."""
+        if not self.sets:
+            return ""
+        defaults = {n: s["default"] for n, s in self.param_schemas().items() if "default" in s}
+        given = {**defaults, **params}
+        return PARAMETER.sub(lambda found: str(given[found[1]]), self.sets)
 
     def param_schemas(self) -> dict[str, JsonSchema]:
         """Parameter name -> its JSON Schema."""

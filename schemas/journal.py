@@ -86,6 +86,8 @@ class GoalSent(Record):
     epoch: int
     means: str
     timeout_s: float | None = None
+    sets: str = ""
+    """What of the device it sets, by its contract: set again on resume, in a later iteration too."""
 
     @property
     def label(self) -> str:

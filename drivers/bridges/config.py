@@ -65,6 +65,7 @@ class ActionConfig(Model):
     until: dict[str, Any] | None = None
     cancel: bool = False
     danger: Danger | None = None
+    sets: str = ""
 
     @field_validator("timeout", "duration")
     @classmethod
@@ -134,7 +135,7 @@ class BridgeConfig(Model):
         return Action(
             summary=said.summary, effect=effect, errors=errors, duration=self._duration(said),
             probe=said.probe or (LAST_ONCE if effect == "once" else None), cancel=said.cancel,
-            danger=said.danger,
+            danger=said.danger, sets=said.sets,
             params=_object(params, needed, closed=True) if params else {},
             returns=_object(returns, list(returns)) if returns else {},
         )  # fmt: skip

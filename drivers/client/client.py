@@ -41,6 +41,7 @@ class DeviceClient:
         mark: str = "",
         on_status: Callable[[str, dict[str, Any]], None] | None = None,
         on_link: Callable[[bool], None] | None = None,
+        link: type[Link] = Link,
     ) -> None:
         self.url = url.rstrip("/")
         self.boot = ""
@@ -51,12 +52,23 @@ class DeviceClient:
         self.status: dict[str, dict[str, Any]] = {}
         self._on_status = on_status
         self._on_link = on_link
-        events = {"update": self._update, "status": self._status, "stopped": self._stopped}
+        events = {
+            "update": self._update, "status": self._status, "stopped": self._stopped,
+            "ending": self._ends,
+        }  # fmt: skip
+        self._server_ends = False
+        self.on_touch: Callable[[], None] | None = None
+        """Called when `in_touch` may have changed."""
         self.on_stopped: Callable[[str, str], None] | None = None
         """Called with a device and who stopped it, when another client has."""
-        self._link = Link(self.url, token, events, self._link_up, self._link_down)
+        self._link = link(self.url, token, events, self._link_up, self._link_down)
         self._lease_keeper = LeaseKeeper(self._link)
         self._goal_watch = GoalWatch(self._link, lost_after_s)
+
+    @property
+    def in_touch(self) -> bool:
+        """Whether the server is there and stays: if not, its devices may lose what was set on them."""
+        return self._link.up.is_set() and not self._server_ends
 
     async def open(self, timeout_s: float = 60.0) -> ServerDescription:
         """Connect and learn what the server serves; raises ServerUnreachable.
@@ -186,6 +198,7 @@ class DeviceClient:
                 self.url, "it runs an incompatible version of labrun"
             ) from fault
         restarted = described.boot != self.boot
+        self._server_ends = self._server_ends and not restarted
         self.mark = described.mark
         if not described.continues:
             self.continues = False
@@ -200,11 +213,21 @@ class DeviceClient:
                 self._stopped({"device": name, "message": device.stopped})
         if self._on_link is not None:
             self._on_link(True)
+        self._touch()
 
     def _link_down(self) -> None:
         self._goal_watch.doubt_all()
         if self._on_link is not None:
             self._on_link(False)
+        self._touch()
+
+    def _touch(self) -> None:
+        if self.on_touch is not None:
+            self.on_touch()
+
+    def _ends(self, data: Answer) -> None:
+        self._server_ends = True
+        self._touch()
 
     def _update(self, data: Answer) -> None:
         self._goal_watch.update(data)

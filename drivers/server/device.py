@@ -69,6 +69,7 @@ class ServedDevice:
 
     async def wind_down(self) -> None:
         """Accept no more goals, go to the safe state, and end every running goal."""
+        self._tell("ending", {"device": self.name}, set())
         self._owner.end()
         self.lease.close()
         safe, _ = await self.stop(name="Lost", by="its server, which ended")

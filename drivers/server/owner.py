@@ -23,6 +23,8 @@ from .execution import Execution
 FINISH_S = 600.0
 """How long a device whose lease has lapsed may finish its action."""
 
+OVER = "its lease was over, no engine was in contact"
+
 Word = tuple[bool, str]
 """Whether the driver confirmed the safe state, and a message."""
 
@@ -103,7 +105,7 @@ class Owner:
                 case "cancel":
                     execution.cancel()
                 case "safe":
-                    execution.interrupt()
+                    execution.cut_by("Lost", f"{self.device} was made safe: {OVER}")
                     self._at_once = True
                 case "finish":
                     pass
@@ -150,7 +152,7 @@ class Owner:
             elif late is not None and clock() >= late:
                 late, self._at_once = None, True
                 for execution in self.goals.values():
-                    execution.interrupt()
+                    execution.cut_by("Lost", f"{self.device} was made safe: {OVER}")
             else:
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout_at(late):

@@ -64,13 +64,13 @@ def _go_on(
     json: bool,
 ) -> int:
     from ..journal.history import read_history
-    from ..journal.journal import read_records, reopen
+    from ..journal.journal import Records, reopen
     from ..run.folder import check_hashes, newest_copies
     from ..runner.begin import RunOptions, old_run
     from ..runner.runner import run_session
     from .changed_protocol import hold_against, keep_change
 
-    records = list(read_records(folder / "journal.jsonl"))
+    records = Records(folder / "journal.jsonl")
     history = read_history(records)
     anew = changed is not None or bool(params)
     if history.finished is not None and history.finished.fate == "succeeded" and not anew:
@@ -85,7 +85,7 @@ def _go_on(
     if not checked.ok:
         print_problems(checked.problems, format="text", file=sys.stderr)
         return PROBLEMS
-    reopened = hold_against(folder, checked, records, yes=yes) if anew else []
+    reopened = hold_against(folder, checked, list(records), yes=yes) if anew else []
     if reopened is None:
         return PROBLEMS
     journal, records, torn = reopen(folder / "journal.jsonl")
@@ -93,8 +93,7 @@ def _go_on(
         say(f"the journal's last record was incomplete ({torn} bytes) and was cut off")
     if anew:
         keep_change(folder, checked, given, journal, len(history.changes), reopened)
-        records = list(read_records(folder / "journal.jsonl"))
-    history = read_history(records)
+        history = read_history(records)
     options = RunOptions(
         yes=yes, answers=answers, watchers=[watcher(json)], live_figures=True, say=say
     )

@@ -13,7 +13,6 @@ from ..check import Checked
 from ..exit_status import FAILED, PROBLEMS
 from .checked_protocol import checked_file, name_values
 from .options import RUNS, Lab, Params, Runs, say
-from .run import File
 
 if TYPE_CHECKING:
     from ..torture.report import Report
@@ -23,6 +22,19 @@ SHOWN = 20
 ALIKE = 3
 """At most this many breaches of a line of the promise are shown per run; the rest are counted."""
 
+File = Annotated[
+    Path | None,
+    typer.Argument(metavar="FILE", help="The protocol; with --simulate, random ones if left out."),
+]
+Simulate = Annotated[
+    int | None,
+    typer.Option(
+        "--simulate",
+        min=1,
+        metavar="N",
+        help="Instead of real processes: N simulated histories, from --seed on, each by its own seed.",
+    ),
+]
 Kills = Annotated[
     int | None,
     typer.Option("--kills", min=1, help="Number of kills; default: one at each journal write."),
@@ -35,8 +47,9 @@ Keep = Annotated[bool, typer.Option("--keep", help="Keep the folders of runs wit
 
 
 def torture(
-    file: File,
+    file: File = None,
     kills: Kills = None,
+    simulate: Simulate = None,
     seed: Seed = 1,
     param: Params = None,
     lab: Lab = None,
@@ -45,6 +58,12 @@ def torture(
     keep: Keep = False,
 ) -> None:
     """Run a protocol on simulated devices, kill the engine and servers, resume, and compare."""
+    if simulate is not None:
+        checked = None if file is None else checked_file(file, lab, None, param)
+        raise typer.Exit(_simulate(range(seed, seed + simulate), checked))
+    if file is None:
+        say("name a protocol, or add --simulate N for random ones")
+        raise typer.Exit(PROBLEMS)
     if WINDOWS:
         say(
             "torture needs SIGKILL, which Windows does not have. Run it on Linux or macOS, or in WSL; "
@@ -92,6 +111,24 @@ def _torture(
     elif not keep:
         shutil.rmtree(folder, ignore_errors=True)
     return FAILED if plan.report.breaches else 0
+
+
+def _simulate(seeds: range, checked: Checked | None) -> int:
+    try:
+        from ..simulation.simulate import simulate
+    except ImportError as fault:
+        say(f"{fault}: the simulated disks need apsw, a part of `pip install 'labrun[test]'`")
+        return PROBLEMS
+    report = simulate(seeds, checked, say)
+    typer.echo(report.table())
+    for outcome in report.broken[:SHOWN]:
+        file = "" if checked is None or checked.source is None else f" {checked.source.path}"
+        typer.echo(f"broken: labrun torture{file} --simulate 1 --seed {outcome.seed}")
+        for breach in outcome.breaches[:ALIKE]:
+            typer.echo(f"  {breach}")
+        if len(seeds) == 1:
+            typer.echo("\n".join(outcome.story))
+    return FAILED if report.broken else 0
 
 
 def _tell(report: "Report") -> None:

@@ -16,6 +16,13 @@ class DeviceHandle(Protocol):
     continues: bool
     on_stopped: Callable[[str, str], None] | None
     """Called with a device and who stopped it, when another client has."""
+    on_touch: Callable[[], None] | None
+    """Called when `in_touch` may have changed."""
+
+    @property
+    def in_touch(self) -> bool:
+        """Whether its server is there and stays."""
+        ...
 
     def epoch(self, device: str) -> int:
         """The epoch of the lease that is held on a device."""

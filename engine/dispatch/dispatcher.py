@@ -6,6 +6,7 @@ are awaited, timeouts of actions, and the order journal first, wire second.
 
 import asyncio
 import logging
+import time
 from collections import deque
 from collections.abc import Callable, Coroutine, Mapping
 from typing import Any
@@ -14,6 +15,7 @@ from ...drivers.client.client import LeaseHeld, Outcome, ServerUnreachable
 from ...schemas import journal as j
 from ...schemas.contract import Contract, Happened
 from ...schemas.messages import ENDED, Goal, GoalError, GoalReport
+from ...schemas.quantity import seconds
 from ...system.tasks import end, spawn
 from ..journal.history import LAPSED, RESTARTED, STOPPED
 from ..journal.past import PastGoal
@@ -26,6 +28,9 @@ LOG = logging.getLogger("labrun")
 CANCEL_GRACE_S = 10.0
 """How long a device may take to end a goal after its timeout before the next attempt or fallback,
 unless its contract gives its driver longer."""
+OUT_OF_TOUCH_S = 60.0
+"""How long `once` actions wait for a device whose server is out of reach or ending: it may lose the
+state that earlier steps gave it, and only its server can say so."""
 OWN_S = 2.0
 """What the server takes beside its driver."""
 
@@ -53,6 +58,8 @@ class Dispatcher:
         self._known = self._standing()
         for client in clients.values():
             client.on_stopped = self._was_stopped
+            client.on_touch = self.wake.set
+        self._out_of_touch: dict[str, float] = {}
 
     # --- what the tree asks for
 
@@ -162,6 +169,24 @@ class Dispatcher:
         """True when outcomes wait to be applied."""
         return bool(self._arrived)
 
+    def longest_s(self) -> float:
+        """Twice what the slowest action under way takes, by its contract."""
+        known = [2 * seconds(r.action.duration or 0) for r in self._under_way.values()]
+        return max(known, default=0.0)
+
+    def waits_for(self) -> list[str]:
+        """What has not ended, or not begun: what, on whom, since when."""
+        now = self.run.clock.now()
+        told = [
+            f"{r.label} on {r.device}, sent at {_at(now - (r.sent_at or now))}"
+            for r in self._under_way.values()
+        ]
+        for request in () if self.paused else self._queue:
+            holder = self._holders.get(request.device)
+            behind = f", which does {holder.label}" if holder is not None else ""
+            told.append(f"{request.device}{behind}, to begin {request.label}")
+        return told
+
     def apply(self) -> None:
         """Take in every outcome that has arrived: files first, then the journal, then the tree."""
         while self._arrived:
@@ -183,6 +208,8 @@ class Dispatcher:
                     )
                 )  # fmt: skip
             self.run.tell("goal", request.path, outcome.state.lower(), request.label)
+            if outcome.state == "SUCCEEDED" and outcome.error is not None:
+                self.run.log(f"{request.label} was done, but {outcome.error.message}", request.path)
 
     def _keep_files(self, outcome: Outcome) -> tuple[Outcome, dict[str, str]]:
         written: dict[str, str] = {}
@@ -239,7 +266,11 @@ class Dispatcher:
         ready: list[Request] = []
         waiting: deque[Request] = deque()
         taken = set(self._holders)
+        away = self._away()
         for request in self._queue:
+            if request.action.effect == "once" and away - {request.device}:
+                waiting.append(request)
+                continue
             exclusive = not request.role.contract.concurrent
             if exclusive and request.device in taken:
                 waiting.append(request)
@@ -252,6 +283,23 @@ class Dispatcher:
             self._note(request)
         return ready
 
+    def _away(self) -> set[str]:
+        """Devices with a state that have been out of touch, and not for too long."""
+        now, used = self.run.clock.now(), self.run.history.boots
+        for device, client in self.clients.items():
+            if client.in_touch or device not in self._lasting or device not in used:
+                self._out_of_touch.pop(device, None)
+            elif device not in self._out_of_touch:
+                self._out_of_touch[device] = now
+                self.run.log(
+                    f"{device} is out of reach; no action that must not be repeated begins"
+                )
+        ends = {device: since + OUT_OF_TOUCH_S for device, since in self._out_of_touch.items()}
+        for until in ends.values():
+            if until > now:
+                self.run.requests.wake_at(until)
+        return {device for device, until in ends.items() if until > now}
+
     def _note(self, request: Request) -> None:
         client = self.clients[request.device]
         request.epoch = request.adopt.sent.epoch if request.adopt else client.epoch(request.device)
@@ -262,6 +310,7 @@ class Dispatcher:
                     params=request.params, effect=request.action.effect, boot=client.boot,
                     ledger=client.ledger, epoch=request.epoch,
                     means=request.means(), timeout_s=request.timeout_s,
+                    sets=request.action.setting(request.params),
                 )
             )  # fmt: skip
         if not request.role.contract.concurrent:
@@ -383,6 +432,11 @@ class Dispatcher:
             await self.clients[request.device].cancel(request.goal_id)
         except Exception as fault:  # the link is down: the goal's outcome will show what happened
             self.run.log(f"cancel of {request.label} did not get through: {fault}", request.path)
+
+
+def _at(ago_s: float) -> str:
+    """The time of day so long ago."""
+    return time.strftime("%H:%M:%S", time.localtime(time.time() - ago_s))
 
 
 def _has_state(contract: Contract) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from ...schemas import journal as j
 from ...schemas.messages import ledger_of
 from .course import Course, split_goal_id
-from .journal import JournalFault
+from .journal import JournalFault, Records
 from .past import Past, PastGoal
 
 RESTARTED = "its server was restarted"
@@ -150,6 +150,7 @@ class History(Course):
         if self.past.comparing:
             self.past.gone_through.add(f"{record.loop}/{record.key}")
             return
+        self.past.keep_settings(record.loop, f"{record.loop}/{record.key}/")
         self.past.forget(f"{record.loop}/{record.key}/")
         fates = self.past.iterations.setdefault(record.loop, {})
         fates[record.key] = record.fate
@@ -232,7 +233,8 @@ def read_history(records: Iterable[j.JournalRecord], *, comparing: bool = False)
 
     Iterations that a change of the protocol has reopened since are not finished.
     """
-    records = list(records)
+    if not isinstance(records, Records | Sequence):
+        records = list(records)
     history = History(past=Past(comparing=comparing))
     again = reopened(records)
     for record in records:
@@ -248,8 +250,10 @@ def read_history(records: Iterable[j.JournalRecord], *, comparing: bool = False)
     return history
 
 
-def reopened(records: Sequence[j.JournalRecord]) -> dict[str, int]:
+def reopened(records: Iterable[j.JournalRecord]) -> dict[str, int]:
     """Iterations reopened by a change -> the record since which they are unfinished."""
+    if isinstance(records, Records):
+        records = records.of("changed")
     return {
         path: record.n
         for record in records

@@ -2,6 +2,7 @@
 
 import errno
 import os
+from collections import deque
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from hashlib import blake2b
@@ -27,6 +28,11 @@ class JournalFault(Exception):
 
 class DiskFull(JournalFault):
     """No space for the next record; the reserve was released, so the run can still be ended."""
+
+
+KIND = b'"kind":'
+NONE = "none"
+"""No record has this kind: only the chain is gone through."""
 
 
 def chain(previous: str, body: str) -> str:
@@ -131,13 +137,18 @@ class Journal:
 
 
 class Follower:
-    """Reads a journal as it grows: only new records; an incomplete last line waits for its end."""
+    """Reads a journal as it grows: only new records; an incomplete last line waits for its end.
 
-    def __init__(self, path: Path) -> None:
+    With `kinds`, only records of these; of the others the chain is checked. It stops at a sector that
+    a power cut has left empty: what follows was never durable.
+    """
+
+    def __init__(self, path: Path, *kinds: str) -> None:
         self.path = path
         self.offset = 0
         self.number = 0
-        self._hash = ""
+        self.last_hash = ""
+        self._kinds = tuple(f'"{kind}"'.encode() for kind in kinds)
 
     @property
     def behind(self) -> int:
@@ -160,19 +171,23 @@ class Follower:
                 while chunk := file.read(CHUNK):
                     *lines, rest = (rest + chunk).split(b"\n")
                     for line in lines:
-                        record, start = self._parse(line), self.offset
-                        self.offset, self._hash = start + len(line) + 1, record.hash
-                        yield start, record
+                        if b"\0" in line:
+                            return
+                        start, self.last_hash = self.offset, self._check(line)
+                        self.offset += len(line) + 1
+                        if not self._kinds or line.partition(KIND)[2].startswith(self._kinds):
+                            yield start, self._parse(line)
                     if end is not None and self.offset >= end:
                         return
         except OSError as fault:
             text = f"cannot read the journal {self.path}: {fault.strerror}"
             raise JournalFault(text) from fault
 
-    def _parse(self, line: bytes) -> JournalRecord:
+    def _check(self, line: bytes) -> str:
+        """The hash of a record, whose chain is right; raises JournalFault."""
         self.number += 1
         body, mark, tail = line.rpartition(b',"hash":"')
-        if not mark or _chain(self._hash, body).encode() != tail.removesuffix(b'"}'):
+        if not mark or (link := _chain(self.last_hash, body)).encode() != tail.removesuffix(b'"}'):
             raise JournalFault(
                 f"{self.path}: the chain breaks at record {self.number}: it, or a record before it, "
                 "was changed. Nothing was sent. Restore the journal from a copy, or start a new run."
@@ -182,6 +197,9 @@ class Follower:
                 f"{self.path} is written in journal format {newer}; this labrun reads format "
                 f"{FORMAT}. Resume it with the labrun that wrote it, or a newer one."
             )
+        return link
+
+    def _parse(self, line: bytes) -> JournalRecord:
         try:
             return RECORD.validate_json(line)
         except ValidationError as fault:
@@ -190,12 +208,26 @@ class Follower:
             ) from fault
 
 
-def read_records(path: Path) -> Iterator[JournalRecord]:
-    """Every whole record of a journal, in order; a torn last line is left out.
+class Records:
+    """The whole records of a journal, in order: read anew each time, so that a million take no memory.
 
-    Raises JournalFault if the chain is broken, naming the record.
+    A torn end is left out. Raises JournalFault if the chain is broken, naming the record.
     """
-    return (record for _, record in Follower(path).records())
+
+    def __init__(self, path: Path, *kinds: str) -> None:
+        self.path, self._kinds = path, kinds
+
+    def of(self, *kinds: str) -> "Records":
+        """Those of some kinds."""
+        return Records(self.path, *kinds)
+
+    def __iter__(self) -> Iterator[JournalRecord]:
+        return (record for _, record in Follower(self.path, *self._kinds).records())
+
+
+def read_records(path: Path) -> Iterator[JournalRecord]:
+    """Every whole record of a journal, in order, as `Records` gives them."""
+    return iter(Records(path))
 
 
 def read_at(path: Path, offsets: list[int]) -> list[JournalRecord]:
@@ -227,16 +259,14 @@ def _newer_format(body: bytes) -> int | None:
     return written if written > FORMAT else None
 
 
-def reopen(path: Path) -> tuple[Journal, list[JournalRecord], int]:
-    """A journal to append to, its records, and how many bytes of a torn last line were cut."""
-    records = list(read_records(path))
-    data = path.read_bytes()
-    whole = data.rfind(b"\n") + 1
-    torn = len(data) - whole
+def reopen(path: Path, make: type[Journal] = Journal) -> tuple[Journal, Records, int]:
+    """A journal to append to, its records, and how many bytes of a torn end were cut."""
+    whole = Follower(path, NONE)
+    deque(whole.records(), maxlen=0)
+    torn = path.stat().st_size - whole.offset
     if torn:
         with path.open("r+b") as file:
-            file.truncate(whole)
+            file.truncate(whole.offset)
             os.fsync(file.fileno())
-    last = records[-1] if records else None
-    journal = Journal(path, count=last.n if last else 0, last_hash=last.hash if last else "")
-    return journal, records, torn
+    journal = make(path, count=whole.number, last_hash=whole.last_hash)
+    return journal, Records(path), torn

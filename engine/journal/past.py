@@ -54,6 +54,8 @@ class Past:
     goals: dict[str, dict[int, PastGoal]] = field(default_factory=dict)
     iterations: dict[str, dict[str, j.StepFate]] = field(default_factory=dict)
     sets: dict[str, dict[str, Any]] = field(default_factory=dict)
+    settings: dict[str, dict[tuple[str, str], PastGoal]] = field(default_factory=dict)
+    """By loop: what its finished iterations have set on devices, the newest of (device, what)."""
     steps: dict[str, j.StepEnded] = field(default_factory=dict)
     turned: dict[str, j.Turned] = field(default_factory=dict)
     answers: dict[str, j.Answered] = field(default_factory=dict)
@@ -96,10 +98,25 @@ class Past:
     def forget(self, prefix: str) -> None:
         """Drop everything under a finished iteration."""
         for table in (
-            self.goals, self.iterations, self.sets, self.steps, self.turned, self.answers
+            self.goals, self.iterations, self.sets, self.settings, self.steps, self.turned,
+            self.answers,
         ):  # fmt: skip
             for path in [path for path in table if path.startswith(prefix)]:
                 del table[path]
+
+    def keep_settings(self, loop: str, prefix: str) -> None:
+        """An iteration of a loop is over: what it has set on devices belongs to the loop from now on."""
+        done = [g for path, tries in self.goals.items() if path.startswith(prefix)
+                for g in tries.values() if g.succeeded and g.sent.sets]  # fmt: skip
+        for inner in [path for path in self.settings if path.startswith(prefix)]:
+            done += self.settings.pop(inner).values()
+        if not done:
+            return
+        kept = self.settings.setdefault(loop, {})
+        for goal in done:
+            what = goal.sent.device, goal.sent.sets
+            if what not in kept or kept[what].sent.n < goal.sent.n:
+                kept[what] = goal
 
     def forget_under_way(self, above: str, n: int) -> None:
         """Drop goals at a path that were under way at record `n`: nothing waited for them after it."""
@@ -115,6 +132,7 @@ class Past:
             goals={path: dict(tries) for path, tries in self.goals.items()},
             iterations={loop: dict(fates) for loop, fates in self.iterations.items()},
             sets={loop: dict(values) for loop, values in self.sets.items()},
+            settings={loop: dict(goals) for loop, goals in self.settings.items()},
             steps=dict(self.steps),
             turned=dict(self.turned),
             answers=dict(self.answers),

@@ -37,6 +37,8 @@ class RehearsedDevice:
         self._driver = driver(place)
         self._served = ServedDevice(place, self._driver, contract, self._ledger, self._told)
         self.on_stopped: Callable[[str, str], None] | None = None
+        self.on_touch: Callable[[], None] | None = None
+        self.in_touch = True
         self._epoch = 0
         self._owner = ""
         self._followed: dict[str, tuple[asyncio.Future[GoalReport], Callable]] = {}

@@ -19,8 +19,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     as the computing in it.
     """
 
-    def __init__(self) -> None:
-        self._leaping = _LeapingSelector()
+    def __init__(self, longest_real_s: float = LONGEST_REAL_S) -> None:
+        """`longest_real_s`: how long a real thread, or a socket, is waited for where nothing is due."""
+        self._leaping = _LeapingSelector(longest_real_s)
         super().__init__(self._leaping)
 
     def time(self) -> float:
@@ -38,8 +39,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
 
 class _LeapingSelector(selectors.DefaultSelector):
-    def __init__(self) -> None:
+    def __init__(self, longest_real_s: float) -> None:
         super().__init__()
+        self._longest_real_s = longest_real_s
         self.now = 0.0
         self.holds = 0
 
@@ -48,7 +50,7 @@ class _LeapingSelector(selectors.DefaultSelector):
         if ready or timeout == 0:
             return ready
         if self.holds or timeout is None:
-            ready = super().select(LONGEST_REAL_S)
+            ready = super().select(self._longest_real_s)
             if not ready:
                 raise StandsStill("the rehearsal waits for something that never comes")
             return ready

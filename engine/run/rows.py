@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from ...schemas.quantity import is_quantity, magnitude_in, number_text
 from ...system.cells import guarded
 from ..journal.encode import decode
 from ..journal.history import reopened
+from ..journal.journal import Records
 from ..language.expression import ExpressionError
 from ..language.value import Value
 from .files import NoRoom
@@ -87,12 +88,14 @@ def _csv_line(cells: list[str]) -> str:
 
 
 def restore_rows(
-    folder: Path, records: Sequence[JournalRecord], tables: Mapping[str, Rows]
+    folder: Path, records: Iterable[JournalRecord], tables: Mapping[str, Rows]
 ) -> None:
     """Write the tables of a run again from its journal: this repairs a row torn by a crash."""
     for name in tables:
         (folder / name).unlink(missing_ok=True)
     again = reopened(records)
+    if isinstance(records, Records):
+        records = records.of("iteration")
     for record in records:
         if not isinstance(record, IterationEnded) or record.row is None:
             continue

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from ...schemas.summary import Summary
 from ...system.files import write_whole
 from ..journal.history import History, read_history
-from ..journal.journal import read_records
+from ..journal.journal import Records
 from .folder import JOURNAL, is_live
 
 FILE = "summary.json"
@@ -24,7 +24,7 @@ def summary_of(folder: Path) -> Summary:
     kept = kept_summary(folder)
     if kept is not None:
         return kept
-    history = read_history(read_records(folder / JOURNAL))
+    history = read_history(Records(folder / JOURNAL))
     if is_live(folder):
         return _summary(folder, history).model_copy(update={"fate": "running"})
     return keep_summary(folder, history)

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import shutil
+from collections.abc import Iterable
 
 from ...schemas import journal as j
 from ...system.files import sync_files
@@ -22,7 +23,10 @@ from .session import Ending, RunSession
 
 
 async def run_session(
-    run: Run, checked: Checked, options: RunOptions, records: list[j.JournalRecord] | None = None
+    run: Run,
+    checked: Checked,
+    options: RunOptions,
+    records: Iterable[j.JournalRecord] | None = None,
 ) -> Ending:
     """Connect, run, and end; raises NotReached before anything is sent.
 
@@ -55,6 +59,8 @@ async def run_session(
         run.tell("run", run.id, "running", checked.protocol.name if checked.protocol else "")
         async with live_figures(run, options.live_figures):
             ending = await session.execute(records)
+        # A lease that is not released lapses, and then its server makes the device safe.
+        connections.leased = [d for d in connections.leased if d not in session.unsafe]
         await _end(run, session, ending)
         return ending
     finally:

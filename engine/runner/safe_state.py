@@ -27,8 +27,9 @@ LEASE_S = 30.0
 
 async def to_safe_state(
     run: Run, dispatcher: Dispatcher, clients: Mapping[str, DeviceHandle]
-) -> None:
-    """Bring every device that was used to its safe state; report which did not confirm."""
+) -> set[str]:
+    """Bring every device that was used to its safe state; report and return which did not confirm."""
+    unsafe: set[str] = set()
     safe_states = {role.device: role.contract.safe_state for role in run.roles.values()}
     for device in sorted(run.history.boots):
         if not safe_states.get(device):
@@ -40,6 +41,7 @@ async def to_safe_state(
         except (ServerUnreachable, OSError, TimeoutError) as fault:
             confirmed, message = False, str(fault)
         if not confirmed:
+            unsafe.add(device)
             run.log(f"{device} did not confirm its safe state: {message}. Go and look.")
         run.tell("safe", device, "confirmed" if confirmed else "unconfirmed", message)
         run.record(j.SafeState(device=device, confirmed=confirmed, message=message))
@@ -47,6 +49,7 @@ async def to_safe_state(
         run.journal.flush()
     except (DiskFull, JournalFault) as fault:
         run.log(str(fault))
+    return unsafe
 
 
 async def resolve_goals_in_flight(run: Run, dispatcher: Dispatcher, control: Control) -> None:

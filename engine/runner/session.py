@@ -2,7 +2,7 @@
 
 import asyncio
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -15,7 +15,7 @@ from ..control.control import Control
 from ..dispatch.device_handle import DeviceHandle
 from ..dispatch.dispatcher import Dispatcher
 from ..journal.history import History
-from ..journal.journal import DiskFull, JournalFault, read_records
+from ..journal.journal import DiskFull, JournalFault, Records
 from ..language.expression import ExpressionError
 from ..language.value import value_of
 from ..run.files import NoRoom
@@ -66,6 +66,8 @@ class RunSession:
         self.dispatcher = Dispatcher(run, clients)
         self.control = Control(run, self.dispatcher.wake.set)
         self.used_by_others: set[str] = set()
+        self.unsafe: set[str] = set()
+        """Devices that have not confirmed their safe state at the end: their leases have to lapse."""
         self._plant()
 
     def _plant(self) -> None:
@@ -75,7 +77,7 @@ class RunSession:
         self.run.cut_off.clear()
         self.main = self.compiler.sequence(self.protocol.steps, Scope(self.main_frame))
 
-    async def execute(self, records: list[j.JournalRecord] | None) -> Ending:
+    async def execute(self, records: Iterable[j.JournalRecord] | None) -> Ending:
         """Everything from the first phase to the safe state; never leaves a goal under way."""
         if records is not None:
             restore_rows(self.run.folder, records, self.compiler.tables)
@@ -136,7 +138,7 @@ class RunSession:
             self.run.record(j.Again())
             self.run.requests.take_up = False
         self.run.journal.flush()
-        records = list(read_records(self.run.journal.path))
+        records = Records(self.run.journal.path)
         self.run.repeated.clear()
         self.dispatcher.look_anew()
         self._plant()
@@ -227,7 +229,7 @@ class RunSession:
         return ending
 
     async def _make_safe(self) -> None:
-        await to_safe_state(self.run, self.dispatcher, self.clients)
+        self.unsafe = await to_safe_state(self.run, self.dispatcher, self.clients)
 
     def outputs(self) -> dict[str, object]:
         """The protocol's outputs; one that cannot be computed is null."""

@@ -50,11 +50,11 @@ class Bench:
         await asyncio.gather(*(wire.close() for wire in self.wires.values()))
         await asyncio.gather(*(server.stop() for server in self.servers.values()))
 
-    def kill(self, names: list[str]) -> None:
-        """SIGKILL these servers; each is restarted at its address, as a service would be."""
+    def kill(self, names: list[str], by: signal.Signals = signal.SIGKILL) -> None:
+        """Send these servers a signal; one that ends is restarted at its address, as a service would be."""
         for name in names:
             try:
-                os.kill(self.servers[name].pid, signal.SIGKILL)
+                os.kill(self.servers[name].pid, by)
             except ProcessLookupError:
                 continue  # it is being restarted
 

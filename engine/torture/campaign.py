@@ -2,24 +2,30 @@
 
 import asyncio
 import contextlib
+import functools
 import json
 import shutil
 import signal
 import sys
+import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
+from typing import TypeVar
 
 from ...system.tasks import spawn
 from ..control.server import NotLive, ask_run
 from .accounts import Account, account
 from .bench import Bench
-from .plan import Kill
+from .plan import STOPPED_S, Kill, Whom
 from .verdict import Breach
 from .victim import kill_servers
 
+T = TypeVar("T")
+DEAD_S = 0.3
+"""So long after a SIGKILL nobody writes any more."""
 STILL_S = 150.0
 """An engine that prints nothing for this long is stuck."""
 TAKES = 8
@@ -41,6 +47,7 @@ class Campaign:
     run: Path | None = None
     dealt: Counter[str] = field(default_factory=Counter)
     breaches: list[Breach] = field(default_factory=list)
+    _copies: dict[Path, dict[Path, bytes]] = field(default_factory=dict)
     _unreached: int = 0
     _heard_at: float = 0.0
     _last_words: str = ""
@@ -72,7 +79,7 @@ class Campaign:
                     break
                 aborted = kill.whom == "abort"
                 self._strike(process, kill)
-                if kill.whom != "servers":
+                if not kill.whom.startswith("servers"):
                     break
                 kill = self._next_kill()
                 while kill is not None and kill.after_s is None:
@@ -114,22 +121,55 @@ class Campaign:
         with contextlib.suppress(ProcessLookupError):
             if kill.whom == "abort":
                 process.send_signal(signal.SIGTERM)
-            elif kill.whom != "servers":
+            elif not kill.whom.startswith("servers"):
                 process.kill()
-        struck = kill.whom not in ("servers", "engine and servers") or self._kill_some_servers()
-        self.dealt[kill.label] += bool(struck)
+        self.dealt[kill.label] += bool(self._strike_servers(kill.whom))
 
-    def _kill_some_servers(self) -> int:
+    def _strike_servers(self, whom: Whom) -> int:
+        """Servers get their share of a kill; returns whether it happened."""
+        match whom:
+            case "engine" | "abort":
+                return 1
+            case "servers end":
+                return self._signal_some_servers(signal.SIGTERM)
+            case "servers stop":
+                go_on = functools.partial(self._signal_some_servers, signal.SIGCONT, every=True)
+                asyncio.get_running_loop().call_later(STOPPED_S, go_on)
+                return self._signal_some_servers(signal.SIGSTOP)
+            case "ledgers":
+                struck = self._signal_some_servers(signal.SIGKILL, every=True)
+                return struck if self.bench is not None else self._put_back_ledgers()
+            case _:
+                return self._signal_some_servers(signal.SIGKILL)
+
+    def _signal_some_servers(self, by: signal.Signals, *, every: bool = False) -> int:
         if self.bench is not None:
-            names = self.random.sample(
-                self.bench.devices, self.random.randint(1, len(self.bench.devices))
-            )
-            self.bench.kill(names)
+            names = self.bench.devices if every else self._some(self.bench.devices)
+            self.bench.kill(names, by)
             return len(names)
         present = sorted((self.folder / "runs").glob("*/servers/*/server.json"))
-        if not present:
-            return 0
-        return kill_servers(self.random.sample(present, self.random.randint(1, len(present))))
+        return kill_servers(present if every else self._some(present), by)
+
+    def _some(self, of: list[T]) -> list[T]:
+        return self.random.sample(of, self.random.randint(1, len(of))) if of else []
+
+    def _put_back_ledgers(self) -> int:
+        """Of servers that are dead: an older copy, or no write-ahead log any more, or none at all."""
+        time.sleep(DEAD_S)
+        changed = 0
+        for ledger in sorted((self.folder / "runs").glob("*/servers/*/ledger.sqlite")):
+            log = ledger.with_name("ledger.sqlite-wal")
+            older = self._copies.get(ledger)
+            self._copies[ledger] = {p: p.read_bytes() for p in (ledger, log) if p.exists()}
+            how = self.random.choice(("copy", "log", "none", "as it is"))
+            if how in ("log", "none") or (how == "copy" and older):
+                log.unlink(missing_ok=True)
+                changed += 1
+            if how == "none":
+                ledger.unlink()
+            for path, data in (older or {}).items() if how == "copy" else ():
+                path.write_bytes(data)
+        return changed
 
     async def _end_of(self, process: asyncio.subprocess.Process) -> None:
         clock = asyncio.get_running_loop().time

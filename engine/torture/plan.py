@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from random import Random
 from typing import Literal, get_args
 
-Whom = Literal["engine", "engine and servers", "servers", "abort"]
+Whom = Literal[
+    "engine", "engine and servers", "servers", "abort", "servers end", "servers stop", "ledgers"
+]
 Form = Literal["before", "torn", "after"]
 
 FORMS: tuple[Form, ...] = get_args(Form)
@@ -30,12 +32,24 @@ class Kill:
     @property
     def label(self) -> str:
         """Its name in the table."""
-        if self.whom == "abort":
-            return "aborted (SIGTERM), resumed"
+        if self.whom in OTHERS:
+            return OTHERS[self.whom]
         when = "at a random moment" if self.after_s is not None else f"journal: {WORDS[self.form]}"
         return f"{self.whom}, {when}"
 
 
+STOPPED_S = 3.0
+"""How long servers are stopped by SIGSTOP."""
+OTHERS: dict[Whom, str] = {
+    "abort": "aborted (SIGTERM), resumed",
+    "servers end": "servers, ended in order (SIGTERM)",
+    "servers stop": f"servers, stopped for {STOPPED_S:g} s (SIGSTOP)",
+    "ledgers": "engine and servers, then an older ledger or none",
+}
+SHARES: dict[Whom, int] = {
+    "engine": 8, "engine and servers": 6, "servers": 6, **dict.fromkeys(OTHERS, 2)
+}  # fmt: skip
+"""How often each comes."""
 WORDS = {"before": "before a write", "torn": "half of a write", "after": "after a write"}
 
 
@@ -45,10 +59,8 @@ def at_random(random: Random, lasts_s: float, writes: int) -> Iterator[Kill]:
     `lasts_s` and `writes` are those of an undisturbed run.
     """
     while True:
-        whom = random.choices(
-            ("engine", "engine and servers", "servers", "abort"), (4, 3, 3, 1)
-        )[0]  # fmt: skip
-        if whom in ("servers", "abort") or random.random() < 0.5:
+        whom = random.choices(list(SHARES), list(SHARES.values()))[0]
+        if whom == "servers" or whom in OTHERS or random.random() < 0.5:
             yield Kill(whom, after_s=random.uniform(EARLY_S, min(LATE_S, lasts_s)))
         else:
             flush, form = random.randint(1, min(WRITES, writes)), random.choice(FORMS)

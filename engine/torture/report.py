@@ -65,11 +65,12 @@ class Report:
         broken = Counter(breach.promise for breach in self.breaches)
         kept = [[words, f"{broken[name]:,} broken"] for name, words in PROMISES.items()]
         return "\n\n".join(
-            [_block("kills", blows), _block("work done", facts), _block("promise", kept)]
+            [block("kills", blows), block("work done", facts), block("promise", kept)]
         )
 
 
-def _block(title: str, rows: list[list[str]]) -> str:
+def block(title: str, rows: list[list[str]]) -> str:
+    """A title and its rows, in two columns."""
     width = max((len(row[0]) for row in rows), default=0)
     right = max((len(row[1]) for row in rows), default=0)
     lines = [f"  {name:<{width}}  {count:>{right}}" for name, count in rows]

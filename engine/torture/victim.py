@@ -40,12 +40,12 @@ def die_at_write(flush: int, form: str, servers: str | None) -> None:
     setattr(Journal, "_write", last_write)  # noqa: B010 - the journal knows nothing of this
 
 
-def kill_servers(present: list[Path]) -> int:
-    """SIGKILL the device servers that announced themselves in these files; returns how many."""
+def kill_servers(present: list[Path], by: signal.Signals = signal.SIGKILL) -> int:
+    """Send the device servers that announced themselves in these files a signal; returns how many."""
     killed = 0
     for path in present:
         try:
-            os.kill(json.loads(path.read_bytes())["pid"], signal.SIGKILL)
+            os.kill(json.loads(path.read_bytes())["pid"], by)
             killed += 1
         except (OSError, ValueError, KeyError):
             continue  # it has ended by itself meanwhile

@@ -17,7 +17,7 @@ from ..run.frame import Scope
 from ..run.rows import Rows
 from ..run.run import Run
 from ..survey.survey import Survey, Used
-from .nodes.action import ActionLeaf, ActionPlan
+from .nodes.action import LOST_AT_MOST, ActionLeaf, ActionPlan
 from .nodes.action_set import ActionSet
 from .nodes.any_of import AnyOf
 from .nodes.background import Background, Join
@@ -195,14 +195,19 @@ class TreeCompiler:
         role_name, _, action_name = step.do.partition(".")
         role = self.survey.roles[role_name]
         timeout = step.timeout if step.timeout is not None else self.defaults.timeout
+        retry = step.retry if step.retry is not None else self.defaults.retry
+        on = None if retry is None else retry_rules(retry).on
+        action = role.contract.actions[action_name]
+        counted = retry is not None and action.effect != "once" and (on is None or "Lost" in on)
         plan = ActionPlan(
             segment=place.path,
             role=role,
             action_name=action_name,
-            action=role.contract.actions[action_name],
+            action=action,
             arguments=value_of(step.with_),
             timeout_s=None if timeout is None else value_of(timeout),
             on_unknown=step.on_unknown or "probe",
+            lost_at_most=0 if counted else LOST_AT_MOST,
         )
         return ActionLeaf(self.run, place.scope, self.dispatcher, plan)
 
@@ -257,7 +262,7 @@ class TreeCompiler:
             background=self.defaults.background,
             nested=self._in_loop(place),
         )
-        return Loop(self.run, place.scope, inner, plan, turns, body, rows)
+        return Loop(self.run, place.scope, inner, plan, turns, body, rows, self.dispatcher)
 
     def _rows(self, step: p.LoopBase, place: Place) -> Rows | None:
         if step.collect is None:

@@ -4,6 +4,7 @@ Nothing here is periodic: a round starts when a result, a person or a deadline r
 """
 
 import asyncio
+import contextlib
 from typing import Literal
 
 from py_trees.behaviour import Behaviour
@@ -17,6 +18,10 @@ from ..run.run import Run
 
 DRAIN_S = 120.0
 """How long goals may take to end after they were cancelled, before the run continues without them."""
+
+QUIET_S = 60.0
+"""After so long without any news, and longer than what is under way should take, a run says what it
+waits for."""
 
 Ended = Literal["succeeded", "failed", "aborted", "state lost"]
 
@@ -119,7 +124,15 @@ async def _wait(run: Run, dispatcher: Dispatcher, wake_at: float | None) -> None
     if wake_at is not None and not dispatcher.paused:
         left = max(0.0, wake_at - run.clock.now())
         handle = asyncio.get_running_loop().call_later(left, dispatcher.wake.set)
-    await dispatcher.wake.wait()
+    patience_s = max(QUIET_S, dispatcher.longest_s())
+    while True:
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(patience_s):
+                await dispatcher.wake.wait()
+                break
+        if waits_for := dispatcher.waits_for():
+            run.log(f"still waiting for {'; '.join(waits_for)}")
+        patience_s *= 2
     if handle is not None:
         handle.cancel()
 

@@ -116,3 +116,29 @@ def test_a_contract_that_was_edited_is_read_from_its_yaml(tmp_path, monkeypatch)
     monkeypatch.setattr(contracts, "files", lambda package: tmp_path)
 
     assert shipped_contracts.__wrapped__()["balance@1"].summary.startswith("Edited,")
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"effect": "once"}, "idempotent"),
+        ({"danger": "motion"}, "no motion"),
+        ({"sets": "channel {m}"}, "there is no parameter m"),
+        ({"params": {"properties": {"n": {"type": "integer"}}}}, "n may be left out"),
+    ],
+)
+def test_what_cannot_be_set_again_or_has_no_one_name_is_refused(more, words):
+    params = {"required": ["n"], "properties": {"n": {"type": "integer"}}}
+    fine = {"effect": "idempotent", "sets": "channel {n}", "params": params}
+
+    assert Action.model_validate(fine).setting({"n": 2}) == "channel 2"
+    with pytest.raises(ValueError, match=words):
+        Action.model_validate({**fine, **more})
+
+
+def test_a_parameter_that_is_left_out_names_its_default():
+    params = {"properties": {"n": {"type": "integer", "default": 1}}}
+    action = Action.model_validate({"effect": "idempotent", "sets": "{n}", "params": params})
+
+    assert action.setting({}) == "1"
+    assert Action().setting({"n": 3}) == ""

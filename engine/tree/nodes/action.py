@@ -25,7 +25,8 @@ from .replay_failed import came_to_here
 from .unknown import UnknownFate, Verdict
 
 LOST_AT_MOST = 3
-"""How many times in a row a goal may be lost with its server before the step fails."""
+"""How many times in a row a goal may be lost with its server before the step fails; where an action
+that may be repeated has a `retry` of its own, that is the number of attempts, whatever they end with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,7 @@ class ActionPlan:
     arguments: Value
     timeout_s: Value | None
     on_unknown: str = "probe"
+    lost_at_most: int = LOST_AT_MOST
 
     @property
     def label(self) -> str:
@@ -184,7 +186,7 @@ class ActionLeaf(Node):
         if self.plan.action.effect == "once" and error.happened != "no":
             return False
         self.lost += 1
-        return self.lost <= LOST_AT_MOST
+        return self.lost <= self.plan.lost_at_most
 
     def _lost_and_not_done(self, unknown: UnknownFate, verdict: Verdict) -> bool:
         """Lost with its server, and the device reports that it did not happen: unfinished, not failed."""

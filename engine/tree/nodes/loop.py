@@ -9,6 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from ....schemas.journal import IterationEnded, LoopEnded, Planned, StepFate
+from ...dispatch.dispatcher import Dispatcher
 from ...journal.encode import decode, encode
 from ...language.expression import ExpressionError
 from ...language.value import Value
@@ -20,6 +21,7 @@ from .background import all_ended, stop_pending, tick_pending
 from .failure import Failure
 from .iterations import Iterations, NotOver
 from .node import Parent, failure_of
+from .set_again import SetAgain, settings_of
 
 ITERATIONS_PER_TICK = 200
 """A limit, so that a long loop of instant steps does not hold up results, signals and the screen."""
@@ -64,8 +66,10 @@ class Loop(Parent):
         turns: Iterations,
         body: Behaviour,
         rows: Rows | None,
+        dispatcher: Dispatcher,
     ) -> None:
         super().__init__(plan.segment, run, [body])
+        self.dispatcher = dispatcher
         self.body = body
         self.outer = outer
         self.inner = inner
@@ -83,6 +87,7 @@ class Loop(Parent):
         self.current: Iteration | None = None
         self.done_before: dict[str, StepFate] = {}
         self.last_done = -1
+        self.settings: deque[SetAgain] = deque()
 
     # --- beginning
 
@@ -105,6 +110,9 @@ class Loop(Parent):
             self.last_done = max(known, default=-1)
         for name, value in done.sets.pop(self.path, {}).items():
             self.outer.frame.assign(name, decode(value))
+        self.settings = settings_of(
+            self.run, self.outer, self.dispatcher, self.plan.segment, self.path
+        )
         if not (self.plan.nested or self.run.replaying or done.comparing):
             self._record_plan()
         self._tell("begun")
@@ -117,6 +125,9 @@ class Loop(Parent):
     # --- one tick
 
     def advance(self) -> Iterator[Behaviour]:
+        yield from self._set_again()
+        if self.settings or self.status != Status.RUNNING:
+            return
         for _ in range(ITERATIONS_PER_TICK):
             for iteration in self.open:
                 yield from tick_pending(iteration.frame)
@@ -130,6 +141,17 @@ class Loop(Parent):
                 return
             self._body_ended()
         self.run.requests.again()
+
+    def _set_again(self) -> Iterator[Behaviour]:
+        while self.settings:
+            setting = self.settings[0]
+            yield from setting.tick()
+            if setting.status == Status.RUNNING:
+                return
+            self.settings.popleft()
+            if setting.status == Status.FAILURE:
+                self.status = self.fail(failure_of(setting))
+                return
 
     def _enter_next(self) -> bool:
         """Start the next turn; False when there is nothing to do in this tick."""
@@ -284,6 +306,8 @@ class Loop(Parent):
         if new_status == Status.INVALID and self.status == Status.RUNNING:
             for iteration in (*self.open, *([self.current] if self.current else [])):
                 stop_pending(iteration.frame)
+            for setting in self.settings:
+                setting.stop(Status.INVALID)
         super().stop(new_status)
 
 

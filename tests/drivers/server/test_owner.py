@@ -109,6 +109,26 @@ def test_who_asks_while_it_is_made_safe_and_nothing_acts_shares_the_answer():
     assert patient[0]
 
 
+def test_a_shot_that_ends_well_while_its_device_is_made_safe_for_a_lapse_is_marked():
+    class Deaf(Lamp):
+        async def shine(self, goal):
+            self.acts.append(("begins", goal.id))
+            await asyncio.sleep(2.0)
+            return {}
+
+    async def told(story):
+        await story.take(ttl_s=1.0)
+        goal = await story.goal()
+        await story.until("begins", goal)
+        await asyncio.sleep(10.0)
+        return story.ledger.report(goal)
+
+    report = Story.tell(told, driver=Deaf, on_lease_lapse="safe")
+
+    assert (report.state, report.error.name, report.error.happened) == ("SUCCEEDED", "Lost", "yes")
+    assert "its lease was over" in report.error.message
+
+
 def test_what_a_lapsed_lease_still_does_after_its_time_is_aborted():
     async def told(story):
         await story.take(ttl_s=5.0)

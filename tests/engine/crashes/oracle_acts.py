@@ -5,7 +5,7 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 
 ANY = "any"
-"""A state about which nothing is claimed: set beside the shot, or in a finished iteration."""
+"""A state about which nothing is claimed: set beside the shot."""
 
 HAPPENS = {"ok": True, "Half": True, "happened!": True, "die+": True}
 NAMES = {"happened!": "Foggy", "dark": "Foggy", "die+": "Lost", "die-": "Lost"}
@@ -102,7 +102,7 @@ class Acts:
 
     def _happens(self, device, action, name, to, frame):
         if action == "set":
-            self.states[device] = (ANY, ()) if device in frame.cut else (to, frame.inside)
+            self.states[device] = ANY if device in frame.cut else to
         if action == "shoot" and device in frame.cut:
             self.maybe[name] += 1
         elif action == "shoot":
@@ -111,9 +111,8 @@ class Acts:
             self.focus[name].append({d: self._state(d, frame) for d in ("a", "b")})
 
     def _state(self, device, frame):
-        value, inside = self.states.get(device, (ANY, ()))
-        over = frame.inside[: len(inside)] != inside
-        return ANY if over or device in frame.beside else value
+        value = self.states.get(device, ANY)
+        return ANY if device in frame.beside else value
 
     def _find_out(self, step, device, happened):
         policy = step.get("on_unknown", "probe")

@@ -70,12 +70,11 @@ def test_a_device_without_safe_state_is_set_again_however_often_the_engine_dies(
     assert [line["states"]["b"] for line in fired(story, "x")] == [5]
 
 
-def test_what_a_finished_iteration_had_set_is_not_set_again(laboratory):
-    """A decision: promise 4 speaks of unfinished iterations; a protocol sets again what it needs."""
+def test_what_a_finished_iteration_had_set_is_set_again(laboratory):
     loop = {"foreach": {"i": [0, 1]}, "steps": [do("a.set", "focus", to=5)]}
     story = laboratory.live({"steps": [loop, do("b.look", "on"), shot("x")]}, [(4, "after", "")])
 
-    assert [line["states"]["a"] for line in fired(story, "x")] == [None]
+    assert [line["states"]["a"] for line in fired(story, "x")] == [5]
 
 
 def test_a_run_whose_iteration_ended_before_a_cancelled_member_can_be_resumed(laboratory):

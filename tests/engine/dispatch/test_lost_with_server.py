@@ -74,6 +74,13 @@ def test_a_server_that_goes_on_dying_is_a_failure_of_the_step(tmp_path):
 
 
 @pytest.mark.slow
+def test_with_a_retry_the_number_of_attempts_is_the_persons_also_of_those_that_are_lost(tmp_path):
+    status, ended, _ = run(tmp_path, deaths=99, retry=", retry: 2")
+
+    assert (status, [e.error.name for e in ended]) == (1, ["Lost"] * 2)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("retry", ["", ", retry: 3"])
 def test_what_may_have_happened_is_not_asked_for_again(tmp_path, retry):
     _, ended, _ = run(tmp_path, deaths=99, effect="once", retry=f"{retry}, on_unknown: skip")

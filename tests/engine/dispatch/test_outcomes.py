@@ -2,11 +2,14 @@
 
 import errno
 import os
+import re
 from hashlib import sha256
 
 import pytest
 
 from labrun.drivers.client.client import DeviceClient
+from labrun.drivers.server.execution import Execution
+from labrun.engine.dispatch.dispatcher import Dispatcher
 
 CAMERA = """
 from labrun.drivers.driver import Driver
@@ -194,6 +197,47 @@ def test_an_action_that_takes_too_long_is_cancelled_at_its_device_and_fails(own_
     assert (ran.status, "Timeout: a.act took longer than 0.2 s" in ran.finished.detail) == (1, True)
     # whoever is first: the engine by its cancel, or the server by the goal's own deadline
     assert [r.state for r in ran.records if r.kind == "ended"] in (["CANCELED"], ["ABORTED"])
+
+
+def test_what_took_too_long_stays_a_timeout_when_the_engine_is_killed_before_it_has_ended(
+    own_device, monkeypatch
+):
+    # The engine's clock is first: the server only hears a cancel, and that is what its ledger says.
+    monkeypatch.setattr(Execution, "_expire", lambda execution: None)
+    device = own_device()
+    protocol = """
+steps:
+  - do: a.act
+    with: {name: slow, script: "hang,ok"}
+    timeout: 0.2 s
+    fallback: [{do: a.act, with: {name: "${{ error.name }}"}}]
+"""
+    device.run(protocol)
+    device.kill_after('"kind":"expired"')
+
+    ran = device.resume()
+
+    assert [r.state for r in ran.records if r.kind == "ended"] == ["CANCELED", "SUCCEEDED"]
+    # The fallback was sent under the same id before: its device does it only once.
+    assert (ran.status, ran.sent()) == (0, ["slow", "Timeout"])
+
+
+def test_a_run_that_waits_longer_than_it_knows_why_says_what_for_on_whom_and_since_when(
+    own_device, monkeypatch
+):
+    monkeypatch.setattr("labrun.engine.tree.tick.QUIET_S", 0.05)
+    monkeypatch.setattr(Dispatcher, "longest_s", lambda dispatcher: 0.0)
+    said = []
+    device = own_device()
+
+    def watch(event):
+        if event.event == "log":
+            said.append(event.text)
+
+    ran = device.run("steps: [{do: a.shoot, with: {name: x, seconds: 1}}]\n", watch=watch)
+
+    assert ran.status == 0
+    assert re.fullmatch(r"still waiting for a\.shoot on a, sent at \d\d:\d\d:\d\d", said[0]), said
 
 
 def test_a_run_that_is_stopped_at_once_waits_for_nothing_and_still_ends_its_journal(own_device):

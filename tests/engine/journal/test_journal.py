@@ -42,9 +42,22 @@ def test_a_torn_last_record_is_cut_and_said(tmp_path):
     journal.append(j.StepEnded(path="main/9", fate="failed"))
     journal.close()
 
-    assert len(records) == 2
+    assert [r.n for r in records] == [1, 2, 3]
     assert torn > 0
     assert [r.path for r in read_records(path)] == ["main/0", "main/1", "main/9"]
+
+
+def test_what_follows_a_sector_that_a_power_cut_has_left_empty_was_never_durable(tmp_path):
+    path = written(tmp_path / "journal.jsonl", *some(4))
+    data = path.read_bytes()
+    third = data.index(b'{"n":3')
+    path.write_bytes(data[: third + 5] + bytes(20) + data[third + 25 :])
+
+    journal, records, torn = reopen(path)
+    journal.close()
+
+    assert [r.n for r in records] == [1, 2]
+    assert (torn, path.read_bytes()) == (len(data) - third, data[:third])
 
 
 def test_a_changed_record_breaks_the_chain_and_is_named(tmp_path):

@@ -13,7 +13,7 @@ LAB = """devices:
       errors: {OutOfRange: {code: -222, happened: no}}
       actions:
         voltage: {query: "MEAS:VOLT:DC?", returns: {voltage: {type: number, unit: V}}}
-        set_range: {write: "VOLT:RANG {range:g}", effect: idempotent, params: {range: {unit: V, minimum: 1}}}
+        set_range: {write: "VOLT:RANG {range:g}", effect: idempotent, sets: range, params: {range: {unit: V}}}
         shoot: {write: SHOT}
 """
 PROTOCOL = """labrun: 1
@@ -45,6 +45,7 @@ def test_the_config_is_the_contract(tmp_path):
     }  # fmt: skip
     assert actions["shoot"].probe == "last_once"
     assert actions["set_range"].required() == ["range"]
+    assert actions["set_range"].sets == "range"
     assert actions["voltage"].errors["OutOfRange"].happened == "no"
 
 

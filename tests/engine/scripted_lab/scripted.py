@@ -58,6 +58,9 @@ class Scripted(Driver):
     async def act(self, goal, *, name="", script="ok", seconds=0.0, x=0.0):
         return await self._do("act", goal, name, script, seconds, x)
 
+    async def tune(self, goal, *, name="", script="ok", seconds=0.0, x=0.0):
+        return await self._do("tune", goal, name, script, seconds, x)
+
     async def shoot(self, goal, *, name="", script="ok", seconds=0.0, x=0.0):
         return await self._do("shoot", goal, name, script, seconds, x)
 

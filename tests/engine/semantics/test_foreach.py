@@ -118,7 +118,7 @@ outputs: {counts: "${{ steps.all.succeeded }}"}
 
 def test_after_a_kill_what_was_set_on_a_touched_device_is_set_again(bench):
     """As before, with `idempotent` actions -> Those of the unfinished iteration are repeated in
-    order, those of finished ones are not."""
+    order, those of finished ones are not, unless their contract says that they set something."""
     bench.kill(
         """
 steps:
@@ -135,6 +135,61 @@ steps:
 
     assert ran.status == 0
     assert ran.sent == ["lower1", "shot1", "lift1", "lower2", "lower2", "shot2", "lift2"]
+
+
+def test_after_a_kill_what_finished_iterations_had_set_is_set_again(bench):
+    """As before, with actions whose contract says what they set (`sets`) -> The last one of each that
+    finished iterations had done is done again, in the old order, before the first unfinished one."""
+    bench.kill(
+        """
+steps:
+  - foreach: {i: [1, 2, 3]}
+    steps:
+      - {do: a.tune, with: {name: "two${{ i }}", x: 2 mm}, when: "${{ i < 3 }}"}
+      - {do: a.tune, with: {name: one, x: 1 mm}, when: "${{ i == 1 }}"}
+      - {do: a.act, with: {name: "go${{ i }}"}}
+      - {do: a.shoot, with: {name: "shot${{ i }}"}}
+on_resume: [{do: b.act, with: {name: home}}]
+""",
+        "goal main/0/2/3",
+    )
+
+    ran = bench.resume()
+
+    assert ran.status == 0
+    first = ["two1", "one", "go1", "shot1", "two2", "go2", "shot2", "go3"]
+    assert ran.sent == [*first, "home", "one", "two2", "go3", "shot3"]
+
+
+def test_after_a_kill_outer_and_inner_loops_set_again_what_they_had_set(bench):
+    """As before, in loops within loops -> First what the outer loop's finished iterations had set, then
+    the steps of the unfinished one, then what the inner loop had set: in the order of the run."""
+    bench.kill(
+        """
+steps:
+  - {do: a.tune, with: {name: first, x: 1 mm}}
+  - foreach: {i: [1, 2]}
+    steps:
+      - {do: a.tune, with: {name: "outer${{ i }}", x: 2 mm}, when: "${{ i == 1 }}"}
+      - {do: a.tune, with: {name: "low${{ i }}", x: 3 mm}}
+      - foreach: {j: [1, 2, 3]}
+        steps:
+          - {do: a.tune, with: {name: "high${{ i }}${{ j }}", x: 3 mm}, when: "${{ j < 3 }}"}
+          - {do: a.shoot, with: {name: "shot${{ i }}${{ j }}"}}
+""",
+        "goal main/1/1/2/2/1",
+    )
+    bench.laboratory.live_until(
+        "ended main/1/1/2:again",
+        ["resume", "last", "--runs", bench.folder / "runs"],
+        bench.folder / "words.txt",
+    )
+
+    ran = bench.resume()
+
+    assert ran.status == 0
+    again = ["first", "outer1", "high12", "low2", "high22"]
+    assert ran.sent[ran.sent.index("high22") :] == ["high22", "shot22", *again, *again, "shot23"]
 
 
 def test_after_a_kill_names_set_in_finished_iterations_have_their_values(bench):
