@@ -125,7 +125,7 @@ def identify(
     hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
     density = _density(hydrogen)
     lines = plot_lines(peaks, known, expected.log_area, matched, indexed)
-    level = _level_bend(_range(x), seams_nm)
+    level = _level_bend(_range(x), tuple(seams_nm.tolist()))
     plot = fit_plot(lines, density, start_k, ROUGH_STEPS, level)
     gain, response = np.zeros(len(expected.log_area)), None
     if plot is None or not _level(known, expected, peaks, matched, indexed, plot, len(lines)):
@@ -183,20 +183,15 @@ def identify(
     )  # fmt: skip
 
 
-@lru_cache(maxsize=16)
-def _stiffness(knots_nm: tuple[float, ...], seams_nm: tuple[float, ...], usual) -> FloatArray:
-    return stiffness(np.array(knots_nm), np.array(seams_nm), usual)
-
-
-def _bend(response: Response, seams_nm: FloatArray, usual=LOOSE) -> Bend:
+def _bend(response: Response, seams_nm: FloatArray) -> Bend:
     at = response.knots_nm
-    stiff = _stiffness(tuple(at.tolist()), tuple(seams_nm.tolist()), usual)
-    return Bend(at, response.log_gain, stiff)
+    return Bend(at, response.log_gain, stiffness(at, seams_nm, LOOSE))
 
 
-def _level_bend(range_nm: tuple[float, float], seams_nm: FloatArray) -> Bend:
-    at = knots(range_nm, seams_nm)
-    return _bend(Response(at, np.zeros(len(at)), np.zeros(len(at))), seams_nm, LEVEL)
+@lru_cache(maxsize=16)
+def _level_bend(range_nm: tuple[float, float], seams_nm: tuple[float, ...]) -> Bend:
+    at = knots(range_nm, np.array(seams_nm))
+    return Bend(at, np.zeros(len(at)), stiffness(at, np.array(seams_nm), LEVEL))
 
 
 def _gone(known: Catalogue, expected: Expected, matched: Matched, indexed: Indexed):

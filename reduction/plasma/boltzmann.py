@@ -227,7 +227,7 @@ def _leverage_ev(lines: PlotLines, which: IntArray) -> float:
     """The widest range of upper levels (eV, ionisation counted) within one element."""
     a = atoms()
     energy = lines.e_k_ev + np.where(lines.ion, a.limit_ev[lines.element], 0.0)
-    return max(
-        (float(np.ptp(energy[which == k])) for k in np.unique(which)),
-        default=0.0,
-    )
+    low, high = np.full(which.max() + 1, np.inf), np.full(which.max() + 1, -np.inf)
+    np.minimum.at(low, which, energy)
+    np.maximum.at(high, which, energy)
+    return float(np.max(high - low))
