@@ -11,7 +11,7 @@ from ..serial_io.open_port import OpenPort
 from .faults import Alarmed, GrblFault, Lost, NotConnected, Refused, Restarted, Silent
 from .messages import alarm_words
 from .parse_line import Lines, ParsedLine, understand
-from .port import open_port, unplugged
+from .port import lost_words, open_port
 from .report import Report, ReportReader
 from .settings import Settings
 
@@ -68,7 +68,7 @@ class Controller:
             port,
             lambda: open_port(port, baud),
             self._take,
-            lambda fault: self._lost(unplugged(port, fault)),
+            lambda fault: self._lost(lost_words(port, fault)),
         )
         self.lines = Lines()
         self.reports = ReportReader()

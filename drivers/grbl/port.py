@@ -5,7 +5,7 @@ from typing import Any
 from ..serial_io.open_port import READ_S, WRITE_S, open_exclusively
 
 
-def unplugged(name: str, fault: Exception) -> str:
+def lost_words(name: str, fault: Exception) -> str:
     """Why nothing can be sent any more, with the system's message if that adds anything."""
     told = str(fault)
     usual = ("readiness to read", "Input/output error", "Bad file descriptor")
