@@ -65,6 +65,20 @@ class Changed(Record):
     reopened: list[str] = Field(default_factory=list)
 
 
+class Redo(Record):
+    """A person has asked for holes to be measured again: in a new pass, with new goals.
+
+    `iterations` are the paths of the holes, `pass_number` the level in the ids of their new goals.
+    `reopened` are finished iterations around them: their finished work stands, settings are made again.
+    """
+
+    kind: Literal["redo"] = "redo"
+    by: str
+    pass_number: int
+    iterations: list[str]
+    reopened: list[str] = Field(default_factory=list)
+
+
 class Phase(Record):
     """The engine turned to `main`, `resume:n` or `finally:n`."""
 
@@ -295,6 +309,7 @@ JournalRecord = Annotated[
     Started
     | Resumed
     | Changed
+    | Redo
     | Phase
     | GoalSent
     | GoalEnded

@@ -1,9 +1,10 @@
 """`labrun resume RUN`: continue after a stop or a crash, at the first unfinished action."""
 
+import getpass
 import json as jsonlib
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +13,11 @@ from ..exit_status import PROBLEMS
 from ..problems.print import print_problems
 from .options import RUNS, Params, Runs, WrongUsage, pairs, say
 from .run import Answers, Json, Yes, run_to_end, watcher
+
+if TYPE_CHECKING:
+    from ...schemas import journal as j
+    from ..journal.history import History
+    from ..journal.journal import Journal
 
 RunName = Annotated[
     str,
@@ -25,31 +31,49 @@ Changed = Annotated[
         help="Resume with this protocol where finished work still fits.",
     ),
 ]
+Holes = Annotated[
+    bool,
+    typer.Option("--holes", help="Measure every point that failed again, in a new pass."),
+]
+Points = Annotated[
+    list[str] | None,
+    typer.Option("--point", metavar="KEY", help="Of the holes only this point; may be repeated."),
+]
+By = Annotated[
+    str, typer.Option("--by", metavar="NAME", help="Who asks for it. Default: your user name.")
+]
 
 
 def resume(
     run: RunName,
     changed: Changed = None,
+    holes: Holes = False,
+    point: Points = None,
+    by: By = "",
     param: Params = None,
     runs: Runs = RUNS,
     yes: Yes = False,
     answer: Answers = None,
     json: Json = False,
 ) -> None:
-    """Resume a run from its own folder: finished actions are not done again."""
+    """Resume a run from its own folder: finished actions are not done again, except in `--holes`."""
+    from ..journal.holes import UnknownHole
     from ..journal.journal import JournalFault
     from ..run.folder import FolderFault, FolderLock, find_run
 
     try:
         answers, params = pairs(answer, "--answer"), pairs(param, "-p")
+        again = (by or getpass.getuser(), point or []) if holes or point else None
         folder = find_run(runs, run)
         lock = FolderLock(folder)
         lock.take()
         try:
-            raise typer.Exit(_go_on(folder, changed, params, yes=yes, answers=answers, json=json))
+            raise typer.Exit(
+                _go_on(folder, changed, params, again, yes=yes, answers=answers, json=json)
+            )
         finally:
             lock.release()
-    except (FolderFault, JournalFault, WrongUsage) as fault:
+    except (FolderFault, JournalFault, UnknownHole, WrongUsage) as fault:
         say(str(fault))
         raise typer.Exit(PROBLEMS) from None
 
@@ -58,12 +82,14 @@ def _go_on(
     folder: Path,
     changed: Path | None,
     params: dict[str, str],
+    again: tuple[str, list[str]] | None,
     *,
     yes: bool,
     answers: dict[str, str],
     json: bool,
 ) -> int:
     from ..journal.history import read_history
+    from ..journal.holes import redo
     from ..journal.journal import Records, reopen
     from ..run.folder import check_hashes, newest_copies
     from ..runner.begin import RunOptions, old_run
@@ -73,11 +99,9 @@ def _go_on(
     records = Records(folder / "journal.jsonl")
     history = read_history(records)
     anew = changed is not None or bool(params)
-    if history.finished is not None and history.finished.fate == "succeeded" and not anew:
-        say(
-            f"{folder.name} has already succeeded: there is nothing to resume. "
-            "`labrun report` makes its report again; `labrun resume --changed FILE` adds to it."
-        )
+    wanted = redo(records, again[1], by=again[0]) if again is not None else None
+    if not anew and wanted is None and (over := _why_over(folder.name, history)):
+        say(over)
         return PROBLEMS
     place = newest_copies(folder, history)
     check_hashes(folder, history)
@@ -93,12 +117,42 @@ def _go_on(
         say(f"the journal's last record was incomplete ({torn} bytes) and was cut off")
     if anew:
         keep_change(folder, checked, given, journal, len(history.changes), reopened)
-        history = read_history(records)
+    if wanted is not None:
+        _note(journal, wanted)
+    history = read_history(records)
     options = RunOptions(
         yes=yes, answers=answers, watchers=[watcher(json)], live_figures=True, say=say
     )
     the_run = old_run(folder, checked, options, journal, history, torn)
     return run_to_end(run_session(the_run, checked, options, records))
+
+
+def _why_over(run: str, history: "History") -> str:
+    """Why there is nothing to resume, and what can be done instead; empty if there is."""
+    if history.finished is None:
+        return ""
+    again = f"`labrun resume {run} --holes` measures its {_holes(history.hole_count)} again"
+    if history.finished.fate == "succeeded":
+        return (
+            f"{run} has already succeeded: there is nothing to resume. "
+            + (f"{again}; " if history.hole_count else "")
+            + "`labrun report` makes its report again; `labrun resume --changed FILE` adds to it."
+        )
+    if history.is_through:
+        return f"{run} is through, and no point succeeded: there is nothing to resume. {again}."
+    return ""
+
+
+def _note(journal: "Journal", wanted: "j.Redo") -> None:
+    """On disk before anything of it is done."""
+    journal.append(wanted)
+    journal.flush()
+    number = len(wanted.iterations)
+    say(f"{_holes(number)} will be measured again (pass {wanted.pass_number}, {wanted.by})")
+
+
+def _holes(number: int) -> str:
+    return f"{number:,} hole{'s' if number != 1 else ''}"
 
 
 def check_copy(

@@ -60,16 +60,9 @@ EARLIER = Path(".labrun/servers")
 
 
 def _home(lab: LoadedLab) -> Path:
-    """The same folder wherever the command is given: a device's ledger must be found again."""
-    from hashlib import blake2b
+    from ..dispatch.serving import serve_home
 
-    from platformdirs import user_state_path
-
-    name = "simulated"
-    if lab.path is not None:
-        path = lab.path.resolve()
-        name = f"{path.stem}-{blake2b(str(path).encode(), digest_size=4).hexdigest()}"
-    home = user_state_path("labrun", appauthor=False) / "servers" / name
+    home = serve_home(lab)
     if EARLIER.is_dir() and not home.exists():
         say(f"{EARLIER} holds earlier ledgers; `--folder {EARLIER}` continues with them")
     return home

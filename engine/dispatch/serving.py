@@ -4,6 +4,7 @@ import json
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from hashlib import blake2b
 from pathlib import Path
 
 from ...drivers.server.server_file import FILE
@@ -16,6 +17,21 @@ CALLS = "labrun-call-*"
 """The temporary folders of `labrun call`, whose servers end with it."""
 
 
+PAGE = Path(".labrun/web/bench/servers")
+"""Where `labrun web` keeps those of its protocols' folder."""
+
+
+def serve_home(lab: LoadedLab) -> Path:
+    """Where `labrun serve` keeps a lab's, wherever it is given: a device's ledger must be found again."""
+    from platformdirs import user_state_path
+
+    name = "simulated"
+    if lab.path is not None:
+        path = lab.path.resolve()
+        name = f"{path.stem}-{blake2b(str(path).encode(), digest_size=4).hexdigest()}"
+    return user_state_path("labrun", appauthor=False) / "servers" / name
+
+
 @dataclass(frozen=True, slots=True)
 class Serving:
     """A server that has a device."""
@@ -26,9 +42,10 @@ class Serving:
 
 
 def servers_of(lab: LoadedLab, devices: list[str], runs: Path) -> list[Serving]:
-    """Every server of these devices: those that the lab names, of live runs, and of calls by hand.
+    """Every server of these devices, whoever has started it.
 
-    A device has several only if they are on different hardware, or simulated.
+    Those that the lab names, of `labrun serve` and `labrun web`, of live runs, and of calls by
+    hand. A device has several only if they are on different hardware, or simulated.
     """
     found: dict[tuple[str, str], Serving] = {}
     for name in devices:
@@ -38,14 +55,15 @@ def servers_of(lab: LoadedLab, devices: list[str], runs: Path) -> list[Serving]:
             url = f"http://127.0.0.1:{device.port}"
         if url is not None:
             found[name, url] = Serving(name, url, device.token)
-    for url, served in _local(runs):
+    for url, served in _local(lab, runs):
         for name in served & set(devices):
             found.setdefault((name, url), Serving(name, url, lab.lab.devices[name].token))
     return sorted(found.values(), key=lambda serving: devices.index(serving.device))
 
 
-def _local(runs: Path) -> Iterator[tuple[str, set[str]]]:
-    folders = [servers_folder(folder) for folder in all_runs(runs) if is_live(folder)]
+def _local(lab: LoadedLab, runs: Path) -> Iterator[tuple[str, set[str]]]:
+    folders = [serve_home(lab), runs.resolve().parent / PAGE]
+    folders += [servers_folder(folder) for folder in all_runs(runs) if is_live(folder)]
     folders += list(Path(tempfile.gettempdir()).glob(CALLS))
     for folder in folders:
         for path in folder.rglob(FILE):

@@ -32,6 +32,7 @@ class Course:
     started: j.Started | None = None
     finished: j.Finished | None = None
     changes: list[j.Changed] = field(default_factory=list)
+    redone: list[j.Redo] = field(default_factory=list)
     session: int = 1
     resumes: int = 0
     phase: str = ""
@@ -64,6 +65,12 @@ class Course:
             case j.Changed():
                 self.changes.append(record)
                 self.failed.difference_update(record.reopened)
+            case j.Redo():
+                self.redone.append(record)
+                self.finished = None
+                for path in record.iterations:
+                    below = {one for one in self.failed if f"{one}/".startswith(f"{path}/")}
+                    self.failed -= below
             case j.Phase():
                 self.phase = record.phase
                 name, _, number = record.phase.partition(":")
@@ -83,7 +90,7 @@ class Course:
             case _:
                 pass
         self.last_n, self.last_hash = record.n, record.hash
-        if not isinstance(record, j.Changed):  # written by the resume command, not by an engine
+        if not isinstance(record, j.Changed | j.Redo):  # written by a command, not by an engine
             self.last_at = record.at
 
     @property

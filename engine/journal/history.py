@@ -5,14 +5,14 @@ it, a resumed one takes them all from the disk, and both know the same.
 """
 
 from collections import Counter, deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from ...schemas import journal as j
 from ...schemas.messages import ledger_of
 from .course import Course, split_goal_id
 from .journal import JournalFault, Records
-from .past import Past, PastGoal
+from .past import Past, PastGoal, upwards
 
 RESTARTED = "its server was restarted"
 STRANGER = "another client held or stopped it in between"
@@ -42,6 +42,8 @@ class History(Course):
     cleaned_up: bool = False
     left_at: str = ""
     finals: int = 0
+    ended: bool = False
+    """The newest engine session has ended by itself, in whatever way."""
     order: dict[str, deque[str]] = field(default_factory=dict)
     epochs: dict[str, set[int]] = field(default_factory=dict)
     leased_n: dict[str, int] = field(default_factory=dict)
@@ -64,6 +66,8 @@ class History(Course):
                 self._spend()
             case j.Changed():
                 self.past.changed = record
+            case j.Redo():
+                self._take_redo(record)
             case j.Phase():
                 self.finals += record.phase.startswith("finally")
             case j.GoalSent():
@@ -91,15 +95,25 @@ class History(Course):
                 self.marks[record.device] = record.mark
             case j.SafeState() | j.Touched():
                 self.touched[record.device] = record.n
+            case j.Finished():
+                self.ended = True
             case _:
                 pass
         Course.take(self, record)
 
     def _take_resumed(self, record: j.Resumed) -> None:
         self.resumed_n, self.left_at = record.n, self.last_at
-        self.cleaned_up = self.finished is not None
+        self.cleaned_up, self.ended = self.ended, False
         if self.cleaned_up:
             self._spend()
+
+    def _take_redo(self, record: j.Redo) -> None:
+        """What was done in these iterations is no longer theirs."""
+        for path in record.iterations:
+            loop, _, key = path.rpartition("/")
+            self.past.forget(f"{path}/")
+            self.past.iterations.get(loop, {}).pop(key, None)
+            self.past.passes[path] = record.pass_number
 
     def _take_leased(self, record: j.Leased) -> None:
         device, before = record.device, self.lease_boots.get(record.device)
@@ -196,6 +210,12 @@ class History(Course):
         left = None if plan is None else max(0, plan - fates.total())
         return j.Points(plan=plan, measured=measured, failed=failed, left=left)
 
+    @property
+    def is_through(self) -> bool:
+        """True if its loops are through, and not one iteration succeeded: only its holes are left."""
+        points = self.points()
+        return bool(self.failed) and points.left == 0 and points.measured == 0
+
     # --- devices
 
     def was_before(self, device: str, goal_id: str, other: str) -> bool:
@@ -231,32 +251,37 @@ class History(Course):
 def read_history(records: Iterable[j.JournalRecord], *, comparing: bool = False) -> History:
     """What all records of a journal say.
 
-    Iterations that a change of the protocol has reopened since are not finished.
+    Iterations that a change of the protocol or a redo has reopened since are not finished.
     """
     if not isinstance(records, Records | Sequence):
         records = list(records)
     history = History(past=Past(comparing=comparing))
-    again = reopened(records)
+    is_superseded = superseded(records)
     for record in records:
-        match record:
-            case j.IterationEnded(n=n, loop=loop, key=key) if n < again.get(f"{loop}/{key}", 0):
-                is_done = comparing
-            case _:
-                is_done = True
-        if is_done:
-            history.take(record)
+        if isinstance(record, j.IterationEnded) and is_superseded(record) and not comparing:
+            continue
+        history.take(record)
     if history.started is None:
         raise JournalFault("the journal has no start of a run: there is nothing to resume")
     return history
 
 
-def reopened(records: Iterable[j.JournalRecord]) -> dict[str, int]:
-    """Iterations reopened by a change -> the record since which they are unfinished."""
+def superseded(records: Iterable[j.JournalRecord]) -> Callable[[j.IterationEnded], bool]:
+    """Whether an iteration's end no longer counts: it was reopened since, or is measured again."""
     if isinstance(records, Records):
-        records = records.of("changed")
-    return {
-        path: record.n
-        for record in records
-        if isinstance(record, j.Changed)
-        for path in record.reopened
-    }
+        records = records.of("changed", "redo")
+    reopened: dict[str, int] = {}
+    redone: dict[str, int] = {}
+    for record in records:
+        if isinstance(record, j.Changed | j.Redo):
+            reopened |= dict.fromkeys(record.reopened, record.n)
+        if isinstance(record, j.Redo):
+            redone |= dict.fromkeys(record.iterations, record.n)
+
+    def is_superseded(ended: j.IterationEnded) -> bool:
+        path = f"{ended.loop}/{ended.key}"
+        if ended.n < reopened.get(path, 0):
+            return True
+        return bool(redone) and any(ended.n < redone.get(p, 0) for p in upwards(path))
+
+    return is_superseded

@@ -6,6 +6,9 @@ from typing import Any
 
 from ...schemas import journal as j
 
+PASS = "pass:"
+"""`main/scan/4,1/pass:2/shoot`: the shot of the second pass of that point."""
+
 
 @dataclass(frozen=True, slots=True)
 class PastGoal:
@@ -59,6 +62,8 @@ class Past:
     steps: dict[str, j.StepEnded] = field(default_factory=dict)
     turned: dict[str, j.Turned] = field(default_factory=dict)
     answers: dict[str, j.Answered] = field(default_factory=dict)
+    passes: dict[str, int] = field(default_factory=dict)
+    """Iterations that are measured again -> the number of their newest pass."""
     gone_through: set[str] = field(default_factory=set)
     _visited: set[str] = field(default_factory=set)
 
@@ -75,7 +80,7 @@ class Past:
         """True if a comparison finds nothing to compare under this path."""
         if self.comparing and not self._visited:
             known = (*self.goals, *self.steps, *self.gone_through)
-            self._visited = {p for path in known for p in _above(path)}
+            self._visited = {p for path in known for p in upwards(path)}
         return self.comparing and path not in self._visited
 
     def is_over(self, turned: j.Turned) -> bool:
@@ -125,6 +130,11 @@ class Past:
             kept = {a: past for a, past in tries.items() if not past.was_under_way(n)}
             self.goals |= {path: kept} if kept else {}
 
+    def frame_path(self, iteration: str) -> str:
+        """The path of what is done in an iteration: a new pass has its own level."""
+        number = self.passes.get(iteration)
+        return iteration if number is None else f"{iteration}/{PASS}{number}"
+
     def copy(self) -> "Past":
         """The same, for a tree that takes out of it what it has found."""
         return replace(
@@ -140,7 +150,14 @@ class Past:
         )
 
 
-def _above(path: str) -> Iterator[str]:
+def without_passes(path: str) -> str:
+    """A path as the protocol has it: without the level of a later pass."""
+    if PASS not in path:
+        return path
+    return "/".join(part for part in path.split("/") if not part.startswith(PASS))
+
+
+def upwards(path: str) -> Iterator[str]:
     """This path and every path above it."""
     while path:
         yield path

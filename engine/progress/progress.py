@@ -163,6 +163,10 @@ def ending_lines(event: Event) -> list[str]:
     if event.data.get("points") and (event.state != "succeeded" or event.data["holes"]):
         lines.append(f"  points: {event.data['points']}")
     lines.append(f"everything is in {event.data['folder']}")
-    if event.state != "succeeded":
-        lines.append(f"continue with: labrun resume {event.path.rpartition('_')[2]}")
+    resume = f"labrun resume {event.path.rpartition('_')[2]}"
+    if event.data.get("resumable", event.state != "succeeded"):
+        lines.append(f"continue with: {resume}")
+    if holes := event.data["holes"]:
+        what = f"its {holes:,} holes" if holes > 1 else "its hole"
+        lines.append(f"measure {what} again with: {resume} --holes")
     return lines

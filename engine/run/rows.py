@@ -10,7 +10,7 @@ from ...schemas.journal import IterationEnded, JournalRecord
 from ...schemas.quantity import is_quantity, magnitude_in, number_text
 from ...system.cells import guarded
 from ..journal.encode import decode
-from ..journal.history import reopened
+from ..journal.history import superseded
 from ..journal.journal import Records
 from ..language.expression import ExpressionError
 from ..language.value import Value
@@ -93,12 +93,11 @@ def restore_rows(
     """Write the tables of a run again from its journal: this repairs a row torn by a crash."""
     for name in tables:
         (folder / name).unlink(missing_ok=True)
-    again = reopened(records)
+    is_superseded = superseded(records)
     if isinstance(records, Records):
         records = records.of("iteration")
     for record in records:
         if not isinstance(record, IterationEnded) or record.row is None:
             continue
-        left_out = record.n < again.get(f"{record.loop}/{record.key}", 0)
-        if record.file in tables and not left_out:
+        if record.file in tables and not is_superseded(record):
             tables[record.file].write(record.row_key, decode(record.row), record.fate)

@@ -97,4 +97,5 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
     run.tell(
         "finished", run.id, ending.fate, ending.reason, holes=run.history.hole_count, outputs=encode(outputs),
         folder=str(run.folder), detail=ending.detail, points=run.history.points().words(),
+        resumable=ending.fate != "succeeded" and not run.history.is_through,
     )  # fmt: skip

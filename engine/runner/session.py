@@ -125,6 +125,17 @@ class RunSession:
         Without `finally`, since the engine was never gone: `on_resume`, then the unfinished iterations, in
         which the finished steps of that device are repeated before anything else is done once.
         """
+        lost = await self._see_what_is_lost()
+        records = Records(self.run.journal.path)
+        self.run.repeated.clear()
+        self.dispatcher.look_anew()
+        self._plant()
+        restore_rows(self.run.folder, records, self.compiler.tables)
+        await resolve_goals_in_flight(self.run, self.dispatcher, self.control)
+        return await self._on_resume(self.run.history.resumes + 1) if lost else None
+
+    async def _see_what_is_lost(self) -> bool:
+        """Mark the devices that were stopped, or have lost their state; false if there are none."""
         stopped = dict(self.dispatcher.stopped)
         if self.dispatcher.states_lost().keys() - stopped.keys():
             # The links of several devices on one server notice its restart at slightly different times.
@@ -138,26 +149,26 @@ class RunSession:
             self.run.record(j.Again())
             self.run.requests.take_up = False
         self.run.journal.flush()
-        records = Records(self.run.journal.path)
-        self.run.repeated.clear()
-        self.dispatcher.look_anew()
-        self._plant()
-        restore_rows(self.run.folder, records, self.compiler.tables)
-        await resolve_goals_in_flight(self.run, self.dispatcher, self.control)
-        return await self._on_resume(self.run.history.resumes + 1) if lost else None
+        return bool(lost)
 
     async def _on_resume(self, number: int) -> Ending | None:
-        """Run `on_resume`; returns an ending if it did not succeed."""
+        """Run `on_resume`, from its beginning again after a stop; returns an ending if it did not succeed."""
         steps = self.protocol.on_resume
-        if not steps:
-            return None
-        phase = f"resume:{number}"
-        self._begin(phase)
-        root = self.compiler.sequence(steps, Scope(Frame.phase(phase, self.names)))
-        ended = await run_tree(root, self.run, self.dispatcher, self.control, abortable=True)
-        if ended == "succeeded":
-            return None
-        return self._ending(ended, phase, failure_of(root))
+        while steps:
+            phase = f"resume:{number}"
+            self._begin(phase)
+            root = self.compiler.sequence(steps, Scope(Frame.phase(phase, self.names)))
+            ended = await run_tree(
+                root, self.run, self.dispatcher, self.control, abortable=True, watchful=True
+            )
+            if ended == "succeeded":
+                return None
+            if ended != "state lost":
+                return self._ending(ended, phase, failure_of(root))
+            await self._see_what_is_lost()
+            self.dispatcher.look_anew()
+            number = self.run.history.resumes + 1
+        return None
 
     def _ending(self, ended: str, phase: str, failure: Failure | None = None) -> Ending:
         if ended == "aborted":

@@ -29,8 +29,8 @@ BY_THE_SYSTEM = {
 }
 THROUGH_ANOTHER = {"starlette", "distributed"}
 """Come with fastapi and as `dask[distributed]`."""
-BY_HAND = {"libskit", "setuptools"}
-"""For a script that compiles the table of lines, and for the installation."""
+BY_HAND = {"apsw", "libskit", "setuptools"}
+"""For simulated disks, a script that compiles the table of lines, and the installation."""
 
 
 def without(*libraries: str) -> dict[str, str]:
@@ -46,7 +46,7 @@ def without(*libraries: str) -> dict[str, str]:
 def labrun(folder: Path, *words: object, env: dict[str, str]) -> subprocess.CompletedProcess:
     return subprocess.run(
         [sys.executable, "-m", "labrun.engine", *map(str, words)],
-        cwd=folder, env=env, capture_output=True, encoding="utf-8", timeout=110,
+        cwd=folder, env=env, capture_output=True, encoding="utf-8",
     )  # fmt: skip
 
 

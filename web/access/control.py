@@ -4,12 +4,14 @@ import secrets
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 from ..local.clock import iso, now_iso
 from ..local.refusal import Refusal
 from ..models.control import ControlState, ControlTaken
 
 IDLE_S = 300.0
+Level = Literal["info", "problem"]
 
 
 @dataclass(slots=True)
@@ -29,7 +31,7 @@ class Control:
     """
 
     def __init__(
-        self, changed: Callable[[], None], armed: Callable[[], bool], tell: Callable[[str], None],
+        self, changed: Callable[[], None], armed: Callable[[], bool], tell: Callable[[str, Level], None],
         idle_s: float = IDLE_S,
     ) -> None:  # fmt: skip
         self._holder: Holder | None = None
@@ -42,7 +44,7 @@ class Control:
     def holder(self) -> Holder | None:
         """The current holder; one who was idle for too long has lost control."""
         if self._holder is not None and time.monotonic() - self._holder.used_s > self._idle_s:
-            self._tell(f"{self._holder.name} was idle; control is free")
+            self._tell(f"{self._holder.name} was idle; control is free", "info")
             self._holder = None
             self._changed()
         return self._holder
@@ -70,14 +72,16 @@ class Control:
     def take(self, name: str, reason: str, lease: str | None) -> ControlTaken:
         """Take control; from another holder only with a reason, and never while something is armed.
 
-        The holder's own lease is renewed and stays the same.
+        The holder's own lease is renewed and stays the same. The same person in another browser
+        needs no reason.
         """
         holder, name = self.holder, " ".join(name.split())
         if not name:
             raise Refusal(422, "INVALID", "a name is required: it is logged with every command")
         ours = holder is not None and lease is not None and _same(lease, holder.lease)
         if holder is not None and not ours:
-            if not reason.strip():
+            same_person = name.casefold() == holder.name.casefold()
+            if not reason.strip() and not same_person:
                 raise _no_control(holder)
             if self._armed():
                 raise Refusal(
@@ -85,7 +89,11 @@ class Control:
                     "ARMED",
                     f"{holder.name} has armed an action; control cannot change hands until that is over",
                 )
-            self._tell(f"{name} took control over from {holder.name}: {reason.strip()}")
+            if same_person:
+                self._tell(f"{name} has control in another browser now", "info")
+            else:
+                words = f"{name} took control over from {holder.name}: {reason.strip()}"
+                self._tell(words, "problem")
         now_s = time.monotonic()
         if holder is not None and ours:  # commands under way with this lease stay theirs
             self._holder = Holder(name, holder.lease, holder.since, now_s)
@@ -106,7 +114,7 @@ class Control:
         holder = self.holder
         if holder is None:
             return "control is free: take it"
-        self._tell(f"{name} asks {holder.name} for control")
+        self._tell(f"{name} asks {holder.name} for control", "problem")
         return f"{holder.name} was asked"
 
 

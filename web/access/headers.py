@@ -27,6 +27,13 @@ Until = Annotated[
         "command is refused with 408 and not done. At most 60 s ahead.",
     ),
 ]
+Name = Annotated[
+    str,
+    Header(
+        alias="X-Name", max_length=1000,
+        description="Who stops, percent-encoded; for the log, and needed for nothing.",
+    ),
+]  # fmt: skip
 ControlLease = Annotated[
     str | None,
     Header(alias="X-Control-Lease", description="From `POST /control/take`; 423 without it."),

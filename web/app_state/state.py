@@ -11,7 +11,7 @@ from typing import Any
 from ... import __version__
 from ...engine.lab.lab import LoadedLab
 from ...system.page import FOLDER as PAGE
-from ..access.control import Control
+from ..access.control import Control, Level
 from ..access.fault import FaultLog
 from ..access.once import Keys
 from ..access.sessions import Sessions
@@ -148,8 +148,8 @@ class AppState:
             runs=str(self.options.runs), demo=self.options.demo,
         )  # fmt: skip
 
-    def _tell(self, text: str) -> None:
-        self.updates.notice(Notice(level="problem", text=text))
+    def _tell(self, text: str, level: Level = "problem") -> None:
+        self.updates.notice(Notice(level=level, text=text))
 
     def _reduced(self, id: str, told: Reduction) -> None:
         good = told.state == "done"

@@ -15,6 +15,7 @@ from .jogging import Jogging
 
 LOG = logging.getLogger("labrun")
 BY = "STOP ALL on the page"
+LONGEST_NAME = 80
 ANSWER_S = 0.9
 """Time for a device to confirm; the answer is sent within one second."""
 
@@ -24,7 +25,7 @@ class Stopping:
 
     def __init__(
         self, links: list[DeviceLink], jogging: Jogging, arming: Arming,
-        abort: Callable[[float], Coroutine[Any, Any, list[StoppedRun]]], tell: Callable[[str], None],
+        abort: Callable[[float, str], Coroutine[Any, Any, list[StoppedRun]]], tell: Callable[[str], None],
     ) -> None:  # fmt: skip
         self._links = links
         self._jogging = jogging
@@ -34,15 +35,16 @@ class Stopping:
         self._latest: asyncio.Task[Stopped] | None = None
         self._press: str | None = None
 
-    async def stop_all(self, press: str | None = None) -> Stopped:
-        """Stop; a request during a stop, or again for the same press, gets the same answer.
+    async def stop_all(self, press: str | None = None, name: str = "") -> Stopped:
+        """Stop, for who says to be `name`.
 
-        A page sends it by two routes at once, and an engine that gets a second abort skips
+        A request during a stop, or again for the same press, gets the same answer:
+        a page sends it by two routes at once, and an engine that gets a second abort skips
         `finally`. The stop continues if its requester disconnects.
         """
         same = press is not None and press == self._press
         if self._latest is None or (self._latest.done() and not same):
-            self._latest = spawn("stop all devices", self._stop_all())
+            self._latest = spawn("stop all devices", self._stop_all(_by(name)))
             self._press = press
         return await asyncio.shield(self._latest)
 
@@ -51,10 +53,10 @@ class Stopping:
         if self._latest is not None:
             await asyncio.wait({self._latest})
 
-    async def _stop_all(self) -> Stopped:
+    async def _stop_all(self, by: str) -> Stopped:
         """Devices first; runs are aborted meanwhile, so that none continues once its device is stopped."""
-        stopping = [spawn(f"stop {one.name}", _stop(one)) for one in self._links]
-        aborting = spawn("abort all runs", self._abort(ANSWER_S))
+        stopping = [spawn(f"stop {one.name}", _stop(one, by)) for one in self._links]
+        aborting = spawn("abort all runs", self._abort(ANSWER_S, by))
         self._jogging.end_all("STOP ALL")
         self._arming.disarm()
         await asyncio.wait({*stopping, aborting})
@@ -67,13 +69,19 @@ class Stopping:
         )
 
 
-async def _stop(device_link: DeviceLink) -> StoppedDevice:
+def _by(name: str) -> str:
+    """Who stops, and how; nobody has to say who they are."""
+    said = " ".join("".join(c for c in name if c.isprintable()).split())[:LONGEST_NAME]
+    return f"{said} ({BY})" if said else BY
+
+
+async def _stop(device_link: DeviceLink, by: str) -> StoppedDevice:
     began = time.monotonic()
     confirmed, message = False, f"not connected: {device_link.state(None, None).reason}"
     if device_link.client is not None:
         try:
             async with asyncio.timeout(ANSWER_S + 0.05):
-                told = await device_link.client.stop(device_link.name, ANSWER_S, by=BY)
+                told = await device_link.client.stop(device_link.name, ANSWER_S, by=by)
             confirmed, message = told.get(device_link.name, (False, "it did not answer"))
         except TimeoutError:
             message = f"no answer within {ANSWER_S:g} s"

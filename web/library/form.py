@@ -1,9 +1,11 @@
 """The form before a run: parameters, roles, hazards, and questions to the operator."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ...engine.check import Checked
-from ...engine.views.english import bare
+from ...engine.language.shape import Place
+from ...engine.views.forecast import Outlook, outlook
+from ...engine.views.words.speak import spoken
 from ...schemas import protocol as p
 from ...schemas.quantity import is_quantity, quantity_text
 from ..models.protocols import Hazard, ParamForm, RoleForm
@@ -67,16 +69,19 @@ def hazards_of(checked: Checked) -> list[Hazard]:
     return list(found.values())
 
 
-def questions_of(protocol: p.Protocol | None) -> list[str]:
+def questions_of(checked: Checked) -> list[str]:
     """Questions that the operator will or may be asked, in the order of the protocol."""
-    return list(_questions(protocol.steps)) if protocol is not None else []
+    if checked.protocol is None or checked.survey is None:
+        return []
+    return list(_questions(outlook(checked), checked.protocol.steps, ("steps",)))
 
 
-def _questions(steps: list[p.Step]) -> Iterator[str]:
-    for step in steps:
+def _questions(view: Outlook, steps: Sequence[p.Step], place: Place) -> Iterator[str]:
+    for index, step in enumerate(steps):
+        at = (*place, index)
         if isinstance(step, p.Confirm):
-            yield bare(step.confirm)
+            yield spoken(view, step.confirm, (*at, "confirm"))
         elif isinstance(step, p.Ask):
-            yield bare(step.ask)
-        for _, inner in p.inner_lists(step):
-            yield from _questions(inner)
+            yield spoken(view, step.ask, (*at, "ask"))
+        for key, inner in p.inner_lists(step):
+            yield from _questions(view, inner, (*at, key))

@@ -38,7 +38,7 @@ class Eye:
             title=protocol.name if protocol is not None else None,
             summary=protocol.summary if protocol is not None else "",
             problems=found_problems(checked, self._folder), params=params_of(protocol),
-            roles=roles_of(checked), hazards=hazards_of(checked), questions=questions_of(protocol),
+            roles=roles_of(checked), hazards=hazards_of(checked), questions=questions_of(checked),
         )  # fmt: skip
 
     def start(self, asked: CheckText) -> CheckedText:

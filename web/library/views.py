@@ -56,7 +56,7 @@ def preview_of(checked: Checked, timings: Timings) -> Preview:
         tracks=[_track(path, checked.lab) for path in walk.paths.values() if path.points or path.unknown],
         notes=walk.notes, full=walk.full, actions=actions, actions_text=number_of(found),
         shots=sum(known) if len(known) == len(lasers) else None,
-        needs_you=questions_of(checked.protocol), time_s=time_of(view, found, timings),
+        needs_you=questions_of(checked), time_s=time_of(view, found, timings),
     )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """Runs, live or finished: their heads, outlines, points, logs, and the commands to them."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -281,9 +281,20 @@ class AnswerQuestion(ApiModel):
     result: dict[str, str] = Field(default_factory=dict, max_length=50)
 
 
+class HoleAt(ApiModel):
+    """An iteration that failed: of which loop, with the keys around it."""
+
+    loop: str = Field(description="Pattern with `*` for the keys of loops around it.")
+    within: str = ""
+    key: str
+
+
 class ResumeRun(ApiModel):
     """Resume; with a changed `protocol` (or -p parameters) if the finished work fits it."""
 
+    holes: Annotated[list[HoleAt], Field(max_length=5000)] | Literal["all"] = Field(
+        default=[], description="Iterations that failed, to be measured again."
+    )
     protocol: str | None = Field(default=None, description="Name of the changed protocol.")
     params: dict[str, Any] = Field(default_factory=dict)
     yes: bool = Field(default=False, description="Keep work that was done after a changed step.")

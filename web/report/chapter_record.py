@@ -9,7 +9,7 @@ from pathlib import Path
 from ...engine.run.folder import JOURNAL
 from ...system.cells import bare
 from .files import CRATE, PAGE, KeptFile
-from .formatting import count, size
+from .formatting import count, size, value
 from .html import Html, code, folded, join, paragraph, section, table, tag, text
 from .report_data import ReportData
 
@@ -41,9 +41,15 @@ def _figure(data: ReportData, file: KeptFile) -> Html:
 
 
 def data(title: str, data: ReportData) -> Html:
-    """The first rows of each table that the run collected."""
+    """The protocol's outputs, and the first rows of each table that the run collected."""
     names = sorted({*data.digest.tables, *_tables(data)})
-    return section("data", title, *(_table(data, name) for name in names))
+    return section("data", title, _outputs(data), *(_table(data, name) for name in names))
+
+
+def _outputs(data: ReportData) -> Html:
+    finished = data.digest.finished
+    outputs = finished.outputs if finished is not None else {}
+    return table("Outputs", ["name", "value"], ((code(n), value(v)) for n, v in outputs.items()))
 
 
 def _tables(data: ReportData) -> Iterator[str]:

@@ -1,8 +1,21 @@
-"""Report chapters on the work itself: what was requested, when it was done, by which actions."""
+"""Report chapters on the work itself: what was asked for, on which devices, when, by which actions."""
 
 from .counts import KEPT
-from .formatting import count, duration, seconds_between, value
-from .html import BREAK, Html, at_time, code, folded, join, label, paragraph, section, table, tag
+from .formatting import count, duration, moment, seconds_between, value
+from .html import (
+    BREAK,
+    Html,
+    at_time,
+    code,
+    facts,
+    folded,
+    join,
+    label,
+    paragraph,
+    section,
+    table,
+    tag,
+)
 from .inputs import contract_file
 from .journal_digest import interruptions
 from .report_data import ReportData
@@ -11,16 +24,41 @@ from .spans import EngineSpan
 PROTOCOL_SHOWN = 200_000
 
 
-def done(title: str, data: ReportData) -> Html:
-    """The protocol, its parameters, the devices in their roles, and the outputs."""
+def provenance(title: str, data: ReportData) -> Html:
+    """The run's id and times, its parameters, its devices with their servers, its protocol."""
     inputs = data.inputs
     text = inputs.protocol_text[:PROTOCOL_SHOWN]
     return section(
-        "what-was-done", title,
-        _params(data), _devices(data), _loops(data), _outputs(data),
+        "provenance", title,
+        facts(_facts(data)), _params(data), _devices(data), _loops(data),
         folded(f"The protocol of this run ({inputs.protocol_name})", tag("pre", tag("code", text)))
         if text else "",
     )  # fmt: skip
+
+
+def _facts(data: ReportData) -> list[tuple[str, object]]:
+    digest, spans = data.digest, data.digest.spans
+    rows: list[tuple[str, object]] = [("Run", code(data.folder.name))]
+    if data.inputs.simulated:
+        rows.append(("Devices", "simulated: no real device was used"))
+    if digest.began:
+        rows += [("Began (UTC)", moment(digest.began)), ("Last record (UTC)", moment(digest.ended))]
+        rows.append(("Running time", duration(spans.running_s - spans.paused_s)))
+    if len(spans.lives) > 1:
+        told = f"{len(spans.lives) - 1}, {duration(spans.away_s)} in all"
+        rows.append(("Interruptions", told))
+    if spans.paused_s:
+        rows.append(("Paused", duration(spans.paused_s)))
+    for name, loop in list(digest.loops.items())[:3]:
+        rows.append(
+            (
+                f"Iterations of {name.removeprefix('main/')}",
+                f"{loop.total:,}, {loop.failed:,} left out",
+            )
+        )
+    if digest.started is not None:
+        rows.append(("Made by", f"labrun {digest.started.labrun}, Python {digest.started.python}"))
+    return rows
 
 
 def _params(data: ReportData) -> Html:
@@ -66,12 +104,6 @@ def _loops(data: ReportData) -> Html:
     return table("Loops", header, rows, numbers=".nnnn")
 
 
-def _outputs(data: ReportData) -> Html:
-    finished = data.digest.finished
-    outputs = finished.outputs if finished is not None else {}
-    return table("Outputs", ["name", "value"], ((code(n), value(v)) for n, v in outputs.items()))
-
-
 def when(title: str, data: ReportData) -> Html:
     """The engine sessions, the interruptions between them, and the pauses."""
     digest = data.digest
@@ -109,7 +141,7 @@ def when(title: str, data: ReportData) -> Html:
             ),
             numbers="...n.",
         ),
-        _changes(data),
+        _changes(data), _redone(data),
         table("Pauses", ["from (UTC)", "by", "until (UTC)", "ended by", "duration"], holds, numbers="....n"),
     )  # fmt: skip
 
@@ -125,6 +157,15 @@ def _changes(data: ReportData) -> Html:
     )  # fmt: skip
     header = ["when (UTC)", "new protocol and lab", "parameters", "iterations repeated"]
     return table("Changes during the run", header, rows, numbers="...n")
+
+
+def _redone(data: ReportData) -> Html:
+    rows = (
+        (at_time(redo.at), redo.by, f"{redo.pass_number}", f"{len(redo.iterations):,}")
+        for redo in data.digest.redone
+    )
+    header = ["when (UTC)", "asked for by", "pass", "points"]
+    return table("Holes that were measured again", header, rows, numbers="..nn")
 
 
 def _engine_row(life: EngineSpan, data: ReportData) -> tuple[object, ...]:

@@ -1,5 +1,6 @@
 """What a report keeps of a journal: counts, questions, holes, and the engine sessions."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from ...engine.journal.course import Course
@@ -93,7 +94,10 @@ class JournalDigest(Course):
     holes: dict[str, Holes] = field(default_factory=dict)
     asked: list[Asking] = field(default_factory=list)
     unheard: dict[str, Asking] = field(default_factory=dict)
-    holes_of: dict[str, str] = field(default_factory=dict)
+    plans: dict[str, int | None] = field(default_factory=dict)
+    """The outermost loops of the protocol that have begun -> how many iterations they have."""
+    superseded: Callable[[j.IterationEnded], bool] = lambda ended: False
+    """Whether an iteration's end no longer counts."""
     controls: list[j.Control] = field(default_factory=list)
     safe: list[j.SafeState] = field(default_factory=list)
     touched: list[j.Touched] = field(default_factory=list)
@@ -117,6 +121,20 @@ class JournalDigest(Course):
     def ended(self) -> str:
         """When the last record was written."""
         return self.spans.lives[-1].ended if self.spans.lives else ""
+
+    @property
+    def points(self) -> j.Points | None:
+        """Plan, measured, failed, left; as the last record has them where no plan was recorded."""
+        if not self.plans:
+            return self.finished.points if self.finished is not None else None
+        loops = [self.loops.get(loop, Counted()) for loop in self.plans]
+        totals = list(self.plans.values())
+        plan = None if None in totals else sum(total or 0 for total in totals)
+        ended = sum(loop.total for loop in loops)
+        return j.Points(
+            plan=plan, measured=sum(loop.succeeded for loop in loops),
+            failed=sum(loop.failed for loop in loops), left=None if plan is None else max(0, plan - ended),
+        )  # fmt: skip
 
     def total(self, what: str) -> int:
         """Over all actions: `sent`, `again`, `succeeded`, `failed` or `cancelled`."""

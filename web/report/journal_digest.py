@@ -1,10 +1,15 @@
 """Contents of a journal, collected in one pass, in memory that does not grow with the journal."""
 
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from ...engine.journal.course import split_goal_id
+from ...engine.journal.history import MAIN, superseded
 from ...engine.journal.journal import JournalFault, read_records
+from ...engine.journal.past import without_passes
 from ...engine.run.folder import JOURNAL
 from ...schemas import journal as j
 from .counts import KEPT, Asking, Boot, Counted, Deed, Holes, JournalDigest
@@ -16,6 +21,7 @@ from .spans import EngineSpan
 def read_digest(folder: Path, *, live: bool = False) -> JournalDigest:
     """Read the journal once; if it is damaged, the digest ends with the last complete record."""
     digest = JournalDigest()
+    digest.superseded = superseded(_reopenings(folder / JOURNAL))
     try:
         for record in read_records(folder / JOURNAL):
             _read(digest, record)
@@ -23,6 +29,17 @@ def read_digest(folder: Path, *, live: bool = False) -> JournalDigest:
         digest.damage = str(fault)
     digest.outcomes.close(live=live)
     return digest
+
+
+def _reopenings(journal: Path) -> list[j.JournalRecord]:
+    """The records that say which iterations count no more: they come after those."""
+    found: list[j.JournalRecord] = []
+    with suppress(OSError), journal.open("rb") as lines:
+        for line in lines:
+            if b'"redo"' in line or b'"changed"' in line:
+                with suppress(ValidationError):
+                    found.append(j.RECORD.validate_json(line))
+    return found
 
 
 def _read(digest: JournalDigest, record: j.JournalRecord) -> None:
@@ -58,8 +75,8 @@ def _read_rarer(digest: JournalDigest, record: j.JournalRecord, life: EngineSpan
     match record:
         case j.Started():
             digest.files.update(record.files)
-        case j.Changed():
-            _changed(digest, record)
+        case j.Planned() if record.loop.startswith(MAIN):
+            digest.plans[record.loop] = record.total
         case j.Asked():
             _asked(digest, record)
         case j.Answered():
@@ -123,9 +140,12 @@ def _ended(digest: JournalDigest, record: j.GoalEnded) -> None:
 
 
 def _iteration(digest: JournalDigest, record: j.IterationEnded) -> None:
-    digest.outcomes.iteration(record)
+    is_over = digest.superseded(record)
+    digest.outcomes.iteration(record, is_over=is_over)
     _gather_inner(digest, record)
-    counted = digest.loops.setdefault(record.loop, Counted())
+    if is_over:
+        return
+    counted = digest.loops.setdefault(without_passes(record.loop), Counted())
     if record.fate == "succeeded":
         counted.succeeded += 1
     elif record.fate == "skipped":
@@ -139,10 +159,11 @@ def _iteration(digest: JournalDigest, record: j.IterationEnded) -> None:
 
 def _gather_inner(digest: JournalDigest, record: j.IterationEnded) -> None:
     """Loops inside this iteration have ended too: they are counted together over all iterations."""
-    prefix = f"{record.loop}/{record.key}/"
+    loop = without_passes(record.loop)
+    prefix = f"{loop}/{record.key}/"
     for path in [path for path in digest.loops if path.startswith(prefix)]:
         inner = digest.loops.pop(path)
-        name = f"{record.loop}/*/{path.removeprefix(prefix)}"
+        name = f"{loop}/*/{path.removeprefix(prefix)}"
         held = digest.loops.setdefault(name, Counted())
         held.succeeded += inner.succeeded
         held.failed += inner.failed
@@ -157,23 +178,8 @@ def _hole(digest: JournalDigest, record: j.IterationEnded) -> None:
         reason = reason if len(digest.holes) < KEPT else "other reasons"
         holes = digest.holes.setdefault(reason, Holes(reason))
     holes.count += 1
-    digest.holes_of[place] = reason
     if len(holes.places) < KEPT:
         holes.places.append(place)
-
-
-def _changed(digest: JournalDigest, record: j.Changed) -> None:
-    """The run continues with changed inputs: iterations to be repeated no longer count."""
-    for place in record.reopened:
-        counted = digest.loops.get(place.rpartition("/")[0], Counted())
-        reason = digest.holes_of.pop(place, None)
-        if reason is None:
-            counted.succeeded -= 1
-        else:
-            counted.failed -= 1
-            holes = digest.holes[reason]
-            holes.count -= 1
-            holes.places = [other for other in holes.places if other != place]
 
 
 def _asked(digest: JournalDigest, record: j.Asked) -> None:

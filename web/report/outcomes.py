@@ -180,14 +180,15 @@ class Outcomes:
 
     # --- ends
 
-    def iteration(self, record: j.IterationEnded) -> None:
-        """An iteration has ended, and with it every incident inside."""
+    def iteration(self, record: j.IterationEnded, *, is_over: bool = False) -> None:
+        """An iteration has ended, and with it every incident inside; `is_over`: it was done again since."""
         self._worked(record.loop, record.n)
         prefix = f"{record.loop}/{record.key}/"
         for goal_id in [
             i for i, goal in self.course.under_way.items() if goal.path.startswith(prefix)
         ]:
             self._given_up(goal_id.partition("/")[2], record)
+        hole = "a hole, which was measured again" if is_over else "a hole"
         handled = {id(incident) for incident in self.fallbacks.values()}
         for path in [path for path in self.latest if path.startswith(prefix)]:
             incident = self.latest.pop(path)
@@ -195,9 +196,11 @@ class Outcomes:
             if record.fate == "succeeded":
                 incident.say("the iteration continued and succeeded")
             elif blamed:
-                incident.say("the iteration was left out: a hole")
+                incident.say(f"the iteration was left out: {hole}")
             else:
-                incident.say("the iteration continued, and was left out for another reason: a hole")
+                incident.say(
+                    f"the iteration continued, and was left out for another reason: {hole}"
+                )
             self._close(incident)
         for key in [key for key in self.fallbacks if key.startswith(prefix)]:
             del self.fallbacks[key]

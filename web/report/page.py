@@ -3,18 +3,22 @@
 from ...schemas.journal import ended_as
 from .chapter_record import data, figures, files, versions
 from .chapter_trouble import answers, doubts, failures, holes, stops
-from .chapter_work import actions, done, logged, when
-from .formatting import count, duration, moment
-from .html import Html, code, facts, join, listed, paragraph, tag
+from .chapter_words import in_words
+from .chapter_work import actions, logged, provenance, when
+from .formatting import count
+from .html import Html, join, listed, paragraph, tag
 from .report_data import ReportData
 from .style import STYLE
 
 CHAPTERS = (
-    ("What was done", done), ("When", when), ("Figures", figures), ("Actions", actions),
-    ("What failed, and how it was handled", failures), ("Unknown outcomes", doubts),
-    ("Holes", holes), ("Questions", answers), ("Stops and safe states", stops),
-    ("Protocol log", logged), ("Data", data), ("Files", files), ("Versions", versions),
+    ("Figures", figures), ("What was done", in_words),
+    ("What failed, and how it was handled", failures), ("Holes", holes),
+    ("Unknown outcomes", doubts), ("Questions", answers), ("Stops and safe states", stops),
+    ("Data", data), ("Protocol log", logged), ("Provenance", provenance), ("When", when),
+    ("Actions", actions), ("Files", files), ("Versions", versions),
 )  # fmt: skip
+"""What a reader wants to see first comes first; ids, boots and hashes come last."""
+OPENING = ("Figures", "What was done")
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'"
 
 
@@ -29,7 +33,9 @@ def page(data: ReportData) -> str:
         tag("title", f"{data.name}: {data.fate} ({data.folder.name})"),
         tag("style", Html(STYLE)),
     ])  # fmt: skip
-    body = tag("main", _heading(data), _contents(present), *(made for _, made in present))
+    first = [made for title, made in present if title in OPENING]
+    rest = [(title, made) for title, made in present if title not in OPENING]
+    body = tag("main", _heading(data), *first, _contents(rest), *(made for _, made in rest))
     return f'<!doctype html>\n<html lang="en">{tag("head", head)}{tag("body", body)}</html>\n'
 
 
@@ -39,10 +45,11 @@ def _heading(data: ReportData) -> Html:
         "header",
         tag("h1", data.name),
         paragraph(tag("span", summary, class_="soft")) if summary else "",
-        paragraph(tag("span", data.fate, class_=f"fate {data.fate}")),
+        paragraph(
+            tag("span", ended_as(data.fate, data.digest.hole_count), class_=f"fate {data.fate}")
+        ),
         tag("p", verdict(data), class_="verdict"),
         _cautions(data),
-        facts(_facts(data)),
     )
 
 
@@ -61,7 +68,7 @@ def verdict(data: ReportData) -> str:
         "interrupted": "The run was interrupted: its engine ended without a last record. "
         f"`labrun resume {data.folder.name}` continues it.",
     }.get(data.fate, f"The run is {data.fate}{reason}.")
-    points = finished.points.words() if finished is not None and finished.points else ""
+    points = digest.points.words() if digest.points is not None else ""
     return f"{said} {f'Points: {points}. ' if points else ''}{_sums(data)}"
 
 
@@ -109,31 +116,6 @@ def _doubtful(data: ReportData) -> list[str]:
 def _names(names: list[str], shown: int = 6) -> str:
     more = f" and {len(names) - shown:,} more" if len(names) > shown else ""
     return ", ".join(names[:shown]) + more
-
-
-def _facts(data: ReportData) -> list[tuple[str, object]]:
-    digest, spans = data.digest, data.digest.spans
-    rows: list[tuple[str, object]] = [("Run", code(data.folder.name))]
-    if data.inputs.simulated:
-        rows.append(("Devices", "simulated: no real device was used"))
-    if digest.began:
-        rows += [("Began (UTC)", moment(digest.began)), ("Last record (UTC)", moment(digest.ended))]
-        rows.append(("Running time", duration(spans.running_s - spans.paused_s)))
-    if len(spans.lives) > 1:
-        told = f"{len(spans.lives) - 1}, {duration(spans.away_s)} in all"
-        rows.append(("Interruptions", told))
-    if spans.paused_s:
-        rows.append(("Paused", duration(spans.paused_s)))
-    for name, loop in list(digest.loops.items())[:3]:
-        rows.append(
-            (
-                f"Iterations of {name.removeprefix('main/')}",
-                f"{loop.total:,}, {loop.failed:,} left out",
-            )
-        )
-    if digest.started is not None:
-        rows.append(("Made by", f"labrun {digest.started.labrun}, Python {digest.started.python}"))
-    return rows
 
 
 def _contents(present: list[tuple[str, Html]]) -> Html:

@@ -71,10 +71,9 @@ def _figures(inventory: Inventory) -> list[KeptFile]:
 def _stale_tables(folder: Path, digest: JournalDigest) -> list[str]:
     """Tables that do not match the journal's rows.
 
-    None while a run is unfinished: resume rewrites them from the journal. If iterations were
-    repeated with changed inputs, the journal has rows that the table has not.
+    None while a run is unfinished: resume rewrites them from the journal.
     """
-    if digest.finished is None or any(change.reopened for change in digest.changes):
+    if digest.finished is None:
         return []
     return [name for name, told in digest.tables.items() if not told.fits(folder / name)]
 

@@ -1,9 +1,11 @@
 """Manual operation of devices: status, actions, arming, jogging; and STOP ALL."""
 
+from urllib.parse import unquote
+
 from fastapi import APIRouter
 from fastapi.responses import FileResponse
 
-from ..access.headers import CommandKey, InTime, Key, Operator, PerhapsInTime
+from ..access.headers import CommandKey, InTime, Key, Name, Operator, PerhapsInTime
 from ..access.once import CommandRoute
 from ..models import devices as models
 from .state import TheSite
@@ -120,10 +122,12 @@ async def jog_stop(id: str, app_state: TheSite) -> models.JogState:
 
 
 @commands.post("/stop")
-async def stop_all(app_state: TheSite, in_time: PerhapsInTime, press: Key = None) -> models.Stopped:
+async def stop_all(
+    app_state: TheSite, in_time: PerhapsInTime, press: Key = None, name: Name = ""
+) -> models.Stopped:
     """STOP ALL: every device into its safe state, live runs aborted. No control, key or sign-in.
 
     Answers within a second which devices confirmed. With the key of a stop sent over the socket
     (`press`), it is the same stop, not a second one.
     """
-    return await app_state.stopping.stop_all(press)
+    return await app_state.stopping.stop_all(press, unquote(name))

@@ -22,7 +22,7 @@ STATUSES: tuple[Status, ...] = (
     "unknown",
 )
 CODE = {status: index for index, status in enumerate(STATUSES)}
-PACE = 60
+PACE = 30
 """The pace is computed from this many of the last iterations."""
 
 
@@ -109,17 +109,24 @@ class Table:
             self.last.append(offset)
         elif not self.ended[slot]:
             self.last[slot] = offset
+            if self.status[slot] == CODE["waiting"]:
+                self.status[slot], self.began[slot] = CODE["running"], at
         if not self.ended[slot]:
             self.current = slot
         return slot
 
+    def is_running(self, key: str) -> bool:
+        """True between the beginning of an iteration and its end."""
+        slot = self.slots.get(key)
+        return slot is not None and self.status[slot] == CODE["running"]
+
     def reopen(self, slot: int) -> None:
-        """A change has reopened a finished iteration."""
-        status = STATUSES[self.status[slot]]
+        """A finished iteration is entered again."""
         if self.ended[slot]:
+            status = STATUSES[self.status[slot]]
             self.counts[status] = self.counts.get(status, 0) - 1
-            self.ended[slot] = 0.0
-        self.status[slot] = CODE["running"]
+            self.ended[slot], self.status[slot] = 0.0, CODE["waiting"]
+            self.messages.pop(slot, None)
 
     def end(self, slot: int, index: int, status: Status, at: float, message: str) -> None:
         """An iteration has ended."""

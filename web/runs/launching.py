@@ -165,6 +165,7 @@ class Launching:
             self._library.read(asked.protocol)
             arguments += ["--changed", str(self._library.folder / asked.protocol)]
         arguments += ["--yes"] if asked.yes else []
+        arguments += _holes(run, asked, by)
         deadline.check()
         return await self._launch(arguments, key, devices, None, run)
 
@@ -285,6 +286,25 @@ async def _until_gone(run: OpenRun) -> None:
     if run.live:
         words = "is still writing its report" if run.picture.finished else "is running"
         raise Refusal(409, "LIVE", f"{run.id} {words}", "wait until it has ended")
+
+
+def _holes(run: OpenRun, asked: ResumeRun, by: str) -> list[str]:
+    """The options that ask for holes again; raises Refusal (409) for what is none."""
+    if not asked.holes:
+        return []
+    holes = run.picture.holes
+    if not holes:
+        raise Refusal(409, "NO_HOLES", f"{run.id} has no holes: no point of it failed")
+    if asked.holes == "all":
+        return ["--by", by, "--holes"]
+    unknown = [one.key for one in asked.holes if (one.loop, one.within, one.key) not in holes]
+    if unknown:
+        raise Refusal(
+            409, "NO_HOLES", f"the point {unknown[0]} is no hole: it has not failed, or is measured by now",
+            "look at the run again, and choose among its holes",
+        )  # fmt: skip
+    paths = [holes[one.loop, one.within, one.key] for one in asked.holes]
+    return ["--by", by, *(part for path in paths for part in ("--point", path))]
 
 
 def _options(option: str, given: dict[str, str]) -> list[str]:

@@ -13,7 +13,7 @@ from .outline import Outline
 MOST_SEARCHED = 200_000
 PROBLEM = 1
 LINES = (
-    j.Started, j.Resumed, j.Changed, j.Phase, j.GoalEnded, j.Turned, j.Asked, j.Answered,
+    j.Started, j.Resumed, j.Changed, j.Redo, j.Phase, j.GoalEnded, j.Turned, j.Asked, j.Answered,
     j.LoopEnded, j.Control, j.SafeState, j.Touched, j.Again, j.Finished,
 )  # fmt: skip
 
@@ -155,6 +155,10 @@ def _text(record: j.JournalRecord, sent: j.GoalSent | None) -> str:
             return f"resumed (resume {record.count}) with labrun {record.labrun}"
         case j.Changed():
             return f"continues with a changed protocol ({record.folder})"
+        case j.Redo():
+            number = len(record.iterations)
+            what = f"{number:,} holes are" if number > 1 else "a hole is"
+            return f"{what} measured again (pass {record.pass_number}), for {record.by}"
         case j.Phase():
             name = record.phase.partition(":")[0]
             return "the protocol" if name == "main" else name

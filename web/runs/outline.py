@@ -7,11 +7,13 @@ from functools import lru_cache
 from typing import Any
 
 from ...engine.check import Checked
+from ...engine.journal.past import without_passes
 from ...engine.language.shape import Place
-from ...engine.views.english import bare, shortened, upper_first
+from ...engine.views.english import shortened, upper_first
 from ...engine.views.forecast import Outlook, outlook
 from ...engine.views.words.act import action_sentence
 from ...engine.views.words.loops import loop_words
+from ...engine.views.words.speak import condition, spoken
 from ...schemas import protocol as p
 from ..library.pointer import pointer_text
 from ..models.runs import OutlineNode
@@ -88,7 +90,7 @@ class Outline:
             self.phases[phase] = below
 
     def _find(self, path: str) -> Found | None:
-        first, *rest = path.split("/")
+        first, *rest = without_passes(path).split("/")
         below = self.phases.get(first.partition(":")[0])
         if below is None:
             return None
@@ -222,13 +224,17 @@ def _title(view: Outlook, step: Any, place: Place) -> str:
     if isinstance(step, p.AnyOf):
         return "Whichever succeeds first"
     if isinstance(step, p.If):
-        return f"If {shortened(bare(step.if_), 100)}"
+        return f"If {shortened(condition(view, step.if_, (*place, 'if')), 100)}"
     if isinstance(step, p.Use):
         return f"The protocol {step.use}"
     if isinstance(step, p.Group):
         return upper_first(step.id.replace("_", " ")) if step.id else "In order"
     said = getattr(step, step.KIND, "")
-    text = ", ".join(said) if isinstance(said, dict) else shortened(bare(said), 120)
+    text = (
+        ", ".join(said)
+        if isinstance(said, dict)
+        else shortened(spoken(view, said, (*place, step.KIND)), 120)
+    )
     return f"{step.KIND.capitalize()}: {text}"
 
 

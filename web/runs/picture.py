@@ -82,6 +82,17 @@ class Picture(Course):
             return self.finished.fate
         return "paused" if self.paused else "running"
 
+    @property
+    def holes(self) -> dict[tuple[str, str, str], str]:
+        """(loop, within, key) of iterations that failed -> their paths in the journal."""
+        found: dict[tuple[str, str, str], str] = {}
+        for path in self.failed:
+            loop_path, _, key = path.rpartition("/")
+            place = self._find(loop_path)
+            if place is not None:
+                found[place.step.told.path, place.within, key] = path
+        return found
+
     def states(self) -> dict[str, NodeState]:
         """The states of all steps that have begun or been passed."""
         states = {path: NodeState(status=status) for path, status in self.passed().items()}
@@ -138,7 +149,10 @@ class Picture(Course):
             case j.LoopEnded():
                 self._loop(record)
             case j.Changed():
-                self._reopen(record)
+                for path in record.reopened:
+                    self._reopen(path)
+            case j.Redo():
+                self._redo(record)
             case j.Resumed() | j.Control():
                 self._cut()
             case j.Finished():
@@ -147,14 +161,30 @@ class Picture(Course):
                 pass
         self.take(record)
 
-    def _reopen(self, record: j.Changed) -> None:
+    def _redo(self, record: j.Redo) -> None:
+        """Holes are measured again, with all that is in them."""
         for path in record.reopened:
-            loop_path, _, key = path.rpartition("/")
-            found = self._find(loop_path)
-            if found is not None:
-                table = self.table(found.step.told.path, found.within)
-                if key in table.slots:
-                    table.reopen(table.slots[key])
+            self._reopen(path)
+        for path in record.iterations:
+            found, key = self._reopen(path)
+            within = f"{found.within}/{key}".lstrip("/") if found is not None else None
+            for table in self.tables.values():
+                if within is not None and f"{table.within}/".startswith(f"{within}/"):
+                    for slot in range(len(table.keys)):
+                        self._reopen_slot(table, slot)
+
+    def _reopen(self, path: str) -> tuple[Found | None, str]:
+        loop_path, _, key = path.rpartition("/")
+        found = self._find(loop_path)
+        if found is not None:
+            table = self.table(found.step.told.path, found.within)
+            if key in table.slots:
+                self._reopen_slot(table, table.slots[key])
+        return found, key
+
+    def _reopen_slot(self, table: Table, slot: int) -> None:
+        table.reopen(slot)
+        self._point(table, slot)
 
     def _sent(self, record: j.GoalSent, offset: int) -> None:
         path, attempt = split_goal_id(record.id)
@@ -193,7 +223,7 @@ class Picture(Course):
         slot = table.touch(record.key, offset, self.now)
         if table.ended[slot]:
             return  # repeated after a change: the first end and the reopening are what counts
-        table.end(slot, record.index, FATES[record.fate], self.now, record.message)
+        table.end(slot, record.index, FATES[record.fate], self.now, _without_path(record))
         self._point(table, slot)
         self._ran(found.step)
 
@@ -235,7 +265,7 @@ class Picture(Course):
         within = ""
         for loop, key in found.loops:
             table = self.table(loop, within)
-            known = key in table.slots
+            known = table.is_running(key)
             slot = table.touch(key, offset, self.now)
             table.tries[slot] += tries
             if not known or tries:
@@ -278,6 +308,13 @@ class Picture(Course):
     def _cut(self) -> None:
         for table in self.tables.values():
             table.cut()
+
+
+def _without_path(record: j.IterationEnded) -> str:
+    """What went wrong in an iteration, without where in it: the row beside it says that."""
+    if record.message.startswith(f"{record.loop}/{record.key}/"):
+        return record.message.partition(": ")[2]
+    return record.message
 
 
 def _status(record: j.GoalEnded) -> Status:

@@ -63,7 +63,7 @@ class RunCommands:
             run, verb="answer", id=question, choice=asked.choice, values=asked.result, by=by
         )
 
-    async def abort_all(self, timeout_s: float) -> list[StoppedRun]:
+    async def abort_all(self, timeout_s: float, by: str) -> list[StoppedRun]:
         """Abort every live run: its devices were stopped, so it cannot continue."""
 
         async def abort(run: OpenRun) -> StoppedRun:
@@ -71,7 +71,7 @@ class RunCommands:
             if run.picture.aborted_by:
                 return StoppedRun(run=run.id, told=True, message="it is already being aborted")
             try:
-                ok, text = await ask_engine(run.folder, timeout_s, verb="abort", by="STOP ALL")
+                ok, text = await ask_engine(run.folder, timeout_s, verb="abort", by=by)
             except NotLive as fault:
                 return StoppedRun(run=run.id, told=False, message=str(fault))
             except Exception as fault:  # whatever it was: STOP ALL tells of every device and run

@@ -45,7 +45,7 @@ class Sources:
     signed_in: Callable[[Mapping[str, Any]], bool]
     beat: Callable[[str, str], None]
     session_closed: Callable[[str], None]
-    stop: Callable[[str | None], Awaitable[BaseModel]]
+    stop: Callable[[str | None, str], Awaitable[BaseModel]]
 
 
 class Updates:
@@ -190,7 +190,7 @@ class Updates:
             Deadline(until_ms if isinstance(until_ms, int | float) else None).check()
         except Refusal as late:
             return late.fault.model_dump()
-        stopped = await self.sources.stop(_text(data, "press"))
+        stopped = await self.sources.stop(_text(data, "press"), _text(data, "name") or "")
         return stopped.model_dump(mode="json")
 
 

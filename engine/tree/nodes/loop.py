@@ -106,7 +106,8 @@ class Loop(Parent):
         done = self.run.past
         self.done_before = done.iterations.pop(self.path, {})
         if self.turns.total is None:
-            known = (int(key) for key in self.done_before if key.isdecimal())
+            again = (p.removeprefix(f"{self.path}/") for p in done.passes)
+            known = (int(key) for key in (*self.done_before, *again) if key.isdecimal())
             self.last_done = max(known, default=-1)
         for name, value in done.sets.pop(self.path, {}).items():
             self.outer.frame.assign(name, decode(value))
@@ -198,7 +199,8 @@ class Loop(Parent):
         own = self.turns.own(index)
         outer = self.outer.frame
         key = self.turns.key(index, outer.names.new_child(own))
-        return Iteration(index, key, outer.iteration(f"{self.path}/{key}", key, own))
+        path = self.run.past.frame_path(f"{self.path}/{key}")
+        return Iteration(index, key, outer.iteration(path, key, own))
 
     def _body_ended(self) -> None:
         assert self.current is not None

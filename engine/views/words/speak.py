@@ -67,7 +67,8 @@ def _part(view: Outlook, part: str | Expression) -> str:
     try:
         return as_text(part.evaluate(view.names))
     except ExpressionError:
-        return f"{{{part.text}}}"
+        name = part.text.removeprefix("params.")  # a parameter without a value yet
+        return f"({name})" if name != part.text else f"{{{name}}}"
 
 
 class Speech:

@@ -94,3 +94,24 @@ def test_the_device_of_a_live_run_is_found_stopped_and_shown(tmp_path):
     assert "gantry was stopped by" in journal.read_text()
     assert "gantry was stopped by" in shown.stdout and "held by 2" in shown.stdout
     assert " x " in shown.stdout or "(x " in shown.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", ["serve lab.yaml", "web --lab lab.yaml --no-browser"])
+def test_servers_of_other_commands_are_found_at_whatever_port(tmp_path, monkeypatch, words):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    (tmp_path / "lab.yaml").write_text(LAB)
+    process = subprocess.Popen(
+        [*COMMAND, *words.split(), "--port", "0"], cwd=tmp_path, text=True, start_new_session=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    try:
+        until = time.monotonic() + 60
+        while time.monotonic() < until and not list(tmp_path.rglob("server.json")):
+            time.sleep(0.1)
+        stopped = labrun(tmp_path, "stop", "--lab", "lab.yaml")
+    finally:
+        process.terminate()
+        process.communicate(timeout=60)
+
+    assert (stopped.returncode, stopped.stdout.strip()) == (0, "gantry is in its safe state")

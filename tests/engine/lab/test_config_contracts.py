@@ -13,7 +13,11 @@ LAB = """devices:
       errors: {OutOfRange: {code: -222, happened: no}}
       actions:
         voltage: {query: "MEAS:VOLT:DC?", returns: {voltage: {type: number, unit: V}}}
-        set_range: {write: "VOLT:RANG {range:g}", effect: idempotent, sets: range, params: {range: {unit: V}}}
+        set_range:
+          write: "VOLT:RANG {range:g}"
+          params: {range: {unit: V, minimum: 0.1, maximum: 1000}}
+          effect: idempotent
+          sets: range
         shoot: {write: SHOT}
 """
 PROTOCOL = """labrun: 1

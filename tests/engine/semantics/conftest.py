@@ -155,6 +155,13 @@ class Bench:
             )
         return self._ran(status, said)
 
+    def kill_again(self, moment, *options):
+        """Resume the run, with an engine that is killed at a moment."""
+        argv = ["resume", "last", "--runs", self.folder / "runs", *options]
+        told = self.laboratory.live_until(moment, argv, self.folder / "words.txt")
+        assert told["exit"] == -signal.SIGKILL, told
+        return self._ran(-signal.SIGKILL, [])
+
     def kill(self, body, moment, *, beside=None, params=None, answers=None):
         """A run whose engine is killed at a moment: `KIND PATH`, as in mortal.py."""
         path = self.write(body, beside)
@@ -177,12 +184,15 @@ class Bench:
         assert told["exit"] == -signal.SIGKILL, told
         return self._ran(-signal.SIGKILL, [])
 
-    def resume(self, *, yes=False, answers=None, **steers):
-        """The same run goes on."""
+    def resume(self, *, yes=False, answers=None, holes=False, point=(), by="Ada", **steers):
+        """The same run goes on, or measures its holes again."""
         given = [f"{name}={choice}" for name, choice in (answers or {}).items()]
         with self._steered(steers) as said:
             try:
-                resume_command.resume("last", runs=self.folder / "runs", answer=given, yes=yes)
+                resume_command.resume(
+                    "last", holes=holes, point=list(point), by=by, runs=self.folder / "runs",
+                    answer=given, yes=yes,
+                )  # fmt: skip
             except typer.Exit as end:
                 status = end.exit_code
         return self._ran(status, said)
@@ -202,7 +212,8 @@ class Bench:
                 if event.event == "log":
                     said.append(event.text)
                 for verb, pattern in list(steers.items()):
-                    if re.search(pattern, text):
+                    is_early = verb == "go_on" and "stop" in steers
+                    if re.search(pattern, text) and not is_early:
                         del steers[verb]
                         _tell(control, verb)
 

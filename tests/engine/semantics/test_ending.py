@@ -242,3 +242,16 @@ def test_a_stopped_run_that_is_aborted(bench):
 
     assert (first.status, ran.status, ran.finished.holes) == (1, 0, 0)
     assert ran.sent == ["set0", "x0", "y0", "set1", "x1", "home", "set1", "x1", "y1"]
+
+
+def test_a_stop_in_on_resume(bench):
+    """A device is stopped while `on_resume` runs -> The run is paused. After `labrun continue`: `on_resume`
+    from its beginning, then the steps."""
+    body = "steps: [{do: b.act, with: {name: x, script: 'Broken,ok'}}]\n"
+    bench.run(body + "on_resume: [{do: a.act, with: {name: home, seconds: 0.4}}]\n")
+
+    ran = bench.resume(stop="feedback .* resume:1/", go_on="control pause")
+
+    assert ran.status == 0
+    assert ran.sent == ["x", "home", "home", "x"]
+    assert "Ada (the STOP button)" in " ".join(r.by for r in ran.records if r.kind == "control")

@@ -216,3 +216,50 @@ def test_what_was_changed_on_the_way_is_told_with_its_values(folder, teller, rea
     ).finished()
 
     assert "changed/1 pitch = 3 mm 0" in read().text
+
+
+def test_the_pictures_come_first_then_words_then_what_failed_then_data_then_provenance(
+    folder, teller, read
+):
+    teller.started(roles={"libs": "libs"}).tell(j.Planned(loop="main/scan", total=3))
+    teller.failed("main/scan/0/shoot").iteration(
+        "0", "failed", message="main/scan/0/shoot: no light"
+    )
+    teller.worked("main/scan/1/shoot").iteration("1", row={"x": 1}, file="data.csv")
+    teller.finished("aborted", reason="aborted by Ada", holes=1)
+    (folder / "data.csv").write_text("key,x,fate\n1,1,succeeded\n")
+    (folder / "element_maps.png").write_bytes(png())
+
+    found = read()
+    order = [
+        found.text.index(words)
+        for words in (
+            "Element maps (",
+            "What was done",
+            "Failed and cancelled",
+            "data.csv: 1 row",
+            "ledger l1",
+        )
+        if words in found.text
+    ]
+    assert order == sorted(order) and len(order) >= 4
+    assert "Points: 1 of 3 measured, 1 failed, 1 left." in found.text
+
+
+def test_a_hole_that_was_measured_again_is_none_and_the_report_says_who_asked(folder, teller, read):
+    teller.started().tell(j.Planned(loop="main/scan", total=2))
+    teller.failed("main/scan/0/shoot").iteration(
+        "0", "failed", message="main/scan/0/shoot: no light"
+    )
+    teller.worked("main/scan/1/shoot").iteration("1").tell(j.LoopEnded(
+        loop="main/scan", fate="succeeded", total=2, succeeded=1, failed=1, skipped=0
+    ))  # fmt: skip
+    teller.finished(holes=1)
+    teller.tell(j.Redo(by="Ada", pass_number=2, iterations=["main/scan/0"]))
+    teller.tell(j.Resumed(count=1, labrun="0.1.0"))
+    teller.worked("main/scan/0/pass:2/shoot").iteration("0").finished()
+
+    found = read()
+    assert "The run succeeded, with no holes. Points: 2 of 2 measured." in found.text
+    assert "Ada had 1 hole measured again." in found.text
+    assert "a hole, which was measured again" in found.text

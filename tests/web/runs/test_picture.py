@@ -174,3 +174,30 @@ def test_a_paper_s_scan_is_read_in_one_go_and_told_in_windows(teller, outline):
     assert table.done == 1071 and len(picture.log) == 2 + 2 * 1071
     assert [line.device for line in window.lines] == ["libs"] * 5
     assert window.more_before and window.total == 1071
+
+
+def test_a_hole_that_is_measured_again_waits_with_all_that_is_in_it(folder, teller, outline):
+    teller.started()
+    scan = "main/samples/A/scan"
+    for key, fate in (("0,0", "succeeded"), ("1,0", "failed")):
+        teller.sent(f"{scan}/{key}/careful/shoot").ended(f"{scan}/{key}/careful/shoot")
+        teller.iteration(key, fate, loop=scan, message="dark" if fate == "failed" else "")
+    teller.iteration("A", "failed", loop="main/samples")
+    picture, follower = Picture(teller.path, outline), Follower(teller.path)
+    read(picture, follower)
+    holes = dict(picture.holes)
+    teller.tell(j.Finished(fate="failed"))
+    teller.tell(j.Redo(by="Ada", pass_number=2, iterations=["main/samples/A"]))
+    read(picture, follower)
+    inner = picture.table("main/samples/*/scan", "A")
+    waiting = [inner.point(slot).status for slot in range(2)]
+    again = "main/samples/A/pass:2/scan"
+    teller.sent(f"{again}/1,0/careful/shoot").ended(f"{again}/1,0/careful/shoot")
+    read(picture, follower)
+
+    assert holes == {
+        ("main/samples/*/scan", "A", "1,0"): f"{scan}/1,0", ("main/samples", "", "A"): "main/samples/A",
+    }  # fmt: skip
+    assert picture.finished is None and picture.holes == {} and waiting == ["waiting", "waiting"]
+    assert inner.point(inner.slots["1,0"]).status == "running" and inner.total is not None
+    assert picture.table("main/samples", "").done == 0

@@ -30,7 +30,7 @@ def test_every_command_says_which_headers_it_wants():
             "X-Deadline",
         },
         "/api/v1/runs/{id}/pause": {"X-Deadline"},
-        "/api/v1/stop": {"Idempotency-Key", "X-Deadline"},
+        "/api/v1/stop": {"Idempotency-Key", "X-Deadline", "X-Name"},
     }
     for path, headers in wanted.items():
         given = {p["name"] for p in told[path]["post"]["parameters"] if p["in"] == "header"}

@@ -15,20 +15,24 @@ def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order
     wait_for(lambda: client.run(id)["under_way"], "an action")
     ui = socket(made, client)
     by_socket = []
-    press = {"press": "pressed-at-noon"}
+    press = {"press": "pressed-at-noon", "name": "Ada L."}
     other = threading.Thread(target=lambda: by_socket.append(ui.call("stop", press)))
     other.start()
-    by_post = client.post("/stop", headers={"Idempotency-Key": press["press"]}).json()
+    by_post = client.post("/stop", headers={
+        "Idempotency-Key": press["press"], "X-Name": "Ada%20L.",
+    }).json()  # fmt: skip
     other.join()
     late = ui.call("stop", press)
     run = client.until(id, "aborted")
     journal = (made.library / "runs" / id / "journal.jsonl").read_text().splitlines()
-    verbs = [r["verb"] for r in map(json.loads, journal) if r["kind"] == "control"]
+    controls = [r for r in map(json.loads, journal) if r["kind"] == "control"]
+    verbs = [r["verb"] for r in controls]
 
     assert by_socket == [by_post] == [late]
     assert by_post["runs"][0]["told"] and by_post["all_confirmed"]
     assert verbs in (["abort"], ["pause", "abort"])  # its devices may be the first to tell
     assert run["fate"] == "aborted" and run["nodes"]["finally/0"]
+    assert controls[-1]["by"] == "Ada L. (STOP ALL on the page)"
 
 
 @pytest.mark.slow

@@ -2102,6 +2102,24 @@ export interface components {
             pointer: string;
         };
         /**
+         * HoleAt
+         * @description An iteration that failed: of which loop, with the keys around it.
+         */
+        HoleAt: {
+            /** Key */
+            key: string;
+            /**
+             * Loop
+             * @description Pattern with `*` for the keys of loops around it.
+             */
+            loop: string;
+            /**
+             * Within
+             * @default
+             */
+            within: string;
+        };
+        /**
          * JogStart
          * @description Move along an axis for as long as keep-alives come.
          */
@@ -2979,6 +2997,12 @@ export interface components {
             };
             /** Checklist */
             checklist?: string[];
+            /**
+             * Holes
+             * @description Iterations that failed, to be measured again.
+             * @default []
+             */
+            holes: components["schemas"]["HoleAt"][] | "all";
             /** Params */
             params?: {
                 [key: string]: unknown;
@@ -6154,6 +6178,8 @@ export interface operations {
             header?: {
                 /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
+                /** @description Who stops, percent-encoded; for the log, and needed for nothing. */
+                "X-Name"?: string;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
             };

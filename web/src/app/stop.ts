@@ -6,6 +6,7 @@ import { serverNow } from '../api/clock'
 import { useConnection } from '../api/updates/connection'
 import { askSocket } from '../api/updates/socket'
 import type { Fault, Stopped } from '../api/types'
+import { usePreferences } from './preferences'
 
 /** After this long without an answer it is an alarm; a later answer is still shown. */
 export const ALARM_MS = 1_000
@@ -16,6 +17,7 @@ export type StopState = 'calm' | 'stopping' | 'confirmed' | 'alarm'
 
 export const useStop = defineStore('stop', () => {
   const connection = useConnection()
+  const preferences = usePreferences()
   const state = ref<StopState>('calm')
   const answer = ref<Stopped | null>(null)
   const failure = ref('')
@@ -47,7 +49,7 @@ export const useStop = defineStore('stop', () => {
   async function byPost(press: string): Promise<Stopped> {
     const response = await fetch('/api/v1/stop', {
       method: 'POST', keepalive: true,
-      headers: { 'Idempotency-Key': press, 'X-Deadline': String(until()) },
+      headers: { 'Idempotency-Key': press, 'X-Deadline': String(until()), 'X-Name': encodeURIComponent(preferences.name) },
       signal: AbortSignal.timeout(PATIENCE_MS),
     })
     if (!response.ok) throw new Error(`the server answered ${response.status}`)
@@ -58,7 +60,7 @@ export const useStop = defineStore('stop', () => {
     const socket = connection.line()
     if (socket === null) throw new Error('no connection')
     const told = await askSocket<Stopped | Fault>(
-      socket, 'stop', { press, until_ms: until() }, PATIENCE_MS,
+      socket, 'stop', { press, until_ms: until(), name: preferences.name }, PATIENCE_MS,
     )
     if ('devices' in told) return told
     throw new Error(told.message)

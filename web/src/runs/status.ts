@@ -43,6 +43,11 @@ export function isProblem(status: Status): boolean {
   return status === 'failed' || status === 'unknown' || status === 'retrying' || status === 'cancelled'
 }
 
+/** Nothing is sent to a device any more, though the engine may still write its report. */
+export function isOver(fate: Fate): boolean {
+  return fate === 'succeeded' || fate === 'failed' || fate === 'aborted'
+}
+
 /** A run that a new engine can resume. */
 export function canResume(fate: Fate): boolean {
   return fate === 'failed' || fate === 'aborted' || fate === 'interrupted'

@@ -1,19 +1,19 @@
 // The progress strip of a run as text, which screen readers read as well.
 import type { RunHead } from './picture'
-import { FATE_LOOKS } from './status'
+import { pointsWords } from './pointsWords'
+import { FATE_LOOKS, isOver } from './status'
 import { clockRange, duration, etaWords, until } from './time'
 
 /** `412 of 1,071`, `3.9/min`, `ends 16:10–16:25`, `2 retries`, `1 skipped` - whichever are known. */
 export function stripWords(head: RunHead, now: Date): string[] {
   const parts: string[] = []
-  if (head.total) parts.push(`${head.done.toLocaleString('en')} of ${head.total.toLocaleString('en')}`)
-  else if (head.done) parts.push(`${head.done.toLocaleString('en')} done`)
-  if (head.live && head.per_minute) parts.push(pace(head.per_minute))
-  const eta = head.live ? etaWords(head.eta, now) : ''
+  parts.push(...pointsWords(head))
+  const goesOn = head.live && !isOver(head.fate)
+  if (goesOn && head.per_minute) parts.push(pace(head.per_minute))
+  const eta = goesOn ? etaWords(head.eta, now) : ''
   if (eta) parts.push(eta)
   if (head.retries) parts.push(head.retries === 1 ? '1 retry' : `${head.retries} retries`)
-  if (head.failed) parts.push(`${head.failed} failed`)
-  if (head.holes) parts.push(head.holes === 1 ? '1 hole' : `${head.holes} holes`)
+  if (head.holes !== head.failed) parts.push(head.holes === 1 ? '1 hole' : `${head.holes} holes`)
   if (head.resumes) parts.push(`resumed ${head.resumes}×`)
   return parts
 }
@@ -36,7 +36,5 @@ export function needsYouWords(head: RunHead, now: Date): string {
 export function aloud(head: RunHead): string {
   const question = head.open_questions[0]
   if (question) return `The run asks: ${question.text}`
-  const of = head.total ? `, ${head.done} of ${head.total}` : ''
-  const failed = head.failed ? `, ${head.failed} failed` : ''
-  return `${head.protocol} ${FATE_LOOKS[head.fate].word}${of}${failed}`
+  return [`${head.protocol} ${head.word || FATE_LOOKS[head.fate].word}`, ...pointsWords(head)].join(', ')
 }

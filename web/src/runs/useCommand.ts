@@ -16,7 +16,7 @@ export function useCommand() {
     sending.value = name
     said.value = failed.value = ''
     try {
-      if (!free) await inControl()
+      if (!free) await inControl.ensure()
       said.value = (await ask())?.text ?? ''
       return true
     } catch (fault) {

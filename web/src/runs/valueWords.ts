@@ -1,9 +1,9 @@
 // A value out of the journal as a person writes it: quantities with their unit.
-import { shortNumber } from '../results/scale'
+import { exact } from '../ui/format'
 
 export function valueWords(value: unknown): string {
   if (value === null || value === undefined) return '–'
-  if (typeof value === 'number') return shortNumber(value)
+  if (typeof value === 'number') return exact(value)
   if (Array.isArray(value)) return value.length > 8 ? `${value.length} values` : value.map(valueWords).join(', ')
   if (typeof value !== 'object') return String(value)
   const quantity: unknown = (value as Record<string, unknown>)['$quantity']

@@ -39,6 +39,20 @@ export function number(value: number, digits = 3): string {
   return String(Number(value.toFixed(digits))).replace('-', '−')
 }
 
+/** A number as it was measured, without the noise of its last binary digit. */
+export function exact(value: number): string {
+  return String(Number.isInteger(value) ? value : Number(value.toPrecision(15)))
+}
+
+/** The same for a value of a Float32Array: the shortest number that is stored so. */
+export function exactSingle(value: number): string {
+  for (let digits = 1; digits < 9; digits++) {
+    const short = Number(value.toPrecision(digits))
+    if (Math.fround(short) === value) return String(short)
+  }
+  return exact(value)
+}
+
 /** A millimetre read-out: always two decimals, so that its width stays the same. */
 export function mm(value: number): string {
   return value.toFixed(2).replace('-', '−')

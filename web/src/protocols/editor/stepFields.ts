@@ -43,6 +43,7 @@ export const UNKNOWN = field('on_unknown', 'If it is unknown whether it happened
 export const ATTEMPTS = field('attempts', 'Attempts in total', 'number', '', PLAIN)
 export const WAIT = field('wait', 'Wait between', 'text', 'Such as 2 s', PLAIN)
 export const MAX_FAILED = field('max_failed', 'May fail', 'number', 'How many may fail before the loop fails')
+export const IN_A_ROW = field('in_a_row', 'One after the other', 'number', 'How many in a row may fail before the loop fails')
 
 /** Keys shown elsewhere: in the outline, or in their own part of the form. */
 export const ELSEWHERE = new Set([

@@ -52,7 +52,9 @@ function ladder(step: Record<string, unknown>): string[] {
     attempts == null ? '' : `tried ${shown(attempts)}×`,
     timeout == null ? '' : `${shown(timeout)} at most`,
     mode === 'background' ? 'in the background' : '',
-    isMap(keepGoing) ? `${shown(keepGoing['max_failed'])} may fail` : '',
+    keepGoing === true ? 'any may fail' : '',
+    isMap(keepGoing) && keepGoing['max_failed'] !== undefined ? `${shown(keepGoing['max_failed'])} may fail` : '',
+    isMap(keepGoing) && keepGoing['in_a_row'] !== undefined ? `${shown(keepGoing['in_a_row'])} in a row may fail` : '',
     onError === 'continue' ? 'continues if it fails' : onError === 'pause' ? 'pauses if it fails' : '',
   ]
 }
