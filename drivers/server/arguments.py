@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...schemas.contract import Action, Contract, JsonSchema
 from ...schemas.messages import FileContent, Goal
-from ...schemas.patterns import validator
+from ...schemas.patterns import Validator, validator
 
 if TYPE_CHECKING:
-    from jsonschema import Draft202012Validator
     from jsonschema.exceptions import ValidationError
 
 LONGEST_BITS = 10_000
@@ -121,7 +120,7 @@ def _closed(schema: JsonSchema) -> JsonSchema:
     return schema if schema["properties"] else {**schema, "additionalProperties": False}
 
 
-def _first(validator: "Draft202012Validator", value: Any) -> "ValidationError | None":
+def _first(validator: Validator, value: Any) -> "ValidationError | None":
     from jsonschema.exceptions import best_match
 
     # is_valid stops at the first error and builds no messages: this is the path of nearly all goals.

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from ...schemas import journal as j
 from .history import MAIN
+from .journal import Records
 from .past import upwards
 
 SHOWN = 12
@@ -43,7 +44,7 @@ def holes_of(records: Iterable[j.JournalRecord]) -> list[Hole]:
     return list(found.values())
 
 
-def redo(records: Sequence[j.JournalRecord], keys: Sequence[str], by: str) -> j.Redo:
+def redo(records: Records | Sequence[j.JournalRecord], keys: Sequence[str], by: str) -> j.Redo:
     """The record that asks for these holes, by key or path, all if none is named; raises UnknownHole."""
     holes = holes_of(records)
     unknown = set(keys) - {name for hole in holes for name in (hole.key, hole.path)}
