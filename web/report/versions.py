@@ -1,4 +1,4 @@
-"""Installed versions of labrun, Python, and every package that labrun needs."""
+"""Installed versions of labrun, Python, and every package that labrun and its extras need."""
 
 import platform
 import re
@@ -6,6 +6,7 @@ from importlib.metadata import PackageNotFoundError, requires, version
 
 from ... import __version__
 
+FOR_TESTS = ("extra == 'test'", 'extra == "test"')
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 
 
@@ -30,5 +31,5 @@ def _needed() -> set[str]:
         told = requires("labrun") or []
     except PackageNotFoundError:
         return set()
-    found = (NAME.match(line) for line in told if "extra ==" not in line)
-    return {match[0] for match in found if match is not None}
+    found = (NAME.match(line) for line in told if not line.endswith(FOR_TESTS))
+    return {match[0] for match in found if match is not None} - {"labrun"}

@@ -13,11 +13,8 @@ LAB = """devices:
       errors: {OutOfRange: {code: -222, happened: no}}
       actions:
         voltage: {query: "MEAS:VOLT:DC?", returns: {voltage: {type: number, unit: V}}}
-        set_range:
-          write: "VOLT:RANG {range:g}"
-          params: {range: {unit: V, minimum: 0.1, maximum: 1000}}
-          effect: idempotent
-          sets: range
+        set_range: {write: "VOLT:RANG {range:g}", effect: idempotent, sets: range,
+                    params: {range: {unit: V, minimum: 0.1, maximum: 1000}}}
         shoot: {write: SHOT}
 """
 PROTOCOL = """labrun: 1
@@ -73,16 +70,16 @@ def test_the_checker_knows_it_as_any_other(tmp_path):
         ("{range:g}", "{range", "E132 9:28"),
         ("{range:g}", "{range.real}", "E132 9:28 {range.real}: the action has no parameter"),
         ("query:", "quary:", "E110 8:19 unknown key 'quary'; did you mean query?"),
-        ("SHOT}", "SHOT, probe: last}", "E132 10:37 there is no action last"),
-        ("SHOT}", "SHOT, count: set_range}", "E132 10:37 set_range is called without parameters"),
-        ("SHOT}", "SHOT, effect: twice}", "E112 10:38"),
+        ("SHOT}", "SHOT, probe: last}", "E132 11:37 there is no action last"),
+        ("SHOT}", "SHOT, count: set_range}", "E132 11:37 set_range is called without parameters"),
+        ("SHOT}", "SHOT, effect: twice}", "E112 11:38"),
         (
             "SHOT}",
             "SHOT, timeout: 3 mm}",
-            "E112 10:39 timeout: '3 mm' is not a time longer than 0 s",
+            "E112 11:39 timeout: '3 mm' is not a time longer than 0 s",
         ),
-        ("SHOT}", 'SHOT, answer: "("}', "E112 10:38 answer: '(' is not a regular expression"),
-        ("SHOT}", "SHOT, cancel: true}", "E132 10:38 to cancel it, the instrument must be told to"),
+        ("SHOT}", 'SHOT, answer: "("}', "E112 11:38 answer: '(' is not a regular expression"),
+        ("SHOT}", "SHOT, cancel: true}", "E132 11:38 to cancel it, the instrument must be told to"),
         ("SHOT}", "SHOT, returns: {x: {}}}", "E112"),
         ("{write: SHOT}", "{}", "E112"),
         ("TCPIP::10.0.0.5::5025::SOCKET", "the dmm", "E112 5:17 resource: 'the dmm' is no address"),

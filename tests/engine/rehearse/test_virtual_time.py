@@ -9,8 +9,8 @@ import pytest
 from labrun.engine.rehearse.virtual_time import StandsStill, VirtualLoop
 
 
-def played(story):
-    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+def played(story, loop_factory=VirtualLoop):
+    with asyncio.Runner(loop_factory=loop_factory) as runner:
         return runner.run(story())
 
 
@@ -70,11 +70,9 @@ def test_while_time_is_held_a_thread_is_waited_for_and_no_time_passes():
     assert after == pytest.approx(50)
 
 
-def test_what_would_wait_for_ever_is_said(monkeypatch):
-    monkeypatch.setattr("labrun.engine.rehearse.virtual_time.LONGEST_REAL_S", 0.05)
-
+def test_what_would_wait_for_ever_is_said():
     async def story():
         await asyncio.Event().wait()
 
     with pytest.raises(StandsStill, match="never comes"):
-        played(story)
+        played(story, lambda: VirtualLoop(longest_real_s=0.05))
