@@ -17,7 +17,7 @@ from ...schemas.quantity import magnitude_in, same_dimension
 from ...system.tasks import end, spawn
 from ..models.devices import Axis, JogStart
 from .device_link import DeviceLink
-from .jog import DEAD_MAN_S, Jog
+from .jog import Jog
 
 JOG = "jog"
 SIGNS = {1: "+", -1: "-"}
@@ -87,7 +87,7 @@ class Held(Jog):
         keeping = spawn(f"pass on the keep-alives of hold {self.id}", self._keep(client, goal))
         try:
             await self.follow(client, goal, begun)
-            silent = asyncio.get_running_loop().time() - self._passed_at > DEAD_MAN_S
+            silent = asyncio.get_running_loop().time() - self._passed_at > self.dead_man_s
             self.end(
                 "no keep-alive reached the device"
                 if silent
@@ -114,7 +114,7 @@ class Held(Jog):
             "axis": self.asked.axis,
             "direction": SIGNS[self.asked.direction],
             "feed": self.feed(self._jogging.feed_unit, self._jogging.most_feed),
-            "lease": magnitude_in(f"{DEAD_MAN_S} s", self._jogging.lease_unit),
+            "lease": magnitude_in(f"{self.dead_man_s} s", self._jogging.lease_unit),
         }
         return Goal(
             id=f"web-jog-{self.id}", device=self.device_link.name, boot=client.boot,

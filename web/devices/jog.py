@@ -11,11 +11,10 @@ from ...schemas.messages import Goal
 from ...schemas.quantity import UnitError, magnitude_in
 from ...system.tasks import end, first_of, spawn
 from ..local.refusal import Refusal
-from ..models.devices import DEAD_MAN_MS, JogStart, JogState
+from ..models.devices import JogStart, JogState
 from .acting import take_lease
 from .device_link import DeviceLink
 
-DEAD_MAN_S = DEAD_MAN_MS / 1000
 LEASE_S = 3.0
 STAND_S = 2.0
 """Time for a cancelled move to come to rest; after that the device is stopped."""
@@ -37,12 +36,14 @@ class Jog:
         self._changed = changed
         self._reason = ""
         self._beat_at = asyncio.get_running_loop().time()
+        self.dead_man_s = asked.dead_man_ms / 1000
 
     def state(self) -> JogState:
         """As sent to the page."""
         return JogState(
             id=self.id, device=self.device_link.name, axis=self.asked.axis,
             direction=self.asked.direction, moving=not self.over.is_set(), reason=self._reason,
+            dead_man_ms=self.asked.dead_man_ms,
         )  # fmt: skip
 
     def beat(self) -> None:
@@ -117,9 +118,9 @@ class Jog:
         stopping = spawn(f"wait until hold {self.id} is let go", self.stopped.wait())
         try:
             while not following.done() and not self.stopped.is_set():
-                left = self._beat_at + DEAD_MAN_S - loop.time()
+                left = self._beat_at + self.dead_man_s - loop.time()
                 if left <= 0:
-                    self.end(f"no keep-alive for {DEAD_MAN_MS} ms")
+                    self.end(f"no keep-alive for {self.asked.dead_man_ms} ms")
                     break
                 await first_of((following, stopping), left)
         finally:

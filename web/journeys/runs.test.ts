@@ -72,7 +72,7 @@ describe('a run', () => {
     expect(await start.isDisabled()).toBe(true)
 
     await page.getByLabel('pitch').fill('0.001')
-    await page.getByText('at least 0.02 mm').waitFor()
+    await page.getByText('at least 0.02 mm', { exact: true }).waitFor()
     await page.getByLabel('pitch').fill('0.2')
     await page.getByText('1,071 points').waitFor()
     await picture(page, 'launch')
@@ -87,7 +87,7 @@ describe('a run', () => {
 
     expect(await axe(page)).toEqual([])
 
-    await page.getByRole('region', { name: 'How it ended' }).getByText('Done').waitFor()
+    await page.getByRole('region', { name: 'How it ended' }).getByText('✓ Done').waitFor()
     await page.getByRole('region', { name: 'Map' }).getByText('ok 16').waitFor()
     await page.getByRole('group', { name: 'What the map shows' }).getByRole('button', { name: 'Li' }).click()
     await page.getByRole('region', { name: 'Spectrum' }).getByRole('application').waitFor()
@@ -217,7 +217,7 @@ describe('a person and a live run', () => {
     expect(await axe(page)).toEqual([])
 
     await question.getByRole('button', { name: 'basalt' }).click()
-    await page.getByRole('region', { name: 'How it ended' }).getByText('Done').waitFor()
+    await page.getByRole('region', { name: 'How it ended' }).getByText('✓ Done').waitFor()
     await page.getByRole('region', { name: 'Log' }).getByText('answered basalt by Ada').waitFor()
 
     expect(faults).toEqual([])
@@ -248,7 +248,7 @@ describe('a person and a live run', () => {
     expect(await axe(page)).toEqual([])
 
     await returned.getByRole('button', { name: 'It happened' }).click()
-    await page.getByRole('region', { name: 'How it ended' }).getByText('Done').waitFor()
+    await page.getByRole('region', { name: 'How it ended' }).getByText('✓ Done').waitFor()
     await page.getByRole('region', { name: 'Log' }).getByText('it was shot S-17').waitFor()
 
     expect(faults).toEqual([])

@@ -75,7 +75,7 @@ it('what went wrong is found in the outline and in the log, and the run is resum
   for (const notice of await page.getByRole('button', { name: 'Dismiss' }).all()) await notice.click()
   for (const box of await dialog.getByRole('checkbox').all()) await box.check()
   await dialog.getByRole('button', { name: 'Resume the run' }).click()
-  await end.getByText('Done').waitFor()
+  await end.getByText('✓ Done').waitFor()
   await page.getByText('resumed 1×').first().waitFor()
 
   expect(faults).toEqual([])
@@ -146,7 +146,7 @@ it('from the empty first start to a finished map, by keyboard alone', async () =
   await page.getByRole('dialog').waitFor()
   await press(/^Start now$/)
   const end = page.getByRole('region', { name: 'How it ended' })
-  await end.getByText('Done').waitFor()
+  await end.getByText('✓ Done').waitFor()
   await press(/^Look at the results$/)
   await page.getByRole('region', { name: 'Map', exact: true }).getByText('9 of 9 cells measured').waitFor()
   await picture(page, 'keys-results')

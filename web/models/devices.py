@@ -143,6 +143,10 @@ class JogStart(ApiModel):
     axis: Axis
     direction: Literal[1, -1]
     feed_mm_min: float = Field(gt=0, allow_inf_nan=False)
+    dead_man_ms: int = Field(
+        default=DEAD_MAN_MS, ge=100, le=2000,
+        description="The axis stops after so long without a keep-alive.",
+    )  # fmt: skip
 
 
 class JogState(ApiModel):
@@ -155,7 +159,7 @@ class JogState(ApiModel):
     moving: bool
     reason: str = Field(default="", description="Why it ended.")
     beat_ms: int = BEAT_MS
-    dead_man_ms: int = DEAD_MAN_MS
+    dead_man_ms: int
 
 
 class StoppedDevice(ApiModel):

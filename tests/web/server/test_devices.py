@@ -203,7 +203,7 @@ def test_where_a_device_has_no_jog_a_hold_goes_on_over_stretches(house, socket, 
 def held_for(made, client, socket, seconds):
     """The y axis held by a person at 10 mm/s, then let go."""
     ui = socket(made, client)
-    asked = {"axis": "y", "direction": 1, "feed_mm_min": 600}
+    asked = {"axis": "y", "direction": 1, "feed_mm_min": 600, "dead_man_ms": 2000}
     jog = client.command("/devices/gantry/jog/start", asked).json()
     until = time.monotonic() + seconds
     while time.monotonic() < until:

@@ -2130,6 +2130,12 @@ export interface components {
              */
             axis: "x" | "y" | "z";
             /**
+             * Dead Man Ms
+             * @description The axis stops after so long without a keep-alive.
+             * @default 300
+             */
+            dead_man_ms: number;
+            /**
              * Direction
              * @enum {integer}
              */
@@ -2152,10 +2158,7 @@ export interface components {
              * @default 100
              */
             beat_ms: number;
-            /**
-             * Dead Man Ms
-             * @default 300
-             */
+            /** Dead Man Ms */
             dead_man_ms: number;
             /** Device */
             device: string;

@@ -8,6 +8,9 @@ import { sentenceOf } from '../../api/refused'
 import { useRecording } from '../recording'
 import type { Axis } from './axes'
 
+/** The axis stops by itself after so long without a word from this page. */
+const DEAD_MAN_MS = 300
+
 interface Press {
   released: boolean
   id: string | null
@@ -51,7 +54,7 @@ export function useJogging(device: () => string) {
     const path = { device: device() }
     try {
       const jog = await command(() =>
-        api.POST('/api/v1/devices/{device}/jog/start', { params: { path }, body: { axis, direction, feed_mm_min } }),
+        api.POST('/api/v1/devices/{device}/jog/start', { params: { path }, body: { axis, direction, feed_mm_min, dead_man_ms: DEAD_MAN_MS } }),
       )
       mine.id = jog.id
       if (mine.released) await end(mine)
