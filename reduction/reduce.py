@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from .elements.evidence import Evidence, evidence
 from .elements.identify import Identified, identify
 from .elements.offsets import Offsets
 from .elements.state import PlasmaState, plasma_state
+from .lines.lines import of_lines
 from .peaks.pitch import fit_at_pitch
 from .peaks.profiles import Profiles
 from .peaks.voigt import VoigtPeaks
@@ -118,7 +118,7 @@ def reduce_spectrum(
     )  # fmt: skip
 
 
-@lru_cache(maxsize=64)
+@of_lines(64)
 def wanted_nm(asked: tuple[str, ...], medium: Medium | None) -> FloatArray:
     """Possible wavelengths of the elements' predominant lines, nm, ascending, shape (k,)."""
     from .lines.air import to_air

@@ -11,10 +11,11 @@ class Settings:
     """elements: those requested, None for the usual ones and a row for all. medium None: decided.
 
     unit: of the wavelengths in the files, None as they say. columns: which to read, None as they
-    say.
+    say. lines: the text of a CSV file of lines of one's own, None for those shipped alone.
     """
 
     elements: tuple[str, ...] | None = None
     medium: Medium | None = None
     unit: Unit | None = None
     columns: tuple[str, ...] | None = None
+    lines: str | None = None

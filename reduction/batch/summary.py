@@ -4,6 +4,7 @@ import json
 from collections import Counter
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from hashlib import sha256
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -91,6 +92,9 @@ def summary_of(spool: Spool, counts: Counts, about: Circumstances) -> dict[str, 
             "medium": settings.medium,
             "unit": settings.unit,
             "columns": None if settings.columns is None else list(settings.columns),
+            "lines_sha256": None
+            if settings.lines is None
+            else sha256(settings.lines.encode()).hexdigest(),
         },
         "folder": str(about.root),
         "counts": {

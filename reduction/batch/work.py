@@ -79,10 +79,12 @@ def reduce_bytes(name: str, raw: bytes, settings: Settings, began: float | None 
 
 
 def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
+    from ..lines.lines import use_lines
     from ..reduce import reduce_spectrum
     from ..spectrum.read import read_spectrum
     from ..tables.rows import packed, rows_of
 
+    use_lines(settings.lines)
     spectrum = read_spectrum(raw, settings.unit, settings.columns)
     reduction = reduce_spectrum(spectrum, settings.elements, settings.medium)
     rows = packed(rows_of(spectrum, reduction, settings.elements))

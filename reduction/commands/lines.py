@@ -4,6 +4,8 @@ from typing import Annotated
 
 import typer
 
+from .words import OwnLines
+
 Element = Annotated[str, typer.Argument(help="Element symbol, such as Li.", show_default=False)]
 From = Annotated[
     float | None, typer.Option("--from", help="Shortest wavelength, in nm.", metavar="NM")
@@ -28,6 +30,7 @@ def lines(
     temperature: Temperature = 10_000.0,
     density: Density = 1e17,
     strongest: Strongest = None,
+    lines: OwnLines = None,
     json: Json = False,
 ) -> None:
     """Print an element's lines: wavelength, transition probability, levels, accuracy, strength.
@@ -38,4 +41,4 @@ def lines(
     from .listing import Wanted, list_lines
 
     wanted = Wanted(element, from_nm, to_nm, stage, medium, temperature, density, strongest)
-    raise typer.Exit(list_lines(wanted, json))
+    raise typer.Exit(list_lines(wanted, lines, json))

@@ -5,9 +5,11 @@ import json
 import math
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from .say import FAILED, PROBLEMS, say
+from .words import own_lines
 
 MEDIA = ("air", "vacuum")
 ROMAN = {1: "I", 2: "II"}
@@ -28,9 +30,13 @@ class Wanted:
     strongest: int | None
 
 
-def list_lines(wanted: Wanted, as_json: bool) -> int:
+def list_lines(wanted: Wanted, own: Path | None, as_json: bool) -> int:
     """Print the lines by ascending wavelength; return the exit status, 1 if there are none."""
-    fault = _fault(wanted)
+    try:
+        own_lines(own)
+        fault = _fault(wanted)
+    except ValueError as wrong:
+        fault = str(wrong)
     if fault:
         say(fault)
         return PROBLEMS

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from .words import OwnLines
+
 Given = Annotated[
     list[Path],
     typer.Argument(
@@ -61,6 +63,7 @@ def reduce(
     medium: Medium = None,
     unit: Unit = None,
     columns: Columns = None,
+    lines: OwnLines = None,
     jobs: Jobs = None,
     dask: Dask = None,
     watch: Watching = False,
@@ -75,6 +78,6 @@ def reduce(
     from .reducing import Asked, reduce_asked
 
     asked = Asked(
-        files, out, elements, medium, unit, columns, jobs, dask, watch, until_idle, figures
+        files, out, elements, medium, unit, columns, lines, jobs, dask, watch, until_idle, figures
     )
     raise typer.Exit(reduce_asked(asked))

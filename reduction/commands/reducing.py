@@ -1,13 +1,14 @@
 """What `labrun reduce` does: find spectra, reduce them, write tables, report the result."""
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from .say import CTRL_C, FAILED, NOT_REACHED, PARTLY, PROBLEMS, TERMINATED, say
+from .words import columns, own_lines
 
 MEDIA = ("air", "vacuum")
 MOST_NAMED = 3  # skipped files of one reason that are named; summary.json has all
@@ -27,6 +28,7 @@ class Asked:
     medium: str | None
     unit: str | None
     columns: str | None
+    lines: Path | None
     jobs: int | None
     dask: str | None
     watch: bool
@@ -133,14 +135,19 @@ def _settings(asked: Asked) -> Any:
         raise WrongUsage("--until-idle SECONDS (above 0) needs --watch")
     if asked.watch and not any(path.is_dir() for path in asked.files):
         raise WrongUsage("--watch needs a folder to watch")
-    return Settings(_elements(asked.elements), asked.medium, asked.unit, _columns(asked.columns))  # type: ignore[arg-type]
+    lines = _given(own_lines, asked.lines)  # first: it may have lines of the elements asked for
+    return Settings(
+        _elements(asked.elements),
+        asked.medium,
+        asked.unit,
+        _given(columns, asked.columns),
+        lines,  # type: ignore[arg-type]
+    )
 
 
-def _columns(text: str | None) -> tuple[str, ...] | None:
-    from .words import columns
-
+def _given(read: Callable[[Any], Any], option: Any) -> Any:
     try:
-        return columns(text)
+        return read(option)
     except ValueError as fault:
         raise WrongUsage(str(fault)) from None
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .words import FAILED, PROBLEMS, say, symbols
+from .words import FAILED, PROBLEMS, OwnLines, own_lines, say, symbols
 from .words import columns as columns_of
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ def spectrum(
             metavar="X,Y...", help="Columns to read, such as 1,3; by headings if not given."
         ),
     ] = None,
+    lines: OwnLines = None,
     format: Annotated[str, typer.Option(help="Figure format: png, svg or pdf.")] = "png",
 ) -> None:
     """Draw a spectrum with labelled lines, its fit, and the plots of its plasma."""
@@ -45,6 +46,7 @@ def spectrum(
         say(f"--format {format}: choose one of {', '.join(FORMATS)}")
         raise typer.Exit(PROBLEMS)
     try:
+        own_lines(lines)
         stretch = None if window is None else _stretch(window)
         reduction, written = _draw(file, out, elements, stretch, log, (unit, columns), format)
     except ValueError as fault:

@@ -1,7 +1,18 @@
 """How the reduction commands print messages and read lists."""
 
+from pathlib import Path
+from typing import Annotated
+
 import typer
 
+OwnLines = Annotated[
+    Path | None,
+    typer.Option(
+        "--lines", metavar="CSV", show_default=False,
+        help="Lines of your own besides the table's: as `labrun lines` names the columns, or as "
+        "NIST's database exports them.",
+    ),
+]  # fmt: skip
 FAILED, PROBLEMS = 1, 2  # exit status: something could not be written; wrong usage or input
 
 
@@ -31,6 +42,23 @@ def columns(text: str | None) -> tuple[str, ...] | None:
             "number or heading, as in --columns 1,3"
         )
     return found
+
+
+def own_lines(path: Path | None) -> str | None:
+    """The text of `--lines`, which is used from now on; ValueError if it cannot be."""
+    from ..lines.lines import use_lines
+    from ..lines.more_lines import LinesFault
+
+    try:
+        text = None if path is None else path.read_text(encoding="utf-8-sig")
+        use_lines(text)
+    except OSError as fault:
+        raise ValueError(f"--lines {path}: {fault.strerror or fault}") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"--lines {path}: it is not text") from None
+    except LinesFault as fault:
+        raise ValueError(f"--lines {path}: {fault}") from None
+    return text
 
 
 def symbols(text: str | None, option: str) -> tuple[str, ...] | None:

@@ -5,10 +5,9 @@ more needs the least evidence, a trace needs more, one without a stable isotope 
 A laboratory that measures rare earths all day should use its own.
 """
 
-from functools import cache
-
 import numpy as np
 
+from ..lines.lines import of_lines
 from ..plasma.strengths import atoms
 
 EVERYWHERE = frozenset((
@@ -23,7 +22,7 @@ NEVER = frozenset(("Tc", "Fr", "Ra", "Ac"))
 LOG_ODDS = {"everywhere": 0.0, "often": -2.0, "rarely": -5.0, "never": -15.0}
 
 
-@cache
+@of_lines()
 def log_odds() -> np.ndarray:
     """The prior of each element in the order of `strengths.atoms().elements`, shape (e,)."""
 

@@ -4,10 +4,10 @@ Lines of one element and stage that the instrument cannot resolve are one entry,
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
+from ..lines.lines import of_lines
 from ..plasma.strengths import atoms, log_strengths
 from ..spectrum.kernel import float_kernel
 from ..spectrum.spectrum import FloatArray, IntArray
@@ -55,7 +55,7 @@ class Expected:
     vacuum_nm: FloatArray
 
 
-@lru_cache(maxsize=16)
+@of_lines(16)
 def catalogue(first_nm: float, last_nm: float, apart_nm: float) -> Catalogue:
     """The entries between two wavelengths; lines nearer than `apart_nm` are one entry."""
     a = atoms()

@@ -5,11 +5,10 @@ absorbed its own light. Only ratios that theory fixes to a few per cent are used
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from ..lines.lines import BOLTZMANN_EV_PER_K
+from ..lines.lines import BOLTZMANN_EV_PER_K, of_lines
 from ..peaks.voigt import VoigtPeaks
 from ..plasma.strengths import atoms
 from .identify import Identified
@@ -85,7 +84,7 @@ def _strength(doublet: Doublet, vacuum_nm: float, kelvin: float) -> float:
     return float(np.sum(np.exp(log_ga - upper_ev / (BOLTZMANN_EV_PER_K * kelvin))))
 
 
-@cache
+@of_lines()
 def _lines(element: str, vacuum_nm: float):
     a = atoms()
     near = np.abs(a.wavelength_nm - vacuum_nm) < SAME_LINE_NM

@@ -2,13 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
 from typing import Literal
 
 import numpy as np
 
 from ..lines.air import to_air
-from ..lines.lines import lines_of
+from ..lines.lines import lines_of, of_lines
 from ..lines.usual import USUAL_LINES
 from ..peaks.voigt import VoigtPeaks
 from ..plasma.plasma import relative_strengths
@@ -47,7 +46,7 @@ class ElementPeak:
     offset_nm: float | None = None  # from where the line should be to where it is seen
 
 
-@cache
+@of_lines()
 def predominant_line(element: str) -> Line:
     """The usual analytical line of an element, else its strongest at 1 eV and 1e17 per cm3.
 

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..lines.lines import of_lines
 from ..peaks.profiles import Profiles
 from ..peaks.voigt import VoigtPeaks
 from ..plasma.boltzmann import Bend, Known, Plot, PlotLines, fit_plot
@@ -276,7 +277,7 @@ def _likeliest(known: Catalogue, tries: list[Expected], matched: Matched) -> int
     return int(np.argmax(totals))
 
 
-@lru_cache(maxsize=16)
+@of_lines(16)
 def _tries(known: Catalogue) -> list[Expected]:
     """Expected lines at each of the initial temperatures."""
     return [known.strengths(t, FIRST_DENSITY) for t in FIRST_K]
@@ -321,7 +322,7 @@ def _first_offsets(
     )  # fmt: skip
 
 
-@lru_cache(maxsize=16)
+@of_lines(16)
 def _first_votes(known: Catalogue, expected: Expected) -> tuple[FloatArray, FloatArray]:
     """Positions and weights of the lines that vote before anything is known."""
     odds = log_odds()

@@ -1,59 +1,28 @@
 """Look up atomic lines, levels and ionisation energies in the shipped table.
 
 The table is compiled from the NIST Atomic Spectra Database; data/SOURCES.md says how.
-Its wavelengths are vacuum wavelengths.
+Its wavelengths are vacuum wavelengths. `use_lines` adds lines of one's own.
 """
 
-from dataclasses import dataclass, fields
-from functools import cache
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, lru_cache
 from importlib.resources import files
 from io import BytesIO
+from typing import Any, TypeVar
 
 import numpy as np
 
-from ..spectrum.spectrum import FloatArray, IntArray, TextArray
+from ..spectrum.spectrum import FloatArray
+from .more_lines import LinesFault, read_lines
+from .table import COLUMNS, LineTable
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 BOLTZMANN_EV_PER_K = 8.617333262e-5
 # Debye lowering of the ionisation energy at 1 eV and 1e17 electrons per cm3,
 # e^2 / (4 pi eps0 lambda_D) with lambda_D = 23.5 nm; levels above it are not bound.
 LOWERING_EV = 0.06
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LineTable:
-    """Arrays of equal length N, one row per line, ascending in wavelength.
-
-    `stage` is 1 for a neutral atom (I) and 2 for a single ion (II); `i` is the lower level of
-    a line and `k` the upper. `accuracy` is the class NIST gives the transition probability.
-    """
-
-    element: TextArray
-    stage: IntArray
-    wavelength_nm: FloatArray
-    a_ki_per_s: FloatArray
-    g_i: FloatArray
-    g_k: FloatArray
-    e_i_ev: FloatArray
-    e_k_ev: FloatArray
-    accuracy: TextArray
-    stark_density_per_cm3: FloatArray
-    stark_a: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.wavelength_nm)
-
-    def where(self, chosen: np.ndarray) -> "LineTable":
-        """The rows that a mask or an array of indices chooses."""
-        return LineTable(*(getattr(self, name)[chosen] for name in COLUMNS))
-
-    def stark_fwhm_nm(self, temperature_k: float, density_per_cm3: float) -> FloatArray:
-        """Electron-impact full widths at half maximum in nm (STARK-B), NaN where there are none."""
-        log_t = np.log10(temperature_k)
-        angstrom = 10 ** (self.stark_a @ np.array([1.0, log_t, log_t**2]))
-        return angstrom / 10 * density_per_cm3 / self.stark_density_per_cm3
-
-
-COLUMNS = tuple(field.name for field in fields(LineTable))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,14 +44,48 @@ def _arrays() -> dict[str, np.ndarray]:
     return arrays
 
 
-@cache
+_own: dict[str, str | None] = {"text": None}
+_made_of_lines: list[Any] = []
+
+
+def of_lines(size: int | None = None) -> Callable[[F], F]:
+    """`lru_cache` for what is computed from the line table: `use_lines` makes it forget."""
+
+    def cached(function: F) -> F:
+        kept: Any = lru_cache(size)(function)
+        _made_of_lines.append(kept)
+        return kept
+
+    return cached
+
+
+def use_lines(text: str | None) -> None:
+    """Use the lines of a CSV file's text besides the shipped ones, in this process; None: no more.
+
+    A line between the same levels as a shipped one replaces it. Raises LinesFault.
+    """
+    if text == _own["text"]:
+        return
+    if text is not None:
+        known = {(str(e), int(s)) for e, s in zip(*_species_named(), strict=True)}
+        table = read_lines(text)
+        for named in zip(table.element.tolist(), table.stage.tolist(), strict=True):
+            if named not in known and named != ("H", 2):
+                raise LinesFault(f"the levels of {named[0]} {'I' * named[1]} are not known")
+    _own["text"] = text
+    for kept in _made_of_lines:
+        kept.cache_clear()
+
+
+@of_lines()
 def line_table() -> LineTable:
-    """All 29,833 lines, read once; the arrays are read-only."""
+    """All lines, read once: those shipped, and those of `use_lines`; the arrays are read-only."""
     arrays = _arrays()
-    return LineTable(*(arrays[name] for name in COLUMNS))
+    shipped = LineTable(*(arrays[name] for name in COLUMNS))
+    return shipped if _own["text"] is None else shipped.with_lines(read_lines(_own["text"]))
 
 
-@cache
+@of_lines()
 def lines_of(element: str) -> LineTable:
     """The lines of one element, stages I and II.
 
@@ -93,6 +96,10 @@ def lines_of(element: str) -> LineTable:
     if not len(found):
         raise ValueError(f"the line table has no lines of {element!r}")
     return found
+
+
+def _species_named() -> tuple[np.ndarray, np.ndarray]:
+    return _arrays()["species_element"], _arrays()["species_stage"]
 
 
 @cache

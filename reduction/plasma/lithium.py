@@ -6,11 +6,10 @@ first and makes the plasma seem hotter; a Saha-Boltzmann plot is more reliable.
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from ..lines.lines import BOLTZMANN_EV_PER_K
+from ..lines.lines import BOLTZMANN_EV_PER_K, of_lines
 from ..spectrum.spectrum import FloatArray
 from .strengths import atoms
 
@@ -51,7 +50,7 @@ def ratio_temperature(
     return LithiumRatio(ratio, ratio * spread, kelvin, kelvin * spread / log)
 
 
-@cache
+@of_lines()
 def _multiplet(vacuum_nm: float) -> tuple[float, float]:
     """Sum of g A / lambda of the lines at a place, and their upper level in eV."""
     a = atoms()

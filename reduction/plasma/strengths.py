@@ -6,11 +6,17 @@ over states are tabulated once on a grid of temperatures and read off it in loga
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from ..lines.lines import BOLTZMANN_EV_PER_K, LOWERING_EV, line_table, partition_function, species
+from ..lines.lines import (
+    BOLTZMANN_EV_PER_K,
+    LOWERING_EV,
+    line_table,
+    of_lines,
+    partition_function,
+    species,
+)
 from ..spectrum.spectrum import FloatArray, IntArray, TextArray
 from .plasma import SAHA_PER_CM3
 
@@ -55,7 +61,7 @@ CLASS = {
 }  # fmt: skip
 
 
-@cache
+@of_lines()
 def atoms() -> Atoms:
     """The whole table, prepared once."""
     table = line_table()

@@ -6,6 +6,7 @@ import pytest
 from folders import many, shots, spectra, tables_of
 
 from labrun.engine.cli import main
+from labrun.reduction.lines.lines import use_lines
 
 __all__ = ["many", "shots", "spectra", "tables_of"]
 
@@ -22,4 +23,5 @@ def labrun(tmp_path, monkeypatch, capfd):
             main()
         return subprocess.CompletedProcess(sys.argv, end.value.code, *capfd.readouterr())
 
-    return call
+    yield call
+    use_lines(None)

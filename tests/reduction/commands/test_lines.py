@@ -1,7 +1,10 @@
 """`labrun lines`, through its command line."""
 
+import csv
+import hashlib
 import json
 
+import numpy as np
 import pytest
 
 
@@ -82,3 +85,51 @@ def test_no_line_in_the_range_is_said_and_is_a_status(labrun):
     assert done.returncode == 1
     assert "no matching line of Li" in done.stderr
     assert labrun("lines", "Li", "--from", "200", "--to", "200.1", "--json").stdout == "[]\n"
+
+
+OSMIUM = """element,stage,wavelength_air_nm,a_ki_per_s,g_i,g_k,e_i_ev,e_k_ev
+Os,1,305.866,2.9e7,9,11,0,4.0524
+"""
+
+
+def test_lines_of_ones_own_are_listed_and_reduced(labrun, tmp_path):
+    (tmp_path / "osmium.csv").write_text(OSMIUM)
+    nm = np.arange(300.0, 315.0, 0.02)
+    counts = (
+        200 + 3000 * np.exp(-(((nm - 305.866) / 0.05) ** 2)) + 5 * np.sin(np.arange(len(nm)) ** 2)
+    )
+    rows = [f"{at:.3f},{count:.1f}" for at, count in zip(nm, counts, strict=True)]
+    (tmp_path / "spectrum.csv").write_text("\n".join(["Wavelength,Intensity", *rows]))
+    listed = labrun("lines", "Os", "--lines", "osmium.csv")
+    without = labrun("reduce", "spectrum.csv", "--elements", "Os")
+    done = labrun(
+        "reduce",
+        "spectrum.csv",
+        "--elements",
+        "Os",
+        "--lines",
+        "osmium.csv",
+        "--medium",
+        "air",
+        "--no-figures",
+    )
+    told = json.loads((tmp_path / "reduced" / "summary.json").read_text())["configuration"]
+    (row,) = csv.DictReader((tmp_path / "reduced" / "elements.csv").read_text().splitlines())
+
+    assert "305.8660" in listed.stdout
+    assert without.returncode == 2 and "no lines of 'Os'" in without.stderr
+    assert done.returncode == 0, done.stderr
+    assert row["element"] == "Os" and float(row["area"]) > 100
+    assert told["lines_sha256"] == hashlib.sha256(OSMIUM.encode()).hexdigest()
+
+
+def test_a_file_of_lines_that_cannot_be_used_is_named_with_the_reason(labrun, tmp_path):
+    (tmp_path / "bad.csv").write_text(OSMIUM.replace("Os,1", "Os,7"))
+    for command in (("lines", "Os"), ("reduce", "."), ("spectrum", "bad.csv")):
+        done = labrun(*command, "--lines", "bad.csv")
+
+        assert done.returncode == 2
+        assert "bad.csv: row 2: stage is 1 (I, atoms) or 2 (II, ions), not '7'" in done.stderr
+    missing = labrun("lines", "Os", "--lines", "nowhere.csv")
+
+    assert missing.returncode == 2 and "--lines nowhere.csv: No such file" in missing.stderr

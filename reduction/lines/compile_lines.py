@@ -1,7 +1,8 @@
 """Compile the table of atomic lines from the NIST data in `libskit`.
 
-Run it by hand: `python -m pip install libskit==0.2 && python reduction/data/compile_lines.py`.
-Nothing imports it; its output, `lines.npz`, is committed. SOURCES.md names the sources.
+Run it by hand: `python -m pip install libskit==0.2 && python -m labrun.reduction.lines.compile_lines`.
+Nothing imports it; its output, `data/lines.npz`, is committed, and so is `data/more_lines.csv`: lines
+that libskit lacks, from the literature. `data/SOURCES.md` names the sources.
 """
 
 import csv
@@ -14,7 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-HERE = Path(__file__).parent
+from .more_lines import read_lines
+from .table import COLUMNS, LineTable
+
+DATA = Path(__file__).parent.parent / "data"
 RANGE_NM = (190.0, 961.0)
 ISOTOPES = ("D", "T")  # their lines are those of H, shifted by less than 0.3 nm
 ROMAN = {"I": 1, "II": 2}
@@ -82,8 +86,8 @@ def stark_of(line: Row, candidates: list[Row]) -> tuple[float, float, float, flo
     return nan, nan, nan, nan
 
 
-def compile_lines(folder: Path) -> tuple[dict[str, np.ndarray], Counter[str]]:
-    """The arrays of lines, ascending in wavelength, and the number of rows left out per reason."""
+def compile_lines(folder: Path) -> tuple[LineTable, Counter[str]]:
+    """The lines, ascending in wavelength, and the number of rows left out per reason."""
     left_out: Counter[str] = Counter()
     kept: list[Row] = []
     for row in rows_of(folder / "nist_asd_lines_vacuum.csv"):
@@ -114,10 +118,11 @@ def compile_lines(folder: Path) -> tuple[dict[str, np.ndarray], Counter[str]]:
         "stark_density_per_cm3": stark[:, 0],
         "stark_a": stark[:, 1:],
     }
-    return arrays, left_out
+    more = read_lines((DATA / "more_lines.csv").read_text(encoding="utf-8"))
+    return LineTable(**arrays).with_lines(more), left_out
 
 
-def compile_species(folder: Path, elements: set[str]) -> dict[str, np.ndarray]:
+def compile_species(folder: Path) -> dict[str, np.ndarray]:
     """Ionisation energies and levels of each (element, stage I or II), flattened with offsets."""
     limits = {
         row["Sp. Name"]: float(row["Ionization Energy (b) (eV)"])
@@ -129,9 +134,9 @@ def compile_species(folder: Path, elements: set[str]) -> dict[str, np.ndarray]:
         levels.setdefault(row["Sp. Name"], []).append((float(row["Level (eV)"]), float(row["g"])))
     names = [
         (element, roman)
-        for element in sorted(elements)
+        for element in sorted({name.split()[0] for name in levels} - set(ISOTOPES))
         for roman in ROMAN
-        if f"{element} {roman}" in levels
+        if f"{element} {roman}" in levels and f"{element} I" in limits
     ]
     flat = [sorted(levels[f"{element} {roman}"]) for element, roman in names]
     ends = np.cumsum([0, *(len(found) for found in flat)])
@@ -150,10 +155,11 @@ def compile_species(folder: Path, elements: set[str]) -> dict[str, np.ndarray]:
 def main() -> None:
     folder = libskit_data()
     lines, left_out = compile_lines(folder)
-    species = compile_species(folder, set(lines["element"].tolist()))
-    np.savez_compressed(HERE / "lines.npz", allow_pickle=False, **lines, **species)
-    print(f"{len(lines['element'])} lines of {len(set(lines['element'].tolist()))} elements,")
-    print(f"{np.isfinite(lines['stark_density_per_cm3']).sum()} with a Stark width,")
+    species = compile_species(folder)
+    arrays = {name: getattr(lines, name) for name in COLUMNS}
+    np.savez_compressed(DATA / "lines.npz", allow_pickle=False, **arrays, **species)
+    print(f"{len(lines)} lines of {len(set(lines.element.tolist()))} elements,")
+    print(f"{np.isfinite(lines.stark_density_per_cm3).sum()} with a Stark width,")
     print(f"{len(species['level_ev'])} levels of {len(species['species_stage'])} species")
     for reason, count in left_out.most_common():
         print(f"{count:8d} left out: {reason}")
