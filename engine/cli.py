@@ -18,12 +18,12 @@ GROUPS = {
         "devices", "setup", "status", "stop", "call", "calibrate-camera", "locate", "record-buttons",
         "find-buttons",
     ),
-    "Spectra": ("reduce", "map", "spectrum", "lines"),
+    "Spectra": ("reduce", "map", "spectrum", "lines", "calibrate"),
     "Serve": ("serve", "web", "ros"),
 }  # fmt: skip
 """As `labrun --help` shows them; a command that is in none of these comes last."""
 
-FROM_ENTRY_POINTS = {"reduce", "map", "spectrum", "lines", "web", "ros"}
+FROM_ENTRY_POINTS = {"reduce", "map", "spectrum", "lines", "calibrate", "web", "ros"}
 COMMANDS = tuple(
     name for names in GROUPS.values() for name in names if name not in FROM_ENTRY_POINTS
 )
@@ -126,7 +126,11 @@ def _run(argv: list[str], plugins: dict) -> None:
         argv[:1] if argv[:1] and argv[0] in every else [name for name in groups if name in every]
     )
     for name in wanted:
-        app.command(name, rich_help_panel=groups[name])(every[name]())
+        command = every[name]()
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name, rich_help_panel=groups[name])
+        else:
+            app.command(name, rich_help_panel=groups[name])(command)
     app(argv, prog_name="labrun")
 
 

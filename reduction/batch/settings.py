@@ -11,7 +11,8 @@ class Settings:
     """elements: those requested, None for the usual ones and a row for all. medium None: decided.
 
     unit: of the wavelengths in the files, None as they say. columns: which to read, None as they
-    say. lines: the text of a CSV file of lines of one's own, None for those shipped alone.
+    say. lines: the text of a CSV file of lines of one's own, None for those shipped alone. response:
+    the text of a CSV file of the instrument's response, None if none is to be divided out.
     """
 
     elements: tuple[str, ...] | None = None
@@ -19,3 +20,4 @@ class Settings:
     unit: Unit | None = None
     columns: tuple[str, ...] | None = None
     lines: str | None = None
+    response: str | None = None

@@ -92,9 +92,8 @@ def summary_of(spool: Spool, counts: Counts, about: Circumstances) -> dict[str, 
             "medium": settings.medium,
             "unit": settings.unit,
             "columns": None if settings.columns is None else list(settings.columns),
-            "lines_sha256": None
-            if settings.lines is None
-            else sha256(settings.lines.encode()).hexdigest(),
+            "lines_sha256": _sha256(settings.lines),
+            "response_sha256": _sha256(settings.response),
         },
         "folder": str(about.root),
         "counts": {
@@ -135,3 +134,7 @@ def write_summary(summary: dict[str, Any], folder: Path) -> Path:
     path = folder / NAME
     path.write_text(json.dumps(summary, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return path
+
+
+def _sha256(text: str | None) -> str | None:
+    return None if text is None else sha256(text.encode()).hexdigest()

@@ -82,10 +82,13 @@ def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
     from ..lines.lines import use_lines
     from ..reduce import reduce_spectrum
     from ..spectrum.read import read_spectrum
+    from ..spectrum.response import read_response
     from ..tables.rows import packed, rows_of
 
     use_lines(settings.lines)
     spectrum = read_spectrum(raw, settings.unit, settings.columns)
+    if settings.response is not None:
+        spectrum = read_response(settings.response).divided_out(spectrum)
     reduction = reduce_spectrum(spectrum, settings.elements, settings.medium)
     rows = packed(rows_of(spectrum, reduction, settings.elements))
     said = reduction.evidence.values()

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .words import OwnLines
+from .words import KnownResponse, OwnLines
 
 Given = Annotated[
     list[Path],
@@ -64,6 +64,7 @@ def reduce(
     unit: Unit = None,
     columns: Columns = None,
     lines: OwnLines = None,
+    response: KnownResponse = None,
     jobs: Jobs = None,
     dask: Dask = None,
     watch: Watching = False,
@@ -78,6 +79,7 @@ def reduce(
     from .reducing import Asked, reduce_asked
 
     asked = Asked(
-        files, out, elements, medium, unit, columns, lines, jobs, dask, watch, until_idle, figures
-    )
+        files, out, elements, medium, unit, columns, lines, response, jobs, dask, watch, until_idle,
+        figures,
+    )  # fmt: skip
     raise typer.Exit(reduce_asked(asked))

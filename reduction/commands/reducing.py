@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .say import CTRL_C, FAILED, NOT_REACHED, PARTLY, PROBLEMS, TERMINATED, say
-from .words import columns, own_lines
+from .words import columns, known_response, own_lines
 
 MEDIA = ("air", "vacuum")
 MOST_NAMED = 3  # skipped files of one reason that are named; summary.json has all
@@ -29,6 +29,7 @@ class Asked:
     unit: str | None
     columns: str | None
     lines: Path | None
+    response: Path | None
     jobs: int | None
     dask: str | None
     watch: bool
@@ -141,7 +142,8 @@ def _settings(asked: Asked) -> Any:
         asked.medium,
         asked.unit,
         _given(columns, asked.columns),
-        lines,  # type: ignore[arg-type]
+        lines,
+        _given(known_response, asked.response),  # type: ignore[arg-type]
     )
 
 

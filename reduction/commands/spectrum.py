@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .words import FAILED, PROBLEMS, OwnLines, own_lines, say, symbols
+from .words import (
+    FAILED,
+    PROBLEMS,
+    KnownResponse,
+    OwnLines,
+    known_response,
+    own_lines,
+    say,
+    symbols,
+)  # fmt: skip
 from .words import columns as columns_of
 
 if TYPE_CHECKING:
@@ -37,6 +46,7 @@ def spectrum(
         ),
     ] = None,
     lines: OwnLines = None,
+    response: KnownResponse = None,
     format: Annotated[str, typer.Option(help="Figure format: png, svg or pdf.")] = "png",
 ) -> None:
     """Draw a spectrum with labelled lines, its fit, and the plots of its plasma."""
@@ -47,8 +57,11 @@ def spectrum(
         raise typer.Exit(PROBLEMS)
     try:
         own_lines(lines)
+        divided = known_response(response)
         stretch = None if window is None else _stretch(window)
-        reduction, written = _draw(file, out, elements, stretch, log, (unit, columns), format)
+        reduction, written = _draw(
+            file, out, elements, stretch, log, (unit, columns, divided), format
+        )
     except ValueError as fault:
         say(f"{file}: {fault}")
         raise typer.Exit(PROBLEMS) from None
@@ -65,8 +78,11 @@ def _draw(file: Path, out: Path | None, elements, stretch, log: bool, how, forma
     from ..figures.spectrum_figures import draw_spectrum
     from ..reduce import reduce_spectrum
     from ..spectrum.read import read_spectrum
+    from ..spectrum.response import read_response
 
     found = read_spectrum(file, how[0], columns_of(how[1]))
+    if how[2] is not None:
+        found = read_response(how[2]).divided_out(found)
     reduction = reduce_spectrum(found, symbols(elements, "--elements"))
     folder = file.parent if out is None else out
     folder.mkdir(parents=True, exist_ok=True)

@@ -13,6 +13,13 @@ OwnLines = Annotated[
         "NIST's database exports them.",
     ),
 ]  # fmt: skip
+KnownResponse = Annotated[
+    Path | None,
+    typer.Option(
+        "--response", metavar="CSV", show_default=False,
+        help="The instrument's response, which is divided out: as `labrun calibrate response` writes it.",
+    ),
+]  # fmt: skip
 FAILED, PROBLEMS = 1, 2  # exit status: something could not be written; wrong usage or input
 
 
@@ -58,6 +65,24 @@ def own_lines(path: Path | None) -> str | None:
         raise ValueError(f"--lines {path}: it is not text") from None
     except LinesFault as fault:
         raise ValueError(f"--lines {path}: {fault}") from None
+    return text
+
+
+def known_response(path: Path | None) -> str | None:
+    """The text of `--response`; ValueError if it cannot be used."""
+    if path is None:
+        return None
+    from ..spectrum.response import ResponseFault, read_response
+
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        read_response(text)
+    except OSError as fault:
+        raise ValueError(f"--response {path}: {fault.strerror or fault}") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"--response {path}: it is not text") from None
+    except ResponseFault as fault:
+        raise ValueError(f"--response {path}: {fault}") from None
     return text
 
 

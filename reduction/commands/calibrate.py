@@ -1,0 +1,135 @@
+"""`labrun calibrate response`: measure what an instrument's response is, for `labrun reduce --response`."""
+
+import csv
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .say import FAILED, PROBLEMS, say
+
+NAMED = 3
+
+calibrate = typer.Typer(
+    name="calibrate", no_args_is_help=True, help="Calibrate an instrument from what is known.",
+)  # fmt: skip
+
+
+@calibrate.callback()
+def kinds() -> None:
+    """Calibrate an instrument from what is known of a lamp or of the lines in its spectra."""
+
+
+@calibrate.command()
+def response(
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="SPECTRUM...", help="Spectra of the lamp, or with many lines."),
+    ],
+    lamp: Annotated[
+        Path | None,
+        typer.Option(
+            "--lamp",
+            metavar="CSV",
+            help="The lamp's certificate: wavelength in nm, and radiance or irradiance per nm; "
+            "without it, lines of one element on both sides tell the response.",
+        ),
+    ] = None,
+    dark: Annotated[
+        Path | None,
+        typer.Option(metavar="SPECTRUM", help="Taken with the lamp off; it is subtracted."),
+    ] = None,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = Path(
+        "response.csv"
+    ),
+) -> None:
+    """Measure the response along the axis: from a lamp with a certificate, or from lines."""
+    from ..spectrum.response import write_response
+
+    try:
+        if lamp is not None:
+            found, how = _by_lamp(files, lamp, dark)
+        elif dark is not None:
+            raise ValueError("--dark needs --lamp")
+        else:
+            found, how = _by_lines(files)
+        made = datetime.now(UTC).astimezone().isoformat(timespec="seconds")
+        write_response(found, output, [f"labrun calibrate response, {made}", how])
+    except ValueError as fault:
+        say(str(fault))
+        raise typer.Exit(PROBLEMS) from None
+    except OSError as fault:
+        say(f"{fault.filename or output}: {fault.strerror or fault}")
+        raise typer.Exit(FAILED if fault.filename in (None, str(output)) else PROBLEMS) from None
+    lowest = found.response.argmin()
+    typer.echo(how)
+    typer.echo(
+        f"{found.wavelength_nm[0]:.0f} to {found.wavelength_nm[-1]:.0f} nm; lowest "
+        f"{found.response[lowest]:.3g} ± {100 * found.error[lowest]:.0f} % "
+        f"at {found.wavelength_nm[lowest]:.0f} nm, 1 at the highest"
+    )
+    typer.echo(f"wrote {output}; use it with: labrun reduce SPECTRA --response {output}")
+
+
+def _by_lamp(files: list[Path], lamp: Path, dark: Path | None) -> tuple[Any, str]:
+    import numpy as np
+
+    from ..elements.calibrate_response import from_lamp
+    from ..spectrum.spectrum import Spectrum
+
+    spectra = [_read(path) for path in files]
+    x = spectra[0].wavelength_nm
+    counts = np.mean([np.interp(x, one.wavelength_nm, one.intensity) for one in spectra], axis=0)
+    if dark is not None:
+        off = _read(dark)
+        counts = counts - np.interp(x, off.wavelength_nm, off.intensity)
+    nm, radiance = _certificate(lamp)
+    shots = f"the mean of {len(files)} spectra" if len(files) > 1 else files[0].name
+    minus = "" if dark is None else f", less {dark.name}"
+    return from_lamp(Spectrum(x, counts), nm, radiance), f"{shots}{minus}, over {lamp.name}"
+
+
+def _certificate(path: Path) -> tuple[Any, Any]:
+    import numpy as np
+
+    rows = []
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        for row in csv.reader(line for line in file if not line.startswith("#")):
+            try:
+                rows.append((float(row[0]), float(row[1])))
+            except (ValueError, IndexError):
+                if rows and any(row):
+                    raise ValueError(
+                        f"{path}: {','.join(row)!r} is not a wavelength and a number"
+                    ) from None
+    if len(rows) < 2:
+        raise ValueError(f"{path}: it needs two columns of numbers: wavelength in nm, and radiance")
+    nm, radiance = np.array(sorted(rows)).T
+    if not (radiance > 0).all():
+        raise ValueError(f"{path}: a radiance must be above 0")
+    return nm, radiance
+
+
+def _by_lines(files: list[Path]) -> tuple[Any, str]:
+    from ..elements.calibrate_response import from_lines
+    from ..reduce import reduce_spectrum
+
+    told, said = [], []
+    for path in files:
+        found = reduce_spectrum(_read(path)).identified
+        if found is not None and found.response is not None:
+            told.append(found.response)
+            said.append(path.name)
+    more = f" and {len(said) - NAMED} more" if len(said) > NAMED else ""
+    named = f"{', '.join(said[:NAMED])}{more}"
+    return from_lines(told), f"lines of {len(told)} of {len(files)} spectra: {named}"
+
+
+def _read(path: Path) -> Any:
+    from ..spectrum.read import read_spectrum
+
+    try:
+        return read_spectrum(path).without_bad()
+    except ValueError as fault:
+        raise ValueError(f"{path}: {fault}") from None

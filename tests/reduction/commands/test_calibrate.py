@@ -1,0 +1,62 @@
+"""`labrun calibrate response`, through its command line."""
+
+import json
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def lamp(tmp_path):
+    """Shots of a lamp whose light is level, seen by an instrument that sees half as much below 400 nm."""
+    x = np.arange(300.0, 500.0, 0.1)
+    seen = 1000 * np.where(x < 400, 0.5, 1.0)
+    for name, counts in (("lamp", seen + 50.5), ("dark", 50 + np.arange(len(x)) % 2)):
+        rows = "".join(f"{at:.2f},{one:.1f}\n" for at, one in zip(x, counts, strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"Wavelength,Intensity\n{rows}")
+    (tmp_path / "certificate.csv").write_text("nm,uW/cm2/nm\n250,3\n600,3\n")
+    return tmp_path
+
+
+def test_a_lamp_makes_a_response_that_reduce_divides_out(labrun, lamp):
+    made = labrun(
+        "calibrate", "response", "lamp.csv", "--lamp", "certificate.csv", "--dark", "dark.csv"
+    )
+    table = np.loadtxt(lamp / "response.csv", delimiter=",", skiprows=3)
+    shown = labrun("reduce", "lamp.csv", "--response", "response.csv", "--no-figures")
+    summary = json.loads((lamp / "reduced" / "summary.json").read_text())
+
+    assert made.returncode == 0, made.stderr
+    assert "lamp.csv, less dark.csv, over certificate.csv" in made.stdout
+    assert "labrun reduce SPECTRA --response response.csv" in made.stdout
+    assert np.interp([350, 450], table[:, 0], table[:, 1]) == pytest.approx([0.5, 1.0], rel=1e-3)
+    assert shown.returncode == 0, shown.stderr
+    assert summary["notes"][0]["note"] == "the instrument's response was divided out"
+    assert len(summary["configuration"]["response_sha256"]) == 64
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("lamp.csv",), "no spectrum has lines that tell a response"),
+        (("lamp.csv", "--dark", "dark.csv"), "--dark needs --lamp"),
+        (("lamp.csv", "--lamp", "lost.csv"), "lost.csv: No such file"),
+        (("lamp.csv", "--lamp", "empty.csv"), "empty.csv: it needs two columns of numbers"),
+        (("lamp.csv", "--lamp", "torn.csv"), "torn.csv: 'what,3' is not a wavelength and a number"),
+    ],
+)
+def test_what_cannot_be_calibrated_is_said(labrun, lamp, words, told):
+    (lamp / "empty.csv").write_text("nm,radiance\n")
+    (lamp / "torn.csv").write_text("nm,radiance\n250,3\nwhat,3\n")
+    done = labrun("calibrate", "response", *words)
+
+    assert done.returncode == 2, done.stdout
+    assert told in done.stderr
+    assert not (lamp / "response.csv").exists()
+
+
+def test_reduce_names_a_response_that_it_cannot_use(labrun, lamp):
+    done = labrun("reduce", "lamp.csv", "--response", "dark.csv")
+
+    assert done.returncode == 2
+    assert "--response dark.csv: line 1: no column wavelength_nm and response" in done.stderr
