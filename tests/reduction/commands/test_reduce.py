@@ -131,7 +131,8 @@ def test_a_folder_of_many_programs_loses_none_and_says_what_it_noticed(spectra, 
     )  # fmt: skip
     (folder / "c plain.csv.gz").write_bytes(gzip.compress(shots[0]))
     (folder / "d three.csv").write_bytes(in_dialect(shots[0], "{0},{1},{1},{1}\n"))
-    (folder / "e half.csv").write_bytes(shots[0][: len(shots[0]) // 2 - 1])
+    half = shots[0].index(b",", len(shots[0]) // 2)  # its last row has no count
+    (folder / "e half.csv").write_bytes(shots[0][:half])
     (folder / "f zeros.csv").write_bytes(in_dialect(shots[0], "{},0\n"))
     (folder / "g pixel.csv").write_bytes(b"pixel,raw\n" + in_dialect(shots[0], "{},{}\n"))
     (folder / "h archive.zip").write_bytes(b"PK\x03\x04\0\0")
