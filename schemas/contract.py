@@ -36,9 +36,10 @@ class Action(Model):
     """One action of a device.
 
     A `meanwhile` action acts on what the device is currently doing (a feed hold): it is accepted
-    while another action is running. `interlock` is what fields of the status must be for the action to
-    begin; the device server reads the status just before. `sets` names what an `idempotent` action
-    sets (`energy`, `channel {n}` with the parameter `n`): on resume the last one of each is done again.
+    while another action is running, and ends that one if it is of the `safe_state`. `interlock` is
+    what fields of the status must be for the action to begin; the server reads the status just
+    before. `sets` names what an `idempotent` action sets (`energy`, `channel {n}` with the
+    parameter `n`): on resume the last one of each is done again.
     """
 
     summary: str = ""

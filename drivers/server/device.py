@@ -162,6 +162,11 @@ class ServedDevice:
             )  # fmt: skip
             execution.followers.add(session)
             self.running[goal.id] = execution
+        if action.meanwhile and goal.action in self._contract.safe_state:
+            words = f"{self.name} was brought to its safe state ({goal.action}) at {_clock()}"
+            for other in self.running.values():
+                if other is not execution:
+                    other.cut_by("Stopped", words)
         if self.stops != stops:
             execution.cut_by(*self._stop)
         execution.task = spawn(f"goal {goal.id}", self._run(execution, arguments))
@@ -267,7 +272,7 @@ class ServedDevice:
         told `by` whom; goals that it meets end with the error `name`.
         """
         by = by or ("another client" if by_others else "the client that uses it")
-        words = f"{self.name} was stopped by {by} at {time.strftime('%H:%M:%S')}"
+        words = f"{self.name} was stopped by {by} at {_clock()}"
         if by_others:
             self._closed_to_goals = words
             self._tell("stopped", {"device": self.name, "message": words}, set())
@@ -291,6 +296,10 @@ class ServedDevice:
     def _note(self, write: Callable[[str], None]) -> None:
         """Write in the background, but before everything that is written later."""
         self._ledger.queued(write, self.name).add_done_callback(_heard)
+
+
+def _clock() -> str:
+    return time.strftime("%H:%M:%S")
 
 
 def _heard(written: asyncio.Future[None]) -> None:

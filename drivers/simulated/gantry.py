@@ -185,8 +185,10 @@ class SimGantry(AnyGantry, Twin):
         return await self._moved("go_to_zero", goal, [(x, y, z)], feed)
 
     async def halt(self, goal: GoalContext) -> dict[str, Any]:
-        self.on.clear()
-        return {}  # one goal at a time: nothing moves when this one begins
+        await self.safe()
+        while self.ride.state != "idle":
+            await self.clock.sleep(self.clock.tick_s)
+        return {}
 
     async def unlock(self, goal: GoalContext) -> dict[str, Any]:
         if self.alarm:

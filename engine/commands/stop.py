@@ -24,11 +24,16 @@ def stop(devices: Devices = None, lab: Lab = None, runs: Runs = RUNS) -> None:
 
     loaded, names = lab_devices(lab, devices)
     servings = servers_of(loaded, names, runs)
-    for name in sorted(set(names) - {one.device for one in servings}):
-        say(f"{name}: no server of it is known here, so nothing was sent")
     confirmed = asyncio.run(_stop_all(servings)) if servings else []
-    unknown = devices and set(names) - {one.device for one in servings}
-    raise typer.Exit(SUCCEEDED if all(confirmed) and not unknown else FAILED)
+    unserved = [name for name in names if name not in {one.device for one in servings}]
+    for name in unserved:
+        say(f"{name}: no server of it is known here, so nothing was sent")
+    if not servings:
+        say("NOTHING WAS STOPPED. If something moves or fires, use its emergency stop. (Servers of "
+            "runs are looked for in --runs, those of another computer by `url` in --lab.)")  # fmt: skip
+    # Of all devices those without a server are at rest; one that was named should have been stopped.
+    missed = not servings or (devices and unserved)
+    raise typer.Exit(FAILED if missed or not all(confirmed) else SUCCEEDED)
 
 
 def lab_devices(lab: Path | None, devices: list[str] | None):

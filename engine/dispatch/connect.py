@@ -171,7 +171,7 @@ async def _lease(device: str, connections: Connections, owner: str) -> None:
     except LeaseHeld as fault:
         raise NotReached(
             f"device {device!r} at {client.url} is held by {fault.holder}; "
-            "wait until that run is over, or abort it"
+            f"wait until that run is over, or abort it; `labrun stop {device}` stops it at once"
         ) from fault
     except ServerUnreachable as fault:
         raise NotReached(f"device {device!r} at {client.url}: {fault}") from fault

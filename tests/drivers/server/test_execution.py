@@ -278,3 +278,22 @@ def test_an_action_whose_interlock_does_not_hold_is_refused(bench, door, words):
     assert (error.name, error.happened) == ("Rejected", "no")
     assert error.message == f"arm.go: {words}; nothing was started"
     assert len([deed for deed in bench.deeds() if deed.startswith("arm go")]) == 1
+
+
+def test_an_action_of_the_safe_state_that_is_meanwhile_ends_what_runs(bench):
+    actions = bench.contract()["actions"]
+    actions["halt"]["meanwhile"] = True
+
+    async def story():
+        async with bench.connected(contract={"actions": actions}) as client:
+            held = bench.goal(client, "hold", seconds=30)
+            following = asyncio.create_task(client.follow(held))
+            await bench.until(f"hold {held.id}")
+            halted = await client.follow(bench.goal(client, "halt"))
+            return halted.state, await asyncio.wait_for(following, 10)
+
+    halted, outcome = asyncio.run(story())
+
+    assert halted == "SUCCEEDED"
+    assert (outcome.state, outcome.error.name) == ("CANCELED", "Stopped")
+    assert outcome.error.message.startswith("arm was brought to its safe state (halt) at ")

@@ -172,6 +172,22 @@ def test_hold_and_resume_go_on_along_the_same_line(tmp_path):
     assert place["x"] == pytest.approx(40, abs=STEP_MM)
 
 
+def test_halt_ends_a_move_and_is_done_when_the_axes_stand(tmp_path):
+    async def story(driver):
+        move = asyncio.create_task(driver.move_to(GoalContext("a"), x=40.0))
+        await asyncio.sleep(0.2)
+        await driver.halt(GoalContext("b"))
+        halted = await driver.status()
+        with pytest.raises(ActionFailed, match="a stop ended the move"):
+            await move
+        return halted, await driver.status()
+
+    halted, later = played(gantry(tmp_path, clock=4), story)
+
+    assert halted["state"] == "idle" and 0 < halted["x"] < 40
+    assert later["x"] == halted["x"]
+
+
 def test_a_stop_ends_what_is_held(tmp_path):
     async def story(driver):
         move = asyncio.create_task(driver.move_to(GoalContext("a"), x=40.0))

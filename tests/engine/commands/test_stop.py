@@ -62,6 +62,16 @@ def test_a_device_whose_server_does_not_answer_is_named(tmp_path):
     assert "no answer" in shown.stdout
 
 
+def test_where_no_server_is_known_it_says_that_nothing_was_stopped(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    (tmp_path / "lab.yaml").write_text(LAB)
+
+    stopped = labrun(tmp_path, "stop", "--lab", "lab.yaml")
+
+    assert stopped.returncode == 1
+    assert "NOTHING WAS STOPPED. If something moves" in stopped.stderr
+
+
 def test_a_device_that_is_not_in_the_lab_is_refused(tmp_path, bench):
     stopped = labrun(tmp_path, "stop", "gantri", "--lab", bench.lab)
 
