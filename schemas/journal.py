@@ -43,12 +43,13 @@ class Started(Record):
 
 
 class Resumed(Record):
-    """An engine resumed the run for the `count`-th time."""
+    """An engine resumed the run for the `count`-th time; `by`: who asked for it."""
 
     kind: Literal["resumed"] = "resumed"
     count: int
     labrun: str
     torn: int = 0
+    by: str = ""
 
 
 class Changed(Record):
@@ -275,15 +276,20 @@ class Points(Model):
     failed: int = 0
     left: int | None = None
 
-    def words(self) -> str:
-        """`7 of 35 measured, 2 failed, 26 left`; nothing for a run without loops."""
+    def words(self, holes: int = 0) -> str:
+        """`7 of 35 measured, 2 failed, 26 left`; nothing for a run without loops.
+
+        Of `holes`, those that are not whole iterations lie within them: `2 of 2 measured, 3 holes
+        within`.
+        """
         if not (self.plan or self.measured or self.failed):
             return ""
         of = "" if self.plan is None else f" of {self.plan:,}"
         failed = f", {self.failed:,} failed" if self.failed else ""
-        return f"{self.measured:,}{of} measured{failed}" + (
-            f", {self.left:,} left" if self.left else ""
-        )
+        left = f", {self.left:,} left" if self.left else ""
+        inner = max(0, holes - self.failed)
+        within = f", {inner:,} hole{'s' if inner > 1 else ''} within" if inner else ""
+        return f"{self.measured:,}{of} measured{failed}{left}{within}"
 
 
 def ended_as(fate: str, holes: int) -> str:

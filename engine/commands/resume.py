@@ -63,13 +63,14 @@ def resume(
 
     try:
         answers, params = pairs(answer, "--answer"), pairs(param, "-p")
-        again = (by or getpass.getuser(), point or []) if holes or point else None
+        by = by or getpass.getuser()
+        again = (point or []) if holes or point else None
         folder = find_run(runs, run)
         lock = FolderLock(folder)
         lock.take()
         try:
             raise typer.Exit(
-                _go_on(folder, changed, params, again, yes=yes, answers=answers, json=json)
+                _go_on(folder, changed, params, again, by=by, yes=yes, answers=answers, json=json)
             )
         finally:
             lock.release()
@@ -82,8 +83,9 @@ def _go_on(
     folder: Path,
     changed: Path | None,
     params: dict[str, str],
-    again: tuple[str, list[str]] | None,
+    again: list[str] | None,
     *,
+    by: str,
     yes: bool,
     answers: dict[str, str],
     json: bool,
@@ -99,7 +101,7 @@ def _go_on(
     records = Records(folder / "journal.jsonl")
     history = read_history(records)
     anew = changed is not None or bool(params)
-    wanted = redo(records, again[1], by=again[0]) if again is not None else None
+    wanted = redo(records, again, by=by) if again is not None else None
     if not anew and wanted is None and (over := _why_over(folder.name, history)):
         say(over)
         return PROBLEMS
@@ -121,7 +123,7 @@ def _go_on(
         _note(journal, wanted)
     history = read_history(records)
     options = RunOptions(
-        yes=yes, answers=answers, watchers=[watcher(json)], live_figures=True, say=say
+        yes=yes, by=by, answers=answers, watchers=[watcher(json)], live_figures=True, say=say
     )
     the_run = old_run(folder, checked, options, journal, history, torn)
     return run_to_end(run_session(the_run, checked, options, records))

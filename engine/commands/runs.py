@@ -48,5 +48,5 @@ def row(folder: Path) -> dict[str, Any]:
     return {
         "run": folder.name, "protocol": told.protocol, "fate": told.fate, "reason": reason,
         "word": ended_as(told.fate, told.holes), "done": points.measured + points.failed,
-        "holes": told.holes, "points": points.words(), **points.model_dump(),
+        "holes": told.holes, "points": points.words(told.holes), **points.model_dump(),
     }  # fmt: skip

@@ -9,6 +9,9 @@ from typing import Any
 
 from ...schemas import journal as j
 
+MAIN = "main/"
+"""Goals elsewhere (in `on_resume` and `finally`) move devices outside the protocol's own order."""
+
 
 @dataclass(frozen=True, slots=True)
 class Goal:
@@ -25,7 +28,7 @@ class Course:
     """How far a run is, as of the last record that was taken.
 
     `session`: the number of the present engine session. `resumes`: how often `on_resume` was due.
-    `failed`: the paths of iterations that are left out as holes. `under_way`, `open_questions`: by the
+    `failed`: the paths of the holes. `under_way`, `open_questions`: by the
     goal's id, and by path. `last_at`: when an engine wrote a record last.
     """
 
@@ -54,8 +57,7 @@ class Course:
             case j.GoalEnded():
                 self.under_way.pop(record.id, None)
             case j.IterationEnded():
-                place = f"{record.loop}/{record.key}"
-                (self.failed.add if record.fate == "failed" else self.failed.discard)(place)
+                self._take_end(f"{record.loop}/{record.key}", record.fate)
             case j.Started():
                 self.started = record
             case j.Resumed():
@@ -69,8 +71,7 @@ class Course:
                 self.redone.append(record)
                 self.finished = None
                 for path in record.iterations:
-                    below = {one for one in self.failed if f"{one}/".startswith(f"{path}/")}
-                    self.failed -= below
+                    self._forget_holes(path)
             case j.Phase():
                 self.phase = record.phase
                 name, _, number = record.phase.partition(":")
@@ -92,6 +93,17 @@ class Course:
         self.last_n, self.last_hash = record.n, record.hash
         if not isinstance(record, j.Changed | j.Redo):  # written by a command, not by an engine
             self.last_at = record.at
+
+    def _take_end(self, place: str, fate: str) -> None:
+        """Of an iteration that failed with holes inside, only itself is a hole."""
+        if fate == "failed" and place.startswith(MAIN):
+            self._forget_holes(place)
+            self.failed.add(place)
+        else:
+            self.failed.discard(place)
+
+    def _forget_holes(self, path: str) -> None:
+        self.failed -= {one for one in self.failed if f"{one}/".startswith(f"{path}/")}
 
     @property
     def inputs(self) -> j.Started | j.Changed | None:

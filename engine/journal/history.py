@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from ...schemas import journal as j
 from ...schemas.messages import ledger_of
-from .course import Course, split_goal_id
+from .course import MAIN, Course, split_goal_id
 from .journal import JournalFault, Records
 from .past import Past, PastGoal, upwards
 
@@ -23,8 +23,6 @@ STOPPED = "Stopped"
 """The error of a goal that a stop has cut or refused."""
 ORDER_KEPT = 1000
 REFUSALS = ("no", "stop")
-MAIN = "main/"
-"""Goals elsewhere (in `on_resume` and `finally`) move devices outside the protocol's own order."""
 
 
 @dataclass(slots=True)

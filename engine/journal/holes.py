@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ...schemas import journal as j
-from .history import MAIN
+from .course import MAIN
 from .journal import Records
 from .past import upwards
 

@@ -43,6 +43,11 @@ class Rows:
         except OSError as fault:
             raise NoRoom(f"cannot write {self.path}: {fault.strerror}") from fault
 
+    def begin(self) -> None:
+        """Create the file, with its header, if it is not there yet."""
+        if not self._begun:
+            self._write_header()
+
     def _write(self, key: str, row: Mapping[str, Any], fate: str) -> None:
         new_units = {
             name: f"{value.units:~}"
@@ -90,7 +95,10 @@ def _csv_line(cells: list[str]) -> str:
 def restore_rows(
     folder: Path, records: Iterable[JournalRecord], tables: Mapping[str, Rows]
 ) -> None:
-    """Write the tables of a run again from its journal: this repairs a row torn by a crash."""
+    """Write the tables of a run again from its journal: this repairs a row torn by a crash.
+
+    A table of which every row is to be measured again has only its header until then.
+    """
     for name in tables:
         (folder / name).unlink(missing_ok=True)
     is_superseded = superseded(records)
@@ -99,5 +107,7 @@ def restore_rows(
     for record in records:
         if not isinstance(record, IterationEnded) or record.row is None:
             continue
-        if record.file in tables and not is_superseded(record):
+        if record.file in tables and is_superseded(record):
+            tables[record.file].begin()
+        elif record.file in tables:
             tables[record.file].write(record.row_key, decode(record.row), record.fate)

@@ -23,9 +23,13 @@ Watcher = Callable[[Run, Control], Listener]
 
 @dataclass(slots=True)
 class RunOptions:
-    """What the person who started a run wants besides its protocol; `say` tells them what it waits for."""
+    """What the person who started a run wants besides its protocol; `say` tells them what it waits for.
+
+    `by`: who has asked for a resume.
+    """
 
     yes: bool = False
+    by: str = ""
     answers: dict[str, str] = field(default_factory=dict)
     watchers: list[Watcher] = field(default_factory=list)
     live_figures: bool = False
@@ -62,7 +66,8 @@ def old_run(
 ) -> Run:
     """A run continued from its journal."""
     run = _run(folder, checked, options, journal, history)
-    run.record(j.Resumed(count=history.resumes + 1, labrun=__version__, torn=torn))
+    count = history.resumes + 1
+    run.record(j.Resumed(count=count, labrun=__version__, torn=torn, by=options.by))
     return run
 
 

@@ -94,8 +94,9 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
         run.tell("report", text=str(path))
     for line in failed:
         run.log(line)
+    holes = run.history.hole_count
     run.tell(
-        "finished", run.id, ending.fate, ending.reason, holes=run.history.hole_count, outputs=encode(outputs),
-        folder=str(run.folder), detail=ending.detail, points=run.history.points().words(),
+        "finished", run.id, ending.fate, ending.reason, holes=holes, outputs=encode(outputs),
+        folder=str(run.folder), detail=ending.detail, points=run.history.points().words(holes),
         resumable=ending.fate != "succeeded" and not run.history.is_through,
     )  # fmt: skip

@@ -76,7 +76,7 @@ def _asked(data: ReportData) -> Iterator[str]:
 
 def _course(data: ReportData) -> Iterator[str]:
     digest = data.digest
-    if digest.points is not None and (words := digest.points.words()):
+    if digest.points is not None and (words := digest.points.words(digest.hole_count)):
         yield f"Points: {words}."
     for redo in digest.redone:
         yield f"{redo.by} had {count(len(redo.iterations), 'hole')} measured again."

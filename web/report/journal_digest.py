@@ -6,8 +6,8 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from ...engine.journal.course import split_goal_id
-from ...engine.journal.history import MAIN, superseded
+from ...engine.journal.course import MAIN, split_goal_id
+from ...engine.journal.history import superseded
 from ...engine.journal.journal import JournalFault, read_records
 from ...engine.journal.past import without_passes
 from ...engine.run.folder import JOURNAL

@@ -68,7 +68,7 @@ def verdict(data: ReportData) -> str:
         "interrupted": "The run was interrupted: its engine ended without a last record. "
         f"`labrun resume {data.folder.name}` continues it.",
     }.get(data.fate, f"The run is {data.fate}{reason}.")
-    points = digest.points.words() if digest.points is not None else ""
+    points = digest.points.words(digest.hole_count) if digest.points is not None else ""
     return f"{said} {f'Points: {points}. ' if points else ''}{_sums(data)}"
 
 

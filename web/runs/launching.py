@@ -159,13 +159,13 @@ class Launching:
             self._check_list(hazards_of(checked), asked.checklist)
         devices = sorted(set(run.picture.roles.values()) & set(self._device_links.links))
         self._check_devices(devices)
-        arguments = ["resume", str(run.folder), *_options("--answer", asked.answers)]
+        arguments = ["resume", str(run.folder), "--by", by, *_options("--answer", asked.answers)]
         arguments += _options("-p", {n: text_of(v) for n, v in asked.params.items()})
         if asked.protocol is not None:
             self._library.read(asked.protocol)
             arguments += ["--changed", str(self._library.folder / asked.protocol)]
         arguments += ["--yes"] if asked.yes else []
-        arguments += _holes(run, asked, by)
+        arguments += _holes(run, asked)
         deadline.check()
         return await self._launch(arguments, key, devices, None, run)
 
@@ -288,7 +288,7 @@ async def _until_gone(run: OpenRun) -> None:
         raise Refusal(409, "LIVE", f"{run.id} {words}", "wait until it has ended")
 
 
-def _holes(run: OpenRun, asked: ResumeRun, by: str) -> list[str]:
+def _holes(run: OpenRun, asked: ResumeRun) -> list[str]:
     """The options that ask for holes again; raises Refusal (409) for what is none."""
     if not asked.holes:
         return []
@@ -296,7 +296,7 @@ def _holes(run: OpenRun, asked: ResumeRun, by: str) -> list[str]:
     if not holes:
         raise Refusal(409, "NO_HOLES", f"{run.id} has no holes: no point of it failed")
     if asked.holes == "all":
-        return ["--by", by, "--holes"]
+        return ["--holes"]
     unknown = [one.key for one in asked.holes if (one.loop, one.within, one.key) not in holes]
     if unknown:
         raise Refusal(
@@ -304,7 +304,7 @@ def _holes(run: OpenRun, asked: ResumeRun, by: str) -> list[str]:
             "look at the run again, and choose among its holes",
         )  # fmt: skip
     paths = [holes[one.loop, one.within, one.key] for one in asked.holes]
-    return ["--by", by, *(part for path in paths for part in ("--point", path))]
+    return [part for path in paths for part in ("--point", path)]
 
 
 def _options(option: str, given: dict[str, str]) -> list[str]:

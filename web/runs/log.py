@@ -152,7 +152,8 @@ def _text(record: j.JournalRecord, sent: j.GoalSent | None) -> str:
         case j.Started():
             return f"started with labrun {record.labrun}"
         case j.Resumed():
-            return f"resumed (resume {record.count}) with labrun {record.labrun}"
+            by = f" by {record.by}" if record.by else ""
+            return f"resumed{by} (resume {record.count}) with labrun {record.labrun}"
         case j.Changed():
             return f"continues with a changed protocol ({record.folder})"
         case j.Redo():

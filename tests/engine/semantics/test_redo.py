@@ -103,7 +103,9 @@ def test_ids_have_a_level(bench):
 
     (asked,) = [r for r in ran.records if r.kind == "redo"]
     assert shots(ran)[-2:] == ["main/all/1/pass:2/x/1", "main/all/2/pass:2/x/1"]
+    (resumed,) = [r for r in ran.records if r.kind == "resumed"]
     assert (asked.by, asked.iterations) == ("Ada", ["main/all/1", "main/all/2"])
+    assert resumed.by == "Ada"
 
 
 def test_chosen_points(bench):
@@ -116,6 +118,17 @@ def test_chosen_points(bench):
     assert ran.sent[len(FIRST) :] == ["home", "focus", "move2", "x2", "after", "tidy"]
     assert ran.finished.holes == 1
     assert ran.finished.points.words() == "3 of 4 measured, 1 failed"
+
+
+def test_aborted_before_its_first_row(bench):
+    """Every iteration is measured again, and the run is aborted before the first has ended -> The table
+    has its header, and no row yet."""
+    bench.run(LOOP.replace("if i in [1, 2]", "if i < 9"))
+
+    ran = bench.resume(holes=True, abort="phase  resume")
+
+    assert (ran.folder / "data.csv").read_text() == "key,i,n,fate\n"
+    assert ran.finished.points.words() == "0 of 4 measured, 4 left"
 
 
 def test_what_is_no_hole_is_refused(bench, capfd):
@@ -195,16 +208,18 @@ def test_holes_of_an_inner_loop(bench):
 
 def test_a_hole_around_others(bench):
     """An iteration failed as a whole -> It is measured again as a whole, with all that is in it."""
-    bench.run(
+    before = bench.run(
         NESTED.replace(
             "    steps:\n      - {id: m", "    keep_going: true\n    steps:\n      - {id: m"
         )
         + END
-    )
+    ).finished
 
     ran = bench.resume(point=["A"])
 
     assert ran.sent[10:] == ["mountA", "lightA", "A0", "A1", "endA"]
+    assert before.holes == 2  # what lies within a hole is none of its own
+    assert before.points.words(2) == "1 of 2 measured, 1 failed, 1 hole within"
     assert ran.finished.holes == 1
     assert sorted(row["key"] for row in ran.rows()) == ["A/0", "A/1", "B/0", "B/1"]
 
@@ -338,7 +353,8 @@ def check_books(ran, onlooker):
     history = read_history(ran.records)
     fates = {int(key): fate for key, fate in history.past.iterations.get("main/all", {}).items()}
     if ran.records[-1].kind == "finished":
-        rows = ran.rows() if (ran.folder / "data.csv").exists() else []  # no row, no table
+        # Of a run that ended before its first row there is no table.
+        rows = ran.rows() if fates or (ran.folder / "data.csv").exists() else []
         assert {int(row["key"]): row["fate"] for row in rows} == fates
         assert len(rows) == len(fates)
     fired = [c for c in ran.calls if c["action"] == "shoot"]
