@@ -20,6 +20,7 @@ DOORS = {
         "extras",
         "files",
         "keyboard",
+        "pace",
         "page",
         "process",
         "signals",

@@ -5,7 +5,8 @@ import time
 from typing import TextIO
 
 from ...schemas.event import Event
-from .progress import Progress, choices_text, duration_text, ending_lines, ending_text, rate_text
+from ...system.pace import duration_text, rate_text
+from .progress import Progress, choices_text, ending_lines, ending_text
 
 EVERY_S = 5.0
 

@@ -115,22 +115,6 @@ class Progress:
         return ", ".join(sorted(told))
 
 
-def duration_text(seconds: float | None) -> str:
-    """`1:02:03`, `4:05`, or a dash."""
-    if seconds is None:
-        return "-"
-    whole = round(seconds)
-    hours, minutes, rest = whole // 3600, whole // 60 % 60, whole % 60
-    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
-
-
-def rate_text(rate: float) -> str:
-    """Points per second, or per minute or hour if they are slow."""
-    if rate >= 0.5:
-        return f"{rate:.1f}/s"
-    return f"{rate * 60:.1f}/min" if rate * 60 >= 0.5 else f"{rate * 3600:.1f}/h"
-
-
 def value_text(value: object) -> str:
     """An output as people write it: `0.2 mm`, `1071`."""
     if isinstance(value, dict) and QUANTITY_KEY in value:

@@ -10,10 +10,11 @@ from rich.text import Text
 
 from ...schemas.event import Event
 from ...system.keyboard import Keyboard
+from ...system.pace import duration_text, rate_text
 from ..control.control import Control
 from ..run.questions import Question, WrongAnswer
 from ..run.run import Run
-from .progress import Progress, choices_text, duration_text, ending_lines, ending_text, rate_text
+from .progress import Progress, choices_text, ending_lines, ending_text
 
 FRAMES_A_SECOND = 8
 

@@ -1,12 +1,14 @@
 """How often each action of a protocol happens, and how long that takes in all."""
 
 from collections.abc import Iterator
+from math import inf
 
 from ...engine.lab.bind import BoundRole
 from ...engine.language.shape import Place
 from ...engine.views.count import RunCounts
 from ...engine.views.forecast import Outlook
 from ...schemas import protocol as p
+from ...schemas.lab import Lab
 from ...schemas.quantity import seconds
 from ..models.protocols import SpanS
 from .timings import Spread, Timings
@@ -24,11 +26,12 @@ def actions_of(view: Outlook, found: RunCounts) -> dict[str, int | None]:
     return counts
 
 
-def time_of(view: Outlook, found: RunCounts, timings: Timings) -> SpanS | None:
+def time_of(view: Outlook, found: RunCounts, timings: Timings, lab: Lab | None) -> SpanS | None:
     """Seconds from first to last action; a set counts as long as its longest member.
 
-    Measured in earlier runs if there are any, else from the contracts; None if a loop's length is
-    known only during the run or an action's duration is unknown.
+    Measured in earlier runs if there are any, else from the contracts, with twins as quick as the
+    lab says; None if a loop's length is known only during the run or an action's duration is
+    unknown.
     """
     low = high = 0.0
     runs: list[int] = []
@@ -37,7 +40,7 @@ def time_of(view: Outlook, found: RunCounts, timings: Timings) -> SpanS | None:
         times = found.times.get(place)
         if times is None or times.most == 0 or step.mode == "background":
             continue
-        spread = _spread(bound, name, timings)
+        spread = _spread(bound, name, timings, lab)
         if times.most is None or spread is None:
             return None
         runs.append(spread.runs)
@@ -63,14 +66,22 @@ def _set_around(place: Place) -> Place | None:
     return None
 
 
-def _spread(bound: BoundRole, name: str, timings: Timings) -> Spread | None:
+def _spread(bound: BoundRole, name: str, timings: Timings, lab: Lab | None) -> Spread | None:
     """Duration measured in runs, else the contract's."""
     known = timings.spread(f"{bound.device}.{name}")
     said = bound.contract.actions[name].duration
     if known is not None or said is None:
         return known
-    typical = seconds(said)
+    typical = seconds(said) / _speed(lab, bound.device)
     return Spread(typical, typical, typical, 0)
+
+
+def _speed(lab: Lab | None, device: str) -> float:
+    """How many times faster than real a twin's clock runs; one that only counts is not slow."""
+    clock = lab.devices[device].config.get("clock") if lab is not None and lab.simulated else None
+    if isinstance(clock, int | float) and not isinstance(clock, bool) and clock > 0:
+        return float(clock)
+    return inf if clock == "fast" else 1.0
 
 
 def _actions(view: Outlook) -> Iterator[tuple[Place, p.Do, BoundRole, str]]:

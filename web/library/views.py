@@ -52,11 +52,12 @@ def preview_of(checked: Checked, timings: Timings) -> Preview:
     actions = actions_of(view, found)
     lasers = [actions[label] for label, danger in _dangers(checked).items() if danger == "laser"]
     known = [times for times in lasers if times is not None]
+    lab = checked.lab.lab if checked.lab is not None else None
     return Preview(
         tracks=[_track(path, checked.lab) for path in walk.paths.values() if path.points or path.unknown],
         notes=walk.notes, full=walk.full, actions=actions, actions_text=number_of(found),
         shots=sum(known) if len(known) == len(lasers) else None,
-        needs_you=questions_of(checked), time_s=time_of(view, found, timings),
+        needs_you=questions_of(checked), time_s=time_of(view, found, timings, lab),
     )  # fmt: skip
 
 

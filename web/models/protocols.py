@@ -152,6 +152,7 @@ class CheckedText(ApiModel):
     roles: list[RoleForm] = Field(default_factory=list)
     hazards: list[Hazard] = Field(default_factory=list)
     questions: list[str] = Field(default_factory=list)
+    no_room: str = Field(default="", description="Why the disk takes no run; empty if it does.")
 
 
 class WordItem(ApiModel):

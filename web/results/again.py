@@ -1,8 +1,10 @@
 """Measure again: the run's own protocol with only those points, its text otherwise unchanged."""
 
 import re
+from math import ceil
 
 from ...engine.journal.encode import QUANTITY_KEY
+from ...engine.language.shape import Place
 from ...engine.language.source import Source
 from ...engine.views.english import bare
 from ...schemas import protocol as p
@@ -12,6 +14,8 @@ from ..runs.open_run import OpenRun
 from ..runs.runs import Runs
 
 MOST = 5000
+Edit = tuple[int, int, str]
+"""From an offset of the text to another: what stands there instead."""
 
 
 class Again:
@@ -39,14 +43,40 @@ def again_text(run: OpenRun, asked: MeasureAgain) -> AgainText:
     indexes = _indexes(run, loop, asked.keys)
     ((name, raw),) = step.step.foreach.items()
     place = (*step.place, "foreach", name)
-    items = "".join(f"\n{_indent(checked.source, place)}- {_item(raw, i)}" for i in indexes)
-    text = _replaced(checked.source, place, items, raw)
+    source, number = checked.source, len(indexes)
+    items = "".join(f"\n{_indent(source, place)}- {_item(raw, i)}" for i in indexes)
     title = asked.name or f"{checked.protocol.name if checked.protocol else 'run'} again"[:80]
-    text = re.sub(r"(?m)^name:.*$", f"name: {title}", text, count=1)
-    mark = f"# {len(indexes)} points of {run.id}, to be measured again\n"
+    words = f"{number} point{'s' if number > 1 else ''} of {run.id}, to be measured again"
+    edits = [
+        _items_edit(source, place, items), _edit(source, ("name",), title),
+        _edit(source, ("summary",), f'"{words}"'), _limit(run, source, loop, number),
+    ]  # fmt: skip
+    text = source.text
+    for start, end, new in sorted((edit for edit in edits if edit is not None), reverse=True):
+        text = text[:start] + new + text[end:]
     return AgainText(
-        name=f"{title}.yaml", text=mark + text, points=len(indexes), params=_params(run)
+        name=f"{title}.yaml", text=f"# {words}\n{text}", points=number, params=_params(run)
     )
+
+
+def _limit(run: OpenRun, source: Source, loop: str, number: int) -> Edit | None:
+    """As many of these points may fail as of all points, in proportion."""
+    assert run.inputs.outline is not None
+    step, total = run.inputs.outline.steps[loop], run.picture.tables[loop, ""].total
+    limits = step.step.keep_going
+    if limits is None or not isinstance(limits.max_failed, int) or not total:
+        return None
+    most = min(limits.max_failed, ceil(limits.max_failed * number / total))
+    return _edit(source, (*step.place, "keep_going", "max_failed"), str(most))
+
+
+def _edit(source: Source, place: Place, new: str) -> Edit | None:
+    """Another value at a place; None where there is nothing."""
+    node = source.node(place)
+    if node is None:
+        return None
+    line_end = "\n" if source.text[node.start : node.end].endswith("\n") else ""
+    return node.start, node.end, new + line_end
 
 
 def _loop(run: OpenRun, asked: MeasureAgain) -> str:
@@ -81,14 +111,14 @@ def _item(raw: object, index: int) -> str:
     return '"${{ ' + inner.replace("\\", "\\\\").replace('"', "'") + f"[{index}]" + ' }}"'
 
 
-def _indent(source: Source, place: tuple[str | int, ...]) -> str:
+def _indent(source: Source, place: Place) -> str:
     """The items are indented by two more columns than the name of the loop's variable."""
     _, column, _ = source.place(place, key=True)
     return " " * (column + 1)
 
 
-def _replaced(source: Source, place: tuple[str | int, ...], items: str, raw: object) -> str:
-    """The text with other items; a mapping in braces is expanded, since a block list follows."""
+def _items_edit(source: Source, place: Place, items: str) -> Edit:
+    """Other items; in a mapping in braces as a list in brackets."""
     node = source.node(place)
     around = source.node(place[:-1])
     if node is None or around is None:
@@ -96,8 +126,8 @@ def _replaced(source: Source, place: tuple[str | int, ...], items: str, raw: obj
     text = source.text
     if text[around.start] == "{":
         flow = ", ".join(part[2:] for part in (line.strip() for line in items.splitlines()) if part)
-        return f"{text[: node.start]}[{flow}]{text[node.end :]}"
-    return text[: node.start].rstrip(" ") + items + text[node.end :]
+        return node.start, node.end, f"[{flow}]"
+    return len(text[: node.start].rstrip(" ")), node.end, items
 
 
 def _params(run: OpenRun) -> dict[str, object]:

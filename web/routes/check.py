@@ -1,5 +1,6 @@
 """The checker and the views on a text in the editor."""
 
+from asyncio import to_thread
 from typing import Any
 
 from fastapi import APIRouter, Request
@@ -14,7 +15,8 @@ router = APIRouter(tags=["check"])
 @router.post("/check")
 async def check_protocol(asked: models.CheckText, app_state: TheSite) -> models.CheckedText:
     """Every problem of a text, with its position, and the form with which it would be started."""
-    return await app_state.text_check.check(asked)
+    told = await app_state.text_check.check(asked)
+    return told.model_copy(update={"no_room": await to_thread(app_state.launching.no_room)})
 
 
 @router.get("/schema")

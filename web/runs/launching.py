@@ -23,6 +23,7 @@ from ..library.library import Library
 from ..library.text_check import TextCheck
 from ..local.clock import now_iso
 from ..local.refusal import Refusal, not_found
+from ..local.room import no_room
 from ..models.protocols import CheckText, Hazard
 from ..models.runs import Launch, LaunchState, ResumeRun, StartRun
 from ..models.settings import Settings
@@ -136,6 +137,7 @@ class Launching:
         self._check_list(checked.hazards, asked.checklist)
         devices = sorted({role.device for role in checked.roles if role.device is not None})
         self._check_devices(devices)
+        self._check_room()
         arguments = ["run", str(self._library.folder / asked.protocol), "--lab", str(self._lab)]
         arguments += ["--runs", str(self._runs.folder)]
         arguments += _options("-p", {n: text_of(v) for n, v in asked.params.items()})
@@ -159,6 +161,7 @@ class Launching:
             self._check_list(hazards_of(checked), asked.checklist)
         devices = sorted(set(run.picture.roles.values()) & set(self._device_links.links))
         self._check_devices(devices)
+        self._check_room()
         arguments = ["resume", str(run.folder), "--by", by, *_options("--answer", asked.answers)]
         arguments += _options("-p", {n: text_of(v) for n, v in asked.params.items()})
         if asked.protocol is not None:
@@ -194,6 +197,15 @@ class Launching:
             device_link.reachable_client()
             if device_link.busy:
                 raise Refusal(409, "BUSY", f"{name} is busy with an action by hand")
+
+    def no_room(self) -> str:
+        """Why the disk takes no run; empty if it does."""
+        return no_room(self._runs.folder)
+
+    def _check_room(self) -> None:
+        """Raise Refusal (507) if the disk is full, or about to be."""
+        if why := self.no_room():
+            raise Refusal(507, "DISK_FULL", why, "make room, and start again")
 
     # --- the engine
 

@@ -1,8 +1,9 @@
 """Rate and time left are those of the last points, not of the whole run."""
 
 from labrun.engine.progress import progress as progress_module
-from labrun.engine.progress.progress import Progress, rate_text
+from labrun.engine.progress.progress import Progress
 from labrun.schemas.event import Event
+from labrun.system.pace import rate_text
 
 
 class Told:

@@ -154,6 +154,8 @@ def test_points_are_measured_again_by_the_runs_own_protocol(done, wait_for):
 
     assert again["points"] == 2 and again["params"] == {"sample": "core17", "pitch": "1 mm"}
     assert "# A small map" in again["text"]  # comments stay
+    assert f'summary: "2 points of {id}, to be measured again"' in again["text"]
+    assert "keep_going: {max_failed: 1}" in again["text"]  # 3 of 6
     assert checked["ok"], checked["problems"]
     assert points["key"] == ["0,0", "2,1"] and points["x_mm"] == [0, 2]
     assert page.post(f"/runs/{id}/again", json={"keys": ["9,9"]}).status_code == 422

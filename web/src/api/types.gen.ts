@@ -1748,6 +1748,12 @@ export interface components {
         CheckedText: {
             /** Hazards */
             hazards?: components["schemas"]["Hazard"][];
+            /**
+             * No Room
+             * @description Why the disk takes no run; empty if it does.
+             * @default
+             */
+            no_room: string;
             /** Ok */
             ok: boolean;
             /** Params */
