@@ -109,7 +109,7 @@ class Table:
             self.last.append(offset)
         elif not self.ended[slot]:
             self.last[slot] = offset
-            if self.status[slot] == CODE["waiting"]:
+            if self.status[slot] in (CODE["waiting"], CODE["cancelled"]):
                 self.status[slot], self.began[slot] = CODE["running"], at
         if not self.ended[slot]:
             self.current = slot
@@ -127,6 +127,11 @@ class Table:
             self.counts[status] = self.counts.get(status, 0) - 1
             self.ended[slot], self.status[slot] = 0.0, CODE["waiting"]
             self.messages.pop(slot, None)
+
+    def under_way(self) -> list[int]:
+        """Iterations that have begun and not ended."""
+        running = CODE["running"]
+        return [slot for slot, status in enumerate(self.status) if status == running]
 
     def end(self, slot: int, index: int, status: Status, at: float, message: str) -> None:
         """An iteration has ended."""

@@ -10,7 +10,7 @@ from ...engine.journal.course import Course, split_goal_id
 from ...schemas import journal as j
 from ..local.clock import since_1970
 from ..models.runs import Fate, NodeState, PointState, Status
-from .counts import FATES, End, NodeCount, Table, worst_of
+from .counts import CODE, FATES, End, NodeCount, Table, worst_of
 from .log import Log
 from .outline import Found, Outline, Step, ancestors
 from .passed import passed
@@ -249,6 +249,9 @@ class Picture(Course):
         self.under_way.clear()
         for table in self.tables.values():
             table.current = None
+            for slot in table.under_way():  # cut off: unfinished
+                table.status[slot] = CODE["cancelled"]
+                self._point(table, slot)
 
     # --- the way to steps and iterations
 

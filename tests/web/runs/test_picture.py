@@ -199,3 +199,20 @@ def test_a_hole_that_is_measured_again_waits_with_all_that_is_in_it(folder, tell
     assert picture.finished is None and picture.holes == {} and waiting == ["waiting", "waiting"]
     assert inner.point(inner.slots["1,0"]).status == "running" and inner.total is not None
     assert picture.table("main/samples", "").done == 0
+
+
+def test_a_point_that_was_cut_off_is_unfinished_until_it_goes_on(folder, teller, outline):
+    teller.started()
+    scan = "main/samples/A/scan"
+    teller.sent(f"{scan}/0,0/careful/shoot")
+    teller.tell(j.Finished(fate="aborted"))
+    picture, follower = Picture(teller.path, outline), Follower(teller.path)
+    read(picture, follower)
+    table = picture.table("main/samples/*/scan", "A")
+    slot = table.slots["0,0"]
+    cut = table.point(slot).status
+    teller.tell(j.Resumed(count=1, labrun="1"))
+    teller.sent(f"{scan}/0,0/careful/shoot")
+    read(picture, follower)
+
+    assert (cut, table.point(slot).status, table.done) == ("cancelled", "running", 0)

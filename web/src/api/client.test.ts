@@ -73,7 +73,7 @@ describe('a command', () => {
     answer = () => Promise.resolve(Response.json(fault, { status: 409 }))
     const why = await failure(pause())
 
-    expect([why?.status, why?.sentence]).toEqual([409, 'a run has it. wait'])
+    expect([why?.status, why?.sentence]).toEqual([409, 'A run has it. Wait'])
   })
 })
 

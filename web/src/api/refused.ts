@@ -12,8 +12,13 @@ export class Refused extends Error {
 
   /** The message with its hint. */
   get sentence(): string {
-    return this.fault.hint ? `${this.fault.message}. ${this.fault.hint}` : this.fault.message
+    return [this.fault.message, this.fault.hint].filter(Boolean).map(begun).join('. ')
   }
+}
+
+/** With a capital, unless it begins with a name such as `scan.yaml` or `2026-11-23_scan`. */
+function begun(text: string): string {
+  return /^[a-z]+([ ,;]|$)/.test(text) ? text.charAt(0).toUpperCase() + text.slice(1) : text
 }
 
 /** A refusal made by the page itself, in the server's format. */

@@ -23,7 +23,7 @@ export const STATUS_LOOKS: Record<Status, Look> = {
   retrying: { icon: '↻', word: 'retrying', tone: 'warn' },
   skipped: { icon: '⤼', word: 'skipped', tone: 'muted' },
   failed: { icon: '✕', word: 'failed', tone: 'fail' },
-  cancelled: { icon: '■', word: 'cancelled', tone: 'warn' },
+  cancelled: { icon: '■', word: 'unfinished', tone: 'warn' },
   unknown: { icon: '?', word: 'unknown', tone: 'warn' },
 }
 

@@ -10,10 +10,10 @@ const OUTLINE = [
   step('main/end', null, 'do'),
 ]
 
-function run(live: boolean, nodes: Record<string, string>, current: string | null): RunPicture {
+function run(live: boolean, nodes: Record<string, string>, current: string | null, fate = live ? 'running' : 'failed'): RunPicture {
   const told = Object.fromEntries(Object.entries(nodes).map(([path, status]) => [path, { status }]))
   const loops = [{ path: 'main/group/scan', current }]
-  return new RunPicture({ id: 'r', seq: 0, live, nodes: told, loops, under_way: [], outline: OUTLINE } as unknown as RunDetail)
+  return new RunPicture({ id: 'r', seq: 0, live, fate, nodes: told, loops, under_way: [], outline: OUTLINE } as unknown as RunDetail)
 }
 function says(picture: RunPicture): string[] {
   return picture.detail.outline.map((one) => {
@@ -32,4 +32,10 @@ test('a finished run shows what it never reached, except steps that leave no rec
   const picture = run(false, { 'main/ready': 'failed' }, null)
 
   expect(says(picture)).toEqual(['failed', '- not run', '-', '-', '-', '- not run', '- not run'])
+})
+
+test('nothing of an aborted run waits or runs while its report is written', () => {
+  const picture = run(true, { 'main/ready': 'ok', 'main/go_ahead': 'ok', 'main/group/scan': 'waiting' }, null, 'aborted')
+
+  expect(says(picture)).toEqual(['ok', 'ok', '-', '-', '- not finished', '- not run', '- not run'])
 })

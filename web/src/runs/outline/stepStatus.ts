@@ -1,7 +1,7 @@
 // The status of a step: from the journal, and from the steps around it.
 import type { Received } from '../../api/types'
 import type { RunPicture } from '../picture'
-import type { Status } from '../status'
+import { isOver, type Status } from '../status'
 
 type OutlineNode = Received<'OutlineNode'>
 
@@ -17,9 +17,10 @@ export interface StepSays {
 export function stepStatus(step: OutlineNode, run: RunPicture): StepSays {
   const own = run.nodes.get(step.path)?.status
   if (own !== undefined && own !== 'waiting') return { status: own, words: '' }
-  if (run.head.live && isInside(step, run)) return { status: 'running', words: '' }
-  if (own === 'waiting') return { status: run.head.live ? 'waiting' : null, words: run.head.live ? '' : 'not finished' }
-  if (run.head.live) return { status: 'waiting', words: '' }
+  const goesOn = run.head.live && !isOver(run.head.fate) // its report may still be written
+  if (goesOn && isInside(step, run)) return { status: 'running', words: '' }
+  if (own === 'waiting') return { status: goesOn ? 'waiting' : null, words: goesOn ? '' : 'not finished' }
+  if (goesOn) return { status: 'waiting', words: '' }
   return { status: null, words: LEAVE_RECORDS.has(step.kind) ? 'not run' : '' }
 }
 
