@@ -46,5 +46,4 @@ class EveryStep(Parent):
 
     def _failure(self) -> Failure:
         first = gravest(self.failures)
-        others = [failure.sentence() for failure in self.failures if failure is not first]
-        return replace(first, message="; ".join((first.message, *others)))
+        return replace(first, others=tuple(one for one in self.failures if one is not first))

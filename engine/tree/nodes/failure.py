@@ -14,7 +14,7 @@ class Failure:
     nothing above may continue then. `bygone`: the point that an earlier session had reached when it
     turned to another branch. `anew`: what had succeeded then, and was repeated, fails now. `where`,
     `tries` and `limit` say for people in which iterations, after how many attempts, and past which
-    limit of a loop.
+    limit of a loop. `others`: further failures of a `finally`, which has run on.
     """
 
     name: str
@@ -31,6 +31,7 @@ class Failure:
     where: tuple[str, ...] = ()
     tries: int = 1
     limit: str = ""
+    others: tuple["Failure", ...] = ()
 
     def as_error(self) -> dict[str, Any]:
         """What `error` holds in an expression."""
@@ -58,8 +59,9 @@ class Failure:
 
     def sentence(self) -> str:
         """One line for a person: where, what."""
-        where = ": ".join(part for part in (self.step, self.action and f"{self.action}") if part)
-        return f"{where}: {self.name}: {self.message}" if where else f"{self.name}: {self.message}"
+        where = [part for part in (self.step, self.action) if part]
+        own = ": ".join((*where, self.name, self.message))
+        return "; ".join((own, *(other.sentence() for other in self.others)))
 
     def words(self) -> str:
         """One line for a person who knows neither paths nor codes.
@@ -75,4 +77,5 @@ class Failure:
         step = self.step.rpartition("/")[2]
         named = f"step {step}" if step and not step.isdecimal() else ""
         where = ", ".join(self.where) or named
-        return f"{where}: {what}" if where else what
+        own = f"{where}: {what}" if where else what
+        return "; ".join(dict.fromkeys((own, *(other.words() for other in self.others))))

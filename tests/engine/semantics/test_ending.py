@@ -255,3 +255,23 @@ def test_a_stop_in_on_resume(bench):
     assert ran.status == 0
     assert ran.sent == ["x", "home", "home", "x"]
     assert "Ada (the STOP button)" in " ".join(r.by for r in ran.records if r.kind == "control")
+
+
+def test_a_stop_in_finally(bench):
+    """A device is stopped while `finally` runs -> Nothing more is sent to it, what other devices do there is
+    done, and the run has failed by the stop, whose name it tells. `labrun resume` runs `finally` again."""
+    body = """
+steps: [{do: b.act, with: {name: x}}]
+finally:
+  - {do: a.act, with: {name: park, script: "hang,ok"}}
+  - {do: a.act, with: {name: off}}
+  - {do: b.act, with: {name: vent}}
+"""
+    stopped = bench.run(body, stop="feedback .* finally:1/")
+    reason = stopped.finished.reason
+
+    ran = bench.resume()
+
+    assert (stopped.status, ran.status) == (1, 0)
+    assert reason[:-8] == "finally: a.act: a was stopped by Ada (the STOP button) at "
+    assert ran.sent == ["x", "park", "vent", "x", "park", "off", "vent"]
