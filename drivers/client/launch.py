@@ -18,6 +18,7 @@ from ..server.settings import ServerSettings
 from .client import DeviceClient
 from .link import ServerUnreachable
 
+SETTINGS = "server_settings.json"
 LOOK_S = 0.05
 GREETING_S = 2.0
 END_S = 5.0
@@ -169,7 +170,7 @@ async def _start_or_adopt(
         if left.same(fingerprint(ServerSettings.model_validate(settings)), settings.get("port")):
             return RunningServer(None, left.url, left.devices, left.pid)
         await RunningServer(None, left.url, left.devices, left.pid).stop()
-    path = folder / "server_settings.json"
+    path = folder / SETTINGS
     write_whole(path, json.dumps(settings).encode(), mode=0o600, sync=False)  # it may hold a token
     names = ", ".join(settings["devices"])
     words = f"waiting for the server of {names} to start, {timeout_s:g} s at most (`start_timeout`)"

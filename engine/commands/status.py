@@ -36,11 +36,16 @@ def status(
 
 
 async def _show(servings, *, follow: bool) -> bool:
-    answers = await asyncio.gather(*(_watch(serving, follow) for serving in servings))
-    return all(answers)
+    names = [serving.device for serving in servings]
+    labels = [
+        f"{one.device} at {one.url}" if names.count(one.device) > 1 else one.device
+        for one in servings
+    ]
+    watched = map(_watch, servings, labels, [follow] * len(servings))
+    return all(await asyncio.gather(*watched))
 
 
-async def _watch(serving, follow: bool) -> bool:
+async def _watch(serving, label: str, follow: bool) -> bool:
     from ...drivers.client.client import DeviceClient, ServerUnreachable
 
     client = DeviceClient(serving.url, serving.token)
@@ -48,7 +53,8 @@ async def _watch(serving, follow: bool) -> bool:
     try:
         await client.open(REACH_S)
         while True:
-            line = f"{serving.device:<12} {', '.join(_words((await client.describe())[serving.device]))}"
+            described = (await client.describe())[serving.device]
+            line = f"{label:<12} {', '.join(_words(described))}"
             if line != shown:
                 typer.echo(line)
             shown = line
@@ -56,7 +62,7 @@ async def _watch(serving, follow: bool) -> bool:
                 return True
             await asyncio.sleep(EVERY_S)
     except (ServerUnreachable, KeyError) as fault:
-        typer.echo(f"{serving.device:<12} no answer: {fault}")
+        typer.echo(f"{label:<12} no answer: {fault}")
         return False
     finally:
         await client.close()

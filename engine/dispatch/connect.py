@@ -136,12 +136,17 @@ def server_config(devices: dict[str, LabDevice], lab: LoadedLab, folder: Path) -
         },
         "folder": str(folder / (first if len(devices) == 1 else "served")),
         "world": str(folder / "world"),
-        "base": str(lab.path.parent.resolve()) if lab.path is not None else ".",
+        "base": base_of(lab),
         "host": "127.0.0.1",
         "python": python_of(devices[first], lab),
         "own_token": True,
         "stop_grace_s": lab.lab.stop_grace_s,
     }
+
+
+def base_of(lab: LoadedLab) -> str:
+    """The folder that paths in a lab start from."""
+    return str(lab.path.parent.resolve()) if lab.path is not None else "."
 
 
 def python_of(device: LabDevice, lab: LoadedLab) -> str | None:

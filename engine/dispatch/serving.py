@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
 
+from ...drivers.client.launch import SETTINGS
 from ...drivers.server.server_file import FILE
 from ...system.process import alive
 from ..lab.lab import LoadedLab
 from ..run.folder import all_runs, is_live
-from .connect import listens, servers_folder
+from .connect import base_of, listens, servers_folder
 
 CALLS = "labrun-call-*"
 """The temporary folders of `labrun call`, whose servers end with it."""
@@ -55,21 +56,38 @@ def servers_of(lab: LoadedLab, devices: list[str], runs: Path) -> list[Serving]:
             url = f"http://127.0.0.1:{device.port}"
         if url is not None:
             found[name, url] = Serving(name, url, device.token)
-    for url, served in _local(lab, runs):
-        for name in served & set(devices):
+    for url, served, settings in _local(lab, runs):
+        for name in sorted(served & set(devices)):
+            if settings is not None and not _is_ours(lab, name, settings):
+                continue
             found.setdefault((name, url), Serving(name, url, lab.lab.devices[name].token))
     return sorted(found.values(), key=lambda serving: devices.index(serving.device))
 
 
-def _local(lab: LoadedLab, runs: Path) -> Iterator[tuple[str, set[str]]]:
+def _local(lab: LoadedLab, runs: Path) -> Iterator[tuple[str, set[str], Path | None]]:
+    """Address and devices of each server; its settings, where it may be another lab's."""
     folders = [serve_home(lab), runs.resolve().parent / PAGE]
     folders += [servers_folder(folder) for folder in all_runs(runs) if is_live(folder)]
-    folders += list(Path(tempfile.gettempdir()).glob(CALLS))
-    for folder in folders:
+    calls = list(Path(tempfile.gettempdir()).glob(CALLS))
+    for folder in (*folders, *calls):
         for path in folder.rglob(FILE):
             try:
                 words = json.loads(path.read_bytes())
                 if alive(words["pid"]):
-                    yield str(words["url"]), set(words["devices"])
+                    settings = path.with_name(SETTINGS) if folder in calls else None
+                    yield str(words["url"]), set(words["devices"]), settings
             except (OSError, ValueError, KeyError, TypeError):
                 continue  # it is being written, or its server has just ended
+
+
+def _is_ours(lab: LoadedLab, name: str, settings: Path) -> bool:
+    """Whether a device of this name may be this lab's: from its folder, or the same instrument."""
+    device = lab.lab.devices[name]
+    try:
+        told = json.loads(settings.read_bytes())
+        same = told["devices"][name]["driver"], told["devices"][name]["config"]
+        if told["base"] == base_of(lab):
+            return True
+        return not lab.lab.simulated and same == (device.driver, device.config)
+    except (OSError, ValueError, KeyError, TypeError):
+        return True  # one stop too many is better than one too few

@@ -1,5 +1,6 @@
 """Stop and status from another shell, past every lease."""
 
+import os
 import subprocess
 import sys
 import time
@@ -20,8 +21,11 @@ steps: [{do: gantry.move_to, with: {x: 700 mm, y: 10 mm, z: 40 mm}}]
 """
 
 
-def labrun(folder, *words):
-    return subprocess.run([*COMMAND, *map(str, words)], cwd=folder, capture_output=True, text=True)
+def labrun(folder, *words, tmpdir=None):
+    environment = os.environ | ({"TMPDIR": str(tmpdir)} if tmpdir is not None else {})
+    return subprocess.run(
+        [*COMMAND, *map(str, words)], cwd=folder, env=environment, capture_output=True, text=True
+    )
 
 
 def begun(bench, folder, name):
@@ -70,6 +74,31 @@ def test_where_no_server_is_known_it_says_that_nothing_was_stopped(tmp_path, mon
 
     assert stopped.returncode == 1
     assert "NOTHING WAS STOPPED. If something moves" in stopped.stderr
+
+
+@pytest.mark.slow
+def test_a_call_of_another_lab_goes_on(tmp_path):
+    for name in ("own", "other"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "lab.yaml").write_text(LAB)
+    process = subprocess.Popen(
+        [*COMMAND, "call", "gantry.move_to", "x=700 mm", "--yes", "--lab", "other/lab.yaml"],
+        cwd=tmp_path, env={**os.environ, "TMPDIR": str(tmp_path)}, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    until = time.monotonic() + 60
+    while time.monotonic() < until and not list(
+        tmp_path.rglob("labrun-call-*/servers/*/server.json")
+    ):
+        time.sleep(0.05)
+    own, other = (
+        labrun(tmp_path, "stop", "--lab", f"{name}/lab.yaml", tmpdir=tmp_path)
+        for name in ("own", "other")
+    )
+    process.communicate(timeout=60)
+
+    assert (own.returncode, other.returncode) == (1, 0)
+    assert "NOTHING WAS STOPPED" in own.stderr
+    assert other.stdout.strip() == "gantry is in its safe state"
 
 
 def test_a_device_that_is_not_in_the_lab_is_refused(tmp_path, bench):
