@@ -67,8 +67,8 @@ def _part(view: Outlook, part: str | Expression) -> str:
     try:
         return as_text(part.evaluate(view.names))
     except ExpressionError:
-        name = part.text.removeprefix("params.")  # a parameter without a value yet
-        return f"({name})" if name != part.text else f"{{{name}}}"
+        words = Speech(view).of(part).removeprefix("the ")
+        return f"({words.strip('`')})"  # `(point's x)`; `(sample)`, a parameter without a value yet
 
 
 class Speech:

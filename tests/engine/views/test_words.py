@@ -58,6 +58,21 @@ steps:
     assert "the step fails (MaxReached)" in said
 
 
+def test_texts_have_no_syntax_of_expressions():
+    said = words(
+        """
+params: {sample: {type: string, default: core}, who: {type: string, default: Ada}}
+devices: {libs: libs_analyzer@1}
+steps:
+  - foreach: {point: "${{ grid(x=span(0, 1 mm, 1 mm), y=[0 mm]) }}"}
+    steps:
+      - {log: "${{ params.sample }} at ${{ point.ix }}, ${{ point.x + 2 mm }}"}
+"""
+    )
+
+    assert "core at (point's ix), (point's x + 2 mm)" in said
+
+
 def test_branches_sets_and_fallbacks_are_said():
     said = words("""\
 devices: {gantry: gantry@1, libs: libs_analyzer@1}
