@@ -8,18 +8,20 @@ import { now, reached, startRun, until } from './measured'
 
 const SCAN = `labrun: 1
 name: scan
+params: {feed: {type: quantity, unit: mm/min, default: 600 mm/min}}
 devices: {libs: libs_analyzer@1, gantry: gantry@1}
 steps:
   - {do: gantry.home}
+  - {do: gantry.move_to, with: {x: 0 mm, y: 0 mm, z: 0 mm}}
   - foreach: {point: "\${{ grid(x=span(0, 3 mm, 1 mm), y=span(0, 2 mm, 1 mm)) }}"}
     id: scan
     key: \${{ point.ix }},\${{ point.iy }}
     keep_going: true
     steps:
-      - {id: travel, do: gantry.move_to, with: {x: "\${{ point.x }}", y: "\${{ point.y }}", z: 0 mm}}
+      - {id: travel, do: gantry.move_to, with: {x: "\${{ point.x }}", y: "\${{ point.y }}", z: 0 mm, feed: "\${{ params.feed }}"}}
       - {id: shoot, do: libs.measure}
     collect: {x: "\${{ point.x }}", y: "\${{ point.y }}", shot: "\${{ steps.shoot.shot_id }}"}
-on_resume: [{do: gantry.home}]
+on_resume: [{do: gantry.home}, {do: gantry.move_to, with: {x: 0 mm, y: 0 mm, z: 0 mm}}]
 `
 interface Told { fate: string; done: number; word: string; total: number; measured: number; failed: number; left: number; holes: number }
 let bench: Bench
@@ -124,7 +126,7 @@ it('STOP ALL makes no hole: it says who it was, shows one state, and the run is 
   const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   const before = await shots()
-  const run = await startRun(bench, 'scan.yaml')
+  const run = await startRun(bench, 'scan.yaml', { feed: '1 mm/min' }) // a minute a millimetre: it is pressed in time
   await page.goto(`/runs/${run}`)
   await until(bench, run, (told) => told.done >= 2)
   await page.getByRole('button', { name: 'Stop all devices' }).click()
