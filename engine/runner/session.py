@@ -58,12 +58,13 @@ class RunSession:
 
     def __init__(self, run: Run, checked: Checked, clients: Mapping[str, DeviceHandle]) -> None:
         assert checked.protocol is not None and checked.survey is not None
+        assert checked.lab is not None
         self.run = run
         self.protocol: Protocol = checked.protocol
         self.survey = checked.survey
         self.names = {"params": run.params, "run": run.about, "csv": self.survey.tables}
         self.clients = clients
-        self.dispatcher = Dispatcher(run, clients)
+        self.dispatcher = Dispatcher(run, clients, checked.lab.lab.start_timeout_s)
         self.control = Control(run, self.dispatcher.wake.set)
         self.used_by_others: set[str] = set()
         self.unsafe: set[str] = set()
