@@ -189,8 +189,10 @@ class DeviceServer:
 
     async def _lease(self, session: str, data: Answer) -> Answer:
         request = LeaseRequest.model_validate(data)
-        epoch = await self._device(request.device).take_lease(request, session)
-        return {"epoch": epoch, "boot": self.ledger.boot, "device": request.device}
+        device = self._device(request.device)
+        epoch = await device.take_lease(request, session)
+        lapsed = device.lapsed
+        return {"epoch": epoch, "boot": self.ledger.boot, "device": device.name, "lapsed": lapsed}
 
     async def _release(self, session: str, data: Answer) -> Answer:
         device = self._device(data["device"])

@@ -28,6 +28,10 @@ class DeviceHandle(Protocol):
         """The epoch of the lease that is held on a device."""
         ...
 
+    def lapsed(self, device: str) -> int:
+        """The epoch of the newest lease after which the device was made safe, or 0."""
+        ...
+
     async def follow(
         self, goal: Goal, on_report: Callable[[GoalReport], None], *, send: bool = True
     ) -> Outcome:

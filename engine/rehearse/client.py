@@ -72,6 +72,10 @@ class RehearsedDevice:
         """The epoch of the lease."""
         return self._epoch
 
+    def lapsed(self, device: str) -> int:
+        """None ever does."""
+        return 0
+
     async def follow(
         self,
         goal: Goal,

@@ -13,6 +13,9 @@ from ...system.tasks import spawn
 from ..rehearse.twin_choice import EMPTY, plainest, typical_s
 from .process import living
 
+SAFE_S = 0.0, 0.1, 3.0
+"""How long an instrument takes to become safe."""
+
 
 @dataclass(frozen=True, slots=True)
 class Deed:
@@ -126,7 +129,7 @@ def driver_of(instrument: Instrument) -> type[Driver]:
 
     async def safe(self: Driver) -> None:
         living()
-        await asyncio.sleep(instrument.bench.random.choice((0.0, 0.1, 3.0)))
+        await asyncio.sleep(instrument.bench.random.choice(SAFE_S))
         await instrument.idle()
         living()
         instrument.make_safe()

@@ -25,8 +25,6 @@ class Lived(History):
 
     def _heard(self, event):
         super()._heard(event)
-        if event.event == "log":
-            self._note(event.text)
         about = (event.event, event.path, event.state)
         if self.once and about == ("goal", "main/pause", "succeeded"):
             self.once = False
