@@ -82,13 +82,16 @@ class InFlight(Behaviour):
             self.dispatcher.request(request)
 
     def update(self) -> Status:
-        waiting = [request for request in self.requests if request.outcome is None]
-        for request in waiting if self.control.aborted_by else ():
+        for request in self._waiting() if self.control.aborted_by else ():
             if request.adopt is None or request.sent_at is not None:
                 self.dispatcher.withdraw(request)
             else:  # it can be cancelled once it is followed
                 self.run.requests.wake_at(self.run.clock.now() + STEP_S)
-        return Status.RUNNING if waiting else Status.SUCCESS
+        # What was withdrawn before it was sent has ended by now, and nothing else will say so.
+        return Status.RUNNING if self._waiting() else Status.SUCCESS
+
+    def _waiting(self) -> list[Request]:
+        return [request for request in self.requests if request.outcome is None]
 
 
 def _probe_of(run: Run, past: PastGoal) -> Request | None:

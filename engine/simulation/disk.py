@@ -58,7 +58,8 @@ class File:
 
 
 def _put(whole: bytearray, data: bytes, offset: int) -> None:
-    whole.extend(bytes(max(0, offset - len(whole))))
+    if offset > len(whole):
+        whole.extend(bytes(offset - len(whole)))
     whole[offset : offset + len(data)] = data
 
 
