@@ -169,6 +169,10 @@ class DeviceClient:
         except LinkDown as fault:
             raise ServerUnreachable(self.url, str(fault)) from fault
 
+    async def knows(self, goal_id: str) -> bool:
+        """Whether the server ever had a goal; raises ServerUnreachable."""
+        return (await self.query([goal_id])).goals.get(goal_id) is not None
+
     async def stop(
         self, device: str | None = None, timeout_s: float | None = None, *, by: str = ""
     ) -> dict[str, tuple[bool, str]]:

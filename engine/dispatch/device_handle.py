@@ -38,6 +38,10 @@ class DeviceHandle(Protocol):
         """Send a goal, or only ask about it, and wait for its end."""
         ...
 
+    async def knows(self, goal_id: str) -> bool:
+        """Whether its server ever had a goal; raises ServerUnreachable."""
+        ...
+
     async def cancel(self, goal_id: str) -> None:
         """Cancel a goal."""
         ...

@@ -22,6 +22,7 @@ from ..journal.past import PastGoal
 from ..run.files import FileFault, read_content, write_content
 from ..run.run import Run
 from .device_handle import DeviceHandle
+from .probe import checked_with_server
 from .request import CANCELED_BEFORE_SENDING, Request
 
 LOG = logging.getLogger("labrun")
@@ -402,6 +403,7 @@ class Dispatcher:
             outcome = await client.follow(
                 self._goal(request, client), self._heard(request), send=request.adopt is None
             )
+            outcome = await checked_with_server(request, outcome, client)
         except FileFault as fault:
             outcome = _aborted("Rejected", str(fault), "no")
         except Exception as fault:  # an internal error must not leave the tree waiting for ever

@@ -7,6 +7,7 @@ import shutil
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextvars import Context
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -27,7 +28,7 @@ from ..run.run import Run
 from ..runner.begin import RunOptions, new_run, old_run
 from ..runner.session import RunSession
 from .disk import SimulatedJournal, lose_journal
-from .instrument import Bench, Deed, Instrument
+from .instrument import STRANGER, Bench, Deed, Instrument
 from .process import CURRENT, Died, Process, SimulatedLoop
 from .server import SimulatedServer
 from .wire import Network, SimulatedLink
@@ -270,7 +271,8 @@ class History:
         self.outcome.story.append(f"{asyncio.get_running_loop().time():10.3f} s  {text}")
 
     def _judge(self) -> None:
-        breaches, deeds = self.outcome.breaches, self.bench.deeds
+        breaches = self.outcome.breaches
+        deeds = [d for d in self.bench.deeds if not d.goal.startswith(STRANGER)]
         self.outcome.deeds = len(deeds)
         try:
             records = list(read_records(self.folder / "journal.jsonl"))
@@ -369,6 +371,17 @@ def _fill_disk(history: History, server: SimulatedServer) -> None:
         server.disk.full_until = until
 
 
+def _fire_elsewhere(history: History, server: SimulatedServer, left: int = 20) -> None:
+    """Another bench has this instrument in its lab, too, by mistake, and scans."""
+    actions = server.instrument.contract.actions
+    once = [name for name, action in actions.items() if action.effect == "once"]
+    if once and left:
+        server.instrument.begin(f"{STRANGER}main/shot/{history.random.random()}", once[0], {})
+        pause_s = history.random.uniform(0.3, 2.0)
+        later = asyncio.get_running_loop().call_later
+        later(pause_s, _fire_elsewhere, history, server, left - 1, context=Context())
+
+
 def _set_clock(history: History, server: SimulatedServer) -> None:
     history.clock_off_s += history.random.choice(
         (-86400.0, -3600.0, -40.0, -5.0, 5.0, 40.0, 3600.0)
@@ -387,6 +400,7 @@ ACCIDENTS: list[tuple[str, Strike]] = [
     ("connection stalled", _stall),
     ("disk full for some seconds", _fill_disk),
     ("clock set forward or back", _set_clock),
+    ("fired by another bench", _fire_elsewhere),
 ]
 POWER: list[tuple[str, Strike]] = [("power cut", lambda h, s: h.cut_power())]
 LEDGERS: list[tuple[str, Strike]] = [
