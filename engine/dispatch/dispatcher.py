@@ -41,7 +41,7 @@ class Dispatcher:
     """
 
     def __init__(
-        self, run: Run, clients: Mapping[str, DeviceHandle], out_of_touch_s: float
+        self, run: Run, clients: Mapping[str, DeviceHandle], out_of_touch_s: float = 60.0
     ) -> None:
         self.run = run
         self.clients = clients

@@ -37,6 +37,8 @@ BEGAN = datetime(2026, 1, 1, tzinfo=UTC)
 LONGEST_S = 20_000.0
 STALL_S = 3.0
 TURN = re.compile(r"((?:/\w+)+?)/r\d+\1(?=/)")
+OUTSIDE = re.compile(r"\d\d:\d\d:\d\d")
+"""What a story leaves out, with the folder's name: the time of day of who plays it."""
 NOTICED_S = 0.1
 """How long it takes until an engine knows that a server has gone, or is about to."""
 SESSIONS = 40
@@ -91,7 +93,8 @@ class History:
             with _surroundings(self), asyncio.Runner(loop_factory=SimulatedLoop) as runner:
                 runner.run(self._live())
         except Exception as fault:
-            self.outcome.breaches.append(f"{type(fault).__name__}: {fault}")
+            words = str(fault).replace(str(self.folder.parent), "")
+            self.outcome.breaches.append(f"{type(fault).__name__}: {words}")
         finally:
             shutil.rmtree(self.folder.parent, ignore_errors=True)
             SimulatedJournal.lengths.pop(self.folder / "journal.jsonl", None)
@@ -268,6 +271,7 @@ class History:
     # --- the verdict
 
     def _note(self, text: str) -> None:
+        text = OUTSIDE.sub("", text.replace(str(self.folder.parent), ""))
         self.outcome.story.append(f"{asyncio.get_running_loop().time():10.3f} s  {text}")
 
     def _judge(self) -> None:
@@ -280,7 +284,7 @@ class History:
             breaches.append(str(fault))
             return
         if not (isinstance(records[-1], j.Finished) and records[-1].fate == "succeeded"):
-            why = getattr(records[-1], "reason", "")
+            why = getattr(records[-1], "reason", "").replace(str(self.folder.parent), "")
             breaches.append(f"after {self.outcome.sessions} sessions it had not succeeded: {why}")
         sent = {record.id for record in records if isinstance(record, j.GoalSent)}
         times = Counter(split_goal_id(deed.goal)[0] for deed in deeds)
