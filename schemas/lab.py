@@ -81,7 +81,7 @@ class Lab(Model):
 
     @property
     def start_timeout_s(self) -> float:
-        """How long a device server may take to start, or to answer for the first time."""
+        """How long a device server may take to start, or to answer for the first time, or again."""
         return seconds(self.start_timeout)
 
     @property

@@ -1,6 +1,7 @@
 """The engine's side of the wire: hold leases, follow goals, never guess how a goal ended."""
 
 import asyncio
+import contextlib
 from collections.abc import Callable
 from typing import Any
 
@@ -23,6 +24,7 @@ __all__ = ["DeviceClient", "LeaseHeld", "Outcome", "ServerUnreachable"]
 
 MAX_FILES_BYTES = 60_000_000
 LINK_S = 5.0
+AGAIN_S = 0.05
 
 
 class DeviceClient:
@@ -104,6 +106,10 @@ class DeviceClient:
         """The epoch of the lease held on a device; KeyError if there is none."""
         return self._lease_keeper.epoch(device)
 
+    def lapsed(self, device: str) -> int:
+        """The epoch of the newest lease after which the server made the device safe; 0 if none."""
+        return self._lease_keeper.lapsed(device)
+
     async def follow(
         self,
         goal: Goal,
@@ -163,6 +169,10 @@ class DeviceClient:
         except LinkDown as fault:
             raise ServerUnreachable(self.url, str(fault)) from fault
 
+    async def knows(self, goal_id: str) -> bool:
+        """Whether the server ever had a goal; raises ServerUnreachable."""
+        return (await self.query([goal_id])).goals.get(goal_id) is not None
+
     async def stop(
         self, device: str | None = None, timeout_s: float | None = None, *, by: str = ""
     ) -> dict[str, tuple[bool, str]]:
@@ -177,12 +187,18 @@ class DeviceClient:
         request: Answer = {"timeout_s": 0.9 * timeout_s, "by": by}
         if device is not None:
             request["device"] = device
-        try:
+        words = f"no response from {self.url} within {timeout_s:g} s"
+        answer: Answer | None = None
+        with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(timeout_s):
-                await self._link.up.wait()
-                answer = await self._link.call("stop", request, timeout_s)
-        except (LinkDown, TimeoutError) as fault:
-            words = str(fault) or f"no response from {self.url} within {timeout_s:g} s"
+                while answer is None:  # a server that ends meanwhile is back within that time
+                    await self._link.up.wait()
+                    try:
+                        answer = await self._link.call("stop", request, timeout_s)
+                    except LinkDown as fault:
+                        words = str(fault)
+                        await asyncio.sleep(AGAIN_S)
+        if answer is None:
             return dict.fromkeys(names, (False, words))
         if not answer.get("ok"):
             return dict.fromkeys(names, (False, str(answer.get("message"))))

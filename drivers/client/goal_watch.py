@@ -80,8 +80,9 @@ class GoalWatch:
         tracking = self._followed.get(goal_id)
         if tracking is not None:
             tracking.cancel_wanted = True
+        request = {"id": goal_id} | ({} if tracking is None else {"boot": tracking.goal.boot})
         try:
-            answer = await self._link.call("cancel", {"id": goal_id})
+            answer = await self._link.call("cancel", request)
         except LinkDown:
             if tracking is None:
                 raise
@@ -89,6 +90,8 @@ class GoalWatch:
         else:
             if tracking is not None and answer.get("ok"):
                 tracking.cancel_wanted = False
+            elif tracking is not None:
+                self._doubt(tracking)
 
     async def query(self, ids: Iterable[str]) -> QueryAnswer:
         """What the server knows about goals; raises LinkDown."""
@@ -206,7 +209,8 @@ class GoalWatch:
             await self._send(tracking)
             return
         # A tombstone first, before anything is concluded: then a late goal cannot start.
-        answer = await self._link.call("cancel", {"id": tracking.goal.id})
+        request = {"id": tracking.goal.id, "boot": tracking.goal.boot}
+        answer = await self._link.call("cancel", request)
         if accepted(answer, self._link.url)["state"] != "CANCELED":
             self._doubt(tracking)  # it arrived after all, and its record shows its state
         elif tracking.lapsed:

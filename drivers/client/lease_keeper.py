@@ -34,6 +34,7 @@ class _Lease:
     owner: str
     ttl_s: float
     epoch: int = 0
+    lapsed: int = 0
     ask: str = field(default_factory=_new_word)
     task: asyncio.Task[None] | None = None
 
@@ -48,6 +49,10 @@ class LeaseKeeper:
     def epoch(self, device: str) -> int:
         """The epoch of the lease on a device; KeyError if none is held."""
         return self._leases[device].epoch
+
+    def lapsed(self, device: str) -> int:
+        """The epoch of the newest lease of a device that had lapsed when ours was taken, or 0."""
+        return self._leases[device].lapsed
 
     async def take(self, device: str, owner: str, ttl_s: float) -> int:
         """Take a lease, which is renewed until it is released, and return its epoch. Raises LeaseHeld.
@@ -116,7 +121,8 @@ class LeaseKeeper:
             raise LeaseHeld(lease.device, str(answer.get("holder")))
         if answer.get("code") == "STALE_EPOCH":
             return False
-        lease.epoch = accepted(answer, self._link.url)["epoch"]
+        given = accepted(answer, self._link.url)
+        lease.epoch, lease.lapsed = given["epoch"], given.get("lapsed", 0)
         return True
 
     async def _keep(self, lease: _Lease) -> None:

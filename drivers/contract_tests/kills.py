@@ -37,6 +37,22 @@ class Kills(Stage):
     ) -> None:
         await self._probe_after_kill(tmp_path, action, wait=True)
 
+    @blocking
+    async def test_a_probe_of_a_once_action_that_may_still_go_on_waits_or_does_not_know(
+        self, tmp_path: Path, action: str
+    ) -> None:
+        async with self._killed(tmp_path, action, wait=False) as (session, goal):
+            probe = session.contract.actions[action].probe or ""
+            answer = (await session.do(probe)).result or {}
+            await asyncio.to_thread(self.rest, tmp_path)
+            happened = self.happened(tmp_path, goal.id)
+
+        if answer.get("goal_id") is not None:
+            assert (answer["goal_id"] == goal.id) == happened, (
+                f"asked at once after the kill, {probe} said {answer}, but in the end it {happened=}: "
+                "it must wait while the instrument is busy, or report null"
+            )
+
     async def _probe_after_kill(self, folder: Path, action: str, *, wait: bool) -> None:
         async with self._killed(folder, action, wait=wait) as (session, goal):
             await asyncio.to_thread(self.rest, folder)

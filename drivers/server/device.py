@@ -134,6 +134,11 @@ class ServedDevice:
         return over is not None
 
     @property
+    def lapsed(self) -> int:
+        """The epoch of the newest lease whose end has made it safe; 0 if none has in this boot."""
+        return self._owner.lapsed
+
+    @property
     def stops(self) -> int:
         """How often it was stopped: a goal that came before a stop must not start after it."""
         return self._owner.stops

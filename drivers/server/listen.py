@@ -9,12 +9,34 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 import uvicorn
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from ...system import WINDOWS
 from ...system.tasks import spawn
 from .server import MAX_MESSAGE_BYTES
 
 START_S = 10.0
+FIRST_BYTES = 16 * 1024
+"""The longest message of a client that has not been let in."""
+LET_IN = "40"
+"""So begins what Socket.IO sends to a client that it has let into a namespace."""
+
+
+class _Guarded(WebSocketsSansIOProtocol):
+    """Keeps no long message of anybody before the gate and the token have let them in."""
+
+    def __init__(self, *parts: Any, **more: Any) -> None:
+        super().__init__(*parts, **more)
+        self._take(FIRST_BYTES)
+
+    async def send(self, message: Any) -> None:
+        if (message.get("text") or "").startswith(LET_IN):
+            self._take(self.config.ws_max_size)
+        await super().send(message)
+
+    def _take(self, most_bytes: int) -> None:
+        newer = hasattr(self.conn, "max_message_size")  # since websockets 16
+        setattr(self.conn, "max_message_size" if newer else "max_size", most_bytes)
 
 
 class _Server(uvicorn.Server):
@@ -51,7 +73,7 @@ async def listening(
     """Serve for as long as the block lasts; `tls` is a certificate file and its key file."""
     config = uvicorn.Config(
         app,
-        ws="websockets-sansio",
+        ws=_Guarded,
         ws_max_size=MAX_MESSAGE_BYTES,
         ws_ping_interval=None,  # Socket.IO sends its own pings
         ws_per_message_deflate=False,  # compression costs more than it saves on loopback and LAN

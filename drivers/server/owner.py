@@ -57,6 +57,8 @@ class Owner:
         self.state = State.OPEN
         self.goals: dict[str, Execution] = {}
         self.stops = 0
+        self.lapsed = 0
+        """The epoch of the newest lease after which the device was, or is being, made safe."""
         self._driver = driver
         self._contract = contract
         self._changed = changed
@@ -109,7 +111,7 @@ class Owner:
                     self._at_once = True
                 case "finish":
                     pass
-        self._lapsed = True
+        self._lapsed, self.lapsed = True, epoch
         self.fence(epoch)
 
     async def turn(self, execution: Execution) -> bool:

@@ -189,8 +189,10 @@ class DeviceServer:
 
     async def _lease(self, session: str, data: Answer) -> Answer:
         request = LeaseRequest.model_validate(data)
-        epoch = await self._device(request.device).take_lease(request, session)
-        return {"epoch": epoch, "boot": self.ledger.boot, "device": request.device}
+        device = self._device(request.device)
+        epoch = await device.take_lease(request, session)
+        lapsed = device.lapsed
+        return {"epoch": epoch, "boot": self.ledger.boot, "device": device.name, "lapsed": lapsed}
 
     async def _release(self, session: str, data: Answer) -> Answer:
         device = self._device(data["device"])
@@ -246,13 +248,19 @@ class DeviceServer:
             async with self._in_order:
                 running = self._running(goal_id)
                 if running is None:
-                    return {"state": await self._buried(goal_id)}
+                    return {"state": await self._buried(goal_id, data.get("boot"))}
         return {"state": running.cancel()}
 
-    async def _buried(self, goal_id: str) -> GoalState:
+    async def _buried(self, goal_id: str, boot: str | None) -> GoalState:
+        """The state of a goal that does not run; one of this boot that is not known can never start.
+
+        One that was sent to an earlier boot may have been done, and an older ledger put back since.
+        """
         known = await self.ledger.queued(self.ledger.report, goal_id)
         if known is not None:
             return known.state
+        if boot is not None and boot != self.ledger.boot:
+            raise Refused("STALE_BOOT", "the device server has been restarted since; use query")
         await self.ledger.queued(self.ledger.bury, goal_id)
         return "CANCELED"
 

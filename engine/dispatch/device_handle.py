@@ -28,10 +28,18 @@ class DeviceHandle(Protocol):
         """The epoch of the lease that is held on a device."""
         ...
 
+    def lapsed(self, device: str) -> int:
+        """The epoch of the newest lease after which the device was made safe, or 0."""
+        ...
+
     async def follow(
         self, goal: Goal, on_report: Callable[[GoalReport], None], *, send: bool = True
     ) -> Outcome:
         """Send a goal, or only ask about it, and wait for its end."""
+        ...
+
+    async def knows(self, goal_id: str) -> bool:
+        """Whether its server ever had a goal; raises ServerUnreachable."""
         ...
 
     async def cancel(self, goal_id: str) -> None:

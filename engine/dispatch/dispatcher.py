@@ -22,25 +22,30 @@ from ..journal.past import PastGoal
 from ..run.files import FileFault, read_content, write_content
 from ..run.run import Run
 from .device_handle import DeviceHandle
+from .probe import checked_with_server
 from .request import CANCELED_BEFORE_SENDING, Request
 
 LOG = logging.getLogger("labrun")
 CANCEL_GRACE_S = 10.0
 """How long a device may take to end a goal after its timeout before the next attempt or fallback,
 unless its contract gives its driver longer."""
-OUT_OF_TOUCH_S = 60.0
-"""How long `once` actions wait for a device whose server is out of reach or ending: it may lose the
-state that earlier steps gave it, and only its server can say so."""
 OWN_S = 2.0
 """What the server takes beside its driver."""
 
 
 class Dispatcher:
-    """Carries requests to devices; `wake` is set when an outcome has arrived."""
+    """Carries requests to devices; `wake` is set when an outcome has arrived.
 
-    def __init__(self, run: Run, clients: Mapping[str, DeviceHandle]) -> None:
+    `out_of_touch_s`: how long `once` actions wait for another device whose server is out of reach or
+    ending. It may lose the state that earlier steps gave it, and only its server can say so.
+    """
+
+    def __init__(
+        self, run: Run, clients: Mapping[str, DeviceHandle], out_of_touch_s: float = 60.0
+    ) -> None:
         self.run = run
         self.clients = clients
+        self.out_of_touch_s = out_of_touch_s
         self.wake = asyncio.Event()
         self.paused = False
         self.disk_full: str = ""
@@ -60,6 +65,7 @@ class Dispatcher:
             client.on_stopped = self._was_stopped
             client.on_touch = self.wake.set
         self._out_of_touch: dict[str, float] = {}
+        """Device -> until when it is waited for; 0 once that is over."""
 
     # --- what the tree asks for
 
@@ -181,9 +187,13 @@ class Dispatcher:
             f"{r.label} on {r.device}, sent at {_at(now - (r.sent_at or now))}"
             for r in self._under_way.values()
         ]
+        away = {device: until for device, until in self._out_of_touch.items() if until}
         for request in () if self.paused else self._queue:
             holder = self._holders.get(request.device)
             behind = f", which does {holder.label}" if holder is not None else ""
+            if others := self._kept_by(request, away):
+                until = ", ".join(f"{d} until {_at(now - away[d])} at most" for d in others)
+                behind = f", which waits for {until}"
             told.append(f"{request.device}{behind}, to begin {request.label}")
         return told
 
@@ -268,7 +278,7 @@ class Dispatcher:
         taken = set(self._holders)
         away = self._away()
         for request in self._queue:
-            if request.action.effect == "once" and away - {request.device}:
+            if self._kept_by(request, away):
                 waiting.append(request)
                 continue
             exclusive = not request.role.contract.concurrent
@@ -283,22 +293,31 @@ class Dispatcher:
             self._note(request)
         return ready
 
-    def _away(self) -> set[str]:
-        """Devices with a state that have been out of touch, and not for too long."""
+    def _kept_by(self, request: Request, away: Mapping[str, float]) -> list[str]:
+        """Other devices that a `once` action waits for."""
+        return sorted(away.keys() - {request.device}) if request.action.effect == "once" else []
+
+    def _away(self) -> dict[str, float]:
+        """Devices with a state that are out of touch, and until when they are waited for."""
         now, used = self.run.clock.now(), self.run.history.boots
+        limit = f"{self.out_of_touch_s:g} s (`start_timeout`)"
         for device, client in self.clients.items():
+            until = self._out_of_touch.get(device)
             if client.in_touch or device not in self._lasting or device not in used:
                 self._out_of_touch.pop(device, None)
-            elif device not in self._out_of_touch:
-                self._out_of_touch[device] = now
+            elif until is None:
+                self._out_of_touch[device] = now + self.out_of_touch_s
                 self.run.log(
-                    f"{device} is out of reach; no action that must not be repeated begins"
+                    f"{device} is out of reach: until it is back, and for {limit} at most, no "
+                    "action that must not be repeated begins on other devices"
                 )
-        ends = {device: since + OUT_OF_TOUCH_S for device, since in self._out_of_touch.items()}
-        for until in ends.values():
-            if until > now:
-                self.run.requests.wake_at(until)
-        return {device for device, until in ends.items() if until > now}
+            elif until and until <= now:
+                self._out_of_touch[device] = 0.0
+                self.run.log(f"{device} is not back after {limit}; going on without it")
+        away = {device: until for device, until in self._out_of_touch.items() if until}
+        for until in away.values():
+            self.run.requests.wake_at(until)
+        return away
 
     def _note(self, request: Request) -> None:
         client = self.clients[request.device]
@@ -384,6 +403,7 @@ class Dispatcher:
             outcome = await client.follow(
                 self._goal(request, client), self._heard(request), send=request.adopt is None
             )
+            outcome = await checked_with_server(request, outcome, client)
         except FileFault as fault:
             outcome = _aborted("Rejected", str(fault), "no")
         except Exception as fault:  # an internal error must not leave the tree waiting for ever

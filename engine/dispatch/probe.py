@@ -5,21 +5,32 @@ A contract's probe is a pure action that reports the last time the action was do
 result. Another goal, or empty for a device that certainly never did it: it did not happen. Null, for
 a device that does not remember the goal, proves nothing; nor does an execution that may hide an
 earlier one.
+
+Nor does a goal that its server never had: somebody else reaches the instrument past this server, by
+another one or by hand, and may have done so before us or after.
 """
 
+from dataclasses import replace
 from typing import Any
 
+from ...drivers.client.client import Outcome, ServerUnreachable
+from ...schemas import journal as j
+from ...schemas.messages import GoalError
 from ..journal.course import split_goal_id
 from ..journal.history import History
 from ..lab.bind import BoundRole
+from .device_handle import DeviceHandle
 from .request import Request
 
 PROBE_TIMEOUT_S = 60.0
+PROBE = "/probe"
+STRANGER = "Stranger"
+"""The error beside the answer of a probe that names a goal which its server never had."""
 
 
 def probe_path(goal_id: str) -> str:
     """The path of a goal's probes in the run."""
-    return f"{goal_id.partition('/')[2]}/probe"
+    return f"{goal_id.partition('/')[2]}{PROBE}"
 
 
 def unknown_path(goal_id: str) -> str:
@@ -44,7 +55,30 @@ def probe_request(history: History, role: BoundRole, goal_id: str, action: str) 
 def told_before(history: History, goal_id: str) -> dict[str, Any] | None:
     """What a probe of this goal has already reported: it was asked in time, and is valid."""
     past = history.past.newest_success(probe_path(goal_id))
-    return past.ended.result if past is not None and past.ended is not None else None
+    return told_by(past.ended) if past is not None and past.ended is not None else None
+
+
+def told_by(ended: Outcome | j.GoalEnded) -> dict[str, Any] | None:
+    """What a probe reports; without the goal, where that proves nothing."""
+    if ended.state != "SUCCEEDED" or ended.error is None or ended.error.name != STRANGER:
+        return ended.result if ended.state == "SUCCEEDED" else None
+    return {**(ended.result or {}), "goal_id": None}
+
+
+async def checked_with_server(request: Request, outcome: Outcome, client: DeviceHandle) -> Outcome:
+    """The outcome of a probe, with an error if it names a goal of others that its server never had."""
+    newest = str((outcome.result or {}).get("goal_id") or "")
+    own = request.goal_id.partition("/")[0]
+    probed = request.path.endswith(PROBE) and outcome.state == "SUCCEEDED" and outcome.error is None
+    if not probed or not newest or newest.partition("/")[0] == own:
+        return outcome
+    try:
+        if await client.knows(newest):
+            return outcome
+        words = f"its server never had the goal {newest}: somebody else uses the instrument, too"
+    except ServerUnreachable as fault:
+        words = f"its server could not be asked about the goal {newest}: {fault}"
+    return replace(outcome, error=GoalError(name=STRANGER, message=words, happened="yes"))
 
 
 def what_it_proves(

@@ -29,7 +29,7 @@ REFUSALS = ("no", "stop")
 class History(Course):
     """The run as a whole, its work by path (`past`), and its devices.
 
-    `cleaned_up`: the engine session before the newest one, which left at `left_at`, had ended by
+    `cleaned_up`: the engine session before the newest one had ended by
     itself. `touched`: device -> the record since which what steps had set on it may be lost.
     `marks`: the newest change that was seen in the ledger of a device. `ledger_n`: the record since
     which it has its present ledger, where the run has met more than one.
@@ -38,7 +38,6 @@ class History(Course):
     past: Past = field(default_factory=Past)
     resumed_n: int = 0
     cleaned_up: bool = False
-    left_at: str = ""
     finals: int = 0
     ended: bool = False
     """The newest engine session has ended by itself, in whatever way."""
@@ -100,7 +99,7 @@ class History(Course):
         Course.take(self, record)
 
     def _take_resumed(self, record: j.Resumed) -> None:
-        self.resumed_n, self.left_at = record.n, self.last_at
+        self.resumed_n = record.n
         self.cleaned_up, self.ended = self.ended, False
         if self.cleaned_up:
             self._spend()

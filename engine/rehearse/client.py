@@ -72,6 +72,14 @@ class RehearsedDevice:
         """The epoch of the lease."""
         return self._epoch
 
+    async def knows(self, goal_id: str) -> bool:
+        """Nobody else is there."""
+        return True
+
+    def lapsed(self, device: str) -> int:
+        """None ever does."""
+        return 0
+
     async def follow(
         self,
         goal: Goal,

@@ -20,7 +20,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     """
 
     def __init__(self, longest_real_s: float = LONGEST_REAL_S) -> None:
-        """`longest_real_s`: how long a real thread, or a socket, is waited for where nothing is due."""
+        """`longest_real_s`: how long a real thread, or a socket, is waited for where nothing is due.
+
+        0: there are none.
+        """
         self._leaping = _LeapingSelector(longest_real_s)
         super().__init__(self._leaping)
 
@@ -46,7 +49,7 @@ class _LeapingSelector(selectors.DefaultSelector):
         self.holds = 0
 
     def select(self, timeout: float | None = None):
-        ready = super().select(0)
+        ready = super().select(0) if self._longest_real_s else []
         if ready or timeout == 0:
             return ready
         if self.holds or timeout is None:

@@ -21,8 +21,6 @@ from ..tree.tick import Ended, run_tree
 
 STEP_S = 0.5
 """How soon a goal of an earlier engine is cancelled that could not be followed at once."""
-LEASE_S = 30.0
-"""A device whose engine was gone for longer was brought to its safe state by its server."""
 
 
 async def to_safe_state(
@@ -84,13 +82,16 @@ class InFlight(Behaviour):
             self.dispatcher.request(request)
 
     def update(self) -> Status:
-        waiting = [request for request in self.requests if request.outcome is None]
-        for request in waiting if self.control.aborted_by else ():
+        for request in self._waiting() if self.control.aborted_by else ():
             if request.adopt is None or request.sent_at is not None:
                 self.dispatcher.withdraw(request)
             else:  # it can be cancelled once it is followed
                 self.run.requests.wake_at(self.run.clock.now() + STEP_S)
-        return Status.RUNNING if waiting else Status.SUCCESS
+        # What was withdrawn before it was sent has ended by now, and nothing else will say so.
+        return Status.RUNNING if self._waiting() else Status.SUCCESS
+
+    def _waiting(self) -> list[Request]:
+        return [request for request in self.requests if request.outcome is None]
 
 
 def _probe_of(run: Run, past: PastGoal) -> Request | None:
@@ -105,31 +106,24 @@ def _probe_of(run: Run, past: PastGoal) -> Request | None:
     return probe_request(run.history, role, past.sent.id, past.sent.action)
 
 
-def others_since(run: Run, clients: Mapping[str, DeviceHandle]) -> set[str]:
-    """Devices that another client has held or stopped since this run's last lease on them."""
-    history = run.history
-    return {d for d, c in clients.items() if history.somebody_was_there(d, c.boot, c.epoch(d))}
+def touched_since(run: Run, clients: Mapping[str, DeviceHandle]) -> dict[str, str]:
+    """Devices whose state may have changed since this run's last lease on them -> why.
 
-
-def mark_states_lost(
-    run: Run, clients: Mapping[str, DeviceHandle], away_s: float, used_by_others: set[str]
-) -> None:
-    """Mark the devices whose state may have changed while the engine was gone.
-
-    Their servers were restarted, or brought them to their safe state when the lease lapsed, or
-    another client has used them.
+    Their servers were restarted, or made them safe when that lease lapsed, or another client has
+    held or stopped them: the servers say so, and no clock.
     """
+    found: dict[str, str] = {}
     for device, boot in run.history.boots.items():
         client = clients.get(device)
         if client is None:
             continue
         if client.boot != boot:
-            mark_state_lost(run, device, RESTARTED)
-        elif device in used_by_others:
-            mark_state_lost(run, device, STRANGER)
-        elif not 0 <= away_s <= LEASE_S:
-            # A clock that was set back does not show how long it was: it may have been long.
-            mark_state_lost(run, device, LAPSED)
+            found[device] = RESTARTED
+        elif run.history.somebody_was_there(device, client.boot, client.epoch(device)):
+            found[device] = STRANGER
+        elif client.lapsed(device) >= max(run.history.epochs.get(device, {1})):
+            found[device] = LAPSED
+    return found
 
 
 def mark_state_lost(run: Run, device: str, reason: str) -> None:

@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
 from py_trees.behaviour import Behaviour
 
@@ -14,7 +13,6 @@ from ..check import Checked
 from ..control.control import Control
 from ..dispatch.device_handle import DeviceHandle
 from ..dispatch.dispatcher import Dispatcher
-from ..journal.history import History
 from ..journal.journal import DiskFull, JournalFault, Records
 from ..language.expression import ExpressionError
 from ..language.value import value_of
@@ -28,10 +26,9 @@ from ..tree.nodes.node import failure_of
 from ..tree.tick import StopNow, run_tree
 from .safe_state import (
     mark_state_lost,
-    mark_states_lost,
-    others_since,
     resolve_goals_in_flight,
     to_safe_state,
+    touched_since,
 )
 
 LINKS_S = 1.0
@@ -58,14 +55,16 @@ class RunSession:
 
     def __init__(self, run: Run, checked: Checked, clients: Mapping[str, DeviceHandle]) -> None:
         assert checked.protocol is not None and checked.survey is not None
+        assert checked.lab is not None
         self.run = run
         self.protocol: Protocol = checked.protocol
         self.survey = checked.survey
         self.names = {"params": run.params, "run": run.about, "csv": self.survey.tables}
         self.clients = clients
-        self.dispatcher = Dispatcher(run, clients)
+        self.dispatcher = Dispatcher(run, clients, checked.lab.lab.start_timeout_s)
         self.control = Control(run, self.dispatcher.wake.set)
-        self.used_by_others: set[str] = set()
+        self.touched: dict[str, str] = {}
+        """Devices whose state may have changed before this session -> why."""
         self.unsafe: set[str] = set()
         """Devices that have not confirmed their safe state at the end: their leases have to lapse."""
         self._plant()
@@ -82,7 +81,7 @@ class RunSession:
         if records is not None:
             restore_rows(self.run.folder, records, self.compiler.tables)
         ending = Ending("failed")
-        self.used_by_others = others_since(self.run, self.clients)
+        self.touched = touched_since(self.run, self.clients)
         self.dispatcher.look_anew()
         try:
             ending = await self._phases(resumed=records is not None)
@@ -100,7 +99,8 @@ class RunSession:
         if resumed:
             history = self.run.history
             await resolve_goals_in_flight(self.run, self.dispatcher, self.control)
-            mark_states_lost(self.run, self.clients, _away_s(history), self.used_by_others)
+            for device, reason in self.touched.items():
+                mark_state_lost(self.run, device, reason)
             if not history.cleaned_up:  # the engine was killed
                 await self._finally()
                 await self._make_safe()
@@ -252,8 +252,3 @@ class RunSession:
                 told[name] = None
                 self.run.log(f"output {name!r}: {fault}")
         return told
-
-
-def _away_s(history: History) -> float:
-    """How long ago the engine before this one last wrote to the journal."""
-    return (datetime.now(UTC) - datetime.fromisoformat(history.left_at)).total_seconds()

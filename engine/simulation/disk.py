@@ -4,16 +4,20 @@ The ledger lies on it by way of a VFS of SQLite, the journal by its own writer.
 """
 
 import asyncio
+import contextlib
+import errno
 import itertools
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import apsw
 
-from ...drivers.server.ledger import TABLES, Ledger
-from ..journal.journal import Journal
+from ...drivers.server.ledger import TABLES, Ledger, LedgerFault
+from ...schemas import journal as j
+from ..journal.journal import Journal, JournalFault, R
 from .process import Died, Process, living
 
 SECTOR = 512
@@ -54,7 +58,8 @@ class File:
 
 
 def _put(whole: bytearray, data: bytes, offset: int) -> None:
-    whole.extend(bytes(max(0, offset - len(whole))))
+    if offset > len(whole):
+        whole.extend(bytes(offset - len(whole)))
     whole[offset : offset + len(data)] = data
 
 
@@ -69,6 +74,12 @@ class Disk:
 
     def __init__(self) -> None:
         self.files: dict[str, File] = {}
+        self.full_until = 0.0
+
+    @property
+    def is_full(self) -> bool:
+        """Whether it takes nothing at present."""
+        return asyncio.get_running_loop().time() < self.full_until
 
     def lose(self, random: Random) -> None:
         """A power cut."""
@@ -85,7 +96,7 @@ class Disk:
 
 
 class _Handle:
-    def __init__(self, file: File, process: Process) -> None:
+    def __init__(self, file: File, process: "OnDisk") -> None:
         self.file, self.process = file, process
 
     def xRead(self, amount: int, offset: int) -> bytes:  # noqa: N802 - SQLite's names
@@ -93,6 +104,8 @@ class _Handle:
 
     def xWrite(self, data: bytes, offset: int) -> None:  # noqa: N802
         if self.process.alive:
+            if self.process.disk.is_full and offset + len(data) > len(self.file.data):
+                raise apsw.FullError("database or disk is full")
             self.file.write(data, offset)
 
     def xTruncate(self, size: int) -> None:  # noqa: N802
@@ -166,7 +179,8 @@ class OnDisk(Process):
         """Forget it; what it had open has no effect any more."""
         self.alive = False
         for connection in self.connections:
-            connection.close()
+            with contextlib.suppress(apsw.FullError):
+                connection.close()
         _processes.pop(self.number, None)
 
 
@@ -199,6 +213,14 @@ class SimulatedLedger(Ledger):
         disk.execute(TABLES)
         return disk
 
+    @contextlib.contextmanager
+    def writing(self) -> Iterator[None]:
+        try:
+            with super().writing():
+                yield
+        except apsw.Error as fault:
+            raise LedgerFault(f"the ledger {self.path} cannot be written: {fault}") from fault
+
     def queued(self, work: Any, *args: Any) -> asyncio.Future[Any]:
         loop = asyncio.get_running_loop()
         done = loop.create_future()
@@ -215,25 +237,39 @@ class SimulatedLedger(Ledger):
             done.set_exception(fault)
 
     def close(self) -> None:
-        self._disk.close()
+        with contextlib.suppress(apsw.FullError):  # what was not moved out of the log stays there
+            self._disk.close()
 
 
 class SimulatedJournal(Journal):
     """A journal that says how much of it is on the disk, and may be the last thing an engine does.
 
     `doom`: the process dies at its next write: `before` it, with `half` of it, or `after` it.
+    `full_until`: until then the disk has only the journal's own reserve left.
     """
 
     doom = ""
+    full_until = 0.0
     lengths: dict[Path, int] = {}  # noqa: RUF012 - by path, for the power cuts of every history
+    sent_s: dict[str, float] = {}  # noqa: RUF012 - when each goal was announced, by no clock that is set
 
     def __init__(self, path: Path, **more: Any) -> None:
         self._process = living()
+        if _is_full():
+            raise JournalFault(f"cannot start the journal {path}: {os.strerror(errno.ENOSPC)}")
         super().__init__(path, **more)
         SimulatedJournal.lengths.setdefault(path, path.stat().st_size)
 
+    def append(self, record: R) -> R:
+        if isinstance(record, j.GoalSent):
+            self.sent_s[record.id] = asyncio.get_running_loop().time()
+        return super().append(record)
+
     def _write(self, data: bytes, *, sync: bool = True) -> None:
         self._process.check()
+        if _is_full() and self._reserve.exists():
+            os.write(self._file, data[: len(data) // 2])
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         doom, SimulatedJournal.doom = SimulatedJournal.doom, ""
         if doom in ("before", "half"):
             os.write(self._file, data[: len(data) // 2 if doom == "half" else 0])
@@ -244,6 +280,10 @@ class SimulatedJournal(Journal):
         if doom:
             self._process.kill()
             raise Died
+
+
+def _is_full() -> bool:
+    return asyncio.get_running_loop().time() < SimulatedJournal.full_until
 
 
 def lose_journal(path: Path, random: Random) -> None:

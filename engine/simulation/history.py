@@ -7,6 +7,7 @@ import shutil
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextvars import Context
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -20,15 +21,14 @@ from ...system.tasks import end, spawn
 from ..check import Checked
 from ..journal import journal as journal_module
 from ..journal.history import read_history, split_goal_id
-from ..journal.journal import JournalFault, Records, read_records, reopen
+from ..journal.journal import DiskFull, JournalFault, Records, read_records, reopen
 from ..run.clock import RunClock
 from ..run.questions import DID_NOT_HAPPEN, HAPPENED
 from ..run.run import Run
-from ..runner import session as session_module
 from ..runner.begin import RunOptions, new_run, old_run
 from ..runner.session import RunSession
 from .disk import SimulatedJournal, lose_journal
-from .instrument import Bench, Deed, Instrument
+from .instrument import STRANGER, Bench, Deed, Instrument
 from .process import CURRENT, Died, Process, SimulatedLoop
 from .server import SimulatedServer
 from .wire import Network, SimulatedLink
@@ -36,7 +36,9 @@ from .wire import Network, SimulatedLink
 BEGAN = datetime(2026, 1, 1, tzinfo=UTC)
 LONGEST_S = 20_000.0
 STALL_S = 3.0
-TURN = re.compile(r"/r\d+/\w+(?=/)")
+TURN = re.compile(r"((?:/\w+)+?)/r\d+\1(?=/)")
+OUTSIDE = re.compile(r"\d\d:\d\d:\d\d")
+"""What a story leaves out, with the folder's name: the time of day of who plays it."""
 NOTICED_S = 0.1
 """How long it takes until an engine knows that a server has gone, or is about to."""
 SESSIONS = 40
@@ -82,6 +84,7 @@ class History:
         )
         self.servers: list[SimulatedServer] = []
         self.off_until = 0.0
+        self.clock_off_s = 0.0
 
     def live(self) -> Outcome:
         """From the first session to the verdict."""
@@ -90,7 +93,8 @@ class History:
             with _surroundings(self), asyncio.Runner(loop_factory=SimulatedLoop) as runner:
                 runner.run(self._live())
         except Exception as fault:
-            self.outcome.breaches.append(f"{type(fault).__name__}: {fault}")
+            words = str(fault).replace(str(self.folder.parent), "")
+            self.outcome.breaches.append(f"{type(fault).__name__}: {words}")
         finally:
             shutil.rmtree(self.folder.parent, ignore_errors=True)
             SimulatedJournal.lengths.pop(self.folder / "journal.jsonl", None)
@@ -140,6 +144,8 @@ class History:
         if died or work.cancelled():
             return False
         fault = work.exception()
+        if isinstance(fault, JournalFault) and SimulatedJournal.full_until:
+            return False  # a person makes room, and tries again
         if fault is not None:
             raise fault
         return bool(work.result())
@@ -168,8 +174,9 @@ class History:
         run.journal.flush()
         self.run, self.session = run, session
         ending = await session.execute(records)
-        run.record(j.Finished(fate=ending.fate, reason=ending.reason, detail=ending.detail))
-        run.journal.close()
+        with contextlib.suppress(DiskFull):  # the reserve has taken the last record
+            run.record(j.Finished(fate=ending.fate, reason=ending.reason, detail=ending.detail))
+            run.journal.close()
         self._note(f"the run {ending.fate} {ending.reason}")
         safe = [(n, c) for n, c in clients.items() if n not in session.unsafe]
         await asyncio.gather(*(client.release(name) for name, client in safe))
@@ -200,6 +207,8 @@ class History:
     def _heard(self, event: Event) -> None:
         if event.event == "goal":
             self._note(f"{event.path} {event.state}")
+        if event.event == "log":
+            self._note(event.text)
         if event.event == "question" and event.state == "open":
             asyncio.get_running_loop().call_later(5.0, self._answer, event.path)
 
@@ -262,10 +271,12 @@ class History:
     # --- the verdict
 
     def _note(self, text: str) -> None:
+        text = OUTSIDE.sub("", text.replace(str(self.folder.parent), ""))
         self.outcome.story.append(f"{asyncio.get_running_loop().time():10.3f} s  {text}")
 
     def _judge(self) -> None:
-        breaches, deeds = self.outcome.breaches, self.bench.deeds
+        breaches = self.outcome.breaches
+        deeds = [d for d in self.bench.deeds if not d.goal.startswith(STRANGER)]
         self.outcome.deeds = len(deeds)
         try:
             records = list(read_records(self.folder / "journal.jsonl"))
@@ -273,7 +284,7 @@ class History:
             breaches.append(str(fault))
             return
         if not (isinstance(records[-1], j.Finished) and records[-1].fate == "succeeded"):
-            why = getattr(records[-1], "reason", "")
+            why = getattr(records[-1], "reason", "").replace(str(self.folder.parent), "")
             breaches.append(f"after {self.outcome.sessions} sessions it had not succeeded: {why}")
         sent = {record.id for record in records if isinstance(record, j.GoalSent)}
         times = Counter(split_goal_id(deed.goal)[0] for deed in deeds)
@@ -284,28 +295,27 @@ class History:
         for name, instrument in self.bench.instruments.items():
             if not instrument.is_safe:
                 breaches.append(f"{name} was not left in its safe state")
-        sent_s = {r.id: _seconds(r.at) for r in records if isinstance(r, j.GoalSent)}
+        sent_s = SimulatedJournal.sent_s
         late_s = NOTICED_S + (STALL_S if self.outcome.accidents["connection stalled"] else 0.0)
         self.outcome.excused = {
-            _place(deed.goal): {
+            place_of_goal(deed.goal): {
                 device
                 for device, safe_at_s in deed.safe_at_s.items()
                 if safe_at_s > sent_s.get(deed.goal, 0.0) - late_s
             }
             for deed in deeds
         }
-        self.outcome.facts = {_place(d.goal): _facts(d) for d in deeds}
+        self.outcome.facts = {place_of_goal(d.goal): _facts(d) for d in deeds}
         if breaches:
             self.outcome.story += [f"{d.at_s:10.3f} s  {d.device} did {d.goal}" for d in deeds]
 
 
-def _place(goal: str) -> str:
+def place_of_goal(goal: str) -> str:
     """The path of an action, whichever turn of a retried group it was done in."""
-    return TURN.sub("", split_goal_id(goal)[0])
-
-
-def _seconds(at: str) -> float:
-    return (datetime.fromisoformat(at) - BEGAN).total_seconds()
+    path, before = split_goal_id(goal)[0], ""
+    while path != before:
+        path, before = TURN.sub(r"\1", path), path
+    return path
 
 
 def _facts(deed: Deed) -> dict[str, Any]:
@@ -357,6 +367,31 @@ def _stall(history: History, server: SimulatedServer) -> None:
     history.network.stalled_until[server.url] = until
 
 
+def _fill_disk(history: History, server: SimulatedServer) -> None:
+    until = asyncio.get_running_loop().time() + history.random.choice((0.5, 5.0, 20.0))
+    if history.random.random() < 0.5:
+        SimulatedJournal.full_until = until
+    else:
+        server.disk.full_until = until
+
+
+def _fire_elsewhere(history: History, server: SimulatedServer, left: int = 20) -> None:
+    """Another bench has this instrument in its lab, too, by mistake, and scans."""
+    actions = server.instrument.contract.actions
+    once = [name for name, action in actions.items() if action.effect == "once"]
+    if once and left:
+        server.instrument.begin(f"{STRANGER}main/shot/{history.random.random()}", once[0], {})
+        pause_s = history.random.uniform(0.3, 2.0)
+        later = asyncio.get_running_loop().call_later
+        later(pause_s, _fire_elsewhere, history, server, left - 1, context=Context())
+
+
+def _set_clock(history: History, server: SimulatedServer) -> None:
+    history.clock_off_s += history.random.choice(
+        (-86400.0, -3600.0, -40.0, -5.0, 5.0, 40.0, 3600.0)
+    )
+
+
 ACCIDENTS: list[tuple[str, Strike]] = [
     ("engine killed", lambda h, s: h.kill_engine()),
     ("engine killed at a write", lambda h, s: h.die_at_write()),
@@ -367,6 +402,9 @@ ACCIDENTS: list[tuple[str, Strike]] = [
     ("engine and server killed", _both),
     ("connection cut", lambda h, s: h.network.cut(s.url, h.random.choice((0.1, 2.0, 40.0)))),
     ("connection stalled", _stall),
+    ("disk full for some seconds", _fill_disk),
+    ("clock set forward or back", _set_clock),
+    ("fired by another bench", _fire_elsewhere),
 ]
 POWER: list[tuple[str, Strike]] = [("power cut", lambda h, s: h.cut_power())]
 LEDGERS: list[tuple[str, Strike]] = [
@@ -383,13 +421,14 @@ def _surroundings(history: History) -> Iterator[None]:
         @classmethod
         def now(cls, tz: Any = None) -> datetime:
             passed = timedelta(seconds=asyncio.get_running_loop().time())
-            return BEGAN + passed
+            return BEGAN + passed + timedelta(seconds=history.clock_off_s)
 
     SimulatedLink.network = history.network
-    SimulatedJournal.doom = ""
-    kept = journal_module.datetime, session_module.datetime
-    journal_module.datetime = session_module.datetime = Clock  # type: ignore[misc]
+    SimulatedJournal.doom, SimulatedJournal.full_until = "", 0.0
+    SimulatedJournal.sent_s = {}
+    kept = journal_module.datetime
+    journal_module.datetime = Clock  # type: ignore[misc]
     try:
         yield
     finally:
-        journal_module.datetime, session_module.datetime = kept  # type: ignore[misc]
+        journal_module.datetime = kept  # type: ignore[misc]

@@ -73,7 +73,9 @@ class _Draw:
             elif kind == "loop":
                 steps.append(self._loop(share, deep))
             elif kind == "group":
-                steps.append({"steps": self._steps(share, deep - 1), "retry": 2})
+                self.count += 1
+                name = f"g{self.count}"  # by which its turns are told apart
+                steps.append({"id": name, "steps": self._steps(share, deep - 1), "retry": 2})
             else:
                 share = min(share, 3)
                 steps.append({"parallel": self._members(share)})

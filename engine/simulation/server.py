@@ -38,8 +38,12 @@ class SimulatedServer:
             self._over.clear()
             self.process = OnDisk(self.disk)
             serving = self.process.spawn(f"serve {self.instrument.name}", self._serve())
+            serving.add_done_callback(
+                lambda _: self._over.set()
+            )  # a full disk keeps it from starting
             try:
                 await self._over.wait()
+                self.process.kill()
                 await asyncio.wait({serving})
                 await self.process.bury()
             finally:
@@ -78,8 +82,10 @@ class SimulatedServer:
     async def _end(self, server: DeviceServer) -> None:
         await server.make_safe()
         self.network.drop(self.url)
-        await server.close()
-        self.kill()
+        try:
+            await server.close()
+        finally:
+            self.kill()
 
     def _gone(self) -> None:
         self.server = None

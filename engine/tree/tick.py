@@ -132,6 +132,10 @@ async def _wait(run: Run, dispatcher: Dispatcher, wake_at: float | None) -> None
                 break
         if waits_for := dispatcher.waits_for():
             run.log(f"still waiting for {'; '.join(waits_for)}")
+        elif wake_at is None and not run.questions.open and not dispatcher.paused:
+            run.log(
+                "still waiting, for nothing that is known: a fault of labrun; Ctrl-C twice ends it"
+            )
         patience_s *= 2
     if handle is not None:
         handle.cancel()

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from ....schemas.contract import Action
-from ...dispatch.probe import told_before, what_it_proves
+from ...dispatch.probe import told_before, unknown_path, what_it_proves
 from ...journal.past import PastGoal
 from ...lab.bind import BoundRole
 from ...language.operators import words
+from ...run.questions import DID_NOT_HAPPEN
 from ...run.run import Run
 
 
@@ -39,7 +40,7 @@ class EarlierAttempts:
         if past.succeeded:
             return not once and self.run.history.is_stale(past)
         if once and (happened := self._happened(past)) != "no":
-            # Unknown, or it did happen: never simply sent again, unless a probe shows it did not.
+            # Unknown, or it did happen: never simply sent again, unless a probe or a person says it did not.
             return past.spent and happened == "unknown" and self._was_denied(past)
         return past.spent
 
@@ -61,6 +62,9 @@ class EarlierAttempts:
 
     def _was_denied(self, past: PastGoal) -> bool:
         history, goal_id = self.run.history, past.sent.id
+        answer = history.past.answers.get(unknown_path(goal_id))
+        if answer is not None and answer.choice == DID_NOT_HAPPEN:
+            return True
         return what_it_proves(history, self.role, goal_id, told_before(history, goal_id)) is False
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...dispatch.dispatcher import Dispatcher
-from ...dispatch.probe import probe_request, told_before, unknown_path, what_it_proves
+from ...dispatch.probe import probe_request, told_before, told_by, unknown_path, what_it_proves
 from ...dispatch.request import Request
 from ...lab.bind import BoundRole
 from ...language.arguments import ArgumentFaults, resolve_arguments, typed
@@ -48,9 +48,7 @@ class UnknownFate:
     def advance(self) -> Verdict | None:
         """The verdict, or None while it is not yet known."""
         if self.verdict is None and self.probe is not None and self.probe.outcome is not None:
-            self.verdict = self._read(
-                self.probe.outcome.result if self.probe.outcome.state == "SUCCEEDED" else None
-            )
+            self.verdict = self._read(told_by(self.probe.outcome))
             self.probe = None
             if self.verdict is None:
                 self._ask()

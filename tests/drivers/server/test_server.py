@@ -181,6 +181,17 @@ def test_cancel_lets_what_cannot_be_cancelled_go_on_to_its_end(bench):
     assert update["result"] == {}
 
 
+def test_a_cancel_of_a_goal_of_an_earlier_boot_that_is_not_known_here_denies_nothing(bench):
+    async def scenario():
+        async with bench.serving() as (_, url), bench.raw(url) as raw:
+            answer = await raw.call("cancel", id="g1", boot="another.boot")
+            return answer, await raw.call("query", ids=["g1"])
+
+    answer, queried = asyncio.run(scenario())
+    assert (answer["ok"], answer["code"]) == (False, "STALE_BOOT")
+    assert queried["goals"] == {"g1": None}
+
+
 def test_cancel_before_its_goal_leaves_a_tombstone(bench):
     async def story():
         async with bench.serving() as (_, url), bench.raw(url) as raw:

@@ -55,6 +55,13 @@ DIES_AFTER_TWO = """
         if self.dies():
             os.kill(os.getpid(), signal.SIGKILL)
 """
+ANOTHER_BENCH_FIRES = """
+    async def after(self, n):
+        if n == 2 and self.dies():
+            with self.done.open("a") as file:
+                file.write("9 elsewhere/main/shot/1\\n")
+            os.kill(os.getpid(), signal.SIGKILL)
+"""
 CONTRACT = """
 type: gun@1
 concurrent: CONCURRENT
@@ -231,3 +238,13 @@ def test_an_answer_that_does_not_fit_is_refused_with_what_is_wrong(tmp_path):
     assert "'skip' takes no values: goal_id" in without.stderr
     assert "write -r NAME=VALUE" in unwritten.stderr
     assert (stop.returncode, status, bench.fired) == (0, 1, ["1", "2"])
+
+
+@pytest.mark.slow
+def test_a_shot_of_another_bench_with_the_same_instrument_denies_none_of_ours(tmp_path):
+    bench = Bench(tmp_path, ANOTHER_BENCH_FIRES, TWO)
+
+    bench.labrun("run", "p.yaml", "--lab", "lab.yaml", "--answer", "second=skip")
+
+    assert bench.fired == ["1", "2", "9"]
+    assert [r.id for r in bench.records("asked")] == ["second"]

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from ruamel.yaml import YAML
 
 SCRIPTED = f"{Path(__file__).parents[1] / 'scripted_lab' / 'scripted.py'}:Scripted"
 NO_SAFE_STATE = {"safe_state": []}
@@ -204,3 +205,21 @@ def test_a_shot_that_did_not_happen_by_its_contract_needs_no_question_to_the_dev
 
     assert (first.status, ran.status) == (1, 0)
     assert [r.action for r in ran.records if r.kind == "goal"] == ["shoot", "shoot"]
+
+
+def test_a_shot_that_a_person_has_denied_is_fired_by_the_next_session(own_device):
+    contract = Path(__file__).parents[1] / "scripted_lab" / "scripted.yaml"
+    actions = YAML(typ="safe").load(contract.read_text())["actions"]
+    del actions["shoot"]["probe"]
+    device = own_device(actions=actions)
+
+    def watch(event):
+        if (event.event, event.state) == ("question", "open"):
+            device.answer("shot", "did_not_happen")
+
+    body = 'steps: [{id: shot, do: a.shoot, with: {name: shot, script: "Foggy,ok"}}]\n'
+    first = device.run(body, watch=watch)
+    ran = device.resume(watch=watch)
+
+    assert (first.status, ran.status, ran.sent()) == (1, 0, ["shot", "shot"])
+    assert [r.choice for r in ran.records if r.kind == "answered"] == ["did_not_happen"]

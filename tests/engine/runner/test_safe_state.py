@@ -1,10 +1,17 @@
 """Devices are brought to their safe state at the end of a run, goals in flight to their end at a resume."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from py_trees.common import Status
 
 from labrun.drivers.client.client import DeviceClient
+from labrun.engine.dispatch.dispatcher import Dispatcher
+from labrun.engine.dispatch.request import Request
+from labrun.engine.journal.past import Past
+from labrun.engine.runner.safe_state import InFlight
+from labrun.schemas.contract import Action
 
 SCRIPTED = f"{Path(__file__).parents[1] / 'scripted_lab' / 'scripted.py'}:Scripted"
 STUCK = f"""
@@ -149,3 +156,16 @@ def test_a_server_that_says_nothing_of_a_device_has_not_confirmed_it(own_device,
     assert [(r.confirmed, r.message) for r in ran.records if r.kind == "safe"] == [
         (False, "no answer")
     ]
+
+
+def test_a_probe_that_an_abort_takes_back_before_it_is_sent_is_waited_for_no_more():
+    run = SimpleNamespace(roles={}, history=SimpleNamespace(past=Past()))
+    dispatcher = Dispatcher(run, {}, 60.0)
+    action = Action(effect="pure")
+    probe = Request("run/main/shot/1/probe/1", "main/shot/1/probe", None, "last", action, {}, 60.0)
+    probe.role = SimpleNamespace(device="a", role="a")
+    asked = InFlight(run, SimpleNamespace(aborted_by="Ctrl-C"), dispatcher, [probe])
+
+    asked.tick_once()
+
+    assert asked.status == Status.SUCCESS
