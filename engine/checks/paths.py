@@ -24,7 +24,7 @@ from ...schemas.problem import Problem
 from ..language.expression import ExpressionError
 from ..language.fold import fold
 from ..language.value import Text, Value
-from ..run.files import FileFault, inside
+from ..run.names import FileFault, inside
 from ..survey.spots import Spot
 from .context import Context
 

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labrun.engine.run.files import FileFault, inside, read_content, write_content
+from labrun.engine.run.files import read_content, write_content
+from labrun.engine.run.names import FileFault, inside
 from labrun.schemas.messages import FileContent
 
 
