@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...system.files import write_whole
+from ...system.files import remove, write_whole
 from .gate import is_loopback, split
 
 LEAST = 16
@@ -54,7 +54,7 @@ def findable(url: str, token: str) -> Iterator[None]:
         yield
     finally:
         if _read(path) == token:
-            path.unlink(missing_ok=True)
+            remove(path)
 
 
 def made() -> str:

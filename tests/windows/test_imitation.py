@@ -16,6 +16,7 @@ import pytest
 RULES = Path(__file__).parent / "rules"
 PROTOCOLS = Path(__file__).parents[2] / "protocols"
 MAP = str(PROTOCOLS / "pegmatite_map.yaml")
+LONGEST = 259
 CTRL_BREAK = getattr(signal, "SIGUSR1", None)
 """As the rules have it."""
 
@@ -172,6 +173,16 @@ def test_a_run_succeeds_and_its_journal_is_that_of_other_systems(tmp_path, labru
     assert status == 0, said
     assert "Grüße ? ??, from" in said
     assert b"\r" not in journal(tmp_path)
+
+
+def test_a_run_whose_files_would_have_too_long_names_is_refused_before_it_begins(tmp_path, labrun):
+    runs = "a" * 50 + "/" + "b" * (LONGEST - 150 - len(str(tmp_path)))
+    (tmp_path / "hello.yaml").write_bytes((PROTOCOLS / "hello.yaml").read_bytes())
+    status, said = labrun("run", "hello.yaml", "--runs", runs)
+
+    assert status == 1
+    assert "a path may have 259 characters" in said and "--runs" in said
+    assert list(tmp_path.glob("a*/b*/*")) == []
 
 
 @pytest.mark.slow
