@@ -150,7 +150,11 @@ def _check_plainly(files: list[str]) -> None:
     with collector_at_rest():
         spare_plugins()
         of_files = importlib.import_module(".commands.check_files", __package__)
-    sys.exit(of_files.check_files([Path(file) for file in files]))
+    status = of_files.check_files([Path(file) for file in files])
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        stream.flush()
+    # Nothing is open: taking everything down piece by piece would be a tenth of what a check takes.
+    os._exit(status)
 
 
 def _show_version(wanted: bool) -> None:

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).parents[1]
-QUICK = ("engine/run", "engine/journal", "engine/dispatch", "drivers/server")
-LONG = ()
+QUICK = ("engine/run", "engine/journal", "engine/dispatch")
+LONG = ("drivers/client", "drivers/server", "engine/commands", "engine/control", "engine/runner")
+"""Those of 10 to 45 s of a processor each."""
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the real one has them itself")
 
