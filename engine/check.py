@@ -1,14 +1,13 @@
 """Check a protocol against what its lab's devices can do; report every problem, raise none."""
 
-import gc
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ..schemas.problem import Problem
 from ..schemas.protocol import Protocol
+from ..system.start import collector_at_rest
 from .checks import (
     arguments,
     calculations,
@@ -82,7 +81,7 @@ def check_file(
     `params` are texts as on the command line, or values. `needed=False`: a parameter without a
     value is only a warning, for a check without a run.
     """
-    with _collector_at_rest():
+    with collector_at_rest():
         source, problems = read_source(path)
         return _check(source, problems, lab, bind or {}, params or {}, needed)
 
@@ -92,21 +91,9 @@ def check_text(
     params: Mapping[str, Any] | None = None, needed: bool = False,
 ) -> Checked:  # fmt: skip
     """Check a protocol that is not in a file, such as an editor's text; `name` is shown."""
-    with _collector_at_rest():
+    with collector_at_rest():
         source, problems = parse_source(text, Path(name), name)
         return _check(source, problems, lab, bind or {}, params or {}, needed)
-
-
-@contextmanager
-def _collector_at_rest() -> Iterator[None]:
-    """Pause garbage collection: a check makes many lasting objects, and it took a third of the time."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
 
 
 def _check(

@@ -1,6 +1,8 @@
 """The command line: `labrun FILE`, and the commands beside it."""
 
 # What a command needs is imported when it is called: a start costs what it uses.
+import atexit
+import gc
 import importlib
 import io
 import os
@@ -93,14 +95,18 @@ def _plugins() -> dict:
 def _run(argv: list[str], plugins: dict) -> None:
     if argv == ["--version"]:
         _show_version(True)
+    atexit.register(gc.freeze)  # what a start has loaded need not be looked through once more
+    if argv[:1] == ["check"] and argv[1:] and not any(word.startswith("-") for word in argv[1:]):
+        _check_plainly(argv[1:])
     from functools import partial
     from typing import Annotated
 
-    import typer
+    from ..system.start import collector_at_rest, spare_plugins
 
-    from ..system.start import spare_plugins
+    with collector_at_rest():
+        import typer
 
-    spare_plugins()
+        spare_plugins()
     app = typer.Typer(help=SUMMARY, no_args_is_help=True, pretty_exceptions_enable=False)
 
     def options(
@@ -125,13 +131,30 @@ def _run(argv: list[str], plugins: dict) -> None:
     wanted = (
         argv[:1] if argv[:1] and argv[0] in every else [name for name in groups if name in every]
     )
-    for name in wanted:
-        command = every[name]()
-        if isinstance(command, typer.Typer):
-            app.add_typer(command, name=name, rich_help_panel=groups[name])
-        else:
-            app.command(name, rich_help_panel=groups[name])(command)
+    with collector_at_rest():
+        for name in wanted:
+            command = every[name]()
+            if isinstance(command, typer.Typer):
+                app.add_typer(command, name=name, rich_help_panel=groups[name])
+            else:
+                app.command(name, rich_help_panel=groups[name])(command)
     app(argv, prog_name="labrun")
+
+
+def _check_plainly(files: list[str]) -> None:
+    """`labrun check FILE...`: without options nothing has to understand them, a third of the time."""
+    from pathlib import Path
+
+    from ..system.start import collector_at_rest, spare_plugins
+
+    with collector_at_rest():
+        spare_plugins()
+        of_files = importlib.import_module(".commands.check_files", __package__)
+    status = of_files.check_files([Path(file) for file in files])
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        stream.flush()
+    # Nothing is open: taking everything down piece by piece would be a tenth of what a check takes.
+    os._exit(status)
 
 
 def _show_version(wanted: bool) -> None:

@@ -4,7 +4,7 @@ import os
 import secrets
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
@@ -36,7 +36,7 @@ def write_whole(path: Path, data: bytes, *, mode: int | None = None, sync: bool 
             shutil.copymode(place, half)
         put(half, place)
     except OSError:
-        half.unlink(missing_ok=True)
+        remove(half)
         raise
     if sync:
         sync_folder(place.parent)
@@ -54,7 +54,7 @@ def replace_whole(path: Path) -> Iterator[IO[bytes]]:
             os.fsync(file.fileno())
         put(half, place)
     except BaseException:
-        half.unlink(missing_ok=True)
+        remove(half)
         raise
 
 
@@ -64,9 +64,18 @@ def _created(half: Path, mode: int) -> int:
 
 def put(half: Path, place: Path) -> None:
     """Put a finished file in another's place; patient on Windows, where a virus scanner may hold one."""
+    _patiently(lambda: half.replace(place))
+
+
+def remove(path: Path) -> None:
+    """Delete a file if it is there; as patient."""
+    _patiently(lambda: path.unlink(missing_ok=True))
+
+
+def _patiently(act: Callable[[], object]) -> None:
     for attempt in range(REFUSALS):
         try:
-            half.replace(place)
+            act()
             return
         except PermissionError:
             if not WINDOWS or attempt == REFUSALS - 1:

@@ -4,14 +4,20 @@ Hypothesis draws the same examples in every run; `pytest --hypothesis-profile=ex
 ones, to look for what nobody has thought of yet. A test that needs a screen, Node or
 Graphviz bears the marker `needs`. Where that is missing, the test is left out, and one line at
 the end says what would bring it. With LABRUN_TEST_EVERYTHING set, as in CI, nothing may be missing.
+
+With LABRUN_WINDOWS_RULES set, labrun meets Windows' rules (`windows/rules`) in every test, and in
+every process that one starts.
 """
 
+import importlib
 import os
 import shutil
+import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
 from importlib.util import find_spec
+from pathlib import Path
 from typing import NamedTuple
 
 import pytest
@@ -22,6 +28,16 @@ from .python_with_tk import python_with_tk
 settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.register_profile("explore", derandomize=False, deadline=None, max_examples=1000)
 settings.load_profile("fixed")
+
+RULES = Path(__file__).parent / "windows" / "rules"
+ON_WINDOWS = sys.platform == "win32" or bool(os.environ.get("LABRUN_WINDOWS_RULES"))
+if os.environ.get("LABRUN_WINDOWS_RULES"):
+    others = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
+    os.environ["PYTHONPATH"] = os.pathsep.join(dict.fromkeys([str(RULES), *others]))
+    if not hasattr(os, "O_BINARY"):  # a worker of pytest-xdist has them from its start
+        sys.path.insert(0, str(RULES))
+        sys.modules.pop("sitecustomize", None)
+        importlib.import_module("sitecustomize")
 
 STATE = tempfile.mkdtemp(prefix="labrun-state-")
 """In place of the user's own folder for ledgers that outlive a command, for all processes of the tests."""
@@ -70,6 +86,10 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out what needs something that is not here."""
+    if ON_WINDOWS:
+        for item in items:
+            for mark in item.iter_markers("posix"):
+                item.add_marker(pytest.mark.skip(reason=f"not on Windows: {mark.args[0]}"))
     needed = {item: [n for mark in item.iter_markers("needs") for n in mark.args] for item in items}
     missing = {
         item: [n for n in names if not NEEDS[n].is_there()] for item, names in needed.items()

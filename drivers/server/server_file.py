@@ -6,7 +6,7 @@ import os
 from hashlib import sha256
 from pathlib import Path
 
-from ...system.files import write_whole
+from ...system.files import remove, write_whole
 from .settings import ServerSettings
 
 FILE = "server.json"
@@ -35,7 +35,7 @@ class ServerFile:
         """Remove it, unless a later server wrote its own."""
         with contextlib.suppress(OSError, ValueError):
             if json.loads(self.path.read_bytes())["boot"] == self.boot:
-                self.path.unlink()
+                remove(self.path)
 
 
 def fingerprint(settings: ServerSettings) -> str:

@@ -5,6 +5,7 @@ browser on it. So a server that nobody gave a token makes one, and leaves it in 
 the same user can read; a client of that user who has none looks there.
 """
 
+import codecs
 import os
 import secrets
 import socket
@@ -12,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...system.files import write_whole
+from ...system.files import remove, write_whole
 from .gate import is_loopback, split
 
 LEAST = 16
@@ -30,7 +31,10 @@ def chosen(token: str | None, file: Path | None, variable: str) -> str | None:
     """
     if file is not None:
         try:
-            token = file.read_text(encoding="utf-8").strip()
+            data = file.read_bytes()
+            # PowerShell and Notepad put a mark in front.
+            wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+            token = data.decode("utf-16" if wide else "utf-8-sig").strip()
         except (OSError, UnicodeDecodeError) as fault:
             raise WeakToken(f"--token-file {file}: {fault}") from fault
     token = token if token is not None else os.environ.get(variable)
@@ -50,7 +54,7 @@ def findable(url: str, token: str) -> Iterator[None]:
         yield
     finally:
         if _read(path) == token:
-            path.unlink(missing_ok=True)
+            remove(path)
 
 
 def made() -> str:

@@ -2,7 +2,8 @@
 
 E212. The engine and a device need not share a disk: files travel with the run, and every path is
 inside the run's folder, such as `spectra/point_1.csv`. A path that leads out of it (`../`, `/data`,
-`C:\\Spectra`) is rejected when the run reaches it.
+`C:\\Spectra`) is rejected when the run reaches it; on Windows also a name that no file has there, such as
+`11:30.csv` or `nul.csv`.
 
 Passes:
 
@@ -24,11 +25,11 @@ from ...schemas.problem import Problem
 from ..language.expression import ExpressionError
 from ..language.fold import fold
 from ..language.value import Text, Value
-from ..run.files import FileFault, inside
+from ..run.names import FileFault, NoFileName, inside
 from ..survey.spots import Spot
 from .context import Context
 
-CODES = {"E212": "a path that leads out of the run's folder"}
+CODES = {"E212": "a path that leads out of the run's folder, or names no file on this system"}
 HERE = Path()
 AND_SO_ON = "…"
 
@@ -43,6 +44,9 @@ def check(context: Context) -> Iterator[Problem]:
                 continue
             try:
                 inside(HERE, path)
+            except NoFileName as fault:
+                message = f"{step.do}.{name}: {str(fault).replace(AND_SO_ON, '')}"
+                yield context.source.problem(spot.place, "E212", message)
             except FileFault:
                 message = f"{step.do}.{name}: {path.removesuffix(AND_SO_ON)!r} leads out of the run's folder"
                 hint = "write a path inside it, such as spectra/point_1.csv"

@@ -73,7 +73,8 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
     from ...schemas.messages import Goal
     from ..dispatch.connect import NotReached, connect
     from ..lab.bind import BoundRole
-    from ..run.files import FileFault, read_content, write_content
+    from ..run.files import read_content, write_content
+    from ..run.names import FileFault
 
     contract = lab.contracts[lab.lab.devices[device].contract]
     role = BoundRole(device, device, contract, lab.lab.devices[device].limits)

@@ -5,9 +5,8 @@ from typing import Annotated
 
 import typer
 
-from ..check import check_file
 from ..exit_status import PROBLEMS
-from ..problems.print import print_problems
+from .check_files import check_files
 from .options import Bind, Lab, Params, WrongUsage, pairs, say
 
 FORMATS = ("text", "json", "github")
@@ -28,14 +27,4 @@ def check(
     except WrongUsage as fault:
         say(str(fault))
         raise typer.Exit(PROBLEMS) from None
-    found, ok = [], True
-    for file in files:
-        checked = check_file(file, lab=lab, bind=roles, params=params, needed=False)
-        found += [problem for problem in checked.problems if problem not in found]
-        ok = ok and checked.ok
-    print_problems(found, format=format)
-    if not found and format == "text":
-        what = str(files[0]) if len(files) == 1 else f"{len(files)} protocols"
-        print(f"{what}: no problems.")
-    if not ok:
-        raise typer.Exit(PROBLEMS)
+    raise typer.Exit(check_files(files, lab=lab, bind=roles, params=params, format=format))

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from ...schemas.event import Event
-from ...system.files import write_whole
+from ...system.files import remove, write_whole
 from ...system.tasks import end, spawn
 from ..run.questions import Questions, WrongAnswer
 from .control import Control, Verb
@@ -47,7 +47,7 @@ class ControlServer:
 
     async def close(self) -> None:
         """Disconnect everybody and remove the address."""
-        self.path.unlink(missing_ok=True)
+        remove(self.path)
         if self._server is not None:
             self._server.close()
         await end(*self._calls)

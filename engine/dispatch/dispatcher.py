@@ -19,7 +19,8 @@ from ...schemas.quantity import seconds
 from ...system.tasks import end, spawn
 from ..journal.history import LAPSED, RESTARTED, STOPPED
 from ..journal.past import PastGoal
-from ..run.files import FileFault, read_content, write_content
+from ..run.files import read_content, write_content
+from ..run.names import FileFault
 from ..run.run import Run
 from .device_handle import DeviceHandle
 from .probe import checked_with_server

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from ...schemas.journal import FORMAT, RECORD, JournalRecord, Record
 from ...schemas.model import first_fault
-from ...system.files import BINARY
+from ...system.files import BINARY, remove
 
 R = TypeVar("R", bound=Record)
 RESERVE_BYTES = 256 * 1024
@@ -112,7 +112,7 @@ class Journal:
         self.full = True
         if not self._reserve.exists():
             raise JournalFault(message) from fault
-        self._reserve.unlink()
+        remove(self._reserve)
         try:
             self._write(data)
         except OSError as again:
@@ -133,7 +133,7 @@ class Journal:
             self.flush()
         finally:
             os.close(self._file)
-            self._reserve.unlink(missing_ok=True)
+            remove(self._reserve)
 
 
 class Follower:

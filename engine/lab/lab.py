@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from ..language.source import Source, parse_source, read_source
 from ..language.suggest import did_you_mean, listed
 from .config_contracts import broken, said_contracts
 
+SHIPPED = Path(__file__).parents[2] / "protocols"
 CODES = {
     "E130": "a contract of a lab that cannot be used",
     "E132": "a config that does not fit its driver or its contract",
@@ -52,9 +52,9 @@ class LoadedLab:
 def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:
     """A lab from its file, or the simulated lab that ships, and the problems found in it."""
     if path is None:
-        entry = files("labrun.protocols.labs").joinpath("simulated.yaml")
         name = "labs/simulated.yaml"
-        source, problems = parse_source(entry.read_text(encoding="utf-8"), Path(name), name)
+        text = (SHIPPED / name).read_text(encoding="utf-8")
+        source, problems = parse_source(text, Path(name), name)
     else:
         source, problems = read_source(path)
     if source is None:

@@ -7,7 +7,6 @@ fits any.
 
 import ast
 import math
-import statistics
 from collections.abc import Callable, Sequence
 from functools import cmp_to_key
 from itertools import pairwise
@@ -120,17 +119,23 @@ def total(values: Any) -> Any:
 
 def mean(values: Any) -> Any:
     """The arithmetic mean of a list."""
-    return _statistic("mean", values, statistics.fmean)
+    from statistics import fmean
+
+    return _statistic("mean", values, fmean)
 
 
 def median(values: Any) -> Any:
     """The median of a list."""
-    return _statistic("median", values, statistics.median)
+    from statistics import median
+
+    return _statistic("median", values, median)
 
 
 def stdev(values: Any) -> Any:
     """The standard deviation of a sample (n - 1 in the denominator); of temperatures, in K."""
-    return _statistic("stdev", values, statistics.stdev, least=2, differs=True)
+    from statistics import stdev
+
+    return _statistic("stdev", values, stdev, least=2, differs=True)
 
 
 def _statistic(

@@ -1,10 +1,8 @@
 """Read text as nodes: as JSON, as YAML with libyaml, or as YAML with ruamel.yaml, which decides."""
 
-import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
+from ...system.start import collector_at_rest
 from .json_tree import JsonReader
 from .yaml_libyaml import Unlike, read_by_libyaml
 from .yaml_lines import Lines
@@ -18,20 +16,8 @@ Reading = tuple[Node | None, list[YamlFault], bool]
 
 def read_nodes(text: str, lines: Lines, *, json: bool) -> Reading:
     """The nodes of a text; `json`: it must be JSON, so that faults are those of JSON."""
-    with _uncollected():
+    with collector_at_rest():
         return _read(text, lines, json)
-
-
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    """Pause garbage collection: it would scan all nodes repeatedly and find nothing."""
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()
 
 
 def _read(text: str, lines: Lines, json: bool) -> Reading:

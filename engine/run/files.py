@@ -1,27 +1,15 @@
 """Files that travel with goals: read from the run's folder, written into it, never outside."""
 
 from hashlib import sha256
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from ...schemas.messages import FileContent
 from ...system.files import write_whole
+from .names import FileFault, inside
 
 
 class NoRoom(Exception):
     """The run's folder cannot be written to; the message names what, and why."""
-
-
-class FileFault(ValueError):
-    """A file of an action that cannot be read, written or trusted; the text says which and why."""
-
-
-def inside(folder: Path, name: str) -> Path:
-    """The path of a relative file name in the run's folder; refuses one that leads out of it."""
-    pure = PurePosixPath(name.replace("\\", "/"))
-    leads_out = not pure.parts or pure.is_absolute() or ".." in pure.parts or ":" in pure.parts[0]
-    if leads_out or "\0" in name:
-        raise FileFault(f"{name!r} is not a file name inside the run's folder")
-    return folder / pure
 
 
 def read_content(folder: Path, name: str) -> FileContent:

@@ -14,6 +14,8 @@ from ruamel.yaml import YAML
 
 from ...schemas.contract import Contract
 from ...schemas.lab import Lab
+from ...system import WINDOWS
+from ...system.files import remove
 from ..journal.course import Course
 from ..language.used_files import COPIES, USED
 
@@ -25,6 +27,8 @@ SERVERS = "servers"
 ASKED = "run.json"
 LOOK_S = 0.2
 """A lock is tried for this long: longer than a check whether it is held takes."""
+ROOM = 100
+"""Characters of the longest name within a run's folder while it is written: `changed-1/contracts/...`."""
 
 
 class FolderFault(Exception):
@@ -42,12 +46,29 @@ def new_run_folder(runs: Path, protocol_name: str) -> Path:
         folder = runs / f"{day}_{slug}_{secrets.token_hex(4)}"
         try:
             folder.mkdir(parents=True)
+            _make_sure_of_room_for_names(folder)
             return folder
         except FileExistsError:
             continue
         except OSError as fault:
             raise FolderFault(f"cannot create a run folder in {runs}: {fault.strerror}") from fault
     raise FolderFault(f"cannot find a free name for a run folder in {runs}")
+
+
+def _make_sure_of_room_for_names(folder: Path) -> None:
+    """Raise FolderFault where Windows would refuse a file's path in the middle of a run."""
+    if not WINDOWS:
+        return
+    longest = folder / ("n" * ROOM)
+    try:
+        longest.write_bytes(b"")
+        remove(longest)
+    except FileNotFoundError:  # what Windows says of a path that is too long
+        folder.rmdir()
+        raise FolderFault(
+            f"{folder.resolve()} leaves no room for the names of its files: a path may have 259 characters "
+            f"on this Windows. Give a shorter `--runs`, or enable long paths (LongPathsEnabled)"
+        ) from None
 
 
 def keep_inputs(

@@ -2,13 +2,17 @@
 
 import csv
 import io
+from collections import deque
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from ...schemas.journal import IterationEnded, JournalRecord
 from ...schemas.quantity import is_quantity, magnitude_in, number_text
+from ...system import WINDOWS
 from ...system.cells import guarded
+from ...system.files import remove
 from ..journal.encode import decode
 from ..journal.history import superseded
 from ..journal.journal import Records
@@ -25,6 +29,7 @@ class Rows:
         self.columns = columns
         self.units: dict[str, str] = {}
         self._begun = False
+        self._waiting: deque[tuple[str, Mapping[str, Any], str]] = deque()
 
     def evaluate(self, names: Mapping[str, Any]) -> dict[str, Any]:
         """A row's values; null if a step that it needs did not run or gave no such value."""
@@ -36,12 +41,46 @@ class Rows:
                 row[name] = None
         return row
 
-    def write(self, key: str, row: Mapping[str, Any], fate: str) -> None:
-        """Append a row; the first one creates the file. Raises NoRoom."""
+    def write(self, key: str, row: Mapping[str, Any], fate: str) -> str:
+        """Append a row; the first one creates the file. Raises NoRoom.
+
+        On Windows nobody may write what a spreadsheet program shows: rows wait until it is closed, and
+        what is returned the first time says so.
+        """
+        self._waiting.append((key, row, fate))
         try:
-            self._write(key, row, fate)
+            if self._write_what_waits() or len(self._waiting) > 1:
+                return ""
         except OSError as fault:
             raise NoRoom(f"cannot write {self.path}: {fault.strerror}") from fault
+        return (
+            f"{self.path.name} is open in another program; its rows wait until it is closed there"
+        )
+
+    def finish(self) -> str:
+        """Write what still waits, beside the table where it must be; what to tell, if anything."""
+        try:
+            if self._write_what_waits():
+                return ""
+            beside = self.path.with_stem(f"{self.path.stem}-rest")
+            count, table = len(self._waiting), Rows(beside, self.columns)
+            while self._waiting:
+                table.write(*self._waiting.popleft())
+            name = self.path.name
+            return f"{name} is still open in another program: its last {count} rows are in {beside.name}"
+        except (OSError, NoRoom) as fault:
+            return f"rows of {self.path.name} are in the journal only: {fault}"
+
+    def _write_what_waits(self) -> bool:
+        while self._waiting:
+            try:
+                self._write(*self._waiting[0])
+            except PermissionError:
+                if not WINDOWS:
+                    raise
+                return False
+            self._waiting.popleft()
+        return True
 
     def begin(self) -> None:
         """Create the file, with its header, if it is not there yet."""
@@ -54,21 +93,20 @@ class Rows:
             for name, value in row.items()
             if is_quantity(value) and name not in self.units
         }
-        self.units.update(new_units)
         if not self._begun or new_units:
-            self._write_header()
+            self._write_header({**self.units, **new_units})
         cells = [guarded(key), *(self._cell(name, row.get(name)) for name in self.columns), fate]
         with self.path.open("a", encoding="utf-8", newline="") as file:
             file.write(_csv_line(cells))
 
-    def _write_header(self) -> None:
-        names = [name + _suffix(self.units.get(name)) for name in self.columns]
+    def _write_header(self, units: dict[str, str]) -> None:
+        names = [name + _suffix(units.get(name)) for name in self.columns]
         header = _csv_line(["key", *names, "fate"])
         rows = ""
         if self._begun:  # a unit that the first rows, with nulls, did not show yet
             rows = self.path.read_text(encoding="utf-8").partition("\n")[2]
         self.path.write_text(header + rows, encoding="utf-8", newline="")
-        self._begun = True
+        self._begun, self.units = True, units
 
     def _cell(self, name: str, value: Any) -> str:
         if value is None:
@@ -100,7 +138,8 @@ def restore_rows(
     A table of which every row is to be measured again has only its header until then.
     """
     for name in tables:
-        (folder / name).unlink(missing_ok=True)
+        with suppress(PermissionError):  # shown by another program, on Windows: its rows wait
+            remove(folder / name)
     is_superseded = superseded(records)
     if isinstance(records, Records):
         records = records.of("iteration")

@@ -8,8 +8,11 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.metadata import entry_points
 from pathlib import Path
+
+from ...system.files import put, remove
 
 GROUP = "labrun.live"
 NICE = 10
@@ -50,7 +53,7 @@ def draw(folder: Path, makers: list[Maker]) -> list[str]:
                 part = folder / f".{name}.part"
                 with writing:
                     part.write_bytes(content)
-                    part.replace(folder / name)
+                    put(part, folder / name)
                 names.append(name)
         except Exception:  # the next rows may be better, and the report says what is wrong
             continue
@@ -60,7 +63,8 @@ def draw(folder: Path, makers: list[Maker]) -> list[str]:
 def forget(folder: Path, names: set[str]) -> None:
     """Remove our figures that are no longer drawn: the first row of a map is a line."""
     for name in names:
-        (folder / name).unlink(missing_ok=True)
+        with suppress(PermissionError):  # on Windows a program may show it
+            remove(folder / name)
 
 
 def _changed(folder: Path) -> int:

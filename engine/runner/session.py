@@ -92,6 +92,8 @@ class RunSession:
         finally:
             await self._make_safe()
             await self.dispatcher.close()
+            for told in filter(None, (table.finish() for table in self.compiler.tables.values())):
+                self.run.log(told)
         ending.interrupted = self.control.aborted_by == "Ctrl-C"
         return ending
 

@@ -11,7 +11,7 @@ import pytest
 
 from labrun.engine.lab.lab import load_lab
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+pytestmark = pytest.mark.posix("Windows has no pseudo-terminals")
 MIXED = Path(str(files("labrun.protocols.labs"))) / "mixed.yaml"
 EMULATOR = Path(__file__).parents[1] / "drivers" / "balance" / "balance_emulator.py"
 

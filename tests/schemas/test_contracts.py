@@ -107,13 +107,13 @@ def test_the_camera_writes_the_pictures_that_it_is_asked_for():
 
 
 def test_a_contract_that_was_edited_is_read_from_its_yaml(tmp_path, monkeypatch):
-    for entry in contracts.files(contracts.FOLDER).iterdir():
+    for entry in contracts.FOLDER.iterdir():
         if entry.is_file():
             (tmp_path / entry.name).write_bytes(entry.read_bytes())
     edited = tmp_path / "balance.yaml"
     text = edited.read_text(encoding="utf-8")
     edited.write_text(text.replace("summary:", "summary: Edited,", 1), encoding="utf-8")
-    monkeypatch.setattr(contracts, "files", lambda package: tmp_path)
+    monkeypatch.setattr(contracts, "FOLDER", tmp_path)
 
     assert shipped_contracts.__wrapped__()["balance@1"].summary.startswith("Edited,")
 

@@ -7,8 +7,10 @@ import pytest
 
 from labrun.system.keyboard import Keyboard
 
+POSIX = pytest.mark.posix("no loop can wait for a terminal there")
 
-@pytest.fixture(params=["a loop can wait for it", "only a thread can"])
+
+@pytest.fixture(params=[pytest.param("a loop can wait for it", marks=POSIX), "only a thread can"])
 def way(request, monkeypatch):
     monkeypatch.setattr("labrun.system.keyboard.WINDOWS", "thread" in request.param)
 

@@ -48,7 +48,7 @@ def test_a_module_runs_with_this_python_without_input_in_a_session_of_its_own(mo
     ],
     ids=["asked", "killed"],
 )
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such exit statuses")
+@pytest.mark.posix("Windows has no such exit statuses")
 def test_it_is_asked_to_end_and_killed_when_it_does_not(modules, text, timeout_s, status):
     options = modules("sleeps", text)
 
@@ -60,7 +60,7 @@ def test_it_is_asked_to_end_and_killed_when_it_does_not(modules, text, timeout_s
     assert asyncio.run(story()) == (status, status)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot be asked")
+@pytest.mark.posix("Windows cannot be asked")
 def test_a_process_lives_until_it_ends_reaped_or_not():
     with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as process:
         assert alive(process.pid)

@@ -1,14 +1,14 @@
 """A signal that asks a process to end is told to its loop; one that it was told to ignore is not."""
 
 import asyncio
-import os
 import signal
 
 import pytest
 
 from labrun.system.signals import on_end, until_end
 
-THERE = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+POSIX = pytest.mark.posix("it knows no SIGHUP")
+THERE = ["SIGINT", "SIGTERM", *(["SIGHUP"] if hasattr(signal, "SIGHUP") else [])]
 
 
 @pytest.fixture(autouse=True)
@@ -19,12 +19,12 @@ def former_handlers():
         signal.signal(getattr(signal, name), handler)
 
 
-@pytest.mark.parametrize("name", THERE)
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", pytest.param("SIGHUP", marks=POSIX)])
 def test_each_signal_is_told_by_the_name_that_a_person_knows(name):
     async def story():
         told = asyncio.get_running_loop().create_future()
         on_end(told.set_result)
-        os.kill(os.getpid(), getattr(signal, name))
+        signal.raise_signal(getattr(signal, name))
         return await told
 
     assert asyncio.run(story()) == {"SIGINT": "Ctrl-C"}.get(name, name)
@@ -40,16 +40,16 @@ def test_the_former_handlers_are_restored():
     assert signal.getsignal(signal.SIGTERM) is before
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system knows no SIGHUP")
+@POSIX
 def test_what_nohup_has_ignored_stays_ignored():
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
 
     async def story():
         over = until_end()
-        os.kill(os.getpid(), signal.SIGHUP)
+        signal.raise_signal(signal.SIGHUP)
         await asyncio.sleep(0)
         heard = over.is_set()
-        os.kill(os.getpid(), signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)
         await over.wait()
         return heard
 
@@ -62,7 +62,7 @@ def test_a_signal_after_the_loop_has_ended_is_nobodys():
         on_end(print)
 
     asyncio.run(story())
-    os.kill(os.getpid(), signal.SIGTERM)  # and this process lives
+    signal.raise_signal(signal.SIGTERM)  # and this process lives
 
 
 def test_another_thread_hears_none():

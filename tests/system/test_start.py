@@ -57,6 +57,16 @@ def test_a_check_with_usual_units_imports_neither_pint_nor_what_only_runs_need(t
     assert (imported_by("check", str(path)) - before_all()) & COMMANDS == set()
 
 
+def test_a_check_without_options_imports_nothing_that_reads_options(tmp_path):
+    path = tmp_path / "one.yaml"
+    path.write_text(STEP, encoding="utf-8")
+    rarely = {"typer", "importlib.resources", "hashlib", "statistics"}
+    there = imported_by("check", str(path)) - before_all()
+
+    assert "labrun.engine.check" in there
+    assert there & rarely == set()
+
+
 def test_a_device_server_imports_no_client_and_no_library_that_its_driver_does_not_use(tmp_path):
     contract = shipped_contracts()["gantry@1"].model_dump(mode="json")
     device = {"contract": contract, "driver": "sim_gantry", "limits": {"x": {"maximum": "40 cm"}}}

@@ -5,6 +5,7 @@ Every process has them: the command, the engine, the device servers.
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import pytest
 RULES = Path(__file__).parent / "rules"
 PROTOCOLS = Path(__file__).parents[2] / "protocols"
 MAP = str(PROTOCOLS / "pegmatite_map.yaml")
+LONGEST = 259
 CTRL_BREAK = getattr(signal, "SIGUSR1", None)
 """As the rules have it."""
 
@@ -60,6 +62,7 @@ def started(tmp_path, environment):
         for line in process.stdout:
             read.append(line)
             if word in line:
+                process.said = "".join(read)
                 return process
         raise AssertionError("".join(read))
 
@@ -174,6 +177,16 @@ def test_a_run_succeeds_and_its_journal_is_that_of_other_systems(tmp_path, labru
     assert b"\r" not in journal(tmp_path)
 
 
+def test_a_run_whose_files_would_have_too_long_names_is_refused_before_it_begins(tmp_path, labrun):
+    runs = "a" * 50 + "/" + "b" * (LONGEST - 150 - len(str(tmp_path)))
+    (tmp_path / "hello.yaml").write_bytes((PROTOCOLS / "hello.yaml").read_bytes())
+    status, said = labrun("run", "hello.yaml", "--runs", runs)
+
+    assert status == 1
+    assert "a path may have 259 characters" in said and "--runs" in said
+    assert list(tmp_path.glob("a*/b*/*")) == []
+
+
 @pytest.mark.slow
 def test_a_run_whose_engine_is_killed_is_resumed(tmp_path, started, labrun):
     engine = started("run ", "run", MAP, "-p", "pitch=1 mm")
@@ -198,6 +211,38 @@ def test_device_servers_end_in_order_on_ctrl_break(started, tmp_path):
 
     assert status == 0
     assert list(tmp_path.glob("**/server.json")) == []  # each has left in order
+
+
+@pytest.mark.slow
+def test_an_instruments_computer_serves_it_by_one_command_to_whoever_has_the_token(
+    started, labrun, tmp_path
+):
+    token = "sixteen-characters-and-more"
+    # As PowerShell writes it: `"..." > token.txt`.
+    (tmp_path / "token.txt").write_text(f"{token}\n", encoding="utf-16", newline="\r\n")
+    analyser = "analyser: {contract: libs_analyzer@1, driver: sim_libs, config: {clock: fast}}"
+    (tmp_path / "lab.yaml").write_text(f"name: bench\nsimulated: true\ndevices:\n  {analyser}\n")
+    words = (
+        "lab.yaml",
+        "analyser",
+        "--host",
+        "127.0.0.1",
+        "--port",
+        "0",
+        "--token-file",
+        "token.txt",
+    )
+    serving = started("serving", "serve", *words)
+    url = re.search(r"http://[\d.:]+", serving.said)[0]
+    for name, token_line in (("with", f", token: {token}"), ("without", "")):
+        device = f'{{contract: libs_analyzer@1, url: "{url}"{token_line}}}'
+        (tmp_path / f"{name}.yaml").write_text(f"name: {name}\ndevices:\n  analyser: {device}\n")
+    status, said = labrun("call", "analyser.measure", "--yes", "--lab", "with.yaml")
+    refused, why = labrun("call", "analyser.measure", "--yes", "--lab", "without.yaml")
+
+    assert status == 0, said
+    assert "shot" in said
+    assert refused != 0 and "token" in why
 
 
 @pytest.mark.slow

@@ -9,7 +9,8 @@ from typing import Any
 
 from ...drivers.client.client import DeviceClient, LeaseHeld, Outcome, ServerUnreachable
 from ...engine.language.arguments import ArgumentFaults, resolve_arguments
-from ...engine.run.files import FileFault, inside, read_content, write_content
+from ...engine.run.files import read_content, write_content
+from ...engine.run.names import FileFault, inside
 from ...schemas import messages
 from ...schemas.contract import Action
 from ...schemas.messages import Goal, GoalReport

@@ -8,7 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from ...engine.run.folder import JOURNAL
-from ...system.files import write_whole
+from ...system.files import remove, write_whole
 from ..local.clock import iso
 from ..local.refusal import Refusal, Refused, not_found
 from ..models.protocols import (
@@ -124,7 +124,7 @@ class Library:
         now_ns = time.time_ns()
         id = f"{now_ns}-{secrets.token_hex(3)}"
         write_whole(self._trash / id / name, data)
-        place_of(self.folder, name).unlink()
+        remove(place_of(self.folder, name))
         return Thrown(id=id, name=name, thrown_at=iso(now_ns / 1e9), size=len(data))
 
     def trash(self) -> list[Thrown]:

@@ -5,7 +5,7 @@ from hashlib import sha256
 from pathlib import Path
 from urllib.parse import quote
 
-from ...system.files import write_whole
+from ...system.files import remove, write_whole
 from ..local.clock import iso
 
 MOST = 200
@@ -39,7 +39,7 @@ class KeptVersions:
             return
         write_whole(self._of(name) / f"{saved_ns:020}_{revision}", data)
         for old in known[MOST - 1 :]:
-            old.path.unlink(missing_ok=True)
+            remove(old.path)
 
     def all(self, name: str) -> list[KeptVersion]:
         """The versions of a name, newest first."""

@@ -9,8 +9,8 @@ from typing import Any
 
 from fastapi.responses import FileResponse, Response, StreamingResponse
 
-from ...engine.run.files import FileFault, inside
 from ...engine.run.folder import LAB
+from ...engine.run.names import FileFault, inside
 from ..local.refusal import Refusal, not_found
 from ..local.workers import Worker, WorkFailed
 from ..models import results as models

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ...engine.control.server import FILE
-from ...system.files import write_whole
+from ...system.files import remove, write_whole
 from ...system.process import alive
 from ...system.tasks import end, spawn
 from ..access.headers import Deadline
@@ -90,8 +90,8 @@ class Launching:
         """Find the launches of an earlier server process."""
         for path in self._state.glob("*.json") if self._state.is_dir() else ():
             if time.time() - path.stat().st_mtime > KEPT_S:
-                path.unlink()
-                path.with_suffix(".log").unlink(missing_ok=True)
+                remove(path)
+                remove(path.with_suffix(".log"))
                 continue
             record = json.loads(path.read_bytes())
             said = Launch.model_validate(record["said"]) if record["said"] else None

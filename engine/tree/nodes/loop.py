@@ -264,7 +264,8 @@ class Loop(Parent):
         if self.rows is None:
             return None
         row = self.rows.evaluate(iteration.frame.names)
-        self.rows.write(iteration.frame.keys, row, fate)
+        if told := self.rows.write(iteration.frame.keys, row, fate):
+            self.run.log(told)
         return row
 
     def _count(self, fate: StepFate) -> None:

@@ -1,7 +1,5 @@
 """Kept spectra are whole or not there, and a disk without room is told by its name."""
 
-import sys
-
 import pytest
 
 from labrun.drivers.analyser.exporting import failed_to_keep
@@ -17,7 +15,7 @@ def test_what_was_kept_is_read_again(tmp_path):
     assert kept.read("shot-000002", digest) is None
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="the limit is one of POSIX")
+@pytest.mark.posix("the limit is one of POSIX")
 def test_a_spectrum_for_which_there_is_no_room_leaves_nothing_half(tmp_path):
     import resource
 

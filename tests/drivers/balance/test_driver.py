@@ -1,7 +1,6 @@
 """The balance on a serial line, against an emulator on a pseudo-terminal."""
 
 import asyncio
-import sys
 import termios
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +14,7 @@ from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from ..played import played
 from .balance_emulator import BalanceEmulator
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+pytestmark = pytest.mark.posix("Windows has no pseudo-terminals")
 
 
 class TestBalance(KeepsContract):

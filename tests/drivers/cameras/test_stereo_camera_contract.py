@@ -3,7 +3,6 @@
 import contextlib
 import functools
 import os
-import sys
 import threading
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,7 +17,7 @@ from labrun.drivers.cameras.vision.camera_file import write_camera
 from labrun.drivers.cameras.vision.intrinsics import Intrinsics
 from labrun.drivers.contract_tests import Case, KeepsContract
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes")
+pytestmark = pytest.mark.posix("Windows has no named pipes")
 
 LENS = Lens(640, 360, 532.5, (322.0, 176.0), (-0.05, 0.02, 0.0005, 0.0004, 0.0))
 BOARD = Chessboard()

@@ -90,7 +90,7 @@ def test_a_settings_file_that_is_not_there_is_a_sentence(tmp_path, capsys):
     assert status == 4
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without asking it")
+@pytest.mark.posix("Windows ends a process without asking it")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_ends_it_in_order(bench, number):
     async def story():

@@ -69,6 +69,14 @@ def test_a_token_comes_from_a_file_a_variable_or_the_command(tmp_path, monkeypat
     assert chosen(None, None, "LABRUN_OTHER_TOKEN") is None
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"], ids=["Notepad", "PowerShell's `>`"])
+def test_a_file_with_a_mark_in_front_of_the_token_is_read_without_it(tmp_path, encoding):
+    file = tmp_path / "token"
+    file.write_bytes("sixteen-in-a-file\r\n".encode(encoding))
+
+    assert chosen(None, file, "LABRUN_TOKEN") == "sixteen-in-a-file"
+
+
 def test_a_token_that_is_short_or_cannot_be_read_is_a_sentence(tmp_path):
     with pytest.raises(WeakToken, match="15 characters is easily guessed; use 16 or more"):
         chosen("x" * 15, None, "LABRUN_TOKEN")

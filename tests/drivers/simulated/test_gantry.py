@@ -263,7 +263,7 @@ def test_status_says_all_that_the_contract_says(tmp_path):
     assert set(status) == set(shipped_contracts()["gantry@1"].status["properties"])
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is a signal of POSIX")
+@pytest.mark.posix("kill -9 is a signal of POSIX")
 def test_a_killed_gantry_comes_back_where_it_stood(tmp_path):
     script = f"""
 import asyncio, pathlib

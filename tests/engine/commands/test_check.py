@@ -29,6 +29,16 @@ def test_a_protocol_in_order_is_0_and_a_faulty_one_is_2():
     assert "error[E204]" in faulty.stdout and "1 error. Nothing was sent" in faulty.stdout
 
 
+def test_options_that_change_nothing_change_nothing(tmp_path):
+    # Without options nothing reads them: the same words and status by another way.
+    files = (FAULTY, EXAMPLE, tmp_path / "none.yaml")
+    plainly, with_options = labrun("check", *files), labrun("check", *files, "--format", "text")
+
+    assert plainly.returncode == with_options.returncode == 2
+    assert (plainly.stdout, plainly.stderr) == (with_options.stdout, with_options.stderr)
+    assert "error[E204]" in plainly.stdout and "error[E100]" in plainly.stdout
+
+
 def test_several_files_and_options_are_one_list_in_json():
     done = labrun(
         "check", EXAMPLE, FAULTY, "--format", "json", "-p", "pith=1 mm", "--bind", "libs=gantry"

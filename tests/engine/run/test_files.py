@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labrun.engine.run.files import FileFault, inside, read_content, write_content
+from labrun.engine.run.files import read_content, write_content
+from labrun.engine.run.names import FileFault, inside
 from labrun.schemas.messages import FileContent
 
 
@@ -26,6 +27,34 @@ def test_what_is_written_is_read_again(tmp_path):
 def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path, name):
     with pytest.raises(FileFault, match="not a file name inside"):
         inside(tmp_path, name)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "spectra/11:30.csv", "nul.csv", "Con", "spectra/aux .csv", "com1.txt", "lpt³", "what?.csv",
+        "a./b.csv", "spectra/point 1 ", "<a>", "a\tb",
+    ],
+)  # fmt: skip
+def test_a_name_that_no_file_has_on_windows_is_refused_there_before_anything_is_done(
+    tmp_path, monkeypatch, name
+):
+    # `open("11:30.csv")` writes a hidden stream of the file `11`, and `nul.csv` is nowhere.
+    monkeypatch.setattr("labrun.engine.run.names.WINDOWS", False)
+    assert inside(tmp_path, name)
+    monkeypatch.setattr("labrun.engine.run.names.WINDOWS", True)
+
+    with pytest.raises(FileFault, match="on Windows no file can be named"):
+        inside(tmp_path, name)
+
+
+@pytest.mark.parametrize(
+    "name", ["spectra/point_1.csv", "null.csv", "com10.txt", ".hidden", "a.b c"]
+)
+def test_a_usual_name_is_one_on_windows(tmp_path, monkeypatch, name):
+    monkeypatch.setattr("labrun.engine.run.names.WINDOWS", True)
+
+    assert inside(tmp_path, name) == tmp_path / name
 
 
 @given(st.text(max_size=20))

@@ -57,7 +57,7 @@ def test_what_is_clearly_something_else_is_left_aside_with_its_reason(tmp_path, 
     assert reason in not_a_spectrum(tmp_path / name)
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are of POSIX")
+@pytest.mark.posix("it has no such named pipes")
 def test_a_named_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "a.csv")
 

@@ -17,26 +17,67 @@ import io
 import os
 import re
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import types
+from collections.abc import Callable
 from pathlib import Path
 
 POSIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty"}
 NO_NAME = re.compile(
     r'[<>:"|?*\x00-\x1f\\]|[ .]$|^(CON|PRN|AUX|NUL|COM\d|LPT\d)(\.|$)', re.IGNORECASE
 )
+LONGEST = 259
+"""Characters of a path with its drive, where nobody has enabled longer ones."""
 OPEN_RIGHTS = os.O_RDONLY, os.O_WRONLY, os.O_RDWR
-ours = ("labrun.", "labrun")
+TESTS = "labrun.tests.", "labrun.drivers.contract_tests."
 text_mode: set[int] = set()
 looks: dict[str, int] = {}
 real_open, real_write, real_fsync, real_close = os.open, os.write, os.fsync, os.close
 real_import, real_popen, real_kill = builtins.__import__, subprocess.Popen.__init__, os.kill
 
 
+def of_labrun(module: object) -> bool:
+    name = str(module)
+    return (name == "labrun" or name.startswith("labrun.")) and not name.startswith(TESTS)
+
+
 def is_ours(depth: int = 2) -> bool:
-    """Whether labrun itself calls, rather than Python or a library that has its own way on Windows."""
-    return str(sys._getframe(depth).f_globals.get("__name__", "")).startswith(ours)
+    """Whether labrun itself calls, rather than a test, or a library that has its own way on Windows."""
+    return of_labrun(sys._getframe(depth).f_globals.get("__name__"))
+
+
+def starter_is_ours() -> bool:
+    """The same of whoever starts a process, through `subprocess` or `asyncio`."""
+    frame = sys._getframe(2)
+    while str(frame.f_globals.get("__name__", "")).startswith(("subprocess", "asyncio")):
+        if frame.f_back is None:
+            return True  # a task: only labrun's are started from one
+        frame = frame.f_back
+    return of_labrun(frame.f_globals.get("__name__"))
+
+
+class Shy(types.ModuleType):
+    """A module without what Windows lacks, as labrun sees it; what tests do to it needs more."""
+
+    def __getattr__(self, name: str) -> object:
+        gone = shy.get(self.__name__, {})
+        if name not in gone or is_ours():
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
+        return gone[name]
+
+
+shy: dict[str, dict[str, object]] = {}
+
+
+def take(module: types.ModuleType, *names: str) -> None:
+    """Take from a module what it lacks on Windows."""
+    shy[module.__name__] = {name: getattr(module, name) for name in names if hasattr(module, name)}
+    for name in shy[module.__name__]:
+        delattr(module, name)
+    module.__class__ = Shy
 
 
 def refused(path: object, why: int = errno.EACCES) -> OSError:
@@ -46,6 +87,8 @@ def refused(path: object, why: int = errno.EACCES) -> OSError:
 def check_name(path: object) -> None:
     name = os.fspath(path) if isinstance(path, (str, os.PathLike)) else ""
     name = name.decode() if isinstance(name, bytes) else name
+    if len(os.path.abspath(name)) > LONGEST:
+        raise refused(path, errno.ENOENT)
     for part in Path(name).parts:
         if part != os.sep and part not in (".", "..") and NO_NAME.search(part):
             raise refused(path, errno.EINVAL)
@@ -108,7 +151,7 @@ def guarded(name: str, *, both: bool):
     real = getattr(os, name)
 
     def act(path, *others, **named):
-        if name in ("replace", "rename") and (is_ours() or is_ours(3)) and scanned(path):
+        if (is_ours() or is_ours(3)) and os.path.exists(path) and scanned(path):
             raise PermissionError(errno.EACCES, "a virus scanner looks at it", str(path))
         targets = [path, *others[:1]] if both else [path]
         for target in targets:
@@ -126,6 +169,8 @@ def guarded(name: str, *, both: bool):
 
 def mkdir_(path, *more, **named):
     check_name(path)
+    if len(os.path.abspath(path)) > LONGEST - 12:  # there must be room for a file in it
+        raise refused(path, errno.ENOENT)
     return real_mkdir(path, *more, **named)
 
 
@@ -136,13 +181,13 @@ def builtin_open(file, *more, **named):
 
 
 def import_(name, globals=None, locals=None, fromlist=(), level=0):
-    if name in POSIX_ONLY and str((globals or {}).get("__name__", "")).startswith(ours):
+    if name in POSIX_ONLY and of_labrun((globals or {}).get("__name__")):
         raise ModuleNotFoundError(f"No module named {name!r}", name=name)
     return real_import(name, globals, locals, fromlist, level)
 
 
 def popen(self, *more, **named):
-    if named.get("start_new_session") or named.get("preexec_fn"):
+    if (named.get("start_new_session") or named.get("preexec_fn")) and starter_is_ours():
         raise ValueError("Windows has no sessions: start_new_session is for other systems")
     if named.pop("creationflags", 0) & subprocess.CREATE_NEW_PROCESS_GROUP:
         named["start_new_session"] = True
@@ -151,16 +196,39 @@ def popen(self, *more, **named):
 
 def kill(pid, number):
     # There every number but those of the console ends the process at once.
-    real_kill(pid, number if number == signal.CTRL_BREAK_EVENT else KILL)
+    at_once = (is_ours() or starter_is_ours()) and number != signal.CTRL_BREAK_EVENT
+    real_kill(pid, KILL if at_once else number)
 
 
-def unknown(*_: object) -> None:
-    raise NotImplementedError
+def ends(self):
+    """`terminate` and `kill` are one there."""
+    if self.returncode is None:
+        real_kill(self.pid, KILL if starter_is_ours() else signal.SIGTERM)
+
+
+def bind(self, address):
+    # A port whose last connections have just been closed is free at once there.
+    self.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    super(socket.socket, self).bind(address)
+
+
+def unknown(name: str) -> Callable[..., object]:
+    """What a loop cannot do there."""
+    real = getattr(loops, name)
+
+    def act(self, *more):
+        if is_ours():
+            raise NotImplementedError
+        return real(self, *more)
+
+    return act
 
 
 def locking(descriptor: int, mode: int, count: int) -> None:
     """As msvcrt's: the bytes from the descriptor's place on; nobody else may even read them."""
-    fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, count, 0, os.SEEK_CUR)
+    # Of this opening of the file, as there: a second one in the same process is refused, too.
+    wanted = struct.pack("hhqqi4x", fcntl.F_WRLCK, os.SEEK_CUR, 0, count, 0)
+    fcntl.fcntl(descriptor, fcntl.F_OFD_SETLK, wanted)
 
 
 class Kernel32:
@@ -195,18 +263,19 @@ os.open, os.write, os.close, os.fsync, os.mkdir = open_, write, close, fsync, mk
 builtins.open = io.open = builtin_open
 os.replace, os.rename = guarded("replace", both=True), guarded("rename", both=True)
 os.unlink, os.remove = guarded("unlink", both=False), guarded("remove", both=False)
-for gone in ("fdatasync", "killpg", "mkfifo", "sched_getaffinity"):
-    delattr(os, gone)
 os.kill = kill
 signal.SIGBREAK = signal.CTRL_BREAK_EVENT = signal.SIGUSR1  # type: ignore[attr-defined]
-for gone in ("SIGHUP", "SIGKILL", "SIGSTOP", "SIGCONT", "SIGUSR2", "SIGALRM"):
-    delattr(signal, gone)
+take(
+    os, "fdatasync", "killpg", "mkfifo", "sched_getaffinity", "getuid", "geteuid", "fork", "setsid"
+)
+take(signal, "SIGHUP", "SIGKILL", "SIGSTOP", "SIGCONT", "SIGUSR2", "SIGALRM")
 subprocess.CREATE_NEW_PROCESS_GROUP = 0x200  # type: ignore[attr-defined]
 subprocess.Popen.__init__ = popen  # type: ignore[method-assign]
-subprocess.Popen.kill = lambda self: real_kill(self.pid, KILL)  # type: ignore[method-assign]
-subprocess.Popen.terminate = subprocess.Popen.kill  # type: ignore[method-assign]
+subprocess.Popen.terminate = ends  # type: ignore[method-assign]
+socket.socket.bind = bind  # type: ignore[method-assign]
 loops = asyncio.unix_events._UnixSelectorEventLoop
-loops.add_signal_handler = loops.add_reader = loops.add_writer = unknown  # type: ignore[assignment]
+for name in ("add_signal_handler", "add_reader", "add_writer"):
+    setattr(loops, name, unknown(name))
 msvcrt = types.ModuleType("msvcrt")
 msvcrt.locking, msvcrt.LK_NBLCK = locking, 2  # type: ignore[attr-defined]
 sys.modules["msvcrt"] = msvcrt

@@ -7,7 +7,8 @@ from typing import Any
 
 from ....drivers.client.client import DeviceClient, Outcome, ServerUnreachable
 from ....engine.language.arguments import ArgumentFaults, resolve_arguments
-from ....engine.run.files import FileFault, inside, read_content, write_content
+from ....engine.run.files import read_content, write_content
+from ....engine.run.names import FileFault, inside
 from ....schemas.messages import Goal, GoalReport
 from ....schemas.quantity import seconds
 from ....system.tasks import end, first_of, spawn

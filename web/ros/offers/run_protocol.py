@@ -11,7 +11,7 @@ from typing import Any
 
 from ....engine.check import check_file
 from ....engine.progress.progress import Progress
-from ....engine.run.files import FileFault, inside
+from ....engine.run.names import FileFault, inside
 from ....schemas.event import Event
 from ....system.tasks import end, keep
 from ..interfaces.kinds import ActionKind

@@ -62,7 +62,7 @@ def test_what_is_written_is_clean_and_keeps_the_shape_of_its_contract(tmp_path, 
 
 @pytest.mark.slow
 @pytest.mark.timeout(1000)
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+@pytest.mark.posix("Windows has no pseudo-terminals")
 @pytest.mark.parametrize(
     "contract", ["own", *(pytest.param(one, marks=pytest.mark.soak) for one in SHIPPED)]
 )
@@ -73,7 +73,7 @@ def test_its_whole_test_passes_for_every_contract(tmp_path, contract):
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without asking it")
+@pytest.mark.posix("Windows ends a process without asking it")
 def test_it_serves_and_answers_at_once(tmp_path):
     new(tmp_path, "hot_plate")
     lab = tmp_path / "lab.yaml"

@@ -1,0 +1,41 @@
+"""The tests of engine, device servers and system, each folder once more under Windows' rules.
+
+By hand: `LABRUN_WINDOWS_RULES=1 pytest tests/engine/runner`.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parents[1]
+QUICK = ("engine/run", "engine/journal", "engine/dispatch")
+LONG = ("drivers/client", "drivers/server", "engine/commands", "engine/control", "engine/runner")
+"""Those of 10 to 45 s of a processor each."""
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the real one has them itself")
+
+
+def under_the_rules(folder: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", folder],
+        cwd=TESTS, env={**os.environ, "LABRUN_WINDOWS_RULES": "1"}, capture_output=True, text=True,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", QUICK)
+def test_a_folder_of_the_suite_holds_under_windows_rules(folder):
+    ran = under_the_rules(folder)
+
+    assert ran.returncode == 0, ran.stdout[-5000:]
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("folder", LONG)
+def test_a_long_folder_of_the_suite_holds_under_windows_rules(folder):
+    ran = under_the_rules(folder)
+
+    assert ran.returncode == 0, ran.stdout[-5000:]
