@@ -138,13 +138,9 @@ def _settings(asked: Asked) -> Any:
         raise WrongUsage("--watch needs a folder to watch")
     lines = _given(own_lines, asked.lines)  # first: it may have lines of the elements asked for
     return Settings(
-        _elements(asked.elements),
-        asked.medium,
-        asked.unit,
-        _given(columns, asked.columns),
-        lines,
-        _given(known_response, asked.response),  # type: ignore[arg-type]
-    )
+        _elements(asked.elements), asked.medium, asked.unit,  # type: ignore[arg-type]
+        _given(columns, asked.columns), lines, _given(known_response, asked.response),
+    )  # fmt: skip
 
 
 def _given(read: Callable[[Any], Any], option: Any) -> Any:

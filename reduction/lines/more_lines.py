@@ -113,12 +113,13 @@ def _positive(row: Mapping[str, str], key: str) -> float:
 
 def _table(found: list[tuple]) -> LineTable:
     found.sort(key=lambda line: (line[2], line[0]))
-    element, stage, nm, a, g_i, g_k, low, high, accuracy = zip(*found, strict=True)
+    element, stage, *numbers, accuracy = zip(*found, strict=True)
+    nm, a, g_i, g_k, low, high = np.array(numbers, dtype=np.float64)
     return LineTable(
         np.array(element, dtype="U2"),
         np.array(stage, dtype=np.int8),
-        *(np.array(numbers, dtype=np.float64) for numbers in (nm, a, g_i, g_k, low, high)),
+        nm, a, g_i, g_k, low, high,
         np.array(accuracy, dtype="U3"),
         np.full(len(found), np.nan),
         np.full((len(found), 3), np.nan),
-    )
+    )  # fmt: skip
