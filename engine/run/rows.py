@@ -85,7 +85,7 @@ class Rows:
     def begin(self) -> None:
         """Create the file, with its header, if it is not there yet."""
         if not self._begun:
-            self._write_header()
+            self._write_header(self.units)
 
     def _write(self, key: str, row: Mapping[str, Any], fate: str) -> None:
         new_units = {
