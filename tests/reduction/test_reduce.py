@@ -85,8 +85,8 @@ def test_the_same_spectrum_reduces_to_the_same_bits(make_truth):
 
 
 def test_an_element_without_lines_is_refused_by_name():
-    with pytest.raises(ValueError, match="'Zr'"):
-        reduce_spectrum(Spectrum(np.array([200.0]), np.array([1.0])), ["Zr"])
+    with pytest.raises(ValueError, match="'Os'"):
+        reduce_spectrum(Spectrum(np.array([200.0]), np.array([1.0])), ["Os"])
 
 
 def test_importing_the_package_imports_nothing_heavy():

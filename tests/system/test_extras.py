@@ -161,6 +161,7 @@ LACKING = {
     "calibrate-camera": ("calibrate-camera shot.csv --board 9x6 --square 10", "vision"),
     "locate": ("locate --image shot.csv --camera camera.yaml --pixel 1,1", "vision"),
     "find-buttons": ("find-buttons . --image shot.csv", "gui"),
+    "calibrate": ("calibrate response shot.csv", "spectra"),
     "record-buttons": ("record-buttons --image shot.csv -o buttons", "gui"),
 }
 """Command -> words that need its extra."""

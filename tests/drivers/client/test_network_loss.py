@@ -261,11 +261,11 @@ def test_a_lease_that_lapses_in_a_freeze_ends_safe_and_is_taken_again(bench, the
             bench.client(wire.url, lease=False) as client,
             bench.client(server.url, lease=False) as witness,
         ):
-            before = await client.take_lease("arm", "run-1", ttl_s=0.4)
-            goal = bench.goal(client, action, seconds=0.7)
+            before = await client.take_lease("arm", "run-1", ttl_s=1.5)
+            goal = bench.goal(client, action, seconds=2.5)
             following = asyncio.create_task(client.follow(goal))
             await bench.until(f"{action} {goal.id}")
-            wire.freeze(1.3)
+            wire.freeze(4.0)
             await bench.until("safe")
             seen = await ended(witness, goal.id)
             outcome = await following

@@ -8,7 +8,7 @@ from labrun.reduction.lines.lines import line_table, lines_of, partition_functio
 def test_the_table_has_the_rows_that_its_sources_page_counts():
     table = line_table()
 
-    assert len(table) == 30_666
+    assert len(table) == 30_629
     assert len(set(table.element.tolist())) == 83
     assert np.isfinite(table.stark_density_per_cm3).sum() == 2_006
 
