@@ -48,7 +48,7 @@ it('a server that is killed mid-run leaves the run going, and the page finds it 
   await picture(page, 'run-server-killed')
   await page.getByRole('button', { name: 'Abort' }).click()
   await page.getByRole('button', { name: 'Abort the run' }).click()
-  await page.getByText(/not sent: no connection/).waitFor()
+  await page.getByText(/Not sent: no connection/).waitFor()
 
   bench = await startBench({ args: [folder], port: bench.port })
   await isLive(page)

@@ -33,7 +33,7 @@ devices: {{libs: libs_analyzer@1, gantry: gantry@1}}
 defaults: {{timeout: 60 s}}
 steps:
   - id: scan
-    foreach: {{point: "${{{{ grid(x=span(0, 2 mm, 1 mm), y=span(0, 1 mm, 1 mm)) }}}}"}}
+    foreach: {{point: "${{{{ grid(x=span(0, 2 mm, 1 mm), y=span(0, {rows} mm, 1 mm)) }}}}"}}
     key: ${{{{ point.ix }}}},${{{{ point.iy }}}}
     keep_going: {keep_going}
     steps:
@@ -94,9 +94,9 @@ class Bench:
     def __init__(self, folder):
         self.folder = folder
 
-    def set_up(self, *, seed=1, rate=0, keep_going="true"):
+    def set_up(self, *, seed=1, rate=0, keep_going="true", rows=1):
         (self.folder / "lab.yaml").write_text(LAB.format(seed=seed, rate=rate))
-        (self.folder / "scan.yaml").write_text(SCAN.format(keep_going=keep_going))
+        (self.folder / "scan.yaml").write_text(SCAN.format(keep_going=keep_going, rows=rows))
 
     def terminal(self, *words):
         return Terminal(self.folder, *words)
@@ -180,7 +180,7 @@ def test_a_stop_from_another_shell_pauses_the_run_and_makes_no_hole(bench):
 
 
 def test_holes_are_told_and_measured_again_for_a_named_person(bench):
-    bench.set_up(seed=4, rate=0.4)
+    bench.set_up(rate=0.4, rows=15)  # which fail depends on the run's id: some of 48 always do
     terminal = bench.run()
     status = terminal.end()
     word, (plan, measured, failed, left) = bench.told()
@@ -190,12 +190,12 @@ def test_holes_are_told_and_measured_again_for_a_named_person(bench):
     second = again.end()
     _, numbers = bench.told()
 
-    assert (status, word, plan, left) == (0, f"succeeded with {failed} holes", 6, 0)
+    assert (status, word, plan, left) == (0, f"succeeded with {failed} holes", 48, 0)
     assert f"run {word}" in terminal.screen
-    assert f"points: {measured} of 6 measured, {failed} failed" in terminal.screen
+    assert f"points: {measured} of 48 measured, {failed} failed" in terminal.screen
     assert "(left out: a hole)" in terminal.screen
-    assert 1 < failed < 6 and len(fired) == measured == len(set(fired))
-    assert second == 0 and numbers == [6, len(set(bench.fired())), 6 - len(set(bench.fired())), 0]
+    assert 1 < failed < 48 and len(fired) == measured == len(set(fired))
+    assert second == 0 and numbers == [48, len(set(bench.fired())), 48 - len(set(bench.fired())), 0]
     assert len(bench.fired()) == len(set(bench.fired())) > len(fired)
 
 

@@ -152,7 +152,7 @@ def test_a_journal_of_a_newer_labrun_is_refused(stopped):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("hours", [-5, 5])
-def test_a_clock_that_jumped_loses_nothing_and_the_device_counts_as_touched(stopped, hours):
+def test_a_clock_that_jumped_loses_nothing_and_tells_nothing_of_a_device(stopped, hours):
     from datetime import datetime, timedelta
 
     run, _ = stopped
@@ -166,7 +166,7 @@ def test_a_clock_that_jumped_loses_nothing_and_the_device_counts_as_touched(stop
     records = list(read_records(run / "journal.jsonl"))
 
     assert ended.returncode == 1, ended.stderr
-    assert [r.device for r in records if r.kind == "touched"] == ["a"]
+    assert [r.device for r in records if r.kind == "touched"] == []  # its server says so, no clock
     assert [r.n for r in records] == list(range(1, len(records) + 1))
 
 
