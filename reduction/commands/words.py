@@ -1,5 +1,6 @@
 """How the reduction commands print messages and read lists."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -54,35 +55,31 @@ def columns(text: str | None) -> tuple[str, ...] | None:
 def own_lines(path: Path | None) -> str | None:
     """The text of `--lines`, which is used from now on; ValueError if it cannot be."""
     from ..lines.lines import use_lines
-    from ..lines.more_lines import LinesFault
 
-    try:
-        text = None if path is None else path.read_text(encoding="utf-8-sig")
-        use_lines(text)
-    except OSError as fault:
-        raise ValueError(f"--lines {path}: {fault.strerror or fault}") from None
-    except UnicodeDecodeError:
-        raise ValueError(f"--lines {path}: it is not text") from None
-    except LinesFault as fault:
-        raise ValueError(f"--lines {path}: {fault}") from None
-    return text
+    if path is None:
+        use_lines(None)
+        return None
+    return _text_for(use_lines, "--lines", path)
 
 
 def known_response(path: Path | None) -> str | None:
     """The text of `--response`; ValueError if it cannot be used."""
-    if path is None:
-        return None
-    from ..spectrum.response import ResponseFault, read_response
+    from ..spectrum.response import read_response
 
+    return None if path is None else _text_for(read_response, "--response", path)
+
+
+def _text_for(reader: Callable[[str], object], option: str, path: Path) -> str:
+    """The text of an option's file, once `reader` has taken it; ValueError that names both if not."""
     try:
         text = path.read_text(encoding="utf-8-sig")
-        read_response(text)
+        reader(text)
     except OSError as fault:
-        raise ValueError(f"--response {path}: {fault.strerror or fault}") from None
+        raise ValueError(f"{option} {path}: {fault.strerror or fault}") from None
     except UnicodeDecodeError:
-        raise ValueError(f"--response {path}: it is not text") from None
-    except ResponseFault as fault:
-        raise ValueError(f"--response {path}: {fault}") from None
+        raise ValueError(f"{option} {path}: it is not text") from None
+    except ValueError as fault:
+        raise ValueError(f"{option} {path}: {fault}") from None
     return text
 
 
