@@ -59,7 +59,8 @@ class AnalyserLink:
             raise OSError(self._who_is_there(timeout_s)) from None
 
     async def _heard(self) -> None:
-        while self.status is None:
+        """Wait for a connection that holds, and its first status."""
+        while self._broken.is_set() or not self.up.is_set() or self.status is None:
             if self._odd_status is not None:
                 raise OSError(self._who_is_there(0))
             await asyncio.sleep(0.05)
@@ -100,7 +101,7 @@ class AnalyserLink:
 
     async def renew(self, timeout_s: float) -> None:
         """Break the connection and wait for a new one; raises OSError."""
-        self.status, self._odd_status = None, None
+        self._odd_status = None
         self._broken.set()
         try:
             async with asyncio.timeout(timeout_s):
@@ -162,10 +163,16 @@ class AnalyserLink:
             reconnection=False, handle_sigint=False, http_session=self._http, request_timeout=20
         )
         self._sio = sio
+        self.status, self._odd_status = None, None
         self._broken.clear()
-        sio.on("status", self._note_status)
-        sio.on("export_path", self._note_path)
-        sio.on("disconnect", self._note_break)
+
+        def of_this(note: Callable[..., None]) -> Callable[..., None]:
+            """What an earlier connection still delivers is not of this one."""
+            return lambda *told: note(*told) if self._sio is sio else None
+
+        sio.on("status", of_this(self._note_status))
+        sio.on("export_path", of_this(self._note_path))
+        sio.on("disconnect", of_this(self._note_break))
         await sio.connect(self.url, wait_timeout=20)
         self.connections += 1
         self.up.set()

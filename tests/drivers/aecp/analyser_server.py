@@ -59,6 +59,7 @@ class AnalyserServer:
         timeout_s=1.5,
         channels=2000,
         clock_s=0.0,
+        tell_s=0.5,
     ):
         self.port = port
         self.folder = Path(folder)
@@ -69,6 +70,7 @@ class AnalyserServer:
         self.shot_s, self.write_s, self.find_s = shot_s, write_s, find_s
         self.timeout_s, self.channels = timeout_s, channels
         self.clock_s = clock_s  # its clock is ahead
+        self.tell_s = tell_s
         self.status = "IDLE"
         self.last_csv = ""
         self.sio = socketio.Server(cors_allowed_origins="*", async_mode="eventlet")
@@ -213,7 +215,7 @@ class AnalyserServer:
 
     def tell(self):
         while True:
-            self.sio.sleep(0.5)
+            self.sio.sleep(self.tell_s)
             self.sio.emit("status", self.status)
             self.sio.emit("export_path", str(self.exports))
 

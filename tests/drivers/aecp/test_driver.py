@@ -185,6 +185,19 @@ def test_busy_means_that_nothing_was_clicked(aecp):
     assert (first["shot_id"], aecp.shots()) == ("shot-000001", 1)
 
 
+def test_reconnect_waits_for_the_new_connection_whatever_the_old_one_still_says(aecp):
+    aecp.start(tell_s=0.001)
+
+    async def story(driver):
+        shots = []
+        for n in range(2):
+            await driver.reconnect(GoalContext(f"r{n}"))
+            shots.append((await driver.measure(GoalContext(f"m{n}")))["shot_id"])
+        return shots
+
+    assert aecp.play(story) == ["shot-000001", "shot-000002"]
+
+
 def test_after_a_restart_of_the_server_it_goes_on(aecp):
     aecp.start(plans={"measure": ["die"]})
 

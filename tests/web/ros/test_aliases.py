@@ -1,6 +1,7 @@
 """The paper's own names and types work as they are."""
 
 import asyncio
+import contextlib
 import json
 import shutil
 import time
@@ -9,8 +10,12 @@ from pathlib import Path
 import pytest
 
 from labrun.engine.lab.lab import load_lab
+from labrun.engine.rehearse.virtual_time import VirtualLoop
+from labrun.web.ros.aliases.paper import Paper
+from labrun.web.ros.aliases.set_zero import SetZero
 from labrun.web.ros.interfaces.fault import RosFault
-from labrun.web.ros.offers.offered_lab import Folders
+from labrun.web.ros.offers.offer import Refused
+from labrun.web.ros.offers.offered_lab import Folders, OfferedLab
 from labrun.web.ros.open_lab import opened
 
 from .served import command, serve
@@ -120,23 +125,20 @@ def test_the_zero_is_set_and_places_count_from_it(roslib1, paper):
         "args": {"axis": "x"},
     }
     back = {**zero, "args": {"axis": "xy"}}
-    _, before, set_, after, moved, there, _, _ = roslib1(
-        paper.url, move, {**status, "count": 2}, zero, status,
+    _, set_, after, moved, there, _, _, again = roslib1(
+        paper.url, move, zero, status,
         goal("/move_gantry", "MoveGantry", cmd="G91 G0 X-10"),
-        {"do": "topic", "name": "/gantry/status", "type": "labrun_interfaces/msg/GantryStatus", "count": 2},
-        goal("/arm/go", "x", x=0, y=0), back,
+        {"do": "topic", "name": "/gantry/status", "type": "labrun_interfaces/msg/GantryStatus",
+         "count": 1, "until": {"x": 90}},
+        goal("/arm/go", "x", x=0, y=0), back, status,
     )  # fmt: skip
 
-    assert before["messages"][-1] == {
-        "work": "Idle",
-        "x": 100,
-        "y": 50,
-        "z": before["messages"][-1]["z"],
-    }
-    assert set_ == {"values": {}}
-    assert after["messages"][0]["x"] == 0 and after["messages"][0]["y"] == 50
+    assert set_ == {"values": {}}  # of the place after the move, however late a status is told
+    told = after["messages"][0]
+    assert told == {"work": "Idle", "x": 0, "y": 50, "z": told["z"]}
     assert moved["values"] == {"msg": "success"}
     assert there["messages"][-1]["x"] == 90
+    assert (again["messages"][0]["x"], again["messages"][0]["y"]) == (0, 0)
 
 
 @pytest.mark.parametrize(
@@ -280,16 +282,51 @@ def test_readiness_is_a_service_and_a_topic_as_in_the_paper(roslib1, paper):
     assert moved["values"] == {"response": "succeed"}
 
 
-def test_the_gantrys_status_comes_twice_a_second_while_nothing_changes(roslib1, paper):
-    began = time.monotonic()
-    (told,) = roslib1(
-        paper.url,
-        {"do": "topic", "name": "/gantry_status", "type": "custom_interfaces/msg/GantryStatus",
-         "count": 7},
-    )  # fmt: skip
+@pytest.fixture
+def offered(tmp_path):
+    (tmp_path / "lab.yaml").write_text(LAB)
+    folders = Folders(tmp_path, tmp_path, tmp_path, tmp_path)
+    return OfferedLab(load_lab(tmp_path / "lab.yaml"), "labrun_interfaces", "ros", folders)
 
-    assert len(told["messages"]) == 7
-    assert time.monotonic() - began < 6  # by the device's own status alone, once a second
+
+def test_topics_come_twice_a_second_while_nothing_changes(offered):
+    told = []
+
+    async def story():
+        paper = Paper(offered)
+        paper.tells(lambda: told.append(asyncio.get_running_loop().time()))
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(paper.tell_often(), 3.2)
+
+    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        runner.run(story())
+
+    assert told == pytest.approx([0.5, 1, 1.5, 2, 2.5, 3])
+
+
+@pytest.mark.parametrize(
+    ("states", "said"),
+    [
+        (["moving", "idle"], None),  # the first was asked for before the move had ended
+        (["idle", "moving"], "gantry is moving; set the zero when it has stopped"),
+        (["idle"], "gantry did not report its status within 8 s"),
+    ],
+)
+def test_a_zero_is_set_from_a_status_that_was_asked_for_after_the_call(offered, states, said):
+    async def story():
+        paper = Paper(offered)
+        offered.hear("gantry", {"state": "idle", "x": 1.0})
+        answer = asyncio.ensure_future(SetZero(paper, "/set_zero", "gantry").answer({"axis": "x"}))
+        for n, state in enumerate(states):
+            await asyncio.sleep(1)
+            offered.hear("gantry", {"state": state, "x": 10.0 * (n + 1)})
+        try:
+            return await answer, paper.zero("gantry")["x"]
+        except Refused as refused:
+            return str(refused), paper.zero("gantry")["x"]
+
+    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        assert runner.run(story()) == (({}, 20.0) if said is None else (said, 0.0))
 
 
 def aliased(folder, aliases):

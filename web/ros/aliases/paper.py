@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 AXES = ("x", "y", "z")
 TOLD_S = 0.5
 """How often the paper's topics are told, besides on change."""
+FRESH_S = 8.0
+"""Two statuses of a device: each is told once a second and may be 2 s late."""
 LOG = logging.getLogger(__name__)
 
 
@@ -39,6 +41,22 @@ class Paper:
     def status(self, device: str) -> Values:
         """A device's last status, as in its contract."""
         return self.offered.statuses.get(device, {})
+
+    async def status_from_now(self, device: str) -> Values:
+        """A status that the device was asked for after this call; raises Refused.
+
+        The first that comes may have been asked for before, during a move that has ended since.
+        """
+        told: asyncio.Queue[Values] = asyncio.Queue()
+        unheard = self.offered.on_status(device, told.put_nowait)
+        try:
+            async with asyncio.timeout(FRESH_S):
+                await told.get()
+                return await told.get()
+        except TimeoutError:
+            raise Refused(f"{device} did not report its status within {FRESH_S:g} s") from None
+        finally:
+            unheard()
 
     def zero(self, device: str) -> dict[str, float]:
         """The zero of each axis, in mm of the bench."""

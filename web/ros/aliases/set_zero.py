@@ -28,7 +28,9 @@ class SetZero(Service):
         wanted = list(axes.lower()) if isinstance(axes, str) else []
         if not wanted or not set(wanted) <= {*AXES}:
             raise Refused(f"axis must be x, y, z or several of them, not {str(axes)[:40]!r}")
-        status = self._paper.status(self._device)
+        status = await self._paper.status_from_now(self._device)
+        if status.get("state") in ("moving", "homing"):
+            raise Refused(f"{self._device} is {status['state']}; set the zero when it has stopped")
         unknown = [axis for axis in wanted if status.get(axis) is None]
         if unknown:
             raise Refused(f"{self._device} does not report its {unknown[0]} position")

@@ -49,14 +49,16 @@ class OfferedLab:
         own = [a for name, a in found if isinstance(a, DeviceAction) and name.startswith(first)]
         return {action.action: action for action in own if action.device.name == device}
 
-    def on_status(self, device: str, listener: Callable[[Values], None]) -> None:
-        """Call `hear` whenever a device reports its status."""
-        self._heard.setdefault(device, []).append(listener)
+    def on_status(self, device: str, listener: Callable[[Values], None]) -> Callable[[], None]:
+        """Call `listener` whenever a device reports its status; what is returned ends that."""
+        listeners = self._heard.setdefault(device, [])
+        listeners.append(listener)
+        return lambda: listeners.remove(listener)
 
     def hear(self, device: str, status: Values) -> None:
         """A device has reported its status."""
         self.statuses[device] = status
-        for listener in self._heard.get(device, ()):
+        for listener in [*self._heard.get(device, ())]:
             listener(status)
 
     async def free(self) -> None:

@@ -45,7 +45,8 @@ const DO = {
       const messages = [];
       topic.subscribe((message) => {
         messages.push(message);
-        if (messages.length === step.count) {
+        const asked = Object.entries(step.until ?? {}).every(([name, value]) => message[name] === value);
+        if (messages.length >= step.count && asked) {
           topic.unsubscribe();
           end({ messages });
         }
