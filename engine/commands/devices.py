@@ -46,13 +46,11 @@ async def _states(loaded: LoadedLab) -> dict[str, str]:
     """What the devices that are served now say of themselves; those that are not are left out."""
     from ...drivers.client.client import DeviceClient
     from ...drivers.client.link import ServerUnreachable
-    from ..dispatch.connect import listens
+    from ..dispatch.served_lab import named_at, served_at
 
     told: dict[str, str] = {}
     for name, device in loaded.lab.devices.items():
-        url = device.url
-        if url is None and device.port is not None and listens(device.port):
-            url = f"http://127.0.0.1:{device.port}"
+        url = named_at(device) or served_at(loaded, name)
         if url is None:
             continue
         client = DeviceClient(url, device.token)

@@ -60,7 +60,7 @@ EARLIER = Path(".labrun/servers")
 
 
 def _home(lab: LoadedLab) -> Path:
-    from ..dispatch.serving import serve_home
+    from ..dispatch.served_lab import serve_home
 
     home = serve_home(lab)
     if EARLIER.is_dir() and not home.exists():

@@ -2,7 +2,6 @@
 
 import asyncio
 import os
-import socket
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +13,7 @@ from ...schemas.lab import LabDevice
 from ...system.tasks import end, spawn
 from ..lab.bind import BoundRole
 from ..lab.lab import LoadedLab
+from .served_lab import named_at, served_at
 
 IDLE_EXIT_S = 90.0
 """Servers that a run started end when its engine has been gone for this long."""
@@ -78,13 +78,14 @@ async def connect(
 
 async def _reach(name: str, lab: LoadedLab, connections: Connections) -> None:
     device = lab.lab.devices[name]
-    if device.url is not None:
-        await _open(name, device.url, device.token, lab, connections)
-    elif device.port is not None and listens(device.port):
-        url = f"http://127.0.0.1:{device.port}"
+    if (url := named_at(device)) is not None:
         await _open(name, url, device.token, lab, connections)
-    else:
+    elif (connections.folder / name).exists() or (url := served_at(lab, name)) is None:
+        # What a run's own server has done lies in its own ledger, and is asked there.
         await _start(name, device, lab, connections)
+    else:
+        connections.say(f"{name} is served at {url} by `labrun serve`")
+        await _open(name, url, device.token, lab, connections)
 
 
 async def _open(
@@ -181,10 +182,3 @@ async def _lease(device: str, connections: Connections, owner: str) -> None:
     except ServerUnreachable as fault:
         raise NotReached(f"device {device!r} at {client.url}: {fault}") from fault
     connections.leased.append(device)
-
-
-def listens(port: int) -> bool:
-    """Whether something answers at a port of this machine."""
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
-        probe.settimeout(0.5)
-        return probe.connect_ex(("127.0.0.1", port)) == 0

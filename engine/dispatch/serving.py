@@ -4,15 +4,13 @@ import json
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
-from hashlib import blake2b
 from pathlib import Path
 
 from ...drivers.client.launch import SETTINGS
-from ...drivers.server.server_file import FILE
-from ...system.process import alive
 from ..lab.lab import LoadedLab
 from ..run.folder import all_runs, is_live
-from .connect import base_of, listens, servers_folder
+from .connect import base_of, servers_folder
+from .served_lab import live_servers, named_at, serve_home
 
 CALLS = "labrun-call-*"
 """The temporary folders of `labrun call`, whose servers end with it."""
@@ -20,17 +18,6 @@ CALLS = "labrun-call-*"
 
 PAGE = Path(".labrun/web/bench/servers")
 """Where `labrun web` keeps those of its protocols' folder."""
-
-
-def serve_home(lab: LoadedLab) -> Path:
-    """Where `labrun serve` keeps a lab's, wherever it is given: a device's ledger must be found again."""
-    from platformdirs import user_state_path
-
-    name = "simulated"
-    if lab.path is not None:
-        path = lab.path.resolve()
-        name = f"{path.stem}-{blake2b(str(path).encode(), digest_size=4).hexdigest()}"
-    return user_state_path("labrun", appauthor=False) / "servers" / name
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +38,7 @@ def servers_of(lab: LoadedLab, devices: list[str], runs: Path) -> list[Serving]:
     found: dict[tuple[str, str], Serving] = {}
     for name in devices:
         device = lab.lab.devices[name]
-        url = device.url
-        if url is None and device.port is not None and listens(device.port):
-            url = f"http://127.0.0.1:{device.port}"
-        if url is not None:
+        if (url := named_at(device)) is not None:
             found[name, url] = Serving(name, url, device.token)
     for url, served, settings in _local(lab, runs):
         for name in sorted(served & set(devices)):
@@ -70,14 +54,9 @@ def _local(lab: LoadedLab, runs: Path) -> Iterator[tuple[str, set[str], Path | N
     folders += [servers_folder(folder) for folder in all_runs(runs) if is_live(folder)]
     calls = list(Path(tempfile.gettempdir()).glob(CALLS))
     for folder in (*folders, *calls):
-        for path in folder.rglob(FILE):
-            try:
-                words = json.loads(path.read_bytes())
-                if alive(words["pid"]):
-                    settings = path.with_name(SETTINGS) if folder in calls else None
-                    yield str(words["url"]), set(words["devices"]), settings
-            except (OSError, ValueError, KeyError, TypeError):
-                continue  # it is being written, or its server has just ended
+        for path, words in live_servers(folder):
+            settings = path.with_name(SETTINGS) if folder in calls else None
+            yield str(words["url"]), set(words["devices"]), settings
 
 
 def _is_ours(lab: LoadedLab, name: str, settings: Path) -> bool:

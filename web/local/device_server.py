@@ -6,7 +6,8 @@ from pathlib import Path
 
 from ...drivers.client.client import DeviceClient, ServerUnreachable
 from ...drivers.client.launch import RunningServer, start_server
-from ...engine.dispatch.connect import IDLE_EXIT_S, listens, server_config
+from ...engine.dispatch.connect import IDLE_EXIT_S, server_config
+from ...engine.dispatch.served_lab import listens, live_servers
 from ...engine.lab.lab import LoadedLab
 from ...schemas.messages import ServerDescription
 
@@ -17,7 +18,7 @@ async def serve_here(name: str, lab: LoadedLab, folder: Path) -> tuple[str, Runn
     port = device.port
     assert port is not None, "lab_here gives one to every device with a driver"
     own = folder / name
-    if not own.is_dir() and await asyncio.to_thread(listens, port):
+    if not any(live_servers(own)) and await asyncio.to_thread(listens, port):
         return f"http://127.0.0.1:{port}", None  # served from another shell
     config = server_config({name: device}, lab, folder)
     config.update(port=port, idle_exit_s=IDLE_EXIT_S, owner_pid=os.getpid())

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ...engine.dispatch.connect import python_of
+from ...engine.dispatch.served_lab import served_at
 from ...engine.lab.lab import LoadedLab, load_lab
 from ...system.files import write_whole
 
@@ -43,7 +44,10 @@ def lab_here(lab: LoadedLab, state: Path) -> LoadedLab:
 
 
 def _ports(lab: LoadedLab, path: Path) -> dict[str, int]:
-    """Device -> port; always the same, so that old runs find their devices again."""
+    """Device -> port; the same as long as `labrun serve` does not have it at another.
+
+    So old runs find their devices again.
+    """
     try:
         known: dict[str, int] = json.loads(path.read_bytes())
     except (OSError, ValueError):
@@ -51,7 +55,9 @@ def _ports(lab: LoadedLab, path: Path) -> dict[str, int]:
     ports: dict[str, int] = {}
     for name, device in lab.lab.devices.items():
         if device.driver is not None:
-            ports[name] = device.port or known.get(name) or _free_port({*ports.values()})
+            served = (served_at(lab, name) or "").rpartition(":")[2]
+            port = device.port or int(served or 0) or known.get(name)
+            ports[name] = port or _free_port({*ports.values()})
     write_whole(path, _json(ports))
     return ports
 

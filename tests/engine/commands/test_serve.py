@@ -149,3 +149,29 @@ def test_a_slow_start_says_what_it_waits_for_and_an_end_does_not_wait_for_it(tmp
     assert said == (
         "labrun: waiting for the server of b to start, 40 s at most (`start_timeout`)\n"
     )
+
+
+def labrun(cwd, *words):
+    return subprocess.run(
+        [sys.executable, "-m", "labrun.engine", *words], cwd=cwd, capture_output=True, text=True
+    )
+
+
+@pytest.mark.slow
+def test_a_device_that_is_served_is_used_there_on_whatever_port(tmp_path):
+    (tmp_path / "lab.yaml").write_text(LAB)
+    (tmp_path / "weigh.yaml").write_text(
+        "labrun: 1\nname: weigh\ndevices: {b: balance@1}\nsteps: [{do: b.weigh}]\n"
+    )
+    with serving(tmp_path, "lab.yaml") as (at, *_):
+        url = at.removeprefix("b at ").strip()
+        called = labrun(tmp_path, "call", "b.weigh", "--lab", "lab.yaml")
+        run = labrun(tmp_path, "run", "weigh.yaml", "--lab", "lab.yaml")
+    alone = labrun(tmp_path, "call", "b.weigh", "--lab", "lab.yaml")
+
+    for used in (called, run):
+        assert used.returncode == 0, used.stderr
+        assert f"b is served at {url} by `labrun serve`" in used.stderr + used.stdout
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert not (folder / "servers" / "b").exists()
+    assert alone.returncode == 0 and "is served at" not in alone.stderr

@@ -1,5 +1,9 @@
 """A lab with ports: the same devices, drivers found from anywhere, nothing left that is relative."""
 
+import json
+import os
+
+from labrun.engine.dispatch.served_lab import serve_home
 from labrun.engine.lab.lab import load_lab
 from labrun.web.local.lab_here import lab_here
 
@@ -53,3 +57,16 @@ def test_nobody_else_may_read_its_tokens(tmp_path):
     lab_here(written(tmp_path), tmp_path / "state")
 
     assert (tmp_path / "state" / "lab.yaml").stat().st_mode & 0o077 == 0
+
+
+def test_a_device_that_another_shell_serves_is_used_at_its_port(tmp_path):
+    lab = written(tmp_path)
+    before = lab_here(lab, tmp_path / "state").lab.devices["gantry"].port
+    file = serve_home(lab) / "gantry" / "server.json"
+    file.parent.mkdir(parents=True)
+    told = {"pid": os.getpid(), "url": "http://127.0.0.1:4107", "devices": ["gantry"]}
+    file.write_text(json.dumps(told))
+
+    here = lab_here(lab, tmp_path / "state").lab.devices
+
+    assert before != 4107 == here["gantry"].port != here["lamp"].port

@@ -1,0 +1,57 @@
+"""Where a lab's device is served now: where the lab names a server, or by `labrun serve`."""
+
+import json
+import socket
+from collections.abc import Iterator
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+from ...drivers.server.server_file import FILE
+from ...schemas.lab import LabDevice
+from ...system.process import alive
+from ..lab.lab import LoadedLab
+
+
+def serve_home(lab: LoadedLab) -> Path:
+    """Where `labrun serve` keeps a lab's, wherever it is given: a device's ledger must be found again."""
+    from platformdirs import user_state_path
+
+    name = "simulated"
+    if lab.path is not None:
+        path = lab.path.resolve()
+        name = f"{path.stem}-{blake2b(str(path).encode(), digest_size=4).hexdigest()}"
+    return user_state_path("labrun", appauthor=False) / "servers" / name
+
+
+def named_at(device: LabDevice) -> str | None:
+    """The address that the lab names, if it is a `url`, or a `port` at which a server listens now."""
+    if device.url is not None or device.port is None or not listens(device.port):
+        return device.url
+    return f"http://127.0.0.1:{device.port}"
+
+
+def listens(port: int) -> bool:
+    """Whether something answers at a port of this machine."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.settimeout(0.5)
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def served_at(lab: LoadedLab, device: str) -> str | None:
+    """The address at which `labrun serve` serves this lab file's device now; None if it does not."""
+    if lab.path is None:
+        return None  # the simulated lab is each run's own
+    home = serve_home(lab)
+    return next((str(w["url"]) for _, w in live_servers(home) if device in w["devices"]), None)
+
+
+def live_servers(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Each server that lives in a folder: its file, and what that says of it."""
+    for path in folder.rglob(FILE):
+        try:
+            words = json.loads(path.read_bytes())
+            if alive(words["pid"]) and {"url", "devices"} <= words.keys():
+                yield path, words
+        except (OSError, ValueError, KeyError, TypeError):
+            continue  # it is being written, or its server has just ended
