@@ -114,7 +114,7 @@ class Bench:
         return [line for line in lines if not line.endswith(" open")]
 
     async def until(self, deed: str) -> None:
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(500):
             while f"arm {deed}" not in self.deeds():  # noqa: ASYNC110 - the deeds are a file
                 await asyncio.sleep(0.01)
 
@@ -144,7 +144,7 @@ class Raw:
 
     async def update(self, goal_id: str, state: str) -> dict[str, Any]:
         """The first update that says so."""
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(500):
             while True:
                 for event, data in self.events:
                     if event == "update" and (data["id"], data["state"]) == (goal_id, state):
@@ -154,7 +154,7 @@ class Raw:
     async def status(self) -> dict[str, Any]:
         """The next status that arrives."""
         self.events.clear()
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(500):
             while True:
                 for event, data in self.events:
                     if event == "status":

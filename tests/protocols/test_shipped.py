@@ -66,7 +66,7 @@ def marked(paths, mark, *names):
 
 
 def wait_for_rows(folder, count):
-    until = time.monotonic() + 60
+    until = time.monotonic() + 500
     while time.monotonic() < until:
         found = list((folder / "runs").glob("*/data.csv")) if (folder / "runs").exists() else []
         if found and len(found[0].read_text().splitlines()) > count:

@@ -55,7 +55,7 @@ def test_a_task_whose_owner_forgets_it_runs_to_its_end():
     async def story():
         spawn("forgotten", work())
         gc.collect()
-        await asyncio.wait_for(ended.wait(), 60)
+        await asyncio.wait_for(ended.wait(), 500)
 
     asyncio.run(story())
 

@@ -97,10 +97,16 @@ class Stillness:
 
     def __init__(self) -> None:
         self._until = 0.0
+        self._ended = asyncio.Event()
 
     def last(self, seconds: float) -> None:
         """Start now for this long, or longer if that was already requested."""
         self._until = max(self._until, asyncio.get_running_loop().time() + seconds)
+
+    def end(self) -> None:
+        """End it now."""
+        self._until = 0.0
+        self._ended.set()
 
     def holds(self) -> bool:
         """True while nothing may pass."""
@@ -108,8 +114,11 @@ class Stillness:
 
     async def over(self) -> None:
         """Wait for its end, which may be put off meanwhile."""
-        while self.holds():  # noqa: ASYNC110 - only the clock tells
-            await asyncio.sleep(self._until - asyncio.get_running_loop().time())
+        while self.holds():
+            self._ended.clear()
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout_at(self._until):
+                    await self._ended.wait()
 
 
 class FaultyWire:
@@ -166,6 +175,10 @@ class FaultyWire:
     def freeze(self, seconds: float) -> None:
         """Let nothing through, either way, for this long; new connections wait as well."""
         self.stillness.last(seconds)
+
+    def thaw(self) -> None:
+        """End a freeze before its time."""
+        self.stillness.end()
 
     async def _serve(self, request: "web.BaseRequest") -> "web.StreamResponse":
         """One engine's connection, from its first byte to its last."""

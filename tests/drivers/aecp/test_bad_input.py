@@ -60,7 +60,7 @@ def test_a_socketio_server_that_is_something_else(aecp):
         config = uvicorn.Config(socketio.ASGIApp(sio), port=0, log_level="critical")
         server = uvicorn.Server(config)
         running = asyncio.create_task(server.serve())
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(500):
             while not server.started:  # noqa: ASYNC110 - uvicorn has a flag only
                 await asyncio.sleep(0.02)
         aecp.port = server.servers[0].sockets[0].getsockname()[1]

@@ -128,7 +128,7 @@ def test_a_shot_whose_answer_was_lost_is_found_in_the_cache(aecp, plan):
 def test_an_answer_that_comes_late_is_believed(aecp):
     aecp.start(plans={"measure": ["late"]})
 
-    assert aecp.play(lambda d: d.measure(GoalContext("g")), measure_s=1.2) == {
+    assert aecp.play(lambda d: d.measure(GoalContext("g")), measure_s=2.2) == {
         "shot_id": "shot-000001"
     }
 

@@ -31,7 +31,7 @@ def ask(tmp_path):
 
         async def all_of_it():
             made = find_driver(driver, Path())(Place("dmm", config, {}, folder, tmp_path))
-            async with asyncio.timeout(60):
+            async with asyncio.timeout(500):
                 if opened:
                     await made.open()
                 try:

@@ -27,7 +27,7 @@ class Peer:
 
     def soon(self, what):
         """The same, where nothing but time says that a command has been carried out."""
-        until = time.monotonic() + 20
+        until = time.monotonic() + 500
         while not (told := self.done(what)) and time.monotonic() < until:
             time.sleep(0.02)
         return told
@@ -43,7 +43,7 @@ def running_peer(folder, program="line_peer.py", **habits):
         words = [sys.executable, str(PEERS / program), str(folder), str(folder / "habits.json")]
         process = subprocess.Popen(words, stdout=log, stderr=log)
     try:
-        until = time.monotonic() + 30
+        until = time.monotonic() + 500
         while not (folder / "where").exists():
             assert process.poll() is None, (folder / "peer.log").read_text("utf-8")
             assert time.monotonic() < until, "the peer did not start"

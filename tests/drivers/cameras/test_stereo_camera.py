@@ -319,7 +319,7 @@ def test_it_serves_over_the_wire_as_any_device_does(tmp_path, photos):
                     "id": "r/main/1/1", "boot": client.boot, "epoch": client.epoch("camera"),
                     "device": "camera", "action": "calibrate", "params": AT,
                 })  # fmt: skip
-                return await asyncio.wait_for(client.follow(goal), 60)
+                return await asyncio.wait_for(client.follow(goal), 500)
             finally:
                 await client.close()
 

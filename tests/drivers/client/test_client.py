@@ -40,7 +40,7 @@ async def kill(server):
     await server.process.wait()
 
 
-async def until(true, timeout_s=20):
+async def until(true, timeout_s=500):
     async with asyncio.timeout(timeout_s):
         while not true():  # noqa: ASYNC110 - whatever it waits for may be in another process
             await asyncio.sleep(0.01)
@@ -179,17 +179,33 @@ def test_a_lease_is_refused_with_the_holder_and_is_free_after_its_release(bench)
     assert "page holds it now" in error.message
 
 
-def test_a_lease_is_renewed_until_it_is_released(bench):
+def test_a_lease_is_renewed_until_it_is_released(bench, monkeypatch):
     async def story():
         async with bench.serving() as (_, url), bench.client(url, lease=False) as client:
+            call, asked = client._link.call, asyncio.Queue()
+
+            async def kept(event, request):
+                if event == "lease":  # a busy machine may renew late; here that costs no lease
+                    asked.put_nowait(request)
+                    request = {**request, "ttl_s": 600}
+                return await call(event, request)
+
+            monkeypatch.setattr(client._link, "call", kept)
             epoch = await client.take_lease("arm", "run-1", ttl_s=0.3)
-            await asyncio.sleep(1.0)
-            return epoch, client.epoch("arm"), await client.follow(bench.goal(client, "go", x=1))
+            async with asyncio.timeout(500):
+                taken, *renewals = [await asked.get() for _ in range(4)]
+            outcome = await client.follow(bench.goal(client, "go", x=1))
+            await client.release("arm")
+            asked = asyncio.Queue()
+            await asyncio.sleep(0.3)
+            return epoch, taken, renewals, outcome, asked.qsize()
 
-    before, after, outcome = asyncio.run(story())
+    epoch, taken, renewals, outcome, after = asyncio.run(story())
 
-    assert after == before
+    assert "epoch" not in taken
+    assert [request["epoch"] for request in renewals] == [epoch] * 3
     assert outcome.state == "SUCCEEDED"
+    assert after == 0
 
 
 def test_a_lease_whose_renewal_fails_unexpectedly_is_renewed_all_the_same(
@@ -207,7 +223,7 @@ def test_a_lease_whose_renewal_fails_unexpectedly_is_renewed_all_the_same(
 
             await client.take_lease("arm", "run-1", ttl_s=0.1)
             monkeypatch.setattr(client._link, "call", first_without_an_epoch)
-            async with asyncio.timeout(20):
+            async with asyncio.timeout(500):
                 for _ in range(3):
                     await renewals.get()
 
@@ -687,9 +703,11 @@ def test_a_client_that_is_closed_in_mid_handshake_leaves_no_socket(monkeypatch):
         site = web.SockSite(runner, listening := socket.create_server(("127.0.0.1", 0)))
         await site.start()
         try:
-            with pytest.raises(ServerUnreachable, match="no response"):
-                await DeviceClient(f"http://127.0.0.1:{listening.getsockname()[1]}").open(0.3)
-            await asyncio.wait_for(hung_up.wait(), 20)
+            url = f"http://127.0.0.1:{listening.getsockname()[1]}"
+            while not hung_up.is_set():  # a busy machine may not have come to the handshake
+                with pytest.raises(ServerUnreachable, match="no response"):
+                    await DeviceClient(url).open(0.3)
+                await asyncio.sleep(0.1)
         finally:
             await runner.cleanup()
 

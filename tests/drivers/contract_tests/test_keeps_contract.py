@@ -66,7 +66,9 @@ def test_a_broken_promise_is_found_and_said(tmp_path, lamp, test, action, words)
     assert words in str(failed.value)
 
 
-def test_an_action_that_is_over_too_soon_is_told_how_to_be_slow(tmp_path):
+def test_an_action_that_is_over_too_soon_is_told_how_to_be_slow(tmp_path, monkeypatch):
+    monkeypatch.setattr("labrun.drivers.contract_tests.session.MOMENT_S", 500)
+
     class Hasty(LampTest):
         case = case_of("Lamp", seconds=0.1)
 

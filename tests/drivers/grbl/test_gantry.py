@@ -212,13 +212,13 @@ def test_an_answer_that_comes_much_later_settles_no_other_line(peer, gantry, pla
         peer.eats_ok_of = "G10"
         own = c.say("G10L20P0X0")
         c.write(controller.RESUME)
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(500):
             while "G10L20P0X0" not in peer.heard:  # noqa: ASYNC110 - the controller is another thread
                 await asyncio.sleep(0.01)
             await c.look()
         early = own.done()
         peer.say("ok")
-        await asyncio.wait_for(own, 20)
+        await asyncio.wait_for(own, 500)
         await driver.move_to(GoalContext("m"), x=7)
         return early
 

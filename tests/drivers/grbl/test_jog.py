@@ -70,7 +70,7 @@ def test_a_held_jog_stops_at_the_edge_of_the_work_area(peers, gantry, played):
 def test_a_held_jog_of_a_turned_axis_goes_the_benchs_way(peers, gantry, played):
     async def story(driver):
         await driver.move_to(GoalContext("a"), y=100)
-        return await driver.jog(GoalContext("b"), axis="y", direction="-", feed=600, lease=0.3)
+        return await driver.jog(GoalContext("b"), axis="y", direction="-", feed=600, lease=2.0)
 
     assert played(gantry(peers(), axes={"x": "Y", "y": "-X"}), story)["y"] < 100
 

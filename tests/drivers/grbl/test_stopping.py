@@ -99,7 +99,7 @@ def test_a_task_that_is_broken_off_leaves_nothing_moving(peers, gantry, played):
 def test_safe_right_after_an_alarm_waits_until_the_controller_answers_again(peer, gantry, played):
     async def story(driver):
         peer._alarm(1)
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(500):
             await driver.controller.until(lambda: driver.controller.dead, 5)
         await driver.safe()
         return driver.controller.dead

@@ -15,7 +15,7 @@ ORIGIN_X = -805.0
 
 async def until(driver, true):
     """The first status that is so."""
-    async with asyncio.timeout(20):
+    async with asyncio.timeout(500):
         while not true(status := await driver.status()):  # noqa: ASYNC110 - it has to be asked
             await asyncio.sleep(0.02)
     return status

@@ -151,7 +151,7 @@ def start_robot(folder: Path, port: int) -> subprocess.Popen:
         process = subprocess.Popen(
             command, cwd=folder, stdout=log, stderr=log, env={**os.environ, "PYTHONUNBUFFERED": "1"}
         )
-    until = time.monotonic() + 60
+    until = time.monotonic() + 500
     while b"Ctrl-C" not in (folder / "ros.log").read_bytes():
         assert process.poll() is None and time.monotonic() < until, (folder / "ros.log").read_text()
         time.sleep(0.05)

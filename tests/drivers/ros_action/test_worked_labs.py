@@ -54,7 +54,7 @@ def device(robot, tmp_path):
 
 
 async def arrived(robot):
-    async with asyncio.timeout(20):
+    async with asyncio.timeout(500):
         while not robot.sent:  # noqa: ASYNC110 - in the thread of the fake
             await asyncio.sleep(0.02)
 

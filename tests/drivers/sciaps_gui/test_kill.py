@@ -53,7 +53,7 @@ class KilledServers:
         """Until the shot stands in the book: the click follows within milliseconds."""
         import sqlite3
 
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(500):
             while True:
                 with contextlib.suppress(sqlite3.Error):
                     with contextlib.closing(

@@ -90,7 +90,7 @@ def test_a_goal_is_refused_and_not_started_while_the_ledger_cannot_be_written(be
             # The last page takes some rows yet; only what is on disk may run.
             for n in range(200):
                 goal = bench.goal(client, "answer", id=f"{n}{'x' * 900}", value=1)
-                outcomes.append(await asyncio.wait_for(client.follow(goal), 10))
+                outcomes.append(await asyncio.wait_for(client.follow(goal), 500))
                 if outcomes[-1].error is not None:
                     break
             return outcomes[-1]
@@ -117,7 +117,7 @@ def test_an_outcome_that_cannot_be_written_is_told_and_kept_and_nothing_begins_u
             asked = (await client.query([first.id])).goals[first.id]
             refused = await client.follow(bench.goal(client, "go", x=2))
             full = False
-            async with asyncio.timeout(20):
+            async with asyncio.timeout(500):
                 while server.devices["arm"].running:  # noqa: ASYNC110 - the next attempt writes it
                     await asyncio.sleep(0.02)
             return (
@@ -162,7 +162,7 @@ ODD = {
 @pytest.mark.parametrize("kind", ODD)
 def test_however_oddly_an_action_ends_its_client_hears_it_and_the_server_goes_on(bench, kind):
     async def story():
-        async with bench.connected() as client, asyncio.timeout(10):
+        async with bench.connected() as client, asyncio.timeout(500):
             outcome = await client.follow(bench.goal(client, "odd", kind=kind))
             return outcome.error, await client.follow(bench.goal(client, "go", x=1))
 
@@ -181,7 +181,7 @@ def test_a_fault_of_the_servers_own_ends_the_goal_that_met_it(bench, broken):
             name = "_perform" if broken == "_perform" else "end"
             whole = getattr(place, name)
             setattr(place, name, lambda *args: 1 / 0)
-            async with asyncio.timeout(10):
+            async with asyncio.timeout(500):
                 outcome = await client.follow(bench.goal(client, "go", x=1))
                 setattr(place, name, whole)
                 while server.devices["arm"].running:  # noqa: ASYNC110 - it is written once it can be
@@ -204,7 +204,7 @@ def test_a_goal_past_its_deadline_is_ended_by_its_server_also_without_an_engine(
                 await raw.call("goal", **goal)
             async with bench.client(url, lease=False) as client:  # its engine is gone
                 asked = bench.goal(client, action, id="g1", seconds=30)
-                async with asyncio.timeout(10):
+                async with asyncio.timeout(500):
                     return await client.follow(asked, send=False)
 
     outcome = asyncio.run(story())
@@ -290,7 +290,7 @@ def test_an_action_of_the_safe_state_that_is_meanwhile_ends_what_runs(bench):
             following = asyncio.create_task(client.follow(held))
             await bench.until(f"hold {held.id}")
             halted = await client.follow(bench.goal(client, "halt"))
-            return halted.state, await asyncio.wait_for(following, 10)
+            return halted.state, await asyncio.wait_for(following, 500)
 
     halted, outcome = asyncio.run(story())
 

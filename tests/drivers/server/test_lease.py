@@ -65,7 +65,7 @@ def test_a_renewal_keeps_the_epoch_and_moves_the_end(tmp_path):
 def test_a_lease_that_is_not_renewed_lapses_and_says_so(tmp_path):
     async def tell(lease, lapsed):
         epoch = await lease.take(ask(ttl_s=0.05), "s1")
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(500):
             await lapsed.wait()
         with pytest.raises(Refused, match="no lease on arm has epoch 1"):
             lease.check(epoch)

@@ -100,7 +100,7 @@ def test_a_signal_ends_it_in_order(bench, number):
             await bench.until("hold run-1/main/1/1")
             os.kill(server.pid, number)
             outcome = await following
-            return outcome, await asyncio.wait_for(server.process.wait(), 20)
+            return outcome, await asyncio.wait_for(server.process.wait(), 500)
 
     outcome, status = asyncio.run(story())
 
@@ -118,7 +118,7 @@ def test_it_ends_by_itself_when_nobody_needs_it_any_more(bench):
             await client.take_lease("arm", "run-1", ttl_s=1.0)
             await asyncio.sleep(1.5)
             needed = server.process.returncode
-        return needed, await asyncio.wait_for(server.process.wait(), 20)
+        return needed, await asyncio.wait_for(server.process.wait(), 500)
 
     needed, status = asyncio.run(story())
 
@@ -135,7 +135,7 @@ def test_it_stays_as_long_as_its_owner_lives(bench):
         await asyncio.sleep(1.0)
         needed = server.process.returncode
         owner.communicate(b"\n")
-        return needed, await asyncio.wait_for(server.process.wait(), 20)
+        return needed, await asyncio.wait_for(server.process.wait(), 500)
 
     assert asyncio.run(story()) == (None, 0)
 
@@ -154,7 +154,7 @@ def test_with_its_owner_it_ends_once_nobody_holds_a_device_whoever_looks_on(benc
             outcome = await client.follow(bench.goal(client, "hold", seconds=1))
             needed = server.process.returncode
             await client.release("arm")
-            return needed, outcome.state, await asyncio.wait_for(server.process.wait(), 20)
+            return needed, outcome.state, await asyncio.wait_for(server.process.wait(), 500)
 
     assert asyncio.run(story()) == (None, "SUCCEEDED", 0)
     assert bench.deeds()[-1] == "arm close"

@@ -15,7 +15,7 @@ def told(driver):
         await watch.open()
         first = watch.latest
         watch.changed()
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(500):
             second = await heard.get()
         await watch.close()
         return first, second

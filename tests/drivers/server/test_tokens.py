@@ -42,7 +42,7 @@ def test_a_client_finds_the_new_token_of_a_server_that_was_started_again(bench):
             first.process.kill()  # its file stays
             await first.process.wait()
             again = await start_server(bench.settings(own_token=True, port=port), bench.folder)
-            async with asyncio.timeout(20):
+            async with asyncio.timeout(500):
                 outcome = await client.follow(bench.goal(client, "go", x=1))
                 while outcome.state != "SUCCEEDED":  # of the boot that is gone
                     await asyncio.sleep(0.1)

@@ -11,7 +11,7 @@ import pytest
 from labrun.drivers.window_program.buttons import read_buttons
 from labrun.drivers.window_program.hands import Hands
 
-PATIENCE_S = 60
+PATIENCE_S = 500
 
 
 class Terminal:

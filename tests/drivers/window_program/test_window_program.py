@@ -110,7 +110,7 @@ def test_steps_without_their_proof_are_unknown_and_the_probe_finds_a_late_one(re
         with pytest.raises(ActionFailed) as caught:
             await driver.fire(GoalContext("g1"))
         unclear = await driver.last(GoalContext("p1"))
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(500):
             while not analyser.entries():  # noqa: ASYNC110 - another process makes them
                 await asyncio.sleep(0.1)
         return caught.value, unclear, await driver.last(GoalContext("p2"))

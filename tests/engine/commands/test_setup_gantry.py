@@ -37,7 +37,7 @@ class Terminal:
         os.write(self.master, line.encode() + b"\n")
 
     def wait_for(self, words):
-        end = time.monotonic() + 60
+        end = time.monotonic() + 500
         while words not in self.text[self._read :]:
             assert time.monotonic() < end, self.text
             try:

@@ -83,7 +83,7 @@ class Terminal:
 
     def end(self):
         status = self.process.wait(timeout=120)
-        self.reading.join(timeout=10)
+        self.reading.join(timeout=500)
         os.close(self.ours)
         return status
 
@@ -138,7 +138,7 @@ def bench(tmp_path):
     return Bench(tmp_path)
 
 
-def wait_until(holds, timeout_s=90):
+def wait_until(holds, timeout_s=500):
     until = time.monotonic() + timeout_s
     while not holds() and time.monotonic() < until:
         time.sleep(0.02)

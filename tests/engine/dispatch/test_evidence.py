@@ -24,7 +24,7 @@ class Gun(Driver):
         self.done = Path(self.place.config["done"])
         with self.done.open("a") as file:
             file.write(f"{n} {goal.id}\\n")
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(500):
             await self.after(n)
         return {"goal_id": goal.id}
 

@@ -26,7 +26,7 @@ class Terminal:
         os.close(theirs)
         self.screen = ""
 
-    def wait_for(self, text, timeout_s=30):
+    def wait_for(self, text, timeout_s=500):
         until = time.monotonic() + timeout_s
         while text not in self.screen and time.monotonic() < until:
             try:

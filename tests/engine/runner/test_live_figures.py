@@ -15,7 +15,7 @@ from labrun.engine.runner.live_figures import live_figures
 
 HEADER = "key,x_mm,y_mm,Li\n"
 ROWS = "a,0,0,5\nb,1,0,6\nc,0,1,7\nd,1,1,8\n"
-UP_S = 60
+UP_S = 500
 
 
 @pytest.fixture

@@ -55,7 +55,7 @@ def journal_of(tmp_path):
 
 
 def wait_for_records(process, tmp_path, count):
-    until = time.monotonic() + 30
+    until = time.monotonic() + 500
     while time.monotonic() < until and process.poll() is None:
         path = journal_of(tmp_path)
         if path is not None and path.read_bytes().count(b"\n") >= count:

@@ -50,7 +50,7 @@ def calls(run):
 
 
 def wait_for(folder, name):
-    until = time.monotonic() + 40
+    until = time.monotonic() + 500
     while time.monotonic() < until:
         runs = list((folder / "runs").glob("*")) if (folder / "runs").exists() else []
         if runs and name in calls(runs[0]):

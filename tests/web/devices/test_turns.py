@@ -45,7 +45,7 @@ class Bench:
         return None
 
     async def online(self):
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(500):
             while not self.gantry.online:
                 self.seen.clear()
                 await self.seen.wait()

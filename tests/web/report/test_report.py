@@ -74,7 +74,7 @@ def only_run(folder):
 
 
 def wait_for(folder, words):
-    until = time.monotonic() + 40
+    until = time.monotonic() + 500
     while time.monotonic() < until:
         found = (
             list((folder / "runs").glob("*/journal.jsonl")) if (folder / "runs").exists() else []

@@ -16,7 +16,7 @@ from .served import serve
 
 HERE = Path(__file__).parent
 CLIENTS = HERE / "clients"
-TALK_S = 90
+TALK_S = 500
 
 
 @pytest.fixture(scope="session")

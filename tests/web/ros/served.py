@@ -10,7 +10,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-START_S = 90
+START_S = 500
 
 
 @dataclass

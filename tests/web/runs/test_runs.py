@@ -33,7 +33,7 @@ def runs(folder):
 
 
 async def until(true):
-    async with asyncio.timeout(60):
+    async with asyncio.timeout(500):
         while not true():  # noqa: ASYNC110 - a folder tells nobody that it has changed
             await asyncio.sleep(0.01)
 

@@ -210,7 +210,7 @@ class Client(httpx.Client):
         return self.run(id)
 
 
-def wait_for(true, what, seconds=60):
+def wait_for(true, what, seconds=500):
     until = time.monotonic() + seconds
     while time.monotonic() < until:
         found = true()
@@ -246,7 +246,7 @@ def end(house):
         with contextlib.suppress(httpx.HTTPError):
             client = house.client(headers=house.authorization)
             client.post("/stop")
-            wait_for(lambda: not any(r["live"] for r in client.get("/runs").json()), "no run", 40)
+            wait_for(lambda: not any(r["live"] for r in client.get("/runs").json()), "no run", 500)
             client.close()
         house.stop()
     for path in house.servers.glob("*/server.json"):

@@ -81,7 +81,7 @@ class Stage:
 
     def open(self):
         self.thread.start()
-        until = time.monotonic() + 20
+        until = time.monotonic() + 500
         while not self.server.started:
             assert time.monotonic() < until
             time.sleep(0.02)

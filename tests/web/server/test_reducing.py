@@ -24,7 +24,7 @@ def test_a_run_is_reduced_to_maps_of_its_points_that_can_be_downloaded(measured,
     before = client.get(f"/runs/{run}/reduction").json()
     asked = client.post(f"/runs/{run}/reduce")
     again = client.post(f"/runs/{run}/reduce")
-    wait_for(lambda: client.get(f"/runs/{run}/reduction").json()["state"] == "done", "maps", 110)
+    wait_for(lambda: client.get(f"/runs/{run}/reduction").json()["state"] == "done", "maps", 500)
     told = client.get(f"/runs/{run}/reduction").json()
     tables = {table["name"]: table for table in client.get(f"/runs/{run}/tables").json()}
     maps = client.get(f"/runs/{run}/maps").json()

@@ -4,11 +4,13 @@ import os
 import stat
 import subprocess
 import sys
+from functools import partial
 
 import httpx
 import pytest
 
 SECRET = "correct-horse-battery"
+get, post = partial(httpx.get, timeout=500), partial(httpx.post, timeout=500)
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +24,7 @@ def guarded(lasting):
     ["evil.example", "evil.example:8321", "127.0.0.1.evil.example", "192.168.1.7", "[::2]", ""],
 )
 def test_a_name_that_is_not_ours_is_refused_so_that_no_site_can_rebind_to_us(shared, host):
-    answer = httpx.get(f"{shared.url}/api/v1/session", headers={"Host": host})
+    answer = get(f"{shared.url}/api/v1/session", headers={"Host": host})
 
     assert answer.status_code in (400, 421)
     assert "set-cookie" not in answer.headers
@@ -30,7 +32,7 @@ def test_a_name_that_is_not_ours_is_refused_so_that_no_site_can_rebind_to_us(sha
 
 @pytest.mark.parametrize("host", ["localhost", "LOCALHOST", "127.0.0.1", "127.0.0.9", "[::1]"])
 def test_names_of_this_machine_are_ours(shared, host):
-    answer = httpx.get(f"{shared.url}/api/v1/session", headers={"Host": host})
+    answer = get(f"{shared.url}/api/v1/session", headers={"Host": host})
 
     assert answer.status_code == 200
 
@@ -53,7 +55,7 @@ def test_pages_of_other_sites_may_ask_nothing_not_even_to_stop(shared, page, hea
 
 
 def test_the_cookie_is_for_this_site_and_not_for_scripts(shared):
-    answer = httpx.get(f"{shared.url}/api/v1/session")
+    answer = get(f"{shared.url}/api/v1/session")
     cookie = answer.headers["set-cookie"].lower()
 
     assert "httponly" in cookie and "samesite=strict" in cookie and "path=/" in cookie
@@ -61,18 +63,18 @@ def test_the_cookie_is_for_this_site_and_not_for_scripts(shared):
 
 def test_nothing_but_the_stop_is_answered_without_a_session(shared):
     paths = ["devices", "runs", "protocols", "settings", "schema", "control", "trash"]
-    answers = [httpx.get(f"{shared.url}/api/v1/{path}") for path in paths]
-    forged = httpx.get(
+    answers = [get(f"{shared.url}/api/v1/{path}") for path in paths]
+    forged = get(
         f"{shared.url}/api/v1/runs", headers={"Cookie": "labrun_session=a.9999999999.0000"}
     )
 
     assert {answer.status_code for answer in answers} == {401} and forged.status_code == 401
-    assert httpx.post(f"{shared.url}/api/v1/stop").status_code == 200
-    assert httpx.get(f"{shared.url}/api/v1/openapi.json").status_code == 200
+    assert post(f"{shared.url}/api/v1/stop").status_code == 200
+    assert get(f"{shared.url}/api/v1/openapi.json").status_code == 200
 
 
 def test_every_answer_forbids_scripts_of_others(shared, page):
-    for answer in (page.get("/runs"), page.get("/nowhere"), httpx.get(shared.url)):
+    for answer in (page.get("/runs"), page.get("/nowhere"), get(shared.url)):
         policy = answer.headers["content-security-policy"]
         assert "default-src 'self'" in policy and "script-src 'self';" in policy
         assert "unsafe-eval" not in policy and "frame-ancestors 'none'" in policy
@@ -87,9 +89,7 @@ def test_elsewhere_the_token_is_wanted(guarded):
     wrong = client.post("/session", json={"token": "guess"})
     right = client.post("/session", json={"token": SECRET})
     inside = client.get("/devices")
-    program = httpx.get(
-        f"{guarded.url}/api/v1/devices", headers={"Authorization": f"Bearer {SECRET}"}
-    )
+    program = get(f"{guarded.url}/api/v1/devices", headers={"Authorization": f"Bearer {SECRET}"})
     client.delete("/session")
 
     assert before == before | {"signed_in": False, "token_needed": True}
@@ -101,8 +101,8 @@ def test_elsewhere_the_token_is_wanted(guarded):
 def test_addresses_are_ours_elsewhere_and_names_of_others_are_not(guarded):
     url = f"{guarded.url}/api/v1/session"
 
-    assert httpx.get(url, headers={"Host": "10.0.0.7:8321"}).status_code == 200
-    assert httpx.get(url, headers={"Host": "evil.example"}).status_code == 421
+    assert get(url, headers={"Host": "10.0.0.7:8321"}).status_code == 200
+    assert get(url, headers={"Host": "evil.example"}).status_code == 421
 
 
 @pytest.mark.parametrize(
@@ -142,8 +142,8 @@ def test_no_secret_is_in_what_the_server_says_or_leaves_readable(guarded):
 
 
 def test_a_page_that_is_not_built_says_how(shared):
-    answer = httpx.get(shared.url)
+    answer = get(shared.url)
 
     assert answer.status_code in (200, 503)
     assert answer.status_code == 200 or "a wheel" in answer.text
-    assert httpx.post(shared.url).status_code == 405
+    assert post(shared.url).status_code == 405

@@ -52,7 +52,7 @@ async def told(launches):
 
 
 async def get(events):
-    async with asyncio.timeout(60):
+    async with asyncio.timeout(500):
         return await events.get()
 
 

@@ -15,13 +15,16 @@ SPECTRUM = bytes(range(256)) * 356
 class Peer:
     """A Socket.IO server that writes down what reaches it and echoes it."""
 
-    def __init__(self):
+    def __init__(self, ping_s=300, patience_s=300):
         import socketio
 
         self.heard = []
         self.sessions = []
         self.sio = socketio.AsyncServer(
-            async_mode="asgi", transports=["websocket"], ping_interval=0.5, ping_timeout=0.5
+            async_mode="asgi",
+            transports=["websocket"],
+            ping_interval=ping_s,
+            ping_timeout=patience_s,
         )
         self.app = socketio.ASGIApp(self.sio)
         self.sio.on("connect", self._connected, namespace="/action")
@@ -36,8 +39,8 @@ class Peer:
 
 
 @asynccontextmanager
-async def served():
-    peer, listener = Peer(), bind("127.0.0.1", 0)
+async def served(**more):
+    peer, listener = Peer(**more), bind("127.0.0.1", 0)
     url = f"http://127.0.0.1:{listener.getsockname()[1]}"
     async with listening(peer.app, listener):
         try:
@@ -47,8 +50,8 @@ async def served():
 
 
 @asynccontextmanager
-async def wired(**faults):
-    async with served() as (peer, target):
+async def wired(ping_s=300, patience_s=300, **faults):
+    async with served(ping_s=ping_s, patience_s=patience_s) as (peer, target):
         wire = FaultyWire(target, WireFaults(**faults))
         await wire.open()
         try:
@@ -99,14 +102,14 @@ async def connect_and_leave(url):
 
 
 async def until(true):
-    async with asyncio.timeout(20):
+    async with asyncio.timeout(500):
         while not true():  # noqa: ASYNC110 - what it waits for has no event
             await asyncio.sleep(0.005)
 
 
 async def settled(heard):
     """Wait until nothing more arrives."""
-    async with asyncio.timeout(20):
+    async with asyncio.timeout(500):
         before = -1
         while before != len(heard):
             before = len(heard)
@@ -208,6 +211,7 @@ def test_duplicates_arrive_twice_and_whole():
         async with wired(duplicate=0.5) as (peer, wire), calling(wire.url) as caller:
             for n in range(60):
                 await caller.say(n, spectrum=SPECTRUM)
+            await until(lambda: len(caller.acks) == 60)
             await settled(peer.heard)
             return peer.heard, caller.acks, wire.done
 
@@ -256,7 +260,8 @@ def test_the_same_seed_loses_the_same_and_another_seed_other_things():
 
 def test_a_hang_holds_the_pings_too_and_then_all_goes_on_in_order():
     async def story():
-        async with wired(hang=1.0, hang_s=0.25) as (peer, wire), calling(wire.url) as caller:
+        wiring = wired(ping_s=0.05, hang=1.0, hang_s=0.25)
+        async with wiring as (peer, wire), calling(wire.url) as caller:
             begun = asyncio.get_running_loop().time()
             for n in range(5):
                 await caller.say(n)
@@ -272,9 +277,10 @@ def test_a_hang_holds_the_pings_too_and_then_all_goes_on_in_order():
 
 def test_a_hang_that_outlasts_the_pings_breaks_the_connection():
     async def story():
-        async with wired(hang=1.0, hang_s=2.0) as (_, wire), calling(wire.url) as caller:
+        wiring = wired(ping_s=0.5, patience_s=0.5, hang=1.0, hang_s=600)
+        async with wiring as (_, wire), calling(wire.url) as caller:
             await caller.say(1)
-            async with asyncio.timeout(20):
+            async with asyncio.timeout(500):
                 await caller.broken.wait()
             return caller.acks
 
@@ -286,7 +292,7 @@ def test_a_cut_by_chance_breaks_the_connection_and_the_next_one_works():
         async with wired(cut=1.0) as (peer, wire):
             async with calling(wire.url) as caller:
                 await caller.say(1)
-                async with asyncio.timeout(20):
+                async with asyncio.timeout(500):
                     await caller.broken.wait()
             wire.faults = WireFaults()
             async with calling(wire.url) as caller:
@@ -304,7 +310,7 @@ def test_a_cut_on_demand_breaks_every_connection():
     async def story():
         async with wired() as (_, wire), calling(wire.url) as one, calling(wire.url) as two:
             wire.cut()
-            async with asyncio.timeout(20):
+            async with asyncio.timeout(500):
                 await one.broken.wait()
                 await two.broken.wait()
             return wire.done
@@ -315,11 +321,12 @@ def test_a_cut_on_demand_breaks_every_connection():
 def test_a_frozen_wire_lets_nobody_in_and_nothing_through_until_it_thaws():
     async def story():
         async with wired() as (peer, wire), calling(wire.url) as caller:
-            wire.freeze(0.4)
+            wire.freeze(600)
             await caller.say(1)
             connecting = asyncio.create_task(connect_and_leave(wire.url))
             await asyncio.sleep(0.2)
             frozen = list(peer.heard), len(peer.sessions)
+            wire.thaw()
             await until(lambda: peer.heard)
             await connecting
             return frozen, peer.heard, len(peer.sessions)
@@ -333,11 +340,12 @@ def test_a_frozen_wire_lets_nobody_in_and_nothing_through_until_it_thaws():
 def test_a_caller_who_gave_up_before_the_thaw_leaves_no_trace(capfd):
     async def story():
         async with wired() as (peer, wire):
-            wire.freeze(0.4)
+            wire.freeze(600)
             with pytest.raises(TimeoutError):
                 async with asyncio.timeout(0.1):
                     await connect_and_leave(wire.url)
-            await asyncio.sleep(0.5)
+            wire.thaw()
+            await asyncio.sleep(0.2)
             async with calling(wire.url):
                 return len(peer.sessions)
 
@@ -348,14 +356,15 @@ def test_a_caller_who_gave_up_before_the_thaw_leaves_no_trace(capfd):
 def test_nothing_passes_after_a_cut_that_was_already_on_its_way():
     async def story():
         async with wired() as (peer, wire), calling(wire.url) as caller:
-            wire.freeze(0.2)
+            wire.freeze(600)
             for n in range(20):
                 await caller.say(n)
             await asyncio.sleep(0.1)
             wire.cut()
-            async with asyncio.timeout(20):
+            wire.thaw()
+            async with asyncio.timeout(500):
                 await caller.broken.wait()
-            await asyncio.sleep(0.3)
+            await asyncio.sleep(0.2)
             return peer.heard
 
     assert asyncio.run(story()) == []
@@ -365,11 +374,12 @@ def test_what_was_said_before_the_caller_left_still_arrives_after_a_freeze():
     async def story():
         async with wired() as (peer, wire):
             async with calling(wire.url) as caller:
-                wire.freeze(0.5)
+                wire.freeze(600)
                 await caller.say(1)
                 await asyncio.sleep(0.1)
                 await caller.session.close()
             frozen = list(peer.heard)
+            wire.thaw()
             await until(lambda: peer.heard)
             return frozen, peer.heard
 
@@ -428,12 +438,12 @@ def test_a_closed_wire_leaves_no_task_and_frees_its_port(frozen, capfd):
             async with calling(wire.url) as caller:
                 await caller.say(1)
                 if frozen:
-                    wire.freeze(60)
+                    wire.freeze(600)
                     await caller.say(2)
                     waiting = asyncio.create_task(connect_and_leave(wire.url))
                     await asyncio.sleep(0.1)
                 await wire.close()
-                async with asyncio.timeout(5):
+                async with asyncio.timeout(500):
                     await caller.broken.wait()
                 if frozen:
                     await asyncio.gather(waiting, return_exceptions=True)

@@ -6,7 +6,7 @@ import sys
 
 import roslibpy
 
-WAIT_S = 80
+WAIT_S = 500
 
 
 def goal(ros, step):

@@ -20,7 +20,7 @@ from labrun_interfaces.srv import LampAge
 from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.executors import SingleThreadedExecutor
 
-FOUND_S, WAIT_S = 30, 60
+FOUND_S, WAIT_S = 500, 500
 SETTLE_S = 1.5
 """Between being discovered and the first goal."""
 
