@@ -7,9 +7,10 @@ import asyncio
 import contextlib
 import json
 import logging
+import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from pydantic import ValidationError
 
@@ -43,15 +44,15 @@ def read_settings(path: Path) -> ServerSettings:
         raise ServeFault(f"settings {path}: {words}") from fault
 
 
-async def serve(settings: ServerSettings) -> None:
-    """Serve until a signal comes or the server is no longer needed."""
+async def serve(settings: ServerSettings, tell: TextIO | None = None) -> None:
+    """Serve until a signal comes or the server is no longer needed; `tell` hears where."""
     ended = until_end()
     async with serving(settings) as (server, url):
         present = ServerFile(settings, server.ledger.boot, url)
         present.announce()
         try:
             devices = list(server.devices)
-            say({"ready": True, "url": url, "boot": server.ledger.boot, "devices": devices})
+            say({"ready": True, "url": url, "boot": server.ledger.boot, "devices": devices}, tell)
             await _until_needless(server, settings, ended)
         finally:
             present.leave()
@@ -74,24 +75,35 @@ async def _until_needless(
             return
 
 
-def say(line: dict[str, Any]) -> None:
+def say(line: dict[str, Any], tell: TextIO | None) -> None:
     """The one line on stdout."""
-    print(json.dumps(line), flush=True)
+    print(json.dumps(line), file=tell, flush=True)
 
 
-def main(arguments: list[str]) -> int:
+def own_stdout() -> TextIO:
+    """This process's stdout, for its one line alone.
+
+    What a driver prints goes to stderr from now on, and a program that a driver starts does not
+    have the pipe: as long as one has it, a reader does not see that the server has died.
+    """
+    own = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    return own
+
+
+def main(arguments: list[str], tell: TextIO | None = None) -> int:
     """Exit status: 0 after an orderly end, 4 where the server could not start."""
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING)
     try:
         if len(arguments) != 1:
             raise ServeFault("usage: python -m labrun.drivers.server.serve SETTINGS.json")
-        asyncio.run(serve(read_settings(Path(arguments[0]))))
+        asyncio.run(serve(read_settings(Path(arguments[0])), tell))
     except ServeFault as fault:
         again = isinstance(fault.__cause__, DeviceClosed)  # the hardware may answer the next time
-        say({"ready": False, "error": str(fault), "again": again})
+        say({"ready": False, "error": str(fault), "again": again}, tell)
         return NOT_STARTED
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main(sys.argv[1:], own_stdout()))

@@ -90,6 +90,11 @@ class Scripted(Driver):
         if self.place.config.get("missing"):
             raise OSError("nothing answers on /dev/nowhere")
         self._did("open")
+        if self.place.config.get("prints"):
+            print("a library that talks " * 10_000)
+        if self.place.config.get("helper"):
+            self.helper = await asyncio.create_subprocess_exec("sleep", "600")
+            (self.place.world / "helper").write_text(str(self.helper.pid))
         here = self.place.world / "deeds.txt"
         opened = here.read_text(encoding="utf-8").count(f"{self.place.device} open")
         if opened in self.place.config.get("silent_at", []):

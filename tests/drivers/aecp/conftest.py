@@ -12,7 +12,7 @@ from labrun.drivers.aecp.driver import Aecp
 from labrun.drivers.driver import GoalContext, Place
 
 SERVER = Path(__file__).with_name("analyser_server.py")
-QUICK = {"connect_s": 5, "measure_s": 6, "export_s": 6, "locate_s": 4, "settle_s": 0.4}
+QUICK = {"connect_s": 30, "measure_s": 30, "export_s": 30, "locate_s": 30, "settle_s": 0.4}
 
 
 class AecpBench:

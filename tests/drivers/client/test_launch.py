@@ -36,6 +36,31 @@ def test_a_server_that_cannot_start_says_why(bench):
         asyncio.run(start_server(bench.settings(config={"missing": True}), bench.folder))
 
 
+def test_what_a_driver_prints_is_no_answer_and_fills_no_pipe(bench):
+    async def story():
+        server = await start_server(bench.settings(config={"prints": True}), bench.folder)
+        async with bench.client(server.url) as client:
+            outcome = await client.follow(bench.goal(client, "go", x=1))
+        await server.stop()
+        return outcome.state
+
+    assert asyncio.run(story()) == "SUCCEEDED"
+    assert "a library that talks" in (bench.folder / "server.log").read_text()
+
+
+def test_a_dead_server_is_noticed_though_a_program_that_its_driver_started_lives_on(bench):
+    async def story():
+        server = await start_server(bench.settings(config={"helper": True}), bench.folder)
+        os.kill(server.pid, signal.SIGKILL)
+        async with asyncio.timeout(300):
+            await server.ended()
+
+    try:
+        asyncio.run(story())
+    finally:
+        os.kill(int((bench.folder / "world" / "helper").read_text()), signal.SIGKILL)
+
+
 def test_a_server_that_breaks_at_once_leaves_the_last_of_its_log(bench, monkeypatch):
     monkeypatch.setattr(sys, "executable", "/bin/false")
 

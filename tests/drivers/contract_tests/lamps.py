@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import sys
 
 from labrun.drivers.driver import ActionCanceled, Driver, GoalContext
 
@@ -110,4 +111,27 @@ class Dark(Lamp):
 
     async def flash(self, goal):
         await asyncio.sleep(2 if self.place.config.get("slow") else 0)
+        return {}
+
+
+class Overtaken(Lamp):
+    """Asked at once after a kill, it denies what its instrument is still about to do."""
+
+    INSTRUMENT = """
+import pathlib, sys, time
+truth, line = pathlib.Path(sys.argv[1]), sys.argv[2]
+for _ in range(6000):
+    if truth.with_name("go").exists():
+        truth.write_text(line)
+        break
+    time.sleep(0.01)
+"""
+
+    async def flash(self, goal):
+        line = json.dumps({"goal": goal.id}) + "\n"
+        await asyncio.create_subprocess_exec(
+            sys.executable, "-c", self.INSTRUMENT, str(self.truth), line, start_new_session=True
+        )
+        self.truth.with_name("asked").touch()
+        await asyncio.sleep(60)
         return {}

@@ -1,12 +1,14 @@
 """The contract tests pass a lamp that keeps its word, and catch each one that does not."""
 
 import asyncio
+import time
 from pathlib import Path
 
 import pytest
 
 from labrun.drivers.contract_tests import Case, KeepsContract
 from labrun.drivers.contract_tests.bad_calls import bad_calls
+from labrun.drivers.contract_tests.session import Session
 from labrun.schemas.contract import Action
 
 HERE = Path(__file__).parent
@@ -37,6 +39,7 @@ DEADLINE = "test_past_its_deadline_a_goal_is_cancelled_or_goes_on_to_its_end"
 STOP = "test_a_stop_ends_what_runs_and_leaves_the_device_safe"
 GONE = "test_when_its_engine_is_gone_it_does_what_the_contract_says"
 PROBE = "test_after_a_kill_behind_a_once_action_its_probe_says_what_is_true"
+STILL = "test_a_probe_of_a_once_action_that_may_still_go_on_waits_or_does_not_know"
 DESCRIBE = "test_it_describes_itself_as_its_contract_says"
 
 
@@ -64,6 +67,30 @@ def test_a_broken_promise_is_found_and_said(tmp_path, lamp, test, action, words)
         getattr(Broken(), test)(tmp_path, **({} if action is None else {"action": action}))
 
     assert words in str(failed.value)
+
+
+def test_a_probe_that_denies_what_is_still_to_come_is_found(tmp_path, monkeypatch):
+    truth, begin = tmp_path / "world" / "truth", Session.begin
+
+    async def begun(session, action, timeout_s=None):
+        made = await begin(session, action, timeout_s)
+        while not (truth / "asked").exists():  # noqa: ASYNC110 - of another process
+            await asyncio.sleep(0.01)
+        return made
+
+    monkeypatch.setattr(Session, "begin", begun)
+
+    class Broken(LampTest):
+        case = case_of("Overtaken")
+
+        def rest(self, folder):
+            """Let the instrument, which has outlived its server, do what it was asked for."""
+            (truth / "go").touch()
+            while not list(truth.glob("*.jsonl")):
+                time.sleep(0.01)
+
+    with pytest.raises(AssertionError, match="it must wait while the instrument is busy"):
+        getattr(Broken(), STILL)(tmp_path, action="flash")
 
 
 def test_an_action_that_is_over_too_soon_is_told_how_to_be_slow(tmp_path, monkeypatch):
