@@ -16,6 +16,7 @@ from .checks import (
     endless,
     errors,
     fallbacks,
+    given,
     hazards,
     ids,
     loops,
@@ -48,7 +49,7 @@ CHECKS = (
     names, arguments, paths, errors, uses,
     syntax, references, calculations,
     ids, sets, loops, columns, reach, fallbacks,
-    never_runs, endless, timeouts, repeats, retries, tolerance,
+    given, never_runs, endless, timeouts, repeats, retries, tolerance,
     hazards, overwritten, doubles, texts, unused,
 )  # fmt: skip
 """Each has CODES, a docstring that is its page of the manual, and check(context)."""

@@ -166,6 +166,9 @@ class Group(StepBase):
     steps: "list[Step]" = Field(min_length=1)
 
 
+CONFIRM_CHOICES = ["yes", "no"]
+
+
 class Confirm(StepBase):
     """A person must confirm before the run continues."""
 

@@ -26,7 +26,8 @@ Fails:
           - set: {mass: "${{ steps.weight.mass }}"}
 
 W412. The condition of a `while` is computed again before each iteration. Where no `set` in the
-loop changes a name in it, it stays the same: the loop never runs, or runs `max` times and fails.
+loop, or in another member of a set that the loop is in, changes a name in it, it stays the same: the
+loop never runs, or runs `max` times and fails.
 
 Passes:
 
@@ -85,13 +86,29 @@ def check(context: Context) -> Iterator[Problem]:
             yield from _unchanged(context, step, at, names)
 
 
+def _beside(context: Context, at: StepAt) -> set[str]:
+    """Names that other members of the sets around a step give a value while it runs."""
+    found: set[str] = set()
+    for depth, part in enumerate(at.place[:-1]):
+        if part in ("parallel", "any") and isinstance(at.place[depth + 1], int):
+            member = at.place[: depth + 2]
+            found |= {
+                name
+                for step, other in context.steps(Set)
+                if other.place[: depth + 1] == at.place[: depth + 1]
+                and other.place[: depth + 2] != member
+                for name in step.set
+            }
+    return found
+
+
 def _unchanged(context: Context, step: While, at: StepAt, names: set[str]) -> Iterator[Problem]:
     if not names or "run" in names:
         return
     changed = {
         name for inner, _ in within(step, at.place) if isinstance(inner, Set) for name in inner.set
     }
-    if names & changed:
+    if names & changed or names & _beside(context, at):
         return
     message = "nothing in this loop changes what its condition depends on"
     hint = "use a name here that a `set` in the loop changes"

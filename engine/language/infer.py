@@ -3,7 +3,7 @@
 import ast
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from ...schemas.quantity import has_offset, same_dimension, unit_of
@@ -200,6 +200,9 @@ class Inference:
         for index, operator in enumerate(node.ops):
             if not isinstance(operator, ast.In | ast.NotIn):
                 self._compared(sides[index], types[index], sides[index + 1], types[index + 1])
+            elif isinstance(within := sides[index + 1], ast.List | ast.Tuple):
+                for one in within.elts:
+                    self._one_of_its_choices(sides[index], types[index], one)
         return BOOLEAN
 
     def _compared(self, a: ast.AST, left: Type, b: ast.AST, right: Type) -> None:
@@ -213,14 +216,20 @@ class Inference:
             self.fault("E308", f"{message}; they cannot be compared", hint)
             return
         for (node, one), (asked, other) in (((a, left), (b, right)), ((b, right), (a, left))):
-            if one.choices and isinstance(asked, ast.Constant) and asked.value not in one.choices:
-                guess = did_you_mean(str(asked.value), one.choices)
-                message = f"{_text(node)} is never {asked.value!r}{guess}"
-                self.fault("E308", message, f"it is one of {listed(one.choices)}")
+            self._one_of_its_choices(node, one, asked)
             if one.difference and other.unit is not None and has_offset(other.unit):
                 message = f"{_text(node)} is a difference, and {_text(asked)} a place on a scale"
                 self.fault("E308", message, "give a difference of temperatures in K, such as 1 K")
         self._go_together(a, left, b, right, "compared")
+
+    def _one_of_its_choices(self, node: ast.AST, one: Type, asked: ast.AST) -> None:
+        """A text that has choices is compared with one of them, or with null."""
+        if not one.choices or not isinstance(asked, ast.Constant):
+            return
+        if asked.value is not None and asked.value not in one.choices:
+            guess = did_you_mean(str(asked.value), one.choices)
+            message = f"{_text(node)} is never {asked.value!r}{guess}"
+            self.fault("E308", message, f"it is one of {listed(one.choices)}")
 
     def _binop(self, node: ast.BinOp) -> Type:
         left, right = self.of(node.left), self.of(node.right)
@@ -301,9 +310,9 @@ class Inference:
         if left.unit is None and right.unit is None:
             return INTEGER if left.whole and right.whole and not divide else NUMBER
         if right.unit is None:
-            return number(left.unit)
+            return replace(number(left.unit), difference=left.difference)
         if left.unit is None and not divide:
-            return number(right.unit)
+            return replace(number(right.unit), difference=right.difference)
         first, second = unit_of(left.unit or ""), unit_of(right.unit)
         unit = first / second if divide else first * second
         return NUMBER if unit.dimensionless else number(str(unit))

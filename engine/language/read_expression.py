@@ -63,7 +63,25 @@ def parse(text: str) -> ast.Expression:
     except (SyntaxError, ValueError, RecursionError, MemoryError) as fault:
         raise ExpressionError(_unreadable(text, fault)) from fault
     _refuse(tree)
-    return tree
+    return _Signed().visit(tree)
+
+
+class _Signed(ast.NodeTransformer):
+    """`-20 degC` is one value: the minus belongs to the number, also where zero is arbitrary."""
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
+        self.generic_visit(node)
+        of = node.operand
+        if isinstance(node.op, ast.USub) and isinstance(of, ast.Call) and _is_literal(of):
+            number = of.args[0]
+            assert isinstance(number, ast.Constant)
+            of.args[0] = ast.copy_location(ast.Constant(-number.value), number)
+            return of
+        return node
+
+
+def _is_literal(node: ast.Call) -> bool:
+    return isinstance(node.func, ast.Name) and node.func.id == LITERAL
 
 
 def _with_quantities(text: str) -> str:

@@ -56,7 +56,6 @@ def fields(**named: Type) -> Type:
 
 
 LOOP_RESULT = fields(total=INTEGER, succeeded=INTEGER, failed=INTEGER, skipped=INTEGER)
-CHOICE = fields(choice=TEXT)
 RUN = fields(id=TEXT, name=TEXT, started=TEXT, simulated=BOOLEAN)
 ERROR = fields(name=TEXT, message=TEXT, step=TEXT, device=TEXT, action=TEXT)
 
@@ -108,6 +107,11 @@ def type_of_param(param: Param) -> Type:
     if param.type == "string" and param.enum:
         return one_of(param.enum)
     return {"number": NUMBER, "integer": INTEGER, "string": TEXT, "boolean": BOOLEAN}[param.type]
+
+
+def chosen(choices: Iterable[str]) -> Type:
+    """The result of a question with these choices."""
+    return fields(choice=one_of(choices))
 
 
 def one_of(choices: Iterable[Any]) -> Type:

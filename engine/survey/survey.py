@@ -17,10 +17,10 @@ from ..language.source import Source
 from ..language.table import Tables
 from ..language.types import (  # fmt: skip
     ANY,
-    CHOICE,
     LOOP_RESULT,
     NULL,
     Type,
+    chosen,
     either,
     type_of_param,
     type_of_schema,
@@ -192,7 +192,10 @@ class Survey(Declarations):
             self._spot((*place, step.KIND), getattr(step, step.KIND), use, env, step.KIND)
         if isinstance(step, Broken):
             return ANY
-        return CHOICE if isinstance(step, p.Confirm | p.Ask) else NULL
+        if isinstance(step, p.Confirm | p.Ask):
+            choices = p.CONFIRM_CHOICES if isinstance(step, p.Confirm) else step.choices
+            return chosen([] if step.fallback else choices)
+        return NULL
 
     def _do(self, step: p.Do, place: Place, env: Env, arguments: dict[str, Spot]) -> Type:
         for name, raw in step.with_.items():

@@ -27,7 +27,7 @@ from .nodes.fallback import Alternative, Fallback
 from .nodes.immediate import Fail, Log, Require, SetNames
 from .nodes.iterations import ConditionalIterations, CountedIterations, ItemIterations, Iterations
 from .nodes.loop import Loop, LoopPlan
-from .nodes.question import CONFIRM_CHOICES, AskPerson
+from .nodes.question import AskPerson
 from .nodes.retry import Retry, RetryRules
 from .nodes.step import StepNode, StepRules
 from .nodes.use import Use, UsePlan
@@ -312,7 +312,7 @@ class TreeCompiler:
 
     def _confirm(self, step: p.Confirm, place: Place) -> Behaviour:
         return AskPerson(
-            place.path, self.run, place.scope, value_of(step.confirm), CONFIRM_CHOICES,
+            place.path, self.run, place.scope, value_of(step.confirm), p.CONFIRM_CHOICES,
             question_id=place.question_id, confirm=True,
         )  # fmt: skip
 

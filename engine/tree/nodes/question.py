@@ -11,8 +11,6 @@ from .failure import Failure
 from .node import Node
 from .replay_failed import came_to_here
 
-CONFIRM_CHOICES = ["yes", "no"]
-
 
 class AskPerson(Node):
     """Waits for an answer from the terminal, the page, another shell, or one given in advance."""
