@@ -184,11 +184,22 @@ class Ask(StepBase):
     choices: list[str] = Field(min_length=1)
 
 
+class Until(Model):
+    """A time of day, a date with its time, or an expression that gives a moment."""
+
+    until: str
+
+
 class Wait(StepBase):
-    """Wait for a given time."""
+    """Wait for a given time, or until a time of day."""
 
     KIND: ClassVar[str] = "wait"
-    wait: Duration
+    wait: Duration | Until
+
+    @property
+    def until(self) -> str | None:
+        """The time of day that it waits for; None where it waits for a given time."""
+        return self.wait.until if isinstance(self.wait, Until) else None
 
 
 class Set(StepBase):

@@ -215,7 +215,15 @@ def _inserts(spot: Spot) -> bool:
 def _json_names(kind: Type) -> set[str]:
     if kind.kind == "number":
         return {"number", "integer"}
-    return {{"text": "string", "boolean": "boolean", "list": "array", "map": "object"}[kind.kind]}
+    return {
+        {
+            "text": "string",
+            "moment": "string",
+            "boolean": "boolean",
+            "list": "array",
+            "map": "object",
+        }[kind.kind]
+    }
 
 
 def _there(computed: Any, case: Case) -> str:

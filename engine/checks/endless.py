@@ -55,6 +55,7 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Set, While
+from ..language.value import Value
 from ..survey.spots import StepAt
 from .constant import constant
 from .context import Context
@@ -74,13 +75,15 @@ def check(context: Context) -> Iterator[Problem]:
         if spot.use == "condition" and spot.what == "while"
     }
     for step, at in context.steps(While):
+        spot = conditions.get(at.place)
+        if spot is not None and isinstance(spot.value, Value) and spot.value.live:
+            continue  # the clock changes it
         if step.max is None and not constant(step.while_).known:
             message = "this `while` may run for ever: it has no `max`"
             hint = "add the most iterations that make sense, such as `max: 100`"
             yield context.source.problem(
                 (*at.place, "while"), "W411", message, hint, key=True, severity="warning"
             )
-        spot = conditions.get(at.place)
         if spot is not None and not isinstance(spot.value, Exception) and not spot.inferred()[1]:
             names = {name for one in spot.value.expressions() for name in one.names}
             yield from _unchanged(context, step, at, names)

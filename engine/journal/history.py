@@ -82,6 +82,8 @@ class History(Course):
                 self.plans.setdefault(record.loop, total)
             case j.StepEnded():
                 self.past.steps[record.path] = record
+            case j.Computed():
+                self.past.computed[record.path] = record.value
             case j.Turned():
                 self.past.turned[record.path] = record
             case j.Answered():
@@ -179,6 +181,9 @@ class History(Course):
         for device in self._cleaned_by_use():
             self.touched[device] = self.last_n + 1
         past.answers = {p: a for p, a in past.answers.items() if a.choice not in REFUSALS}
+        for failed in [p for p, step in past.steps.items() if step.fate == "failed"]:
+            for path in [p for p in past.computed if p.startswith(f"{failed}/")]:
+                del past.computed[path]
         past.steps = {p: step for p, step in past.steps.items() if step.fate == "succeeded"}
         for path, tries in past.goals.items():
             past.goals[path] = {

@@ -33,6 +33,7 @@ WORDS = {
     "retry": "The number of attempts in total: 3, or {attempts, wait, factor, ...}.",
     "background": "How many iterations of a loop may be unfinished while the next one runs.",
     "attempts": "The number of attempts in total, including the first.",
+    "until": "A time of day such as 07:00, the next one; a date with its time; or a moment.",
     "Retry.wait": "The wait before the next attempt.",
     "factor": "The factor by which the wait grows from attempt to attempt.",
     "max_wait": "The longest wait that `factor` may lead to.",

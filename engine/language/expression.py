@@ -13,7 +13,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from ...schemas.quantity import is_quantity
-from .functions import FUNCTIONS, LITERAL, literal
+from .functions import CLOCKS, FUNCTIONS, LITERAL, literal
 from .operators import OPERATORS, words
 from .read_expression import CONSTANTS, ExpressionError, names_in, parse
 from .suggest import did_you_mean
@@ -23,18 +23,27 @@ if TYPE_CHECKING:
 
 MOST_TURNS = 100_000
 """Of a comprehension; more would hold up the run."""
+TIMES = ("started", "took")
+"""What every step has besides its result; a result's own field of that name wins."""
 PUBLIC = {function.__name__: name for name, function in FUNCTIONS.items()}
 
 
 class Expression:
-    """One expression; `names` are the names that it uses, without functions."""
+    """One expression; `names` are the names that it uses, without functions.
 
-    __slots__ = ("_evaluator", "names", "text", "tree")
+    `live`: it asks a clock, so that only a run can compute it.
+    """
+
+    __slots__ = ("_evaluator", "live", "names", "text", "tree")
 
     def __init__(self, text: str) -> None:
         self.text = text.strip()
         self.tree = parse(self.text)
         self.names = frozenset(names_in(self.tree))
+        self.live = any(
+            isinstance(node, ast.Call) and node.func.id in CLOCKS  # type: ignore[attr-defined]
+            for node in ast.walk(self.tree)
+        )
         self._evaluator: SimpleEval | None = None
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
@@ -86,6 +95,27 @@ def item_of(value: Any, index: Any, *, lenient: bool) -> Any:
         return value[index]
     except IndexError as fault:
         raise ExpressionError(f"there is no item {index} of {len(value)}") from fault
+
+
+def step_of(node: ast.expr) -> str | None:
+    """ID where the node is `steps.ID`, or `steps['ID']`."""
+    if not isinstance(node, ast.Attribute | ast.Subscript):
+        return None
+    if not isinstance(node.value, ast.Name) or node.value.id != "steps":
+        return None
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    return node.slice.value if isinstance(node.slice, ast.Constant) else None  # type: ignore
+
+
+def timed_steps(expression: Expression) -> set[str]:
+    """The steps of which an expression asks when they began, or how long they took."""
+    return {
+        step
+        for node in ast.walk(expression.tree)
+        if isinstance(node, ast.Attribute) and node.attr in TIMES
+        if (step := step_of(node.value)) is not None
+    }
 
 
 def in_answer(node: ast.expr) -> bool:
@@ -153,12 +183,20 @@ def _evaluator_class() -> "type[SimpleEval]":
                 raise ExpressionError(f"there is no name {node.id}{guess}") from fault
 
         def _eval_call(self, node: Any) -> Any:
-            if node.func.id == "csv":
-                # The one function that depends on the protocol: files are found beside it.
+            name = node.func.id
+            if name == "csv":
+                # It depends on the protocol: files are found beside it.
                 self.functions["csv"] = self.names.get("csv", FUNCTIONS["csv"])  # type: ignore
+            elif name in CLOCKS:
+                self.functions[name] = self.names.get(f"{name}()", CLOCKS[name])  # type: ignore
             return super()._eval_call(node)
 
         def _eval_attribute(self, node: Any) -> Any:
+            if node.attr in TIMES and (step := step_of(node.value)) is not None:
+                times_of = getattr(self.names.get("steps"), "times_of", None)  # type: ignore
+                answer = self._eval(node.value)
+                if times_of and not (isinstance(answer, Mapping) and node.attr in answer):
+                    return times_of(step).get(node.attr)
             return field_of(self._eval(node.value), node.attr, lenient=in_answer(node.value))
 
         def _eval_subscript(self, node: Any) -> Any:

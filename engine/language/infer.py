@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from ...schemas.quantity import has_offset, same_dimension, unit_of
-from .expression import CONSTANTS, Expression
+from .expression import CONSTANTS, TIMES, Expression, step_of
 from .functions import LITERAL
 from .infer_call import type_of_call
 from .suggest import closest, did_you_mean, listed
@@ -15,6 +15,7 @@ from .types import (
     ANY,
     BOOLEAN,
     INTEGER,
+    MOMENT,
     NUMBER,
     TEXT,
     Type,
@@ -131,6 +132,10 @@ class Inference:
         return self._field(self.of(node.value), node.attr, node)
 
     def _field(self, owner: Type, name: str, node: ast.Attribute | ast.Subscript) -> Type:
+        if name in TIMES and isinstance(node, ast.Attribute) and step_of(node.value) is not None:
+            own = owner.fields.get(name)
+            if own is None and owner.rest is None and owner.kind != "any":
+                return MOMENT if name == "started" else number("s")
         if owner.kind in ("any", "null"):
             return ANY
         whole, what = ast.unparse(node.value), _called(node.value)
@@ -143,7 +148,8 @@ class Inference:
         if owner.rest is not None:
             return owner.rest
         verb = "returns" if what.startswith("'") else "has"
-        near = closest(name, owner.fields)
+        times = TIMES if step_of(node.value) is not None else ()
+        near = closest(name, [*owner.fields, *times])
         guess = f"; did you mean {whole}.{near}?" if near else ""
         known = listed(owner.fields) if owner.fields else "nothing"
         return self.fault("E301", f"{whole}.{name}: {what} {verb} {known}{guess}")
@@ -215,6 +221,15 @@ class Inference:
             hint = f"write {text.value} without quotes" if bare else ""  # type: ignore[attr-defined]
             self.fault("E308", f"{message}; they cannot be compared", hint)
             return
+        if "moment" in (left.kind, right.kind) and {left.kind, right.kind} - {
+            "moment",
+            "any",
+            "null",
+        }:
+            message = f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}"
+            hint = "the time between two moments is their difference; elapsed() is that since the start"
+            self.fault("E308", f"{message}; they cannot be compared", hint)
+            return
         for (node, one), (asked, other) in (((a, left), (b, right)), ((b, right), (a, left))):
             self._one_of_its_choices(node, one, asked)
             if one.difference and other.unit is not None and has_offset(other.unit):
@@ -241,6 +256,8 @@ class Inference:
             and isinstance(node.op, ast.Add)
         ):
             return left
+        if "moment" in (left.kind, right.kind):
+            return self._moments(node, left, right)
         if not left.kind == right.kind == "number":
             return self._not_numbers(node, left, right)
         if _scales(left, right) and isinstance(node.op, ast.Add | ast.Sub):
@@ -258,6 +275,23 @@ class Inference:
             return NUMBER
         kept = right if left.unit is None else left
         return Type("number", kept.unit, whole=left.whole and right.whole and kept.unit is None)
+
+    def _moments(self, node: ast.BinOp, left: Type, right: Type) -> Type:
+        """The time between two moments; a moment some time later or earlier."""
+        less = isinstance(node.op, ast.Sub)
+        if less and left.kind == right.kind:
+            return number("s")
+        by = right if left.kind == "moment" else left
+        a_time = by.kind == "number" and (
+            by.zero or (by.unit is not None and same_dimension(by.unit, "s"))
+        )
+        if a_time and (isinstance(node.op, ast.Add) or (less and left.kind == "moment")):
+            return MOMENT
+        message = (
+            f"{_text(node.left)} is {in_words(left)} and {_text(node.right)} is {in_words(right)}"
+        )
+        hint = "two moments may be subtracted, and a time such as 5 min be added to one"
+        return self.fault("E308", f"{message}; they cannot be combined", hint)
 
     def _steady(self, node: ast.AST, one: Type) -> bool:
         if one.unit is None or not has_offset(one.unit):

@@ -9,7 +9,7 @@ from ...schemas.quantity import same_dimension
 from .calculated import BARE, OF_LISTS, OF_NUMBERS, type_of_calculation
 from .calculations import CALCULATIONS
 from .functions import FUNCTIONS, LITERAL
-from .types import ANY, INTEGER, NUMBER, TEXT, Type, either, fields, in_words, number
+from .types import ANY, INTEGER, MOMENT, NUMBER, TEXT, Type, either, fields, in_words, number
 
 
 class Inference(Protocol):
@@ -70,7 +70,7 @@ def _result(inference: Inference, name: str, given: dict[str, Any]) -> Type:
         return Type("list", item=INTEGER)
     if name in CALCULATIONS:
         return _calculation(inference, name, given)
-    return INTEGER if name == "len" else TEXT
+    return {"len": INTEGER, "now": MOMENT, "elapsed": number("s")}.get(name, TEXT)
 
 
 def _calculation(inference: Inference, name: str, given: dict[str, Any]) -> Type:
@@ -166,5 +166,6 @@ def _example(name: str) -> str:
         "min": "min(a, b)", "max": "max(a, b)", "round": "round(x, 2)", "format": "format(x, '.2f')",
         "csv": "csv('samples.csv', x='mm', count='integer')", "atan2": "atan2(y, x)",
         "linspace": "linspace(0 mm, 4 mm, 9)", "polyfit": "polyfit(xs, ys, 1)", "zip": "zip(a, b)",
-        "interp": "interp(x, xs, ys)", "enumerate": "enumerate(values)",
+        "interp": "interp(x, xs, ys)", "now": "now()", "elapsed": "elapsed()",
+        "enumerate": "enumerate(values)",
     }.get(name, f"{name}({'values' if name in OF_LISTS else 'x'})")  # fmt: skip

@@ -74,7 +74,7 @@ class _Signed(ast.NodeTransformer):
         of = node.operand
         if isinstance(node.op, ast.USub) and isinstance(of, ast.Call) and _is_literal(of):
             number = of.args[0]
-            assert isinstance(number, ast.Constant)
+            assert isinstance(number, ast.Constant) and isinstance(number.value, int | float)
             of.args[0] = ast.copy_location(ast.Constant(-number.value), number)
             return of
         return node

@@ -2,13 +2,14 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from functools import lru_cache
 from typing import Any, Literal
 
 from ...schemas.protocol import Param
 from ...schemas.quantity import PLAIN, UnitError, is_quantity, kind_of_unit, unit_of
 
-Kind = Literal["any", "null", "boolean", "number", "text", "list", "map"]
+Kind = Literal["any", "null", "boolean", "number", "text", "moment", "list", "map"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,7 @@ BOOLEAN = Type("boolean")
 NUMBER = Type("number")
 INTEGER = Type("number", whole=True)
 TEXT = Type("text")
+MOMENT = Type("moment")
 LIST = Type("list", item=ANY)
 
 
@@ -68,7 +70,7 @@ def in_words(kind: Type) -> str:
         return "a whole number" if kind.whole else "a plain number"
     return {
         "any": "a value", "null": "null", "boolean": "true or false", "text": "text",
-        "list": "a list", "map": "a set of fields",
+        "moment": "a moment (a date with its time)", "list": "a list", "map": "a set of fields",
     }[kind.kind]  # fmt: skip
 
 
@@ -93,6 +95,8 @@ def type_of_value(value: Any) -> Type:
         return Type("number", zero=value == 0)
     if isinstance(value, str):
         return TEXT
+    if isinstance(value, datetime):
+        return MOMENT
     if isinstance(value, Mapping):
         return Type("map", fields={str(key): type_of_value(item) for key, item in value.items()})
     return Type("list", item=either([type_of_value(item) for item in value[:50]]))

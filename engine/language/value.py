@@ -1,10 +1,12 @@
 """A value as written in a protocol: plain data in which texts may contain `${{ ... }}`."""
 
 from collections.abc import Iterator, Mapping
+from datetime import datetime
 from typing import Any
 
 from ...schemas.quantity import is_quantity, number_text, quantity_text
 from .expression import Expression, ExpressionError, expression
+from .moments import moment_text
 
 OPEN, CLOSE = "${{", "}}"
 
@@ -21,6 +23,11 @@ class Value:
     def expressions(self) -> Iterator[Expression]:
         """Every expression in it."""
         return iter(())
+
+    @property
+    def live(self) -> bool:
+        """True if a clock is asked in it."""
+        return any(one.live for one in self.expressions())
 
 
 class Constant(Value):
@@ -152,6 +159,8 @@ def as_text(value: Any) -> str:
         return "null"
     if is_quantity(value):
         return quantity_text(value)
+    if isinstance(value, datetime):
+        return moment_text(value)
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int):

@@ -83,7 +83,7 @@ async def _compare(
     history = read_history(records, comparing=True)
     assert history.started is not None
     journal = _Unwritten(folder / "journal.jsonl", sync=False)
-    clock = RunClock(asyncio.get_running_loop().time)
+    clock = RunClock.virtual(asyncio.get_running_loop().time)
     about = {
         "id": run_id, "name": checked.protocol.name, "simulated": checked.lab.lab.simulated,
         "started": history.started.began,

@@ -63,7 +63,9 @@ class Rehearsal:
         names = [step.id or step.name for step in checked.protocol.steps]
         counting = Counting([name or f"step {n + 1}" for n, name in enumerate(names)])
         journal = _EventRelay(folder / "journal.jsonl", lambda r: self._heard(counting, r, clock()))
-        run = new_run(folder, checked, RunOptions(yes=True), journal=journal, clock=RunClock(clock))
+        run = new_run(
+            folder, checked, RunOptions(yes=True), journal=journal, clock=RunClock.virtual(clock)
+        )
         run.questions.person = lambda question: question.choices[0]
         devices = self._devices(folder, counting.totals.players)
         session = RunSession(run, checked, devices)

@@ -12,7 +12,17 @@ from ..language.value import Computed, Constant, Fields, Items, Value, value_of
 from .scope import Env
 
 Use = Literal[
-    "argument", "condition", "duration", "items", "key", "count", "text", "set", "collect", "output"
+    "argument",
+    "condition",
+    "duration",
+    "moment",
+    "items",
+    "key",
+    "count",
+    "text",
+    "set",
+    "collect",
+    "output",
 ]
 
 

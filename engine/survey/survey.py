@@ -188,7 +188,9 @@ class Survey(Declarations):
             "require": "condition",
         }  # fmt: skip
         use = uses.get(step.KIND)
-        if use is not None:
+        if isinstance(step, p.Wait) and step.until is not None:
+            self._spot((*place, "wait", "until"), step.until, "moment", env, "until")
+        elif use is not None:
             self._spot((*place, step.KIND), getattr(step, step.KIND), use, env, step.KIND)
         if isinstance(step, Broken):
             return ANY

@@ -12,6 +12,7 @@ from py_trees.composites import Sequence
 from ...schemas import protocol as p
 from ...schemas.quantity import seconds
 from ..dispatch.dispatcher import Dispatcher
+from ..language.expression import timed_steps
 from ..language.value import Value, value_of
 from ..run.frame import Scope
 from ..run.rows import Rows
@@ -31,7 +32,7 @@ from .nodes.question import AskPerson
 from .nodes.retry import Retry, RetryRules
 from .nodes.step import StepNode, StepRules
 from .nodes.use import Use, UsePlan
-from .nodes.wait import Wait
+from .nodes.wait import Wait, WaitUntil
 
 FIRST_TABLE = "data.csv"
 
@@ -64,12 +65,23 @@ class TreeCompiler:
     takes_first: bool = True
     """Whether `data.csv` is for this protocol: a used one leaves it to the rows of the outer protocol."""
     used: dict[int, Used] = field(init=False)
+    timed: set[str] = field(init=False)
+    """The ids of which an expression asks when they began, or how long they took."""
     _is_finally: bool = False
     """Whether the steps of a `finally` are being compiled."""
 
     def __post_init__(self) -> None:
         # Two steps with the same text are two steps: they are distinguished as objects.
         self.used = {id(used.step): used for used in self.survey.used.values()}
+        asked = [
+            one
+            for spot in self.survey.spots
+            if isinstance(spot.value, Value)
+            for one in spot.value.expressions()
+        ]
+        self.timed = {step for one in asked for step in timed_steps(one)}
+        if any(one.live for one in asked):
+            self.run.asks_clocks = True
 
     @property
     def defaults(self) -> p.Defaults:
@@ -123,11 +135,14 @@ class TreeCompiler:
             on_error=step.on_error or "stop",
             in_loop=self._in_loop(place),
             in_finally=self._is_finally,
+            timed=step.id in self.timed,
         )
 
     def _aside(self, step: p.Do, place: Place) -> Behaviour:
         rules = self._rules(step, place)
-        later = StepRules(segment=place.path, id=step.id, on_error=rules.on_error, in_loop=True)
+        later = StepRules(
+            segment=place.path, id=step.id, on_error=rules.on_error, in_loop=True, timed=rules.timed
+        )
 
         def build(scope: Scope) -> Behaviour:
             there = Place(scope, place.path, place.in_loop, place.question_id)
@@ -323,6 +338,8 @@ class TreeCompiler:
         )  # fmt: skip
 
     def _wait(self, step: p.Wait, place: Place) -> Behaviour:
+        if step.until is not None:
+            return WaitUntil(place.path, self.run, place.scope, value_of(step.until))
         return Wait(place.path, self.run, place.scope, value_of(step.wait))
 
     def _set(self, step: p.Set, place: Place) -> Behaviour:

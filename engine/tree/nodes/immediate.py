@@ -1,6 +1,7 @@
 """Steps that take no time: log, set, require, fail."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from py_trees.common import Status
 
@@ -27,6 +28,11 @@ class Immediate(Node):
         """The current path of this step."""
         return f"{self.scope.frame.path}/{self.name}"
 
+    @property
+    def names(self) -> Mapping[str, Any]:
+        """The names that its expressions may use."""
+        return self.run.names(self.scope.frame.names, self.path)
+
     def update(self) -> Status:
         try:
             return self.act()
@@ -49,7 +55,7 @@ class Log(Immediate):
         if self.path not in self.run.past.steps:
             if self.run.replaying:
                 return self.fail(came_to_here(self.path))
-            text = str(self.text.evaluate(self.scope.frame.names))
+            text = str(self.text.evaluate(self.names))
             self.run.record(StepEnded(path=self.path, fate="succeeded", message=text))
             self.run.log(text, self.path)
         return Status.SUCCESS
@@ -64,7 +70,8 @@ class SetNames(Immediate):
 
     def act(self) -> Status:
         frame = self.scope.frame
-        new = {name: value.evaluate(frame.names) for name, value in self.values.items()}
+        names = self.names
+        new = {name: value.evaluate(names) for name, value in self.values.items()}
         for name, value in new.items():
             frame.assign(name, value)
         self.result = new
@@ -81,8 +88,10 @@ class Require(Immediate):
         self.text = text
 
     def act(self) -> Status:
-        if self.value.evaluate(self.scope.frame.names):
+        if self.value.evaluate(self.names):
             return Status.SUCCESS
+        if self.run.asks_clocks:  # tried again, it asks them again
+            self.run.record(StepEnded(path=self.path, fate="failed"))
         return self.fail(Failure("Required", f"{self.text} is not true", step=self.path))
 
 
@@ -94,5 +103,5 @@ class Fail(Immediate):
         self.text = text
 
     def act(self) -> Status:
-        text = str(self.text.evaluate(self.scope.frame.names))
+        text = str(self.text.evaluate(self.names))
         return self.fail(Failure("Failed", text, step=self.path))

@@ -31,7 +31,7 @@ class AskPerson(Node):
         self.failure, self.result, self.question = None, None, None
         path = f"{self.scope.frame.path}/{self.name}"
         try:
-            text = str(self.text.evaluate(self.scope.frame.names))
+            text = str(self.text.evaluate(self.run.names(self.scope.frame.names, path)))
         except ExpressionError as fault:
             self.failure = Failure("Expression", str(fault), step=path)
             return

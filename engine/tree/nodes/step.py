@@ -8,6 +8,7 @@ from py_trees.common import Status
 
 from ....schemas.journal import Turned
 from ...language.expression import ExpressionError
+from ...language.operators import subtract
 from ...language.value import Value
 from ...run.frame import Scope
 from ...run.run import Run
@@ -29,6 +30,8 @@ class StepRules:
     in_loop: bool = False
     in_finally: bool = False
     silent: bool = False
+    timed: bool = False
+    """Whether an expression asks when it began or how long it took."""
 
 
 class StepNode(Parent):
@@ -54,7 +57,7 @@ class StepNode(Parent):
         return f"{self.scope.frame.path}/{self.rules.segment}"
 
     def initialise(self) -> None:
-        rules, names = self.rules, self.scope.frame.names
+        rules, names = self.rules, self.run.names(self.scope.frame.names, f"{self.path}/guard")
         self.until, self.held, self.skipped, self.finally_due = None, False, False, None
         done = self.run.past
         past = done.turned.get(f"{self.path}/t")
@@ -73,6 +76,8 @@ class StepNode(Parent):
         except (ExpressionError, ValueError) as fault:
             self.status = self.fail(Failure("Expression", str(fault), step=self.path))
             return
+        if rules.timed:
+            self.run.computed(f"{self.path}/started", self.run.clock.time_of_day)
         self._tell("running")
 
     def advance(self) -> Iterator[Behaviour]:
@@ -89,6 +94,8 @@ class StepNode(Parent):
         if self.child.status == Status.SUCCESS:
             self.result = result_of(self.child)
             self._store(self.result)
+            if self.rules.timed:
+                self._store_times()
             self._tell("succeeded")
             self.status = Status.SUCCESS
         elif self.child.status == Status.FAILURE:
@@ -158,6 +165,14 @@ class StepNode(Parent):
         if not self.rules.silent:
             self.run.tell("step", self.path, state)
 
+    def _store_times(self) -> None:
+        clock = self.run.clock
+        began = self.run.computed(f"{self.path}/started", clock.time_of_day)
+        took = self.run.computed(f"{self.path}/took", lambda: subtract(clock.time_of_day(), began))
+        self.scope.frame.store_times(str(self.rules.id), {"started": began, "took": took})
+
     def _store(self, result: object) -> None:
         if self.rules.id is not None:
             self.scope.frame.store(self.rules.id, result)
+            if self.rules.timed:
+                self.scope.frame.store_times(self.rules.id, {})
