@@ -23,6 +23,7 @@ from .checks import (
     names,
     never_runs,
     overwritten,
+    own_functions,
     paths,
     reach,
     references,
@@ -47,7 +48,7 @@ from .survey.used import Opener
 
 CHECKS = (
     names, arguments, paths, errors, uses,
-    syntax, references, calculations,
+    syntax, references, calculations, own_functions,
     ids, sets, loops, columns, reach, fallbacks,
     given, never_runs, endless, timeouts, repeats, retries, tolerance,
     hazards, overwritten, doubles, texts, unused,

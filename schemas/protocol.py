@@ -196,6 +196,13 @@ class Wait(StepBase):
     KIND: ClassVar[str] = "wait"
     wait: Duration | Until
 
+    @field_validator("wait", mode="before")
+    @classmethod
+    def _time_or_until(cls, given: Any) -> Any:
+        if isinstance(given, dict) and "until" not in given:
+            raise ValueError('it is a time such as 30 s, or {until: "07:00"}')
+        return given
+
     @property
     def until(self) -> str | None:
         """The time of day that it waits for; None where it waits for a given time."""
@@ -298,6 +305,7 @@ class Protocol(Model):
     summary: str = ""
     params: dict[Role, Param] = Field(default_factory=dict)
     devices: dict[Role, ContractName] = Field(default_factory=dict)
+    functions: dict[Role, str] = Field(default_factory=dict)
     defaults: Defaults = Field(default_factory=Defaults)
     steps: list[Step] = Field(min_length=1)
     on_resume: list[Step] = Field(default_factory=list)

@@ -86,6 +86,13 @@ def check(context: Context) -> Iterator[Problem]:
         message = f"the step in line {line} already has the id {name!r}"
         yield source.problem((*place, "id"), "E401", message, "give each step a different id")
     yield from _marks(context)
+    for name in context.protocol.functions:
+        if name in FUNCTIONS and name not in RESERVED:
+            message = f"{name}(...) is the protocol's own function here, not that of the language"
+            yield source.problem(
+                ("functions", name), "W423", message, "choose another name", key=True,
+                severity="warning",
+            )  # fmt: skip
     for step, at in context.steps(Foreach):
         name = next(iter(step.foreach))
         around = [loop.name for loop in at.env.loops]

@@ -12,6 +12,7 @@ WORDS = {
     "summary": "One line that says what it is for.",
     "params": "Values set by `-p name=value`, on the page or by a caller: name -> declaration.",
     "Protocol.devices": "The roles: name -> contract. The lab or `--bind role=device` chooses the devices.",
+    "functions": "Functions of your own: name -> ./file.py:function; called in a `set`.",
     "defaults": "Settings for every step that does not give its own.",
     "Protocol.steps": "The steps of the protocol, in order.",
     "on_resume": "Steps that run when a run is resumed after a stop or a crash, such as homing.",

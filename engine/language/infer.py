@@ -10,6 +10,7 @@ from ...schemas.quantity import has_offset, same_dimension, unit_of
 from .expression import CONSTANTS, TIMES, Expression, step_of
 from .functions import LITERAL
 from .infer_call import type_of_call
+from .own_functions import OwnFunction
 from .suggest import closest, did_you_mean, listed
 from .types import (
     ANY,
@@ -52,6 +53,10 @@ class Names(Protocol):
         """The type of `steps.name`."""
         ...
 
+    def function(self, name: str) -> OwnFunction | None:
+        """The protocol's own function of this name, if it can be used."""
+        ...
+
     def table(self, file: str, kinds: Mapping[str, str]) -> Type | Fault:
         """The type of `csv(file, column='kind', ...)`."""
         ...
@@ -59,7 +64,7 @@ class Names(Protocol):
 
 def infer(expression: Expression, names: Names) -> tuple[Type, list[Fault]]:
     """The type of an expression's value, and everything in it that cannot work."""
-    inference = Inference(names)
+    inference = Inference(names, expression.calls)
     found = inference.of(expression.tree.body)
     return found, inference.faults
 
@@ -67,8 +72,8 @@ def infer(expression: Expression, names: Names) -> tuple[Type, list[Fault]]:
 class Inference:
     """One walk over one expression; a faulty part gets the type ANY, so that the rest is checked."""
 
-    def __init__(self, names: Names) -> None:
-        self.names = names
+    def __init__(self, names: Names, calls: frozenset[str] = frozenset()) -> None:
+        self.names, self.calls = names, calls
         self._own: dict[str, Type] = {}  # names of the comprehensions around
         self.faults: list[Fault] = []
 

@@ -9,6 +9,7 @@ from ...schemas.quantity import same_dimension
 from .calculated import BARE, OF_LISTS, OF_NUMBERS, type_of_calculation
 from .calculations import CALCULATIONS
 from .functions import FUNCTIONS, LITERAL
+from .own_functions import misfit
 from .types import ANY, INTEGER, MOMENT, NUMBER, TEXT, Type, either, fields, in_words, number
 
 
@@ -16,6 +17,7 @@ class Inference(Protocol):
     """The walk over the expression that the call is part of."""
 
     names: Any
+    calls: frozenset[str]
 
     def of(self, node: ast.AST) -> Type:
         """The type of a part."""
@@ -43,11 +45,28 @@ def type_of_call(inference: Inference, node: ast.Call) -> Type:
         return _table(inference, node)
     positional = [inference.of(argument) for argument in node.args]
     named = {keyword.arg or "": inference.of(keyword.value) for keyword in node.keywords}
+    if name in inference.calls:
+        return _own(inference, name, positional, named)
     try:
         bound = _signature(name).bind(*positional, **named)
     except TypeError as fault:
         return inference.fault("E307", f"{name}: {fault}", f"write {_example(name)}")
     return _result(inference, name, bound.arguments)
+
+
+def _own(inference: Inference, name: str, given: list[Type], named: dict[str, Type]) -> Type:
+    """What a function of the protocol's own returns; what cannot be its arguments is recorded."""
+    function = inference.names.function(name)
+    if function is None:
+        return ANY
+    try:
+        bound = function.signature.bind(*given, **named)
+    except TypeError as fault:
+        return inference.fault("E307", f"{name}: {fault}", f"it is {name}{function.signature_text}")
+    for parameter, kind in bound.arguments.items():
+        if why := misfit(kind, function.signature.parameters[parameter].annotation):
+            inference.fault("E308", f"{name}: {parameter} is {why}")
+    return function.returns
 
 
 def _result(inference: Inference, name: str, given: dict[str, Any]) -> Type:

@@ -19,6 +19,7 @@ from ...schemas import journal as j
 from ..check import Checked
 from ..journal.journal import Journal, R
 from ..run.clock import RunClock
+from ..run.function_calls import call_at_once
 from ..runner.begin import RunOptions, new_run
 from ..runner.session import RunSession
 from .client import RehearsedDevice
@@ -66,6 +67,7 @@ class Rehearsal:
         run = new_run(
             folder, checked, RunOptions(yes=True), journal=journal, clock=RunClock.virtual(clock)
         )
+        run.call = call_at_once
         run.questions.person = lambda question: question.choices[0]
         devices = self._devices(folder, counting.totals.players)
         session = RunSession(run, checked, devices)

@@ -2,7 +2,7 @@
 
 import logging
 from collections import ChainMap
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from itertools import count
@@ -19,8 +19,10 @@ from ..journal.history import History
 from ..journal.journal import Journal
 from ..journal.past import Past
 from ..lab.bind import BoundRole
+from ..language.own_functions import OwnFunction
 from .clock import RunClock
 from .frame import Frame, Scope
+from .function_calls import call
 from .questions import Question, Questions
 from .requests import Requests
 
@@ -70,6 +72,8 @@ class Run:
     replaying: bool = False
     """True while what failed in an earlier engine session is replayed: see nodes/replay_failed.py."""
 
+    call: Callable[[OwnFunction, dict[str, Any], float], Awaitable[Any]] = call
+    """How a function of a protocol's own is called."""
     asks_clocks: bool = False
     """Whether any expression of its protocols asks a clock."""
 

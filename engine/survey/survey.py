@@ -12,6 +12,7 @@ from ..lab.bind import BoundRole
 from ..language.expression import ExpressionError
 from ..language.fold import fold
 from ..language.load import Broken
+from ..language.own_functions import read_functions
 from ..language.shape import Place
 from ..language.source import Source
 from ..language.table import Tables
@@ -96,6 +97,8 @@ class Survey(Declarations):
         self.protocol, self.roles, self.values = protocol, roles, values
         self.source, self.opened = source, opened
         self.tables = Tables(source.path, opened.folders)
+        self.functions = dict(read_functions(protocol.functions, source.path, opened.folders))
+        self.own_names = frozenset({*protocol.functions, *source.names("functions")})
         self.raw_names, self.set_counts = raw_names(source.data)
         self.params: dict[str, Type] = dict.fromkeys(source.names("params"), ANY)
         self.params |= {name: type_of_param(param) for name, param in protocol.params.items()}

@@ -1,5 +1,6 @@
 """Compile a protocol into its tree: one small subtree per body, not per point."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -10,11 +11,13 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
 from ...schemas import protocol as p
-from ...schemas.quantity import seconds
+from ...schemas.quantity import UnitError, seconds
 from ..dispatch.dispatcher import Dispatcher
 from ..language.expression import timed_steps
+from ..language.own_functions import OwnFunction
 from ..language.value import Value, value_of
 from ..run.frame import Scope
+from ..run.function_calls import LIMIT_S
 from ..run.rows import Rows
 from ..run.run import Run
 from ..survey.survey import Survey, Used
@@ -343,8 +346,16 @@ class TreeCompiler:
         return Wait(place.path, self.run, place.scope, value_of(step.wait))
 
     def _set(self, step: p.Set, place: Place) -> Behaviour:
-        values = {name: value_of(raw) for name, raw in step.set.items()}
-        return SetNames(place.path, self.run, place.scope, values)
+        own = self.survey.own_names
+        values = {name: value_of(raw, own) for name, raw in step.set.items()}
+        called = {n for value in values.values() for one in value.expressions() for n in one.calls}
+        functions = {
+            name: function
+            for name in called
+            if isinstance(function := self.survey.functions.get(name), OwnFunction)
+        }
+        limit_s = LIMIT_S if step.timeout is None else _behind(step.timeout)
+        return SetNames(place.path, self.run, place.scope, values, functions, limit_s)
 
     def _require(self, step: p.Require, place: Place) -> Behaviour:
         text = str(step.require).strip().removeprefix("${{").removesuffix("}}").strip()
@@ -355,6 +366,14 @@ class TreeCompiler:
 
     def _fail(self, step: p.Fail, place: Place) -> Behaviour:
         return Fail(place.path, self.run, place.scope, value_of(step.fail))
+
+
+def _behind(timeout: p.Duration) -> float:
+    """A limit that comes only after the step's own timeout."""
+    try:
+        return seconds(timeout) + 0.5
+    except UnitError:  # computed in the run
+        return math.inf
 
 
 def _value_or_none(raw: int | str | None) -> Value | None:
