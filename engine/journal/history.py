@@ -39,6 +39,8 @@ class History(Course):
     resumed_n: int = 0
     cleaned_up: bool = False
     finals: int = 0
+    main_at: str = ""
+    """When its steps began for the first time."""
     ended: bool = False
     """The newest engine session has ended by itself, in whatever way."""
     order: dict[str, deque[str]] = field(default_factory=dict)
@@ -66,6 +68,8 @@ class History(Course):
             case j.Redo():
                 self._take_redo(record)
             case j.Phase():
+                if record.phase == "main":
+                    self.main_at = self.main_at or record.at
                 self.finals += record.phase.startswith("finally")
             case j.GoalSent():
                 self._take_sent(record)

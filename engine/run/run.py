@@ -74,6 +74,8 @@ class Run:
 
     call: Callable[[OwnFunction, dict[str, Any], float], Awaitable[Any]] = call
     """How a function of a protocol's own is called."""
+    turns_at_most: int | None = None
+    """In a rehearsal, of a `while` without `max`: what it waits for may never come there."""
     asks_clocks: bool = False
     """Whether any expression of its protocols asks a clock."""
 
@@ -99,9 +101,9 @@ class Run:
         return decode(known[path])
 
     def elapsed(self) -> Any:
-        """The time since the run began, by the clock of this computer."""
+        """The time since the run's steps began, by the clock of this computer."""
         assert self.history.started is not None
-        began = datetime.fromisoformat(self.history.started.at)
+        began = datetime.fromisoformat(self.history.main_at or self.history.started.at)
         past_s = (self.clock.time_of_day() - began).total_seconds()
         return quantity(round(max(0.0, past_s), 3), "s")
 

@@ -181,6 +181,14 @@ class Loop(Parent):
     def _has_more(self) -> bool:
         if self.turns.total is None and self._was_entered(self.position):
             return True  # its condition held then, before the changes by the turns since
+        limit = self.run.turns_at_most
+        if limit is not None and self.turns.endless and self.position >= limit:
+            message = (
+                f"a `while` without `max` has taken {limit:,} turns: in a rehearsal, what it waits for "
+                "may never come. Give it `max`, or more --turns"
+            )
+            self.failure = Failure("Endless", message, step=self.path, stop=True)
+            return False
         try:
             place = f"{self.path}/{self.position}/while"
             return self.turns.more(self.position, self.run.names(self.outer.frame.names, place))
