@@ -240,7 +240,7 @@ class Inference:
             if one.difference and other.unit is not None and has_offset(other.unit):
                 message = f"{_text(node)} is a difference, and {_text(asked)} a place on a scale"
                 self.fault("E308", message, "give a difference of temperatures in K, such as 1 K")
-        self._go_together(a, left, b, right, "compared")
+        self.go_together(a, left, b, right, "compared")
 
     def _one_of_its_choices(self, node: ast.AST, one: Type, asked: ast.AST) -> None:
         """A text that has choices is compared with one of them, or with null."""
@@ -274,7 +274,7 @@ class Inference:
         if isinstance(node.op, ast.Pow):
             return self._power(node, left, right)
         verb = {ast.Add: "added", ast.Sub: "subtracted"}.get(type(node.op), "divided")
-        if not self._go_together(node.left, left, node.right, right, verb):
+        if not self.go_together(node.left, left, node.right, right, verb):
             return ANY
         if isinstance(node.op, ast.FloorDiv):
             return NUMBER
@@ -307,7 +307,7 @@ class Inference:
 
     def _temperatures(self, node: ast.BinOp, left: Type, right: Type) -> Type:
         """degC less degC is a difference in K; degC and K, added or subtracted, are degC."""
-        if not self._go_together(node.left, left, node.right, right, "combined"):
+        if not self.go_together(node.left, left, node.right, right, "combined"):
             return ANY
         offset = [one.unit is not None and has_offset(one.unit) for one in (left, right)]
         less = isinstance(node.op, ast.Sub)
@@ -329,7 +329,8 @@ class Inference:
         )
         return self.fault("E308", f"{_text(side)} is {in_words(wrong)}, not a number", hint)
 
-    def _go_together(self, a: ast.AST, left: Type, b: ast.AST, right: Type, verb: str) -> bool:
+    def go_together(self, a: ast.AST, left: Type, b: ast.AST, right: Type, verb: str) -> bool:
+        """True where two numbers have units of one dimension; records a fault where not."""
         if not left.kind == right.kind == "number" or left.unit == right.unit:
             return True
         if (left.unit is None and left.zero) or (right.unit is None and right.zero):

@@ -17,6 +17,7 @@ class Inference(Protocol):
     """The walk over the expression that the call is part of."""
 
     names: Any
+    faults: list[Any]
     calls: frozenset[str]
 
     def of(self, node: ast.AST) -> Type:
@@ -25,6 +26,10 @@ class Inference(Protocol):
 
     def fault(self, code: str, message: str, hint: str = "") -> Type:
         """Record a fault; the part's type is then unknown."""
+        ...
+
+    def go_together(self, a: ast.AST, left: Type, b: ast.AST, right: Type, verb: str) -> bool:
+        """True where two numbers have units of one dimension; records a fault where not."""
         ...
 
     def noted(self, found: Any) -> Type:
@@ -51,7 +56,29 @@ def type_of_call(inference: Inference, node: ast.Call) -> Type:
         bound = _signature(name).bind(*positional, **named)
     except TypeError as fault:
         return inference.fault("E307", f"{name}: {fault}", f"write {_example(name)}")
+    if name in TOGETHER and not _are_alike(inference, name, node, positional):
+        return ANY
     return _result(inference, name, bound.arguments)
+
+
+TOGETHER = {"min", "max", "sum", "mean", "median", "stdev", "sorted", "linspace", "atan2"}
+"""Functions whose values are computed with each other, so that they need one dimension."""
+
+
+def _are_alike(inference: Inference, name: str, node: ast.Call, types: list[Type]) -> bool:
+    """Whether the values of a call, or of the list that is written in it, go together."""
+    values = list(zip(node.args, types, strict=True))
+    if name == "linspace":
+        values = values[:2]
+    if len(values) == 1 and isinstance(node.args[0], ast.List):
+        count = len(inference.faults)
+        values = [(one, inference.of(one)) for one in node.args[0].elts]
+        del inference.faults[count:]  # told already
+    numbers = [(one, kind) for one, kind in values if kind.kind == "number" and not kind.zero]
+    return all(
+        inference.go_together(*numbers[0], *other, f"used together in {name}")
+        for other in numbers[1:]
+    )
 
 
 def _own(inference: Inference, name: str, given: list[Type], named: dict[str, Type]) -> Type:
@@ -104,6 +131,11 @@ def _calculation(inference: Inference, name: str, given: dict[str, Any]) -> Type
         message = f"{name} takes a plain number, not {in_words(first)}"
         return inference.fault(
             "E308", message, f"divide by a unit first: {name}(x / (1 {first.unit}))"
+        )
+    angle = first.unit is None or same_dimension(first.unit, "rad")
+    if name in ("sin", "cos", "tan") and first.kind == "number" and not angle:
+        return inference.fault(
+            "E308", f"{name} takes an angle, not {in_words(first)}", "such as 30 deg"
         )
     return type_of_calculation(name, given)
 
