@@ -30,7 +30,7 @@ def spoken(view: Outlook, raw: Any, place: Place) -> str:
     if value is not UNKNOWN:
         return said(value)
     try:
-        written = value_of(raw)
+        written = value_of(raw, view.survey.own_names)
     except ExpressionError:
         return str(raw)
     if isinstance(written, Computed):
@@ -43,7 +43,7 @@ def spoken(view: Outlook, raw: Any, place: Place) -> str:
 def condition(view: Outlook, raw: Any, place: Place) -> str:
     """What a step's `when`, `if`, `while` or `require` asks, whether or not its value is known."""
     try:
-        written = value_of(raw)
+        written = value_of(raw, view.survey.own_names)
     except ExpressionError:
         return bare(raw)
     speech = Speech(view, named=True)
