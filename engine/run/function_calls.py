@@ -8,12 +8,16 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from ...system.process import apart
 from ..language.operators import OperatorFault
 from ..language.own_functions import OwnFunction
 
 COMMAND = (sys.executable, "-I", str(Path(__file__).with_name("function_process.py")))
 LIMIT_S = 60.0
 """How long a call may take where its step has no `timeout`."""
+LONGEST_S = 24 * 3600.0
+BEHIND_S = 5.0
+"""How long after its limit a process ends by itself, where its engine was killed."""
 LARGEST = 10_000_000
 
 
@@ -25,11 +29,11 @@ async def call(function: OwnFunction, given: dict[str, Any], limit_s: float = LI
     """What the function gives for plain arguments; raises FunctionFailed."""
     process = await asyncio.create_subprocess_exec(
         *COMMAND, stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE, **apart(),
     )  # fmt: skip
     try:
         async with asyncio.timeout(limit_s if limit_s < math.inf else None):
-            out, err = await process.communicate(_asked(function, given))
+            out, err = await process.communicate(_asked(function, given, limit_s))
     except TimeoutError:
         raise FunctionFailed(f"{function.name} took longer than {limit_s:g} s") from None
     finally:
@@ -47,19 +51,21 @@ async def call_at_once(
     try:
         done = subprocess.run(  # noqa: ASYNC221
             COMMAND,
-            input=_asked(function, given),
+            input=_asked(function, given, limit_s),
             capture_output=True,
             timeout=limit_s,
             check=False,
+            **apart(),
         )
     except subprocess.TimeoutExpired:
         raise FunctionFailed(f"{function.name} took longer than {limit_s:g} s") from None
     return _answer(function, done.stdout, done.stderr, done.returncode)
 
 
-def _asked(function: OwnFunction, given: dict[str, Any]) -> bytes:
+def _asked(function: OwnFunction, given: dict[str, Any], limit_s: float) -> bytes:
     asked = {"file": str(function.path), "text": function.text, "function": function.function}
-    return json.dumps({**asked, "given": given}).encode()
+    alone_s = min(limit_s, LONGEST_S) + BEHIND_S
+    return json.dumps({**asked, "given": given, "limit_s": alone_s}).encode()
 
 
 def _answer(function: OwnFunction, out: bytes, err: bytes, code: int | None) -> Any:

@@ -4,12 +4,23 @@ It imports nothing of labrun, and labrun imports it nowhere: it is started as a 
 prints goes to standard error.
 """
 
+import contextlib
+import faulthandler
 import json
 import sys
+
+MEMORY = 8 * 1024**3
+"""Bytes; beyond, it gets a MemoryError before the machine, and the run with it, gets none."""
 
 
 def main() -> None:
     asked = json.loads(sys.stdin.buffer.read())
+    # Whoever asked ends this process in time; should that one be gone, it ends by itself.
+    faulthandler.dump_traceback_later(asked["limit_s"], exit=True)
+    with contextlib.suppress(ImportError, ValueError, OSError):  # none on Windows
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
     answers, sys.stdout = sys.stdout, sys.stderr
     try:
         names = {"__name__": "labrun_function", "__file__": asked["file"]}
