@@ -12,7 +12,7 @@ import typer
 from ...system.page import why_no_page
 from ..check import Checked
 from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
-from .checked_protocol import checked_file, name_values
+from .checked_protocol import checked_file, fitting_answers, name_values
 from .options import RUNS, Bind, Lab, Params, Runs, say
 
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
@@ -45,8 +45,8 @@ def run(
 ) -> None:
     """Check a protocol, run it, and leave a folder with everything that happened."""
     wait_s = waiting_s(at_most) if wait else 0.0
-    answers = name_values(answer, "--answer")
     checked = checked_file(file, lab, bind, param, json=json)
+    answers = fitting_answers(answer, checked)
     given = name_values(param, "-p")
     raise typer.Exit(
         start(checked, runs, given=given, yes=yes, answers=answers, json=json, wait_s=wait_s)
