@@ -73,34 +73,29 @@ def check(context: Context) -> Iterator[Problem]:
 
 
 def _unset(context: Context) -> Iterator[Problem]:
+    sets = {name.name for name in context.survey.sets}
+    if not sets:
+        return
     walk = _Walk()
     walk.steps(context.protocol.steps, ("steps",), {}, frozenset())
     for spot in context.survey.spots:
         if spot.place[0] != "steps" or isinstance(spot.value, Exception):
             continue
-        at = next(
-            (
-                spot.place[:n]
-                for n in range(len(spot.place), 0, -1)
-                if spot.place[:n] in walk.before
-            ),
-            None,
-        )
+        used = {name for one in spot.value.expressions() for name in one.names & sets}
+        used -= {loop.name for loop in spot.env.loops}
+        at = walk.step_of(spot.place) if used else None
         if at is None or spot.inferred()[1]:
             continue
         given, holds = (walk.after if spot.use == "collect" else walk.before)[at]
         if spot.what == "when" and spot.use == "condition":
             holds -= {_condition(spot.raw)}
-        around = {loop.name for loop in spot.env.loops}
-        visible = spot.env.set_names()
-        for name in sorted({name for one in spot.value.expressions() for name in one.names}):
-            if name in around or name not in visible:
-                continue
-            if not given.get(name, frozenset()) & (holds | CERTAIN):
-                yield context.source.problem(
-                    spot.place, "W421", f"{name} may have no value here: {_why(visible[name])}",
-                    f"set it before, such as `set: {{{name}: null}}`", severity="warning",
-                )  # fmt: skip
+        lacking = [n for n in used if not given.get(n, frozenset()) & (holds | CERTAIN)]
+        visible = spot.env.set_names() if lacking else {}
+        for name in sorted(set(lacking) & visible.keys()):
+            yield context.source.problem(
+                spot.place, "W421", f"{name} may have no value here: {_why(visible[name])}",
+                f"set it before, such as `set: {{{name}: null}}`", severity="warning",
+            )  # fmt: skip
 
 
 def _why(sets: Sequence[SetName]) -> str:
@@ -116,6 +111,11 @@ class _Walk:
     def __init__(self) -> None:
         self.before: dict[Place, tuple[Given, frozenset[str]]] = {}
         self.after: dict[Place, tuple[Given, frozenset[str]]] = {}
+
+    def step_of(self, place: Place) -> Place | None:
+        """The place of the step that something belongs to."""
+        ends = range(len(place), 0, -1)
+        return next((place[:n] for n in ends if place[:n] in self.before), None)
 
     def steps(
         self, steps: Sequence[Any], place: Place, given: Given | None, holds: frozenset[str]

@@ -115,6 +115,8 @@ class Env:
 
     def visible(self, levels: tuple[Level, ...]) -> bool:
         """True where names declared at these levels are visible from here."""
+        if not levels or levels == self.levels:
+            return True
         return not self._sibling(levels) and all(
             level in self.levels or level.kind in OPEN for level in levels
         )

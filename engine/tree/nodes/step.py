@@ -2,13 +2,15 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from ....schemas.journal import Turned
+from ....schemas.quantity import quantity, seconds
 from ...language.expression import ExpressionError
-from ...language.operators import subtract
 from ...language.value import Value
 from ...run.frame import Scope
 from ...run.run import Run
@@ -70,8 +72,6 @@ class StepNode(Parent):
                 self.status = Status.SUCCESS
                 return
             if rules.timeout_s is not None:
-                from ....schemas.quantity import seconds
-
                 self.until = self.run.clock.now() + seconds(rules.timeout_s.evaluate(names))
         except (ExpressionError, ValueError) as fault:
             self.status = self.fail(Failure("Expression", str(fault), step=self.path))
@@ -166,10 +166,14 @@ class StepNode(Parent):
             self.run.tell("step", self.path, state)
 
     def _store_times(self) -> None:
-        clock = self.run.clock
-        began = self.run.computed(f"{self.path}/started", clock.time_of_day)
-        took = self.run.computed(f"{self.path}/took", lambda: subtract(clock.time_of_day(), began))
+        began = self.run.computed(f"{self.path}/started", self.run.clock.time_of_day)
+        took = self.run.computed(f"{self.path}/took", lambda: self._since(began))
         self.scope.frame.store_times(str(self.rules.id), {"started": began, "took": took})
+
+    def _since(self, began: datetime) -> Any:
+        """Never less than nothing, though the computer's clock may have been set back."""
+        past_s = (self.run.clock.time_of_day() - began).total_seconds()
+        return quantity(max(0.0, past_s), "s")
 
     def _store(self, result: object) -> None:
         if self.rules.id is not None:

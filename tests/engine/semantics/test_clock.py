@@ -2,7 +2,7 @@
 
 What a clock says is kept in the journal where it was first asked, so that a resumed run computes with the
 same values: a name, an argument, a branch, the turn of a loop. `now()` is a moment, which text shows with its
-offset from UTC; `elapsed()` is the time since the run began, pauses and interruptions included. Every
+offset from UTC; `elapsed()` is the time since its steps began, pauses and interruptions included. Every
 step with an id has `started` and `took`; a result's own field of that name wins.
 
     - set: {begun: "${{ now() }}"}
