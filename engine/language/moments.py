@@ -44,6 +44,7 @@ def next_moment(said: Any, now: datetime) -> datetime:
             return read_moment(text)
         except ValueError:
             pass  # said below, with what it should be
+    shown = repr(said) if isinstance(said, str) else str(said)
     raise ValueError(
-        f'{said!r} is not a time of day or a date with a time, such as "07:00" or "2026-11-24 07:00"'
+        f'{shown} is not a time of day or a date with a time, such as "07:00" or "2026-11-24 07:00"'
     )

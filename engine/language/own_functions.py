@@ -86,10 +86,14 @@ def read_function(name: str, said: str, protocol: Path, folders: Sequence[Path])
     except FileFault as fault:
         raise FunctionFault(str(fault)) from fault
     except SyntaxError as fault:
-        where = f"{match['file']}, line {fault.lineno}"
+        where = match["file"] + (f", line {fault.lineno}" if fault.lineno else "")
         raise FunctionFault(f"{where} is not Python: {fault.msg}") from fault
-    except (UnicodeDecodeError, ValueError, RecursionError) as fault:
+    except (UnicodeDecodeError, ValueError, RecursionError, MemoryError) as fault:
         raise FunctionFault(f"{match['file']} cannot be read as Python: {fault}") from fault
+    if any(isinstance(n, ast.AsyncFunctionDef) and n.name == match["name"] for n in tree.body):
+        raise FunctionFault(
+            f"{match['name']} is `async`", "a function computes; it waits for nothing"
+        )
     found = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     node = found.get(match["name"])
     if node is None:
@@ -105,13 +109,16 @@ def _signature(node: ast.FunctionDef) -> inspect.Signature:
     said = node.args
     if said.vararg or said.kwarg:
         raise FunctionFault(f"{node.name} takes any number of arguments (*)", "name each of them")
+    if said.posonlyargs:
+        raise FunctionFault(
+            f"{node.name} takes arguments without their names (/)", "leave out the /"
+        )
     if any(isinstance(part, ast.Yield | ast.YieldFrom) for part in ast.walk(node)):
         raise FunctionFault(f"{node.name} is a generator (yield)", "return a list")
-    places = [*said.posonlyargs, *said.args]
-    first_default = len(places) - len(said.defaults)
+    first_default = len(said.args) - len(said.defaults)
     parts = [
         _parameter(arg, node, inspect.Parameter.POSITIONAL_OR_KEYWORD, given=index >= first_default)
-        for index, arg in enumerate(places)
+        for index, arg in enumerate(said.args)
     ]
     parts += [
         _parameter(arg, node, inspect.Parameter.KEYWORD_ONLY, given=default is not None)

@@ -38,7 +38,8 @@ class Immediate(Node):
     @property
     def names(self) -> Mapping[str, Any]:
         """The names that its expressions may use."""
-        return self.run.names(self.scope.frame.names, self.path)
+        names = self.scope.frame.names
+        return self.run.names(names, self.path) if self.run.asks_clocks else names
 
     def update(self) -> Status:
         try:

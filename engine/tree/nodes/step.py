@@ -59,7 +59,9 @@ class StepNode(Parent):
         return f"{self.scope.frame.path}/{self.rules.segment}"
 
     def initialise(self) -> None:
-        rules, names = self.rules, self.run.names(self.scope.frame.names, f"{self.path}/guard")
+        rules, names = self.rules, self.scope.frame.names
+        if self.run.asks_clocks:
+            names = self.run.names(names, f"{self.path}/guard")
         self.until, self.held, self.skipped, self.finally_due = None, False, False, None
         done = self.run.past
         past = done.turned.get(f"{self.path}/t")

@@ -30,6 +30,8 @@ def silent(x: float): ...
 def array(x: np.ndarray) -> float: ...
 def odd(x: Annotated[float, "mmm"]) -> float: ...
 def worded(x: Annotated[str, "mm"]) -> float: ...
+def unnamed(x: float, /) -> float: ...
+async def later(x: float) -> float: ...
 def any_at_all(x: typing.Any) -> None: ...
 """
 
@@ -37,6 +39,7 @@ def any_at_all(x: typing.Any) -> None: ...
 @pytest.fixture
 def read(tmp_path):
     (tmp_path / "own.py").write_text(TEXTS)
+    (tmp_path / "null.py").write_bytes(b"\0")
     (tmp_path / "torn.py").write_text("def f(:\n")
 
     def read(said):
@@ -65,7 +68,8 @@ def test_what_it_takes_and_gives_is_what_it_says(read):
         ("own.py:aera", "did you mean area"), ("own.py:many", "any number"), ("own.py:each", "generator"),
         ("own.py:untyped", "untyped, x: there is no annotation"), ("own.py:silent", "what it returns"),
         ("own.py:array", "no values of the type np.ndarray"), ("own.py:odd", "'mmm' is not a unit"),
-        ("own.py:worded", "text has no unit"),
+        ("own.py:worded", "text has no unit"), ("own.py:unnamed", "without their names"),
+        ("own.py:later", "later is `async`"), ("null.py:f", "null.py is not Python|null.py cannot be read"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_used_is_told_in_a_sentence(read, said, words):
