@@ -16,12 +16,14 @@ from .checks import (
     endless,
     errors,
     fallbacks,
+    given,
     hazards,
     ids,
     loops,
     names,
     never_runs,
     overwritten,
+    own_functions,
     paths,
     reach,
     references,
@@ -46,9 +48,9 @@ from .survey.used import Opener
 
 CHECKS = (
     names, arguments, paths, errors, uses,
-    syntax, references, calculations,
+    syntax, references, calculations, own_functions,
     ids, sets, loops, columns, reach, fallbacks,
-    never_runs, endless, timeouts, repeats, retries, tolerance,
+    given, never_runs, endless, timeouts, repeats, retries, tolerance,
     hazards, overwritten, doubles, texts, unused,
 )  # fmt: skip
 """Each has CODES, a docstring that is its page of the manual, and check(context)."""

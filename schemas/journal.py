@@ -138,6 +138,14 @@ class StepEnded(Record):
     message: str = ""
 
 
+class Computed(Record):
+    """A value that a clock gave, where it was first computed: a resumed run computes with it again."""
+
+    kind: Literal["computed"] = "computed"
+    path: str
+    value: Any = None
+
+
 class Turned(Record):
     """A retried group, a fallback or a repeated question started its next attempt."""
 
@@ -321,6 +329,7 @@ JournalRecord = Annotated[
     | GoalEnded
     | Expired
     | StepEnded
+    | Computed
     | Turned
     | Asked
     | Answered

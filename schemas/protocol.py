@@ -166,6 +166,9 @@ class Group(StepBase):
     steps: "list[Step]" = Field(min_length=1)
 
 
+CONFIRM_CHOICES = ["yes", "no"]
+
+
 class Confirm(StepBase):
     """A person must confirm before the run continues."""
 
@@ -181,11 +184,29 @@ class Ask(StepBase):
     choices: list[str] = Field(min_length=1)
 
 
+class Until(Model):
+    """A time of day, a date with its time, or an expression that gives a moment."""
+
+    until: str
+
+
 class Wait(StepBase):
-    """Wait for a given time."""
+    """Wait for a given time, or until a time of day."""
 
     KIND: ClassVar[str] = "wait"
-    wait: Duration
+    wait: Duration | Until
+
+    @field_validator("wait", mode="before")
+    @classmethod
+    def _time_or_until(cls, given: Any) -> Any:
+        if isinstance(given, dict) and "until" not in given:
+            raise ValueError('it is a time such as 30 s, or {until: "07:00"}')
+        return given
+
+    @property
+    def until(self) -> str | None:
+        """The time of day that it waits for; None where it waits for a given time."""
+        return self.wait.until if isinstance(self.wait, Until) else None
 
 
 class Set(StepBase):
@@ -284,6 +305,7 @@ class Protocol(Model):
     summary: str = ""
     params: dict[Role, Param] = Field(default_factory=dict)
     devices: dict[Role, ContractName] = Field(default_factory=dict)
+    functions: dict[Role, str] = Field(default_factory=dict)
     defaults: Defaults = Field(default_factory=Defaults)
     steps: list[Step] = Field(min_length=1)
     on_resume: list[Step] = Field(default_factory=list)

@@ -91,7 +91,7 @@ from ...schemas.contract import Action
 from ...schemas.lab import Limit
 from ...schemas.problem import Problem
 from ...schemas.protocol import Do
-from ...schemas.quantity import UnitError, is_quantity, same_dimension
+from ...schemas.quantity import UnitError, has_offset, is_quantity, same_dimension
 from ..lab.bind import BoundRole
 from ..language.arguments import ArgumentFault, fit_arguments
 from ..language.expression import ExpressionError
@@ -129,6 +129,10 @@ def _check(
     later: list[str] = []
     for name, spot in at.arguments.items():
         folded = _fold(spot)
+        if (apart := _a_difference(spot, action, f"{label}.{name}")) is not None:
+            later.append(name)
+            yield _problem(context, at, apart)
+            continue
         if folded.known and not folded.loops:
             known[name] = folded.value
             continue
@@ -169,6 +173,16 @@ def _problem(context: Context, at: StepAt, fault: ArgumentFault) -> Problem:
     )
 
 
+def _a_difference(spot: Spot, action: Action, label: str) -> ArgumentFault | None:
+    """A difference of two temperatures where a place on a scale such as °C is wanted."""
+    kind, faults = spot.inferred()
+    unit = action.param_schemas().get(spot.what, {}).get("unit")
+    if faults or not kind.difference or unit is None or not has_offset(unit):
+        return None
+    says = f"{label}: a difference of temperatures (K), the device wants a temperature ({unit})"
+    return ArgumentFault(spot.what, says, "add it to a temperature", code="E204")
+
+
 def _by_type(spot: Spot, schema: Mapping[str, Any], label: str) -> ArgumentFault | None:
     """What is wrong with a value that is not yet known but has a known type."""
     kind, faults = spot.inferred()
@@ -201,7 +215,15 @@ def _inserts(spot: Spot) -> bool:
 def _json_names(kind: Type) -> set[str]:
     if kind.kind == "number":
         return {"number", "integer"}
-    return {{"text": "string", "boolean": "boolean", "list": "array", "map": "object"}[kind.kind]}
+    return {
+        {
+            "text": "string",
+            "moment": "string",
+            "boolean": "boolean",
+            "list": "array",
+            "map": "object",
+        }[kind.kind]
+    }
 
 
 def _there(computed: Any, case: Case) -> str:

@@ -38,8 +38,9 @@ Fails:
     steps:
       - {do: gantry.move_to, with: {x: "${{ params.width + 1 s }}"}}
 
-E309. `foreach` needs a list, a span or a grid; `timeout` and `wait` need a time; `repeat`, `max`
-and `max_failed` need a whole number; `when`, `if`, `while` and `require` need an expression.
+E309. `foreach` needs a list, a span or a grid; `timeout` and `wait` need a time, `until` a time of day
+or a date with its time; `repeat`, `max` and `max_failed` need a whole number; `when`, `if`, `while` and
+`require` need an expression. The `key` of an iteration is its name for ever, so no clock gives it.
 
 Passes:
 
@@ -59,6 +60,7 @@ Fails:
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime
 from typing import Any
 
 from ...schemas.problem import Problem
@@ -66,6 +68,7 @@ from ...schemas.protocol import Retry
 from ...schemas.quantity import UnitError, is_quantity, same_dimension, seconds
 from ..language.expression import ExpressionError
 from ..language.fold import cases, fold
+from ..language.moments import next_moment
 from ..language.operators import words
 from ..language.types import Type, in_words
 from ..language.value import Constant, Value
@@ -100,6 +103,10 @@ def _check(context: Context, spot: Spot, texts: Mapping[str, str]) -> Iterator[P
             hint = next((texts[name] for name in names & texts.keys()), fault.hint)
             yield context.source.problem(spot.place, fault.code, fault.message, hint)
     if faults:
+        return
+    if spot.use == "key" and spot.value.live:
+        message = "a clock cannot give the key: it is the iteration's name for ever"
+        yield context.source.problem(spot.place, "E309", message, "use what the loop goes through")
         return
     folded = fold(spot.value, spot.env.folding())
     if folded.fault or folded.loops:
@@ -138,11 +145,21 @@ def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
         return f"foreach needs a list, a span or a grid, not {words(value)}", hint
     if use == "duration":
         return _wrong_duration(what, value)
+    if use == "moment":
+        return _wrong_moment(value)
     if use == "count" and not _is_count(value):
         return f"{what}: {words(value)} is not a whole number from 0", f"such as {what}: 3"
     if use == "condition" and isinstance(spot.value, Constant) and not isinstance(value, bool):
         hint = f"write {what}: ${{{{ {value} }}}}" if isinstance(value, str) else "write ${{ ... }}"
         return f"{what}: {words(value)} is not an expression", hint
+    return None
+
+
+def _wrong_moment(value: Any) -> Wrong | None:
+    try:
+        next_moment(value, datetime.now().astimezone())
+    except ValueError as fault:
+        return f"until: {fault}", 'such as until: "07:00"'
     return None
 
 
@@ -175,6 +192,8 @@ def _wrong_type(spot: Spot, kind: Type) -> Wrong | None:
     if spot.use == "duration" and kind.kind != "text":
         fits = kind.kind == "number" and (kind.unit is None or same_dimension(kind.unit, "s"))
         return None if fits else (f"{spot.what} needs a time; this is {in_words(kind)}", "")
+    if spot.use == "moment" and kind.kind not in ("moment", "text"):
+        return f"until needs a time of day or a moment; this is {in_words(kind)}", 'such as "07:00"'
     if spot.use == "count" and not (kind.kind == "number" and kind.unit is None):
         return f"{spot.what} needs a whole number; this is {in_words(kind)}", ""
     return None

@@ -41,6 +41,25 @@ Fails:
           - foreach: {x: [1 mm, 2 mm]}
             steps:
               - {do: gantry.move_to, with: {x: "${{ x }}", y: "${{ x }}"}}
+
+W423. A name of the protocol's own may be spelt like a function: `${{ mean }}` is then the value, and
+`${{ mean(values) }}` still the function. Whoever reads it has to know.
+
+Passes:
+
+    devices: {balance: balance@1}
+    steps:
+      - {id: weight, do: balance.weigh}
+      - set: {average: "${{ mean([steps.weight.mass, 2 g]) }}"}
+      - log: ${{ average }}
+
+Fails:
+
+    devices: {balance: balance@1}
+    steps:
+      - {id: weight, do: balance.weigh}
+      - set: {mean: "${{ mean([steps.weight.mass, 2 g]) }}"}
+      - log: ${{ mean }}
 """
 
 import re
@@ -48,12 +67,14 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import AnyOf, Foreach, Group, Parallel, Set
+from ..language.functions import FUNCTIONS
 from ..survey.scope import RESERVED
 from .context import Context
 
 CODES = {
     "E401": "an id that is used twice",
     "E407": "a name that already means something else",
+    "W423": "a name that is a function's, too",
 }
 
 
@@ -65,6 +86,13 @@ def check(context: Context) -> Iterator[Problem]:
         message = f"the step in line {line} already has the id {name!r}"
         yield source.problem((*place, "id"), "E401", message, "give each step a different id")
     yield from _marks(context)
+    for name in context.protocol.functions:
+        if name in FUNCTIONS and name not in RESERVED:
+            message = f"{name}(...) is the protocol's own function here, not that of the language"
+            yield source.problem(
+                ("functions", name), "W423", message, "choose another name", key=True,
+                severity="warning",
+            )  # fmt: skip
     for step, at in context.steps(Foreach):
         name = next(iter(step.foreach))
         around = [loop.name for loop in at.env.loops]
@@ -101,3 +129,8 @@ def _taken(
     elif name in around:
         message = f"{name} is already the name of an enclosing loop"
         yield context.source.problem(place, "E407", message, "choose another name", key=True)
+    elif name in FUNCTIONS:
+        message = f"{name} is a function's name, too: {name}(...) is still the function"
+        yield context.source.problem(
+            place, "W423", message, "choose another name", key=True, severity="warning"
+        )

@@ -65,6 +65,8 @@ def check(context: Context) -> Iterator[Problem]:
 
 
 def _why(spot: Spot, value: Value, loops: int) -> str:
+    if value.live:
+        return ""
     names = names_in(value)
     env = spot.env
     if names & (VARIES | set(env.set_names())):

@@ -131,7 +131,7 @@ def cannot_fail(step: Any) -> bool:
     if isinstance(step, Log):
         return constant(step.log).known
     if isinstance(step, Wait):
-        return constant(step.wait).known
+        return step.until is None and constant(step.wait).known
     if isinstance(step, SetStep):
         return all(constant(value).known for value in step.set.values())
     return isinstance(step, Ask) and not isinstance(step, Confirm)

@@ -80,6 +80,11 @@ TO_DO = {
     "parallel": "make them two steps, one after the other",
     "any": "make the second one a `fallback` of the first",
 }
+TO_READ = (
+    "it does one thing at a time: go in short steps, in a loop that reads after each; "
+    "if it can do both at once, its contract says `concurrent: true`"
+)
+"""Where one of the two only reads: after the other it would tell nothing of what went on meanwhile."""
 
 
 def check(context: Context) -> Iterator[Problem]:
@@ -110,30 +115,35 @@ def _members(context: Context, members: Sequence[StepBase], place: Place) -> Ite
 def _devices(
     context: Context, members: Sequence[StepBase], place: Place, hint: str
 ) -> Iterator[Problem]:
-    taken: dict[str, tuple[int, str]] = {}
+    taken: dict[str, tuple[int, str, bool]] = {}
     for index, member in enumerate(members):
-        for device, label, at in _asked(context, member, (*place, index)):
-            first = taken.setdefault(device, (index, label))
+        for device, label, reads, at in _asked(context, member, (*place, index)):
+            first = taken.setdefault(device, (index, label, reads))
             if first[0] == index:
                 continue
             what = f"{first[1]} and {label}" if first[1] != label else f"two members ({label})"
             message = f"{what} of one set use the same device, {device}"
-            yield context.source.problem(at, "E402", message, hint)
+            yield context.source.problem(
+                at, "E402", message, TO_READ if reads != first[2] else hint
+            )
             break  # one problem per member is enough
 
 
-def _asked(context: Context, member: StepBase, place: Place) -> Iterator[tuple[str, str, Place]]:
-    """The devices used by a member that do one thing at a time."""
+def _asked(
+    context: Context, member: StepBase, place: Place
+) -> Iterator[tuple[str, str, bool, Place]]:
+    """The devices used by a member that do one thing at a time, and whether it only reads them."""
     for step, at in within(member, place, fallbacks=False):
         if isinstance(step, Do):
             role = step.do.partition(".")[0]
-            bound = context.roles.get(role)
+            bound, found = context.roles.get(role), context.action(step)
             if bound is None or not bound.contract.concurrent:
-                yield (bound.device if bound else role), step.do, (*at, "do")
+                reads = found is not None and found[1].effect == "pure"
+                yield (bound.device if bound else role), step.do, reads, (*at, "do")
         elif isinstance(step, Use) and at in context.survey.used:
             for bound in context.survey.used[at].roles.values():
                 if not bound.contract.concurrent:
-                    yield bound.device, step.use, (*at, "use")
+                    yield bound.device, step.use, False, (*at, "use")
 
 
 def _background(context: Context) -> Iterator[Problem]:

@@ -22,6 +22,9 @@ Fail = Annotated[
     ),
 ]
 Seed = Annotated[int | None, typer.Option("--seed", help="Seed for the injected faults.")]
+Turns = Annotated[
+    int, typer.Option("--turns", min=1, help="The most turns of a `while` without `max`.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
 
 
@@ -32,19 +35,22 @@ def rehearse(
     bind: Bind = None,
     fail: Fail = None,
     seed: Seed = None,
+    turns: Turns = 10_000,
     json: Json = False,
 ) -> None:
     """Play the whole protocol on simulated devices and a virtual clock: how long, how far, what fails."""
     checked = checked_file(file, lab, bind, param, json=json)
-    raise typer.Exit(_rehearse(checked, fail or [], seed, json=json))
+    raise typer.Exit(_rehearse(checked, fail or [], seed, turns, json=json))
 
 
-def _rehearse(checked: Checked, fail: list[str], seed: int | None, *, json: bool) -> int:
+def _rehearse(
+    checked: Checked, fail: list[str], seed: int | None, turns: int, *, json: bool
+) -> int:
     from ..rehearse.rehearse import NoRehearsal, Rehearsal
     from ..rehearse.table import lines
 
     try:
-        rehearsal = Rehearsal(checked, ordered(fail, checked), seed, _progress(json=json))
+        rehearsal = Rehearsal(checked, ordered(fail, checked), seed, turns, _progress(json=json))
         totals = rehearsal.play()
     except (NoRehearsal, WrongUsage) as fault:
         say(str(fault))

@@ -11,8 +11,8 @@ import typer
 
 from ...system.page import why_no_page
 from ..check import Checked
-from ..exit_status import CTRL_C, FAILED, NOT_REACHED, SUCCEEDED
-from .checked_protocol import checked_file, name_values
+from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
+from .checked_protocol import checked_file, fitting_answers, name_values
 from .options import RUNS, Bind, Lab, Params, Runs, say
 
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
@@ -21,6 +21,12 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 Answers = Annotated[
     list[str] | None,
     typer.Option("--answer", metavar="ID=CHOICE", help="Answer a question in advance."),
+]
+Wait = Annotated[
+    bool, typer.Option("--wait", help="Wait for devices that another run holds, then begin.")
+]
+AtMost = Annotated[
+    str, typer.Option("--at-most", metavar="TIME", help="How long to --wait, such as 8 h.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Report events as lines of JSON.")]
 
@@ -33,13 +39,29 @@ def run(
     runs: Runs = RUNS,
     yes: Yes = False,
     answer: Answers = None,
+    wait: Wait = False,
+    at_most: AtMost = "24 h",
     json: Json = False,
 ) -> None:
     """Check a protocol, run it, and leave a folder with everything that happened."""
-    answers = name_values(answer, "--answer")
+    wait_s = waiting_s(at_most) if wait else 0.0
     checked = checked_file(file, lab, bind, param, json=json)
+    answers = fitting_answers(answer, checked)
     given = name_values(param, "-p")
-    raise typer.Exit(start(checked, runs, given=given, yes=yes, answers=answers, json=json))
+    raise typer.Exit(
+        start(checked, runs, given=given, yes=yes, answers=answers, json=json, wait_s=wait_s)
+    )
+
+
+def waiting_s(at_most: str) -> float:
+    """The longest wait in seconds; ends the command for anything that is no time."""
+    from ...schemas.quantity import UnitError, seconds
+
+    try:
+        return seconds(at_most)
+    except UnitError:
+        say(f"--at-most {at_most}: write a time, such as --at-most '8 h'")
+        raise typer.Exit(PROBLEMS) from None
 
 
 def start(
@@ -50,6 +72,7 @@ def start(
     yes: bool = False,
     answers: dict[str, str] | None = None,
     json: bool = False,
+    wait_s: float = 0.0,
 ) -> int:
     """Make the run's folder and run the protocol; returns the exit status."""
     from ..journal.journal import JournalFault
@@ -64,7 +87,7 @@ def start(
         keep(folder, checked, given or {})
         options = RunOptions(
             yes=yes, answers=answers or {}, watchers=[watcher(json)], live_figures=True,
-            say=say,
+            say=say, wait_s=wait_s,
         )  # fmt: skip
         lock = FolderLock(folder)
         lock.take()

@@ -19,8 +19,20 @@ IDLE_EXIT_S = 90.0
 """Servers that a run started end when its engine has been gone for this long."""
 
 
+LOOK_S = 2.0
+"""How often a run that waits for a device looks whether it is free."""
+
+
 class NotReached(Exception):
     """A device or its server could not be reached; the text names device, address and reason."""
+
+
+class Held(NotReached):
+    """A device that another client holds."""
+
+    def __init__(self, device: str, holder: str, text: str) -> None:
+        super().__init__(text)
+        self.device, self.holder = device, holder
 
 
 @dataclass(slots=True)
@@ -51,9 +63,11 @@ def servers_folder(run_folder: Path) -> Path:
 async def connect(
     roles: dict[str, BoundRole], lab: LoadedLab, run_folder: Path, owner: str,
     marks: Mapping[str, str] | None = None, say: Callable[[str], None] = lambda text: None,
+    wait_s: float = 0.0,
 ) -> Connections:  # fmt: skip
     """Clients for every device that plays a role, leases taken; raises NotReached.
 
+    `wait_s`: how long devices that others hold are waited for.
     `marks`: what the run has seen of each device's ledger, for the server to say whether it has it.
     `say` hears what is waited for, and later which server has died.
     """
@@ -68,8 +82,7 @@ async def connect(
                 raise fault
         for role in roles.values():
             _check_contract(role, connections.clients[role.device])
-        for device in devices:
-            await _lease(device, connections, owner)
+        await _lease_all(devices, connections, owner, wait_s)
     except BaseException:
         await connections.close()
         raise
@@ -170,15 +183,40 @@ def _check_contract(role: BoundRole, client: DeviceClient) -> None:
         )
 
 
+async def _lease_all(
+    devices: list[str], connections: Connections, owner: str, wait_s: float
+) -> None:
+    """All leases or none: whoever waits for one device keeps no other from anybody."""
+    loop, told = asyncio.get_running_loop(), ""
+    until = loop.time() + wait_s
+    while True:
+        try:
+            for device in devices:
+                await _lease(device, connections, owner)
+            return
+        except Held as held:
+            if loop.time() >= until:
+                raise
+            taken, connections.leased = connections.leased, []
+            await asyncio.gather(*(connections.clients[name].release(name) for name in taken))
+            who = f"waiting for {held.device}, which {held.holder} holds"
+            if who != told:
+                connections.say(f"{who}; Ctrl-C ends the wait")
+                told = who
+        await asyncio.sleep(min(LOOK_S, max(0.0, until - loop.time())))
+
+
 async def _lease(device: str, connections: Connections, owner: str) -> None:
     client = connections.clients[device]
     try:
         await client.take_lease(device, owner)
     except LeaseHeld as fault:
-        raise NotReached(
+        raise Held(
+            device, fault.holder,
             f"device {device!r} at {client.url} is held by {fault.holder}; "
-            f"wait until that run is over, or abort it; `labrun stop {device}` stops it at once"
-        ) from fault
+            "`labrun run --wait` waits until that run is over; `labrun abort` ends it, and "
+            f"`labrun stop {device}` stops the device at once",
+        ) from fault  # fmt: skip
     except ServerUnreachable as fault:
         raise NotReached(f"device {device!r} at {client.url}: {fault}") from fault
     connections.leased.append(device)

@@ -1,17 +1,21 @@
 """Values of a run as JSON and back: quantities keep their unit."""
 
 from collections.abc import Mapping, Sequence
+from datetime import datetime
 from typing import Any
 
 from ...schemas.quantity import is_quantity, quantity
 
 QUANTITY_KEY = "$quantity"
+MOMENT_KEY = "$moment"
 
 
 def encode(value: Any) -> Any:
     """A value as plain JSON data."""
     if is_quantity(value):
         return {QUANTITY_KEY: [value.magnitude, f"{value.units:~}"]}
+    if isinstance(value, datetime):
+        return {MOMENT_KEY: value.isoformat()}
     if isinstance(value, Mapping):
         return {str(key): encode(item) for key, item in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str | bytes):
@@ -27,6 +31,8 @@ def decode(value: Any) -> Any:
         if QUANTITY_KEY in value:
             magnitude, unit = value[QUANTITY_KEY]
             return quantity(magnitude, unit)
+        if MOMENT_KEY in value:
+            return datetime.fromisoformat(value[MOMENT_KEY])
         return {key: decode(item) for key, item in value.items()}
     if isinstance(value, list):
         return [decode(item) for item in value]

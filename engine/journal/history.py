@@ -39,6 +39,8 @@ class History(Course):
     resumed_n: int = 0
     cleaned_up: bool = False
     finals: int = 0
+    main_at: str = ""
+    """When its steps began for the first time."""
     ended: bool = False
     """The newest engine session has ended by itself, in whatever way."""
     order: dict[str, deque[str]] = field(default_factory=dict)
@@ -66,6 +68,8 @@ class History(Course):
             case j.Redo():
                 self._take_redo(record)
             case j.Phase():
+                if record.phase == "main":
+                    self.main_at = self.main_at or record.at
                 self.finals += record.phase.startswith("finally")
             case j.GoalSent():
                 self._take_sent(record)
@@ -82,6 +86,8 @@ class History(Course):
                 self.plans.setdefault(record.loop, total)
             case j.StepEnded():
                 self.past.steps[record.path] = record
+            case j.Computed():
+                self.past.computed[record.path] = record.value
             case j.Turned():
                 self.past.turned[record.path] = record
             case j.Answered():
@@ -179,6 +185,9 @@ class History(Course):
         for device in self._cleaned_by_use():
             self.touched[device] = self.last_n + 1
         past.answers = {p: a for p, a in past.answers.items() if a.choice not in REFUSALS}
+        for failed in [p for p, step in past.steps.items() if step.fate == "failed"]:
+            for path in [p for p in past.computed if p.startswith(f"{failed}/")]:
+                del past.computed[path]
         past.steps = {p: step for p, step in past.steps.items() if step.fate == "succeeded"}
         for path, tries in past.goals.items():
             past.goals[path] = {

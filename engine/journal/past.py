@@ -60,6 +60,8 @@ class Past:
     settings: dict[str, dict[tuple[str, str], PastGoal]] = field(default_factory=dict)
     """By loop: what its finished iterations have set on devices, the newest of (device, what)."""
     steps: dict[str, j.StepEnded] = field(default_factory=dict)
+    computed: dict[str, Any] = field(default_factory=dict)
+    """What clocks have said, as encoded, by path of the step and what asked."""
     turned: dict[str, j.Turned] = field(default_factory=dict)
     answers: dict[str, j.Answered] = field(default_factory=dict)
     passes: dict[str, int] = field(default_factory=dict)
@@ -103,8 +105,8 @@ class Past:
     def forget(self, prefix: str) -> None:
         """Drop everything under a finished iteration."""
         for table in (
-            self.goals, self.iterations, self.sets, self.settings, self.steps, self.turned,
-            self.answers,
+            self.goals, self.iterations, self.sets, self.settings, self.steps, self.computed,
+            self.turned, self.answers,
         ):  # fmt: skip
             for path in [path for path in table if path.startswith(prefix)]:
                 del table[path]
@@ -144,6 +146,7 @@ class Past:
             sets={loop: dict(values) for loop, values in self.sets.items()},
             settings={loop: dict(goals) for loop, goals in self.settings.items()},
             steps=dict(self.steps),
+            computed=dict(self.computed),
             turned=dict(self.turned),
             answers=dict(self.answers),
             gone_through=set(self.gone_through),

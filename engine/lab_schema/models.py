@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import model_json_schema
 
-from ...schemas.protocol import STEP_LISTS, Defaults, KeepGoing, Protocol, Retry
+from ...schemas.protocol import STEP_LISTS, Defaults, KeepGoing, Protocol, Retry, Until
 from ..language.shape import FORMS
 from .values import Shape, condition, count, items, names, time
 from .words import about, choices_for, words_for
@@ -38,12 +38,17 @@ def _keep_going() -> Shape:
     }
 
 
+def _wait() -> Shape:
+    shape = time(minimum=0, examples=["1 s"])
+    return {**shape, **closed(Until), "type": [*shape["type"], "object"]}
+
+
 VALUES: dict[str, Any] = {
     "when": condition, "if": condition, "while": condition, "require": condition,
     "repeat": lambda: {**count(), "examples": [10]}, "max": lambda: {**count(), "examples": [10]},
     "max_failed": lambda: {**count(), "examples": [3]}, "in_a_row": lambda: {**count(), "examples": [3]},
     "timeout": lambda: time(exclusiveMinimum=0, examples=["30 s"]),
-    "wait": lambda: time(minimum=0, examples=["1 s"]),
+    "wait": _wait,
     "attempts": lambda: {"type": "integer", "minimum": 1, "maximum": 1000, "examples": [3]},
     "Retry.wait": lambda: time(computed=False, minimum=0, examples=["1 s"]),
     "max_wait": lambda: time(computed=False, minimum=0),

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from datetime import datetime
 from typing import Any
 
 from ...schemas.patterns import validator as json_validator
@@ -16,6 +17,7 @@ from ...schemas.quantity import (
     plainly,
     quantity_text,
 )  # fmt: skip
+from .moments import moment_text
 from .operators import words
 from .suggest import did_you_mean, listed
 from .wanted import TYPE_WORDS, ArgumentFault, Wanted, check_limit, outside, wants
@@ -39,6 +41,8 @@ def fit(value: Any, wanted: Wanted) -> Any:
 def _unpack(value: Any, wanted: Wanted) -> Any:
     """The value with every quantity in it as a bare number in the contract's unit."""
     schema, unit = wanted.schema, wanted.unit
+    if isinstance(value, datetime):
+        return moment_text(value)
     if isinstance(value, Mapping):
         properties = schema.get("properties", {})
         return {

@@ -7,13 +7,13 @@ It is Python's syntax without side effects: no assignments, calls only of the fu
 import ast
 import math
 from collections import ChainMap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from ...schemas.quantity import is_quantity
-from .functions import FUNCTIONS, LITERAL, literal
+from .functions import CLOCKS, FUNCTIONS, LITERAL, literal
 from .operators import OPERATORS, words
 from .read_expression import CONSTANTS, ExpressionError, names_in, parse
 from .suggest import did_you_mean
@@ -23,26 +23,45 @@ if TYPE_CHECKING:
 
 MOST_TURNS = 100_000
 """Of a comprehension; more would hold up the run."""
+TIMES = ("started", "took")
+"""What every step has besides its result; a result's own field of that name wins."""
 PUBLIC = {function.__name__: name for name, function in FUNCTIONS.items()}
 
 
+class Pending(Exception):
+    """A value that is being computed elsewhere: the expression is to be evaluated again later."""
+
+
 class Expression:
-    """One expression; `names` are the names that it uses, without functions."""
+    """One expression; `names` are the names that it uses, without functions.
 
-    __slots__ = ("_evaluator", "names", "text", "tree")
+    `live`: it asks a clock or calls a function of the protocol's own, so that only a run can compute it.
+    `calls`: the latter.
+    """
 
-    def __init__(self, text: str) -> None:
+    __slots__ = ("_evaluator", "calls", "live", "names", "text", "tree")
+
+    def __init__(self, text: str, own: frozenset[str] = frozenset()) -> None:
         self.text = text.strip()
-        self.tree = parse(self.text)
+        self.tree = parse(self.text, own)
         self.names = frozenset(names_in(self.tree))
+        called = {
+            node.func.id  # type: ignore[attr-defined]
+            for node in ast.walk(self.tree)
+            if isinstance(node, ast.Call)
+        }
+        self.calls = frozenset(called & own)
+        self.live = bool(self.calls or called & CLOCKS.keys())
         self._evaluator: SimpleEval | None = None
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
         """The value for these names; raises ExpressionError."""
-        evaluator = self._evaluator = self._evaluator or _evaluator()
+        evaluator = self._evaluator = self._evaluator or _evaluator(self.calls)
         evaluator.names = names  # type: ignore[assignment]  # a Mapping is all it reads
         try:
             return _finite(evaluator._eval(self.tree.body))
+        except Pending:
+            raise
         except ExpressionError as fault:
             raise ExpressionError(fault.reason, self.text) from fault
         except Exception as fault:
@@ -54,9 +73,9 @@ class Expression:
 
 
 @lru_cache(maxsize=4096)
-def expression(text: str) -> Expression:
+def expression(text: str, own: frozenset[str] = frozenset()) -> Expression:
     """The expression of a text, cached."""
-    return Expression(text)
+    return Expression(text, own)
 
 
 def field_of(value: Any, name: str, *, lenient: bool) -> Any:
@@ -88,6 +107,27 @@ def item_of(value: Any, index: Any, *, lenient: bool) -> Any:
         raise ExpressionError(f"there is no item {index} of {len(value)}") from fault
 
 
+def step_of(node: ast.expr) -> str | None:
+    """ID where the node is `steps.ID`, or `steps['ID']`."""
+    if not isinstance(node, ast.Attribute | ast.Subscript):
+        return None
+    if not isinstance(node.value, ast.Name) or node.value.id != "steps":
+        return None
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    return node.slice.value if isinstance(node.slice, ast.Constant) else None  # type: ignore
+
+
+def timed_steps(expression: Expression) -> set[str]:
+    """The steps of which an expression asks when they began, or how long they took."""
+    return {
+        step
+        for node in ast.walk(expression.tree)
+        if isinstance(node, ast.Attribute) and node.attr in TIMES
+        if (step := step_of(node.value)) is not None
+    }
+
+
 def in_answer(node: ast.expr) -> bool:
     """True for a step's result and anything inside it: `steps.ID` and deeper."""
     depth = 0
@@ -96,8 +136,18 @@ def in_answer(node: ast.expr) -> bool:
     return isinstance(node, ast.Name) and node.id == "steps" and depth >= 1
 
 
-def _evaluator() -> "SimpleEval":
-    return _evaluator_class()(operators=OPERATORS, functions={**FUNCTIONS, LITERAL: literal})
+def _evaluator(own: frozenset[str]) -> "SimpleEval":
+    functions = {**FUNCTIONS, LITERAL: literal, **{name: _only_in_a_run(name) for name in own}}
+    made = _evaluator_class()(operators=OPERATORS, functions=functions)
+    made.named = {name: functions[name] for name in (*CLOCKS, *own)}  # type: ignore[attr-defined]
+    return made
+
+
+def _only_in_a_run(name: str) -> Callable[..., Any]:
+    def refuse(*args: Any, **kwargs: Any) -> Any:
+        raise ExpressionError(f"{name}: it is only called in a run")
+
+    return refuse
 
 
 @lru_cache(maxsize=1)
@@ -108,6 +158,7 @@ def _evaluator_class() -> "type[SimpleEval]":
     class Evaluator(simpleeval.SimpleEval):
         def __init__(self, **given: Any) -> None:
             super().__init__(**given)
+            self.named: dict[str, Callable[..., Any]] = {}
             nodes: Any = self.nodes
             nodes[ast.List] = nodes[ast.Tuple] = self._eval_list
             nodes[ast.ListComp] = nodes[ast.GeneratorExp] = self._eval_comprehension
@@ -153,12 +204,20 @@ def _evaluator_class() -> "type[SimpleEval]":
                 raise ExpressionError(f"there is no name {node.id}{guess}") from fault
 
         def _eval_call(self, node: Any) -> Any:
-            if node.func.id == "csv":
-                # The one function that depends on the protocol: files are found beside it.
+            name = node.func.id
+            if name == "csv":
+                # It depends on the protocol: files are found beside it.
                 self.functions["csv"] = self.names.get("csv", FUNCTIONS["csv"])  # type: ignore
+            elif name in self.named:  # a run brings them along with the names
+                self.functions[name] = self.names.get(f"{name}()", self.named[name])  # type: ignore
             return super()._eval_call(node)
 
         def _eval_attribute(self, node: Any) -> Any:
+            if node.attr in TIMES and (step := step_of(node.value)) is not None:
+                times_of = getattr(self.names.get("steps"), "times_of", None)  # type: ignore
+                answer = self._eval(node.value)
+                if times_of and not (isinstance(answer, Mapping) and node.attr in answer):
+                    return times_of(step).get(node.attr)
             return field_of(self._eval(node.value), node.attr, lenient=in_answer(node.value))
 
         def _eval_subscript(self, node: Any) -> Any:

@@ -82,6 +82,8 @@ def fold(value: Value | Exception, folding: Folding) -> Folded:
         return NOT_YET
     loops: set[str] = set()
     for expression in value.expressions():
+        if expression.live:
+            return NOT_YET
         wanted = needs(expression)
         if wanted is None or not wanted[0] <= folding.params.keys():
             return NOT_YET

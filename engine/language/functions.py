@@ -3,15 +3,18 @@
 import ast
 import re
 from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime
 from typing import Any
 
 from ...schemas.quantity import is_quantity, quantity, quantity_text
 from .calculations import CALCULATIONS
 from .grid import LONGEST, Grid, Span, grid, span
 from .inside import inside
+from .moments import moment_text
 from .operators import OPERATORS, OperatorFault, words
 
 SPEC = re.compile(r"[<>^+\- ]?0?\d{0,2}[,_]?(?:\.\d{1,2})?[a-zA-Z%]?")
+DAY_SPEC = re.compile(r"(?:%[YmdHMSfjyzbaBA]|[^%{}]){0,60}")
 LONGEST_WALK = 1_000_000
 
 
@@ -85,7 +88,9 @@ def a_round(value: Any, digits: int = 0) -> Any:
 
 
 def a_format(value: Any, spec: str = "") -> str:
-    """A value as text: `format(x, '.2f')`; a quantity keeps its unit."""
+    """A value as text: `format(x, '.2f')`, `format(now(), '%H:%M')`; a quantity keeps its unit."""
+    if isinstance(value, datetime) and isinstance(spec, str) and DAY_SPEC.fullmatch(spec):
+        return value.strftime(spec) if spec else moment_text(value)
     if not isinstance(spec, str) or not SPEC.fullmatch(spec):
         raise OperatorFault(f"format: {words(spec)} is not a format such as '.2f' or '04d'")
     if value is None:
@@ -104,6 +109,16 @@ def no_table(file: Any = None, **kinds: Any) -> Any:
     raise OperatorFault("csv: a table can only be read by a protocol that is a file")
 
 
+def now() -> Any:
+    """The moment of this computer's clock; `Run.names` replaces it in a run."""
+    raise OperatorFault("now: the time is only known in a run")
+
+
+def elapsed() -> Any:
+    """How long the run has taken, pauses and interruptions included; `Run.names` replaces it."""
+    raise OperatorFault("elapsed: the time is only known in a run")
+
+
 RESERVED: dict[str, Callable[..., Any]] = {
     "grid": grid,
     "span": span,
@@ -117,5 +132,7 @@ RESERVED: dict[str, Callable[..., Any]] = {
     "csv": no_table,
 }
 """Their names mean nothing else in a protocol; those of the other functions may."""
-FUNCTIONS = {**RESERVED, **CALCULATIONS}
+CLOCKS: dict[str, Callable[..., Any]] = {"now": now, "elapsed": elapsed}
+"""What they give is kept in the journal, so that a resumed run computes with the same values."""
+FUNCTIONS = {**RESERVED, **CALCULATIONS, **CLOCKS}
 LITERAL = "_quantity"

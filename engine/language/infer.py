@@ -3,18 +3,20 @@
 import ast
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from ...schemas.quantity import has_offset, same_dimension, unit_of
-from .expression import CONSTANTS, Expression
+from .expression import CONSTANTS, TIMES, Expression, step_of
 from .functions import LITERAL
 from .infer_call import type_of_call
+from .own_functions import OwnFunction
 from .suggest import closest, did_you_mean, listed
 from .types import (
     ANY,
     BOOLEAN,
     INTEGER,
+    MOMENT,
     NUMBER,
     TEXT,
     Type,
@@ -51,6 +53,10 @@ class Names(Protocol):
         """The type of `steps.name`."""
         ...
 
+    def function(self, name: str) -> OwnFunction | None:
+        """The protocol's own function of this name, if it can be used."""
+        ...
+
     def table(self, file: str, kinds: Mapping[str, str]) -> Type | Fault:
         """The type of `csv(file, column='kind', ...)`."""
         ...
@@ -58,7 +64,7 @@ class Names(Protocol):
 
 def infer(expression: Expression, names: Names) -> tuple[Type, list[Fault]]:
     """The type of an expression's value, and everything in it that cannot work."""
-    inference = Inference(names)
+    inference = Inference(names, expression.calls)
     found = inference.of(expression.tree.body)
     return found, inference.faults
 
@@ -66,8 +72,8 @@ def infer(expression: Expression, names: Names) -> tuple[Type, list[Fault]]:
 class Inference:
     """One walk over one expression; a faulty part gets the type ANY, so that the rest is checked."""
 
-    def __init__(self, names: Names) -> None:
-        self.names = names
+    def __init__(self, names: Names, calls: frozenset[str] = frozenset()) -> None:
+        self.names, self.calls = names, calls
         self._own: dict[str, Type] = {}  # names of the comprehensions around
         self.faults: list[Fault] = []
 
@@ -131,6 +137,10 @@ class Inference:
         return self._field(self.of(node.value), node.attr, node)
 
     def _field(self, owner: Type, name: str, node: ast.Attribute | ast.Subscript) -> Type:
+        if name in TIMES and isinstance(node, ast.Attribute) and step_of(node.value) is not None:
+            own = owner.fields.get(name)
+            if own is None and owner.rest is None and owner.kind != "any":
+                return MOMENT if name == "started" else number("s")
         if owner.kind in ("any", "null"):
             return ANY
         whole, what = ast.unparse(node.value), _called(node.value)
@@ -143,7 +153,8 @@ class Inference:
         if owner.rest is not None:
             return owner.rest
         verb = "returns" if what.startswith("'") else "has"
-        near = closest(name, owner.fields)
+        times = TIMES if step_of(node.value) is not None else ()
+        near = closest(name, [*owner.fields, *times])
         guess = f"; did you mean {whole}.{near}?" if near else ""
         known = listed(owner.fields) if owner.fields else "nothing"
         return self.fault("E301", f"{whole}.{name}: {what} {verb} {known}{guess}")
@@ -200,6 +211,9 @@ class Inference:
         for index, operator in enumerate(node.ops):
             if not isinstance(operator, ast.In | ast.NotIn):
                 self._compared(sides[index], types[index], sides[index + 1], types[index + 1])
+            elif isinstance(within := sides[index + 1], ast.List | ast.Tuple):
+                for one in within.elts:
+                    self._one_of_its_choices(sides[index], types[index], one)
         return BOOLEAN
 
     def _compared(self, a: ast.AST, left: Type, b: ast.AST, right: Type) -> None:
@@ -212,15 +226,30 @@ class Inference:
             hint = f"write {text.value} without quotes" if bare else ""  # type: ignore[attr-defined]
             self.fault("E308", f"{message}; they cannot be compared", hint)
             return
+        if "moment" in (left.kind, right.kind) and {left.kind, right.kind} - {
+            "moment",
+            "any",
+            "null",
+        }:
+            message = f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}"
+            hint = "the time between two moments is their difference; elapsed() is that since the start"
+            self.fault("E308", f"{message}; they cannot be compared", hint)
+            return
         for (node, one), (asked, other) in (((a, left), (b, right)), ((b, right), (a, left))):
-            if one.choices and isinstance(asked, ast.Constant) and asked.value not in one.choices:
-                guess = did_you_mean(str(asked.value), one.choices)
-                message = f"{_text(node)} is never {asked.value!r}{guess}"
-                self.fault("E308", message, f"it is one of {listed(one.choices)}")
+            self._one_of_its_choices(node, one, asked)
             if one.difference and other.unit is not None and has_offset(other.unit):
                 message = f"{_text(node)} is a difference, and {_text(asked)} a place on a scale"
                 self.fault("E308", message, "give a difference of temperatures in K, such as 1 K")
-        self._go_together(a, left, b, right, "compared")
+        self.go_together(a, left, b, right, "compared")
+
+    def _one_of_its_choices(self, node: ast.AST, one: Type, asked: ast.AST) -> None:
+        """A text that has choices is compared with one of them, or with null."""
+        if not one.choices or not isinstance(asked, ast.Constant):
+            return
+        if asked.value is not None and asked.value not in one.choices:
+            guess = did_you_mean(str(asked.value), one.choices)
+            message = f"{_text(node)} is never {asked.value!r}{guess}"
+            self.fault("E308", message, f"it is one of {listed(one.choices)}")
 
     def _binop(self, node: ast.BinOp) -> Type:
         left, right = self.of(node.left), self.of(node.right)
@@ -232,6 +261,8 @@ class Inference:
             and isinstance(node.op, ast.Add)
         ):
             return left
+        if "moment" in (left.kind, right.kind):
+            return self._moments(node, left, right)
         if not left.kind == right.kind == "number":
             return self._not_numbers(node, left, right)
         if _scales(left, right) and isinstance(node.op, ast.Add | ast.Sub):
@@ -243,12 +274,29 @@ class Inference:
         if isinstance(node.op, ast.Pow):
             return self._power(node, left, right)
         verb = {ast.Add: "added", ast.Sub: "subtracted"}.get(type(node.op), "divided")
-        if not self._go_together(node.left, left, node.right, right, verb):
+        if not self.go_together(node.left, left, node.right, right, verb):
             return ANY
         if isinstance(node.op, ast.FloorDiv):
             return NUMBER
         kept = right if left.unit is None else left
         return Type("number", kept.unit, whole=left.whole and right.whole and kept.unit is None)
+
+    def _moments(self, node: ast.BinOp, left: Type, right: Type) -> Type:
+        """The time between two moments; a moment some time later or earlier."""
+        less = isinstance(node.op, ast.Sub)
+        if less and left.kind == right.kind:
+            return number("s")
+        by = right if left.kind == "moment" else left
+        a_time = by.kind == "number" and (
+            by.zero or (by.unit is not None and same_dimension(by.unit, "s"))
+        )
+        if a_time and (isinstance(node.op, ast.Add) or (less and left.kind == "moment")):
+            return MOMENT
+        message = (
+            f"{_text(node.left)} is {in_words(left)} and {_text(node.right)} is {in_words(right)}"
+        )
+        hint = "two moments may be subtracted, and a time such as 5 min be added to one"
+        return self.fault("E308", f"{message}; they cannot be combined", hint)
 
     def _steady(self, node: ast.AST, one: Type) -> bool:
         if one.unit is None or not has_offset(one.unit):
@@ -259,7 +307,7 @@ class Inference:
 
     def _temperatures(self, node: ast.BinOp, left: Type, right: Type) -> Type:
         """degC less degC is a difference in K; degC and K, added or subtracted, are degC."""
-        if not self._go_together(node.left, left, node.right, right, "combined"):
+        if not self.go_together(node.left, left, node.right, right, "combined"):
             return ANY
         offset = [one.unit is not None and has_offset(one.unit) for one in (left, right)]
         less = isinstance(node.op, ast.Sub)
@@ -281,7 +329,8 @@ class Inference:
         )
         return self.fault("E308", f"{_text(side)} is {in_words(wrong)}, not a number", hint)
 
-    def _go_together(self, a: ast.AST, left: Type, b: ast.AST, right: Type, verb: str) -> bool:
+    def go_together(self, a: ast.AST, left: Type, b: ast.AST, right: Type, verb: str) -> bool:
+        """True where two numbers have units of one dimension; records a fault where not."""
         if not left.kind == right.kind == "number" or left.unit == right.unit:
             return True
         if (left.unit is None and left.zero) or (right.unit is None and right.zero):
@@ -301,9 +350,9 @@ class Inference:
         if left.unit is None and right.unit is None:
             return INTEGER if left.whole and right.whole and not divide else NUMBER
         if right.unit is None:
-            return number(left.unit)
+            return replace(number(left.unit), difference=left.difference)
         if left.unit is None and not divide:
-            return number(right.unit)
+            return replace(number(right.unit), difference=right.difference)
         first, second = unit_of(left.unit or ""), unit_of(right.unit)
         unit = first / second if divide else first * second
         return NUMBER if unit.dimensionless else number(str(unit))

@@ -9,13 +9,16 @@ from ...schemas.quantity import same_dimension
 from .calculated import BARE, OF_LISTS, OF_NUMBERS, type_of_calculation
 from .calculations import CALCULATIONS
 from .functions import FUNCTIONS, LITERAL
-from .types import ANY, INTEGER, NUMBER, TEXT, Type, either, fields, in_words, number
+from .own_functions import misfit
+from .types import ANY, INTEGER, MOMENT, NUMBER, TEXT, Type, either, fields, in_words, number
 
 
 class Inference(Protocol):
     """The walk over the expression that the call is part of."""
 
     names: Any
+    faults: list[Any]
+    calls: frozenset[str]
 
     def of(self, node: ast.AST) -> Type:
         """The type of a part."""
@@ -23,6 +26,10 @@ class Inference(Protocol):
 
     def fault(self, code: str, message: str, hint: str = "") -> Type:
         """Record a fault; the part's type is then unknown."""
+        ...
+
+    def go_together(self, a: ast.AST, left: Type, b: ast.AST, right: Type, verb: str) -> bool:
+        """True where two numbers have units of one dimension; records a fault where not."""
         ...
 
     def noted(self, found: Any) -> Type:
@@ -43,11 +50,50 @@ def type_of_call(inference: Inference, node: ast.Call) -> Type:
         return _table(inference, node)
     positional = [inference.of(argument) for argument in node.args]
     named = {keyword.arg or "": inference.of(keyword.value) for keyword in node.keywords}
+    if name in inference.calls:
+        return _own(inference, name, positional, named)
     try:
         bound = _signature(name).bind(*positional, **named)
     except TypeError as fault:
         return inference.fault("E307", f"{name}: {fault}", f"write {_example(name)}")
+    if name in TOGETHER and not _are_alike(inference, name, node, positional):
+        return ANY
     return _result(inference, name, bound.arguments)
+
+
+TOGETHER = {"min", "max", "sum", "mean", "median", "stdev", "sorted", "linspace", "atan2"}
+"""Functions whose values are computed with each other, so that they need one dimension."""
+
+
+def _are_alike(inference: Inference, name: str, node: ast.Call, types: list[Type]) -> bool:
+    """Whether the values of a call, or of the list that is written in it, go together."""
+    values = list(zip(node.args, types, strict=True))
+    if name == "linspace":
+        values = values[:2]
+    if len(values) == 1 and isinstance(node.args[0], ast.List):
+        count = len(inference.faults)
+        values = [(one, inference.of(one)) for one in node.args[0].elts]
+        del inference.faults[count:]  # told already
+    numbers = [(one, kind) for one, kind in values if kind.kind == "number" and not kind.zero]
+    return all(
+        inference.go_together(*numbers[0], *other, f"used together in {name}")
+        for other in numbers[1:]
+    )
+
+
+def _own(inference: Inference, name: str, given: list[Type], named: dict[str, Type]) -> Type:
+    """What a function of the protocol's own returns; what cannot be its arguments is recorded."""
+    function = inference.names.function(name)
+    if function is None:
+        return ANY
+    try:
+        bound = function.signature.bind(*given, **named)
+    except TypeError as fault:
+        return inference.fault("E307", f"{name}: {fault}", f"it is {name}{function.signature_text}")
+    for parameter, kind in bound.arguments.items():
+        if why := misfit(kind, function.signature.parameters[parameter].annotation):
+            inference.fault("E308", f"{name}: {parameter} is {why}")
+    return function.returns
 
 
 def _result(inference: Inference, name: str, given: dict[str, Any]) -> Type:
@@ -70,7 +116,7 @@ def _result(inference: Inference, name: str, given: dict[str, Any]) -> Type:
         return Type("list", item=INTEGER)
     if name in CALCULATIONS:
         return _calculation(inference, name, given)
-    return INTEGER if name == "len" else TEXT
+    return {"len": INTEGER, "now": MOMENT, "elapsed": number("s")}.get(name, TEXT)
 
 
 def _calculation(inference: Inference, name: str, given: dict[str, Any]) -> Type:
@@ -85,6 +131,11 @@ def _calculation(inference: Inference, name: str, given: dict[str, Any]) -> Type
         message = f"{name} takes a plain number, not {in_words(first)}"
         return inference.fault(
             "E308", message, f"divide by a unit first: {name}(x / (1 {first.unit}))"
+        )
+    angle = first.unit is None or same_dimension(first.unit, "rad")
+    if name in ("sin", "cos", "tan") and first.kind == "number" and not angle:
+        return inference.fault(
+            "E308", f"{name} takes an angle, not {in_words(first)}", "such as 30 deg"
         )
     return type_of_calculation(name, given)
 
@@ -166,5 +217,6 @@ def _example(name: str) -> str:
         "min": "min(a, b)", "max": "max(a, b)", "round": "round(x, 2)", "format": "format(x, '.2f')",
         "csv": "csv('samples.csv', x='mm', count='integer')", "atan2": "atan2(y, x)",
         "linspace": "linspace(0 mm, 4 mm, 9)", "polyfit": "polyfit(xs, ys, 1)", "zip": "zip(a, b)",
-        "interp": "interp(x, xs, ys)", "enumerate": "enumerate(values)",
+        "interp": "interp(x, xs, ys)", "now": "now()", "elapsed": "elapsed()",
+        "enumerate": "enumerate(values)",
     }.get(name, f"{name}({'values' if name in OF_LISTS else 'x'})")  # fmt: skip

@@ -114,7 +114,7 @@ def _leave_out(rest: dict[str, Any], location: tuple[Any, ...]) -> None:
     first = location[0]
     inner = rest.get(first)
     if (
-        first in ("params", "devices", "outputs", "defaults")
+        first in ("params", "devices", "functions", "outputs", "defaults")
         and len(location) > 1
         and isinstance(inner, dict)
     ):

@@ -7,9 +7,11 @@ null. A bare 0 fits any unit.
 import ast
 import operator as op
 from collections.abc import Callable
+from datetime import datetime, timedelta
 from typing import Any
 
 from ...schemas.quantity import (
+    UnitError,
     cancels_out,
     degree,
     has_offset,
@@ -18,7 +20,9 @@ from ...schemas.quantity import (
     number_text,
     quantity,
     quantity_text,
+    seconds,
 )
+from .moments import is_moment, moment_text
 
 MOST_BITS = 4096
 LONGEST_TEXT = 100_000
@@ -34,6 +38,8 @@ def words(value: Any) -> str:
         return "null"
     if is_quantity(value):
         return quantity_text(value)
+    if isinstance(value, datetime):
+        return moment_text(value)
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int | float):
@@ -82,6 +88,8 @@ def add(a: Any, b: Any) -> Any:
         if len(a) + len(b) > LONGEST_TEXT:
             raise OperatorFault("the result would be too long")
         return a + b
+    if is_moment(a) or is_moment(b):
+        return _later(a, b, 1, "added") if is_moment(a) else _later(b, a, 1, "added")
     a, b = fit(a, b, "added")
     if _offset(b) and not _offset(a):
         a, b = b, a
@@ -96,6 +104,10 @@ def add(a: Any, b: Any) -> Any:
 
 def subtract(a: Any, b: Any) -> Any:
     """Differences; of two temperatures in °C it is in K, and °C less K is °C."""
+    if is_moment(a) and is_moment(b):
+        return quantity((a - b).total_seconds(), "s")
+    if is_moment(a):
+        return _later(a, b, -1, "subtracted")
     a, b = fit(a, b, "subtracted")
     if not _offset(a):
         if _offset(b):
@@ -105,6 +117,16 @@ def subtract(a: Any, b: Any) -> Any:
     return (
         difference(a.magnitude - b.to(a.units).magnitude, unit) if _offset(b) else _moved(a, b, -1)
     )
+
+
+def _later(at: datetime, by: Any, sign: int, verb: str) -> datetime:
+    """A moment some time later, or earlier."""
+    try:
+        if is_quantity(by) or (is_number(by) and by == 0):
+            return at + sign * timedelta(seconds=seconds(by))
+    except UnitError:
+        pass  # said below, with what it should be
+    raise OperatorFault(f"{words(at)} and {words(by)} cannot be {verb}: a moment needs a time (s)")
 
 
 def difference(value: float, unit: str) -> Any:
@@ -213,7 +235,8 @@ def equal(a: Any, b: Any) -> bool:
 
 def _ordered(compare: Callable[[Any, Any], bool]) -> Callable[[Any, Any], bool]:
     def ordered(a: Any, b: Any) -> bool:
-        if not (isinstance(a, str) and isinstance(b, str)):
+        alike = isinstance(a, str) and isinstance(b, str)
+        if not (alike or (is_moment(a) and is_moment(b))):
             a, b = fit(a, b, "compared")
         return bool(compare(a, b))
 

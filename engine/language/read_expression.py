@@ -47,8 +47,11 @@ def short(text: str) -> str:
     return text if len(text) <= 80 else text[:77] + "..."
 
 
-def parse(text: str) -> ast.Expression:
-    """The syntax tree of an expression; raises ExpressionError if it is invalid or not allowed."""
+def parse(text: str, own: frozenset[str] = frozenset()) -> ast.Expression:
+    """The syntax tree of an expression; raises ExpressionError if it is invalid or not allowed.
+
+    `own`: the functions that the protocol has besides those of the language.
+    """
     if not text:
         raise ExpressionError("empty expression: `${{ }}`")
     if len(text) > LONGEST:
@@ -62,8 +65,26 @@ def parse(text: str) -> ast.Expression:
             tree = ast.parse(prepared, mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError) as fault:
         raise ExpressionError(_unreadable(text, fault)) from fault
-    _refuse(tree)
-    return tree
+    _refuse(tree, own)
+    return _Signed().visit(tree)
+
+
+class _Signed(ast.NodeTransformer):
+    """`-20 degC` is one value: the minus belongs to the number, also where zero is arbitrary."""
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
+        self.generic_visit(node)
+        of = node.operand
+        if isinstance(node.op, ast.USub) and isinstance(of, ast.Call) and _is_literal(of):
+            number = of.args[0]
+            assert isinstance(number, ast.Constant) and isinstance(number.value, int | float)
+            of.args[0] = ast.copy_location(ast.Constant(-number.value), number)
+            return of
+        return node
+
+
+def _is_literal(node: ast.Call) -> bool:
+    return isinstance(node.func, ast.Name) and node.func.id == LITERAL
 
 
 def _with_quantities(text: str) -> str:
@@ -101,19 +122,19 @@ def _unreadable(whole: str, fault: BaseException) -> str:
     return f"{text}: this cannot be read as an expression ({reason})"
 
 
-def _refuse(tree: ast.Expression) -> None:
+def _refuse(tree: ast.Expression, own: frozenset[str]) -> None:
     """Raise for anything but arithmetic, comparisons, fields, items and known functions."""
     level: list[ast.AST] = [tree]
     for _ in range(DEEPEST):
         level = [child for node in level for child in ast.iter_child_nodes(node)]
         for node in level:
-            _refuse_node(node)
+            _refuse_node(node, own)
         if not level:
             return
     raise ExpressionError("the expression is nested too deeply; compute part of it with `set`")
 
 
-def _refuse_node(node: ast.AST) -> None:
+def _refuse_node(node: ast.AST, own: frozenset[str]) -> None:
     if not isinstance(node, ALLOWED):
         raise ExpressionError(f"{_construct(node)} is not allowed in an expression")
     if isinstance(node, ast.Constant) and not _usable(node.value):
@@ -123,7 +144,7 @@ def _refuse_node(node: ast.AST) -> None:
     if isinstance(node, ast.comprehension):
         _refuse_comprehension(node)
     if isinstance(node, ast.Call):
-        _refuse_call(node)
+        _refuse_call(node, own)
 
 
 def _refuse_comprehension(node: ast.comprehension) -> None:
@@ -143,13 +164,13 @@ def _usable(value: Any) -> bool:
     return isinstance(value, str | int | None)
 
 
-def _refuse_call(node: ast.Call) -> None:
+def _refuse_call(node: ast.Call, own: frozenset[str]) -> None:
     if not isinstance(node.func, ast.Name):
         raise ExpressionError("only functions can be called: " + ", ".join(FUNCTIONS))
     name = node.func.id
-    if name not in FUNCTIONS and name != LITERAL:
+    if name not in FUNCTIONS and name not in own and name != LITERAL:
         raise ExpressionError(
-            f"there is no function {name}{did_you_mean(name, FUNCTIONS)}; there are "
+            f"there is no function {name}{did_you_mean(name, [*FUNCTIONS, *own])}; there are "
             + ", ".join(FUNCTIONS)
         )
     if any(isinstance(argument, ast.Starred) for argument in node.args):

@@ -2,13 +2,14 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from functools import lru_cache
 from typing import Any, Literal
 
 from ...schemas.protocol import Param
 from ...schemas.quantity import PLAIN, UnitError, is_quantity, kind_of_unit, unit_of
 
-Kind = Literal["any", "null", "boolean", "number", "text", "list", "map"]
+Kind = Literal["any", "null", "boolean", "number", "text", "moment", "list", "map"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,7 @@ BOOLEAN = Type("boolean")
 NUMBER = Type("number")
 INTEGER = Type("number", whole=True)
 TEXT = Type("text")
+MOMENT = Type("moment")
 LIST = Type("list", item=ANY)
 
 
@@ -56,7 +58,6 @@ def fields(**named: Type) -> Type:
 
 
 LOOP_RESULT = fields(total=INTEGER, succeeded=INTEGER, failed=INTEGER, skipped=INTEGER)
-CHOICE = fields(choice=TEXT)
 RUN = fields(id=TEXT, name=TEXT, started=TEXT, simulated=BOOLEAN)
 ERROR = fields(name=TEXT, message=TEXT, step=TEXT, device=TEXT, action=TEXT)
 
@@ -69,7 +70,7 @@ def in_words(kind: Type) -> str:
         return "a whole number" if kind.whole else "a plain number"
     return {
         "any": "a value", "null": "null", "boolean": "true or false", "text": "text",
-        "list": "a list", "map": "a set of fields",
+        "moment": "a moment (a date with its time)", "list": "a list", "map": "a set of fields",
     }[kind.kind]  # fmt: skip
 
 
@@ -94,6 +95,8 @@ def type_of_value(value: Any) -> Type:
         return Type("number", zero=value == 0)
     if isinstance(value, str):
         return TEXT
+    if isinstance(value, datetime):
+        return MOMENT
     if isinstance(value, Mapping):
         return Type("map", fields={str(key): type_of_value(item) for key, item in value.items()})
     return Type("list", item=either([type_of_value(item) for item in value[:50]]))
@@ -108,6 +111,11 @@ def type_of_param(param: Param) -> Type:
     if param.type == "string" and param.enum:
         return one_of(param.enum)
     return {"number": NUMBER, "integer": INTEGER, "string": TEXT, "boolean": BOOLEAN}[param.type]
+
+
+def chosen(choices: Iterable[str]) -> Type:
+    """The result of a question with these choices."""
+    return fields(choice=one_of(choices))
 
 
 def one_of(choices: Iterable[Any]) -> Type:

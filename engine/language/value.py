@@ -1,10 +1,12 @@
 """A value as written in a protocol: plain data in which texts may contain `${{ ... }}`."""
 
 from collections.abc import Iterator, Mapping
+from datetime import datetime
 from typing import Any
 
 from ...schemas.quantity import is_quantity, number_text, quantity_text
 from .expression import Expression, ExpressionError, expression
+from .moments import moment_text
 
 OPEN, CLOSE = "${{", "}}"
 
@@ -21,6 +23,11 @@ class Value:
     def expressions(self) -> Iterator[Expression]:
         """Every expression in it."""
         return iter(())
+
+    @property
+    def live(self) -> bool:
+        """True if a clock is asked in it."""
+        return any(one.live for one in self.expressions())
 
 
 class Constant(Value):
@@ -95,36 +102,39 @@ class Fields(Value):
         return (found for value in self.fields.values() for found in value.expressions())
 
 
-def value_of(raw: Any) -> Value:
-    """The value of plain data; raises ExpressionError for an invalid expression."""
+def value_of(raw: Any, own: frozenset[str] = frozenset()) -> Value:
+    """The value of plain data; raises ExpressionError for an invalid expression.
+
+    `own`: the functions that the protocol has besides those of the language.
+    """
     if isinstance(raw, str):
-        return _text_value(raw)
+        return _text_value(raw, own)
     if isinstance(raw, dict):
-        fields = {key: value_of(item) for key, item in raw.items()}
+        fields = {key: value_of(item, own) for key, item in raw.items()}
         return Constant(raw) if all(v.constant for v in fields.values()) else Fields(fields)
     if isinstance(raw, list):
-        items = [value_of(item) for item in raw]
+        items = [value_of(item, own) for item in raw]
         return Constant(raw) if all(v.constant for v in items) else Items(items)
     return Constant(raw)
 
 
-def _text_value(text: str) -> Value:
+def _text_value(text: str, own: frozenset[str]) -> Value:
     if OPEN not in text:
         return Constant(text)
-    parts = list(_parts(text))
+    parts = list(_parts(text, own))
     written = [part for part in parts if not (isinstance(part, str) and not part.strip())]
     if len(written) == 1 and isinstance(written[0], Expression):
         return Computed(written[0])
     return Text(parts)
 
 
-def _parts(text: str) -> Iterator[str | Expression]:
+def _parts(text: str, own: frozenset[str]) -> Iterator[str | Expression]:
     position = 0
     while (start := text.find(OPEN, position)) >= 0:
         if start > position:
             yield text[position:start]
         end = _closing(text, start + len(OPEN))
-        yield expression(text[start + len(OPEN) : end].strip())
+        yield expression(text[start + len(OPEN) : end].strip(), own)
         position = end + len(CLOSE)
     if position < len(text):
         yield text[position:]
@@ -152,6 +162,8 @@ def as_text(value: Any) -> str:
         return "null"
     if is_quantity(value):
         return quantity_text(value)
+    if isinstance(value, datetime):
+        return moment_text(value)
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int):

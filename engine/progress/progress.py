@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ...schemas.event import Event
 from ...schemas.journal import ended_as
-from ..journal.encode import QUANTITY_KEY
+from ..journal.encode import MOMENT_KEY, QUANTITY_KEY
 from ..run.questions import HAPPENED
 
 WINDOW = 30
@@ -120,6 +120,8 @@ def value_text(value: object) -> str:
     if isinstance(value, dict) and QUANTITY_KEY in value:
         magnitude, unit = value[QUANTITY_KEY]
         return f"{magnitude:.12g} {unit}"
+    if isinstance(value, dict) and MOMENT_KEY in value:
+        return str(value[MOMENT_KEY])
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, list):

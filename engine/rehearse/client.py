@@ -1,17 +1,18 @@
 """A device in a rehearsal: a device server without its socket and its disk."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ...drivers.client.client import Outcome
-from ...drivers.client.outcome import outcome_of, refused
+from ...drivers.client.outcome import lost, outcome_of, refused
 from ...drivers.driver import Driver, Place
 from ...drivers.server.device import ServedDevice
 from ...drivers.server.lease import Refused
 from ...drivers.server.ledger import Ledger
-from ...drivers.simulated.twins.faults import Faults
+from ...drivers.simulated.twins.faults import Faults, chance
 from ...drivers.simulated.twins.twin import Twin
 from ...schemas.contract import Contract
 from ...schemas.messages import ENDED, Goal, GoalError, GoalReport, LeaseRequest
@@ -20,15 +21,41 @@ from .twin_choice import typical_s
 from .virtual_time import VirtualLoop
 
 LEASE_S = 3600.0
+HANGS_S = 24 * 3600.0
+"""How long an action without any timeout may hang in a rehearsal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """How likely the errors that any action may end with are: action -> error -> probability."""
+
+    rates: Mapping[str, Mapping[str, float]]
+    seed: int
+
+    def drawn(self, action: str, goal_id: str) -> str:
+        """The error that this goal meets, or nothing; always the same for the same goal."""
+        luck = chance(self.seed, "wire", goal_id)
+        for error, rate in self.rates.get(action, {}).items():
+            if luck < rate:
+                return error
+            luck -= rate
+        return ""
+
+    def before(self, goal_id: str) -> bool:
+        """Whether its server was lost before it happened."""
+        return chance(self.seed, "lost", goal_id) < 0.5
 
 
 class RehearsedDevice:
     """In place of `DeviceClient` and its device server, with the driver in this process."""
 
     def __init__(
-        self, place: Place, driver: type[Driver], contract: Contract, faults: Faults
-    ) -> None:
+        self, place: Place, driver: type[Driver], contract: Contract, faults: Faults,
+        trouble: Trouble,
+    ) -> None:  # fmt: skip
         self.url = "rehearsal"
+        self._trouble = trouble
+        self._given_up: dict[str, asyncio.Event] = {}
         self.contract = contract
         self.faults = faults
         self._ledger = Ledger(Path(":memory:"))
@@ -88,6 +115,31 @@ class RehearsedDevice:
         send: bool = True,
     ) -> Outcome:
         """Run a goal and wait for its end."""
+        met = self._trouble.drawn(goal.action, goal.id)
+        if met == "Timeout":
+            return await self._hang(goal)
+        if met in ("Busy", "Rejected"):
+            return refused(met.upper(), f"injected: {met} (simulated)", self.boot)
+        if met == "Lost" and self._trouble.before(goal.id):
+            return lost("injected: its server was lost before it (simulated)", "unknown", self.boot)
+        outcome = await self._follow(goal, on_report)
+        if met == "Lost":
+            return lost("injected: its server was lost after it (simulated)", "unknown", self.boot)
+        return outcome
+
+    async def _hang(self, goal: Goal) -> Outcome:
+        """It never ends by itself: the run cancels it when its timeout is over."""
+        given_up = self._given_up[goal.id] = asyncio.Event()
+        try:
+            async with asyncio.timeout(HANGS_S):
+                await given_up.wait()
+        except TimeoutError:
+            return lost(f"it has hung for {HANGS_S:g} s (simulated)", "unknown", self.boot)
+        finally:
+            del self._given_up[goal.id]
+        return Outcome("CANCELED", boot=self.boot)
+
+    async def _follow(self, goal: Goal, on_report: Callable[[GoalReport], None]) -> Outcome:
         fault = None if isinstance(self._driver, Twin) else self.faults.drawn(goal.action, goal.id)
         if fault is not None and not fault.after:
             return self._failed(goal, fault)
@@ -113,6 +165,8 @@ class RehearsedDevice:
 
     async def cancel(self, goal_id: str) -> None:
         """Cancel a goal."""
+        if goal_id in self._given_up:
+            self._given_up[goal_id].set()
         execution = self._served.running.get(goal_id)
         if execution is not None:
             execution.cancel()

@@ -22,6 +22,7 @@ from ..journal.journal import Journal, R
 from ..journal.past import PastGoal
 from ..run.clock import RunClock
 from ..run.frame import Frame, Scope
+from ..run.function_calls import call_at_once
 from ..run.questions import Questions
 from ..run.run import Run
 from ..tree.compile import TreeCompiler
@@ -83,7 +84,7 @@ async def _compare(
     history = read_history(records, comparing=True)
     assert history.started is not None
     journal = _Unwritten(folder / "journal.jsonl", sync=False)
-    clock = RunClock(asyncio.get_running_loop().time)
+    clock = RunClock.virtual(asyncio.get_running_loop().time)
     about = {
         "id": run_id, "name": checked.protocol.name, "simulated": checked.lab.lab.simulated,
         "started": history.started.began,
@@ -93,6 +94,7 @@ async def _compare(
         params=checked.params, about=about, questions=Questions(yes=True), clock=clock,
         past=history.past.copy(),
     )  # fmt: skip
+    run.call = call_at_once
     run.questions.person = lambda question: question.choices[0]
     dispatcher = _Comparing(run)
     control = Control(run, dispatcher.wake.set)

@@ -16,18 +16,25 @@ from ...drivers.simulated.twins.faults import Faults
 from ...drivers.simulated.twins.twin import Twin
 from ...drivers.simulated.twins.world import World
 from ...schemas import journal as j
+from ...schemas.contract import RESERVED_ERRORS
 from ..check import Checked
 from ..journal.journal import Journal, R
+from ..language.suggest import listed
 from ..run.clock import RunClock
+from ..run.function_calls import call_at_once
 from ..runner.begin import RunOptions, new_run
 from ..runner.session import RunSession
-from .client import RehearsedDevice
+from .client import RehearsedDevice, Trouble
 from .totals import Counting, Totals
 from .twin_choice import player
 from .virtual_time import VirtualLoop
 
 IN_MEMORY = "/dev/shm" if Path("/dev/shm").is_dir() else None
 """What a rehearsal writes is read again within seconds and then thrown away."""
+
+
+TURNS = 10_000
+"""Of a `while` without `max`, before a rehearsal ends."""
 
 
 class NoRehearsal(Exception):
@@ -41,6 +48,7 @@ class Rehearsal:
     checked: Checked
     faults: dict[str, dict[str, Any]] = field(default_factory=dict)
     seed: int | None = None
+    turns: int = TURNS
     say: Callable[[float, int], None] = lambda at_s, goals: None
     real_s: float = 0.0
 
@@ -63,7 +71,10 @@ class Rehearsal:
         names = [step.id or step.name for step in checked.protocol.steps]
         counting = Counting([name or f"step {n + 1}" for n, name in enumerate(names)])
         journal = _EventRelay(folder / "journal.jsonl", lambda r: self._heard(counting, r, clock()))
-        run = new_run(folder, checked, RunOptions(yes=True), journal=journal, clock=RunClock(clock))
+        run = new_run(
+            folder, checked, RunOptions(yes=True), journal=journal, clock=RunClock.virtual(clock)
+        )
+        run.call, run.turns_at_most = call_at_once, self.turns
         run.questions.person = lambda question: question.choices[0]
         devices = self._devices(folder, counting.totals.players)
         session = RunSession(run, checked, devices)
@@ -88,7 +99,9 @@ class Rehearsal:
         for name in sorted({role.device for role in self.checked.roles.values()}):
             contract = lab.contracts[lab.lab.devices[name].contract]
             driver, config, players[name] = player(name, lab)
-            ordered = self.faults.get(name, {})
+            ordered, reserved = apart(self.faults.get(name, {}))
+            if unknown := sorted(set(reserved) - set(contract.actions)):
+                raise NoRehearsal(f"{name}: {contract.type} has no action {unknown[0]!r}")
             try:
                 faults = Faults(ordered, contract, self.seed or 1)
                 if issubclass(driver, Twin):
@@ -99,15 +112,32 @@ class Rehearsal:
                     name, config, read_limits({k: v.model_dump() for k, v in limits}, contract),
                     folder, folder, contract,
                 )  # fmt: skip
-                made[name] = RehearsedDevice(place, driver, contract, faults)
+                trouble = Trouble(reserved, self.seed or 1)
+                made[name] = RehearsedDevice(place, driver, contract, faults, trouble)
             except ValueError as fault:
-                raise NoRehearsal(f"{name}: {fault}") from fault
+                any_of = f"; any action may end with {listed(RESERVED_ERRORS)}"
+                raise NoRehearsal(f"{name}: {fault}{any_of * bool(ordered)}") from fault
         return made
 
     def _heard(self, counting: Counting, record: j.Record, at_s: float) -> None:
         counting.record(record, at_s)
         if isinstance(record, j.GoalEnded):
             self.say(at_s, counting.goals)
+
+
+def apart(faults: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:
+    """Faults that a device's driver makes, and those that any action may end with, by action."""
+    own: dict[str, Any] = {}
+    reserved: dict[str, dict[str, float]] = {}
+    for action, rates in faults.items():
+        if not isinstance(rates, dict):
+            own[action] = rates
+            continue
+        met = {error: rate for error, rate in rates.items() if error in RESERVED_ERRORS}
+        rest = {error: rate for error, rate in rates.items() if error not in RESERVED_ERRORS}
+        reserved |= {action: met} if met else {}
+        own |= {action: rest} if rest else {}
+    return own, reserved
 
 
 class _EventRelay(Journal):

@@ -72,6 +72,7 @@ class Counting:
         self._counts: Counter[str] = Counter()
         self._once: Counter[str] = Counter()
         self._paths: set[str] = set()
+        self._expired: set[str] = set()
         self._troubles: dict[tuple[str, str], Trouble] = {}
 
     def record(self, record: j.Record, at_s: float) -> None:
@@ -79,6 +80,8 @@ class Counting:
         match record:
             case j.GoalSent():
                 self._goal(record, at_s)
+            case j.Expired():
+                self._expired.add(record.id)
             case j.GoalEnded():
                 self._ended(record, at_s)
             case j.IterationEnded():
@@ -122,9 +125,15 @@ class Counting:
         self._part(path, at_s)
         if sent.timeout_s and took > self.totals.slow.get(label, (sent.timeout_s / 2, 0))[0]:
             self.totals.slow[label] = (took, sent.timeout_s)
-        if ended.error is not None:
-            new = Trouble(label, ended.error.name, 0, at_s, path, ended.error.message)
-            self._troubles.setdefault((label, ended.error.name), new).count += 1
+        name, message = "", ""
+        if ended.id in self._expired:
+            self._expired.remove(ended.id)
+            name, message = "Timeout", f"longer than {sent.timeout_s:g} s"
+        elif ended.error is not None:
+            name, message = ended.error.name, ended.error.message
+        if name:
+            new = Trouble(label, name, 0, at_s, path, message)
+            self._troubles.setdefault((label, name), new).count += 1
 
     def _part(self, path: str, at_s: float) -> Part:
         phase, _, rest = path.partition("/")

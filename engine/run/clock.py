@@ -1,20 +1,42 @@
-"""The run's own time: it stops while the run is paused."""
+"""The run's own time, which stops while the run is paused; and the time of day."""
 
 import time
 from collections.abc import Callable
+from datetime import datetime, timedelta
+
+
+def time_of_day() -> datetime:
+    """Now, by this computer's clock, with its offset from UTC."""
+    return datetime.now().astimezone()
 
 
 class RunClock:
     """Seconds since the start, pauses not counted; every timeout and wait of a run uses it."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        time_of_day: Callable[[], datetime] = time_of_day,
+    ) -> None:
         self._clock = clock
         self._offset = clock()
         self._paused_at: float | None = None
+        self._time_of_day = time_of_day
+
+    @classmethod
+    def virtual(cls, clock: Callable[[], float]) -> "RunClock":
+        """A clock for time that jumps; its time of day begins now and jumps with it."""
+        began, at = time_of_day(), clock()
+        return cls(clock, lambda: began + timedelta(seconds=clock() - at))
 
     def now(self) -> float:
         """Seconds of running time."""
         return (self._clock() if self._paused_at is None else self._paused_at) - self._offset
+
+    def time_of_day(self) -> datetime:
+        """Now, to the millisecond; pauses make no difference to it."""
+        found = self._time_of_day()
+        return found.replace(microsecond=found.microsecond // 1000 * 1000)
 
     def pause(self) -> None:
         """Stop the clock."""

@@ -1,4 +1,4 @@
-"""The files that a protocol names, copied into the run's folder: other protocols and tables.
+"""The files that a protocol names, copied into the run's folder: other protocols, tables, functions.
 
 `used.json` says what each name means there, so that resume needs nothing from outside.
 """
@@ -6,6 +6,7 @@
 import json
 from pathlib import Path
 
+from ..language.own_functions import OwnFunction
 from ..language.used_files import COPIES, USED
 from ..survey.survey import Survey
 
@@ -23,6 +24,9 @@ class Copying:
         meaning = self.meaning.setdefault(name, {})
         for written, path in survey.tables.opened.items():
             meaning[written] = self.file(path)
+        for function in survey.functions.values():
+            if isinstance(function, OwnFunction):
+                meaning[function.written] = self.file(function.path)
         for used in survey.used.values():
             meaning[used.step.use] = copy = self.file(used.path)
             self.protocol(copy, used.survey)

@@ -16,7 +16,14 @@ class Results(Mapping[str, Any]):
 
     def __init__(self, around: "Results | None" = None) -> None:
         self.own: dict[str, Any] = {}
+        self.times: dict[str, Mapping[str, Any]] = {}
         self.around = around
+
+    def times_of(self, step: str) -> Mapping[str, Any]:
+        """When a step began and how long it took; nothing if it did not run, or nothing asks."""
+        if step in self.times:
+            return self.times[step]
+        return self.around.times_of(step) if self.around is not None else {}
 
     def __getitem__(self, step: str) -> Any:
         if step in self.own:
@@ -87,6 +94,10 @@ class Frame:
     def store(self, step: str, result: Any) -> None:
         """Keep a step's result for the expressions that follow."""
         self.owner.names["steps"].own[step] = result
+
+    def store_times(self, step: str, times: Mapping[str, Any]) -> None:
+        """Keep when a step began and how long it took."""
+        self.owner.names["steps"].times[step] = times
 
     def assign(self, name: str, value: Any) -> None:
         """Give a `set` name its value: where it already has one, or else in this owner.

@@ -5,6 +5,7 @@ import io
 from collections import deque
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from ..journal.encode import decode
 from ..journal.history import superseded
 from ..journal.journal import Records
 from ..language.expression import ExpressionError
+from ..language.moments import moment_text
 from ..language.value import Value
 from .files import NoRoom
 
@@ -36,7 +38,8 @@ class Rows:
         row: dict[str, Any] = {}
         for name, value in self.columns.items():
             try:
-                row[name] = value.evaluate(names) if value is not None else None
+                found = value.evaluate(names) if value is not None else None
+                row[name] = moment_text(found) if isinstance(found, datetime) else found
             except ExpressionError:
                 row[name] = None
         return row

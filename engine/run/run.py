@@ -1,9 +1,11 @@
 """One run: what every node of its tree needs."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections import ChainMap
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +13,16 @@ from py_trees.behaviour import Behaviour
 
 from ...schemas import journal as j
 from ...schemas.event import Event, EventKind
-from ..journal.encode import encode
+from ...schemas.quantity import quantity
+from ..journal.encode import decode, encode
 from ..journal.history import History
 from ..journal.journal import Journal
 from ..journal.past import Past
 from ..lab.bind import BoundRole
+from ..language.own_functions import OwnFunction
 from .clock import RunClock
 from .frame import Frame, Scope
+from .function_calls import call
 from .questions import Question, Questions
 from .requests import Requests
 
@@ -66,6 +71,41 @@ class Run:
     """Steps of a `finally` that have failed with `on_error: continue`: path -> what happened."""
     replaying: bool = False
     """True while what failed in an earlier engine session is replayed: see nodes/replay_failed.py."""
+
+    call: Callable[[OwnFunction, dict[str, Any], float], Awaitable[Any]] = call
+    """How a function of a protocol's own is called."""
+    turns_at_most: int | None = None
+    """In a rehearsal, of a `while` without `max`: what it waits for may never come there."""
+    asks_clocks: bool = False
+    """Whether any expression of its protocols asks a clock."""
+
+    def names(self, names: ChainMap[str, Any], place: str) -> ChainMap[str, Any]:
+        """The names of a frame with the clocks, for the expressions of one place in the run."""
+        if not self.asks_clocks:
+            return names
+        asked = count(1)
+
+        def now() -> datetime:
+            return self.computed(f"{place}/now:{next(asked)}", self.clock.time_of_day)
+
+        def elapsed() -> Any:
+            return self.computed(f"{place}/elapsed:{next(asked)}", self.elapsed)
+
+        return names.new_child({"now()": now, "elapsed()": elapsed})
+
+    def computed(self, path: str, compute: Callable[[], Any]) -> Any:
+        """What a clock says; where it was asked before the engine was killed, what it said then."""
+        known = self.history.past.computed
+        if path not in known:
+            self.record(j.Computed(path=path, value=encode(compute())))
+        return decode(known[path])
+
+    def elapsed(self) -> Any:
+        """The time since the run's steps began, by the clock of this computer."""
+        assert self.history.started is not None
+        began = datetime.fromisoformat(self.history.main_at or self.history.started.at)
+        past_s = (self.clock.time_of_day() - began).total_seconds()
+        return quantity(round(max(0.0, past_s), 3), "s")
 
     def record(self, record: j.Record) -> None:
         """Put a record into the journal, durable with the next flush, and learn what it says."""

@@ -25,7 +25,7 @@ Watcher = Callable[[Run, Control], Listener]
 class RunOptions:
     """What the person who started a run wants besides its protocol; `say` tells them what it waits for.
 
-    `by`: who has asked for a resume.
+    `by`: who has asked for a resume. `wait_s`: how long devices that others hold are waited for.
     """
 
     yes: bool = False
@@ -33,6 +33,7 @@ class RunOptions:
     answers: dict[str, str] = field(default_factory=dict)
     watchers: list[Watcher] = field(default_factory=list)
     live_figures: bool = False
+    wait_s: float = 0.0
     say: Callable[[str], None] = lambda text: None
 
 

@@ -35,8 +35,9 @@ async def run_session(
     assert checked.lab is not None
     try:
         connections = await connect(
-            checked.roles, checked.lab, run.folder, run.id, run.history.marks, options.say
-        )
+            checked.roles, checked.lab, run.folder, run.id, run.history.marks, options.say,
+            options.wait_s,
+        )  # fmt: skip
     except BaseException:
         with contextlib.suppress(JournalFault, DiskFull):
             run.journal.close()

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from datetime import datetime
 
 from py_trees.behaviour import Behaviour
 
@@ -15,6 +16,7 @@ from ..dispatch.device_handle import DeviceHandle
 from ..dispatch.dispatcher import Dispatcher
 from ..journal.journal import DiskFull, JournalFault, Records
 from ..language.expression import ExpressionError
+from ..language.moments import moment_text
 from ..language.value import value_of
 from ..run.files import NoRoom
 from ..run.frame import Frame, Scope
@@ -249,7 +251,9 @@ class RunSession:
         told: dict[str, object] = {}
         for name, raw in self.protocol.outputs.items():
             try:
-                told[name] = value_of(raw).evaluate(self.main_frame.names)
+                names = self.run.names(self.main_frame.names, f"outputs/{name}")
+                found = value_of(raw).evaluate(names)
+                told[name] = moment_text(found) if isinstance(found, datetime) else found
             except ExpressionError as fault:
                 told[name] = None
                 self.run.log(f"output {name!r}: {fault}")

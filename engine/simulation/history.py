@@ -191,7 +191,7 @@ class History:
             path.unlink(missing_ok=True)
             SimulatedJournal.lengths.pop(path, None)
             journal = SimulatedJournal(path)
-            clock = RunClock(asyncio.get_running_loop().time)
+            clock = RunClock.virtual(asyncio.get_running_loop().time)
             return new_run(self.folder, self.checked, options, journal=journal, clock=clock), None
         journal, records, torn = reopen(path, SimulatedJournal)
         history = read_history(records)
@@ -199,7 +199,7 @@ class History:
             journal.close()
             return None, None
         run = old_run(self.folder, self.checked, options, journal, history, torn)
-        run.clock = RunClock(asyncio.get_running_loop().time)
+        run.clock = RunClock.virtual(asyncio.get_running_loop().time)
         return run, records
 
     # --- a person, who looks at the instrument once it is idle and says what is true

@@ -10,6 +10,7 @@ from ..language.fold import Folding
 from ..language.functions import FUNCTIONS
 from ..language.functions import RESERVED as RESERVED_FUNCTIONS
 from ..language.infer import Fault
+from ..language.own_functions import FunctionFault, OwnFunction
 from ..language.shape import Place
 from ..language.suggest import did_you_mean
 from ..language.table import Tables
@@ -78,6 +79,9 @@ class Declarations:
     sets: list[SetName]
     loops: list[LoopName]
     tables: Tables
+    functions: Mapping[str, OwnFunction | FunctionFault]
+    own_names: frozenset[str]
+    """Of its own functions, also of those that cannot be used."""
     _order = 0
 
     def tick(self) -> int:
@@ -111,6 +115,8 @@ class Env:
 
     def visible(self, levels: tuple[Level, ...]) -> bool:
         """True where names declared at these levels are visible from here."""
+        if not levels or levels == self.levels:
+            return True
         return not self._sibling(levels) and all(
             level in self.levels or level.kind in OPEN for level in levels
         )
@@ -242,6 +248,11 @@ class Env:
             return self.survey.tables(file, **kinds).type
         except TableFault as fault:
             return Fault("E313", str(fault))
+
+    def function(self, name: str) -> OwnFunction | None:
+        """The protocol's own function of this name; None if it cannot be used, which is reported."""
+        found = self.survey.functions.get(name)
+        return found if isinstance(found, OwnFunction) else None
 
     # --- used by fold
 

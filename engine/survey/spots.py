@@ -12,7 +12,17 @@ from ..language.value import Computed, Constant, Fields, Items, Value, value_of
 from .scope import Env
 
 Use = Literal[
-    "argument", "condition", "duration", "items", "key", "count", "text", "set", "collect", "output"
+    "argument",
+    "condition",
+    "duration",
+    "moment",
+    "items",
+    "key",
+    "count",
+    "text",
+    "set",
+    "collect",
+    "output",
 ]
 
 
@@ -33,7 +43,7 @@ class Spot:
         """The value, or why it cannot be read."""
         if self._value is None:
             try:
-                self._value = value_of(self.raw)
+                self._value = value_of(self.raw, self.env.survey.own_names)
             except ExpressionError as fault:
                 self._value = fault
         return self._value

@@ -12,15 +12,16 @@ from ..lab.bind import BoundRole
 from ..language.expression import ExpressionError
 from ..language.fold import fold
 from ..language.load import Broken
+from ..language.own_functions import read_functions
 from ..language.shape import Place
 from ..language.source import Source
 from ..language.table import Tables
 from ..language.types import (  # fmt: skip
     ANY,
-    CHOICE,
     LOOP_RESULT,
     NULL,
     Type,
+    chosen,
     either,
     type_of_param,
     type_of_schema,
@@ -96,6 +97,8 @@ class Survey(Declarations):
         self.protocol, self.roles, self.values = protocol, roles, values
         self.source, self.opened = source, opened
         self.tables = Tables(source.path, opened.folders)
+        self.functions = dict(read_functions(protocol.functions, source.path, opened.folders))
+        self.own_names = frozenset({*protocol.functions, *source.names("functions")})
         self.raw_names, self.set_counts = raw_names(source.data)
         self.params: dict[str, Type] = dict.fromkeys(source.names("params"), ANY)
         self.params |= {name: type_of_param(param) for name, param in protocol.params.items()}
@@ -188,11 +191,16 @@ class Survey(Declarations):
             "require": "condition",
         }  # fmt: skip
         use = uses.get(step.KIND)
-        if use is not None:
+        if isinstance(step, p.Wait) and step.until is not None:
+            self._spot((*place, "wait", "until"), step.until, "moment", env, "until")
+        elif use is not None:
             self._spot((*place, step.KIND), getattr(step, step.KIND), use, env, step.KIND)
         if isinstance(step, Broken):
             return ANY
-        return CHOICE if isinstance(step, p.Confirm | p.Ask) else NULL
+        if isinstance(step, p.Confirm | p.Ask):
+            choices = p.CONFIRM_CHOICES if isinstance(step, p.Confirm) else step.choices
+            return chosen([] if step.fallback else choices)
+        return NULL
 
     def _do(self, step: p.Do, place: Place, env: Env, arguments: dict[str, Spot]) -> Type:
         for name, raw in step.with_.items():

@@ -1,5 +1,6 @@
 """Compile a protocol into its tree: one small subtree per body, not per point."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -10,10 +11,13 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
 from ...schemas import protocol as p
-from ...schemas.quantity import seconds
+from ...schemas.quantity import UnitError, seconds
 from ..dispatch.dispatcher import Dispatcher
+from ..language.expression import timed_steps
+from ..language.own_functions import OwnFunction
 from ..language.value import Value, value_of
 from ..run.frame import Scope
+from ..run.function_calls import LIMIT_S
 from ..run.rows import Rows
 from ..run.run import Run
 from ..survey.survey import Survey, Used
@@ -27,11 +31,11 @@ from .nodes.fallback import Alternative, Fallback
 from .nodes.immediate import Fail, Log, Require, SetNames
 from .nodes.iterations import ConditionalIterations, CountedIterations, ItemIterations, Iterations
 from .nodes.loop import Loop, LoopPlan
-from .nodes.question import CONFIRM_CHOICES, AskPerson
+from .nodes.question import AskPerson
 from .nodes.retry import Retry, RetryRules
 from .nodes.step import StepNode, StepRules
 from .nodes.use import Use, UsePlan
-from .nodes.wait import Wait
+from .nodes.wait import Wait, WaitUntil
 
 FIRST_TABLE = "data.csv"
 
@@ -64,12 +68,23 @@ class TreeCompiler:
     takes_first: bool = True
     """Whether `data.csv` is for this protocol: a used one leaves it to the rows of the outer protocol."""
     used: dict[int, Used] = field(init=False)
+    timed: set[str] = field(init=False)
+    """The ids of which an expression asks when they began, or how long they took."""
     _is_finally: bool = False
     """Whether the steps of a `finally` are being compiled."""
 
     def __post_init__(self) -> None:
         # Two steps with the same text are two steps: they are distinguished as objects.
         self.used = {id(used.step): used for used in self.survey.used.values()}
+        asked = [
+            one
+            for spot in self.survey.spots
+            if isinstance(spot.value, Value)
+            for one in spot.value.expressions()
+        ]
+        self.timed = {step for one in asked for step in timed_steps(one)}
+        if any(one.live for one in asked):
+            self.run.asks_clocks = True
 
     @property
     def defaults(self) -> p.Defaults:
@@ -123,11 +138,14 @@ class TreeCompiler:
             on_error=step.on_error or "stop",
             in_loop=self._in_loop(place),
             in_finally=self._is_finally,
+            timed=step.id in self.timed,
         )
 
     def _aside(self, step: p.Do, place: Place) -> Behaviour:
         rules = self._rules(step, place)
-        later = StepRules(segment=place.path, id=step.id, on_error=rules.on_error, in_loop=True)
+        later = StepRules(
+            segment=place.path, id=step.id, on_error=rules.on_error, in_loop=True, timed=rules.timed
+        )
 
         def build(scope: Scope) -> Behaviour:
             there = Place(scope, place.path, place.in_loop, place.question_id)
@@ -312,7 +330,7 @@ class TreeCompiler:
 
     def _confirm(self, step: p.Confirm, place: Place) -> Behaviour:
         return AskPerson(
-            place.path, self.run, place.scope, value_of(step.confirm), CONFIRM_CHOICES,
+            place.path, self.run, place.scope, value_of(step.confirm), p.CONFIRM_CHOICES,
             question_id=place.question_id, confirm=True,
         )  # fmt: skip
 
@@ -323,11 +341,21 @@ class TreeCompiler:
         )  # fmt: skip
 
     def _wait(self, step: p.Wait, place: Place) -> Behaviour:
+        if step.until is not None:
+            return WaitUntil(place.path, self.run, place.scope, value_of(step.until))
         return Wait(place.path, self.run, place.scope, value_of(step.wait))
 
     def _set(self, step: p.Set, place: Place) -> Behaviour:
-        values = {name: value_of(raw) for name, raw in step.set.items()}
-        return SetNames(place.path, self.run, place.scope, values)
+        own = self.survey.own_names
+        values = {name: value_of(raw, own) for name, raw in step.set.items()}
+        called = {n for value in values.values() for one in value.expressions() for n in one.calls}
+        functions = {
+            name: function
+            for name in called
+            if isinstance(function := self.survey.functions.get(name), OwnFunction)
+        }
+        limit_s = LIMIT_S if step.timeout is None else _behind(step.timeout)
+        return SetNames(place.path, self.run, place.scope, values, functions, limit_s)
 
     def _require(self, step: p.Require, place: Place) -> Behaviour:
         text = str(step.require).strip().removeprefix("${{").removesuffix("}}").strip()
@@ -338,6 +366,14 @@ class TreeCompiler:
 
     def _fail(self, step: p.Fail, place: Place) -> Behaviour:
         return Fail(place.path, self.run, place.scope, value_of(step.fail))
+
+
+def _behind(timeout: p.Duration) -> float:
+    """A limit that comes only after the step's own timeout."""
+    try:
+        return seconds(timeout) + 0.5
+    except UnitError:  # computed in the run
+        return math.inf
 
 
 def _value_or_none(raw: int | str | None) -> Value | None:

@@ -243,6 +243,8 @@ def _other(step: p.StepBase) -> str:
     text = ", ".join(said) if isinstance(said, dict) else f'"{shortened(bare(said))}"'
     if isinstance(step, p.Ask):
         text += f" ({joined(step.choices, 'or')})"
-    if isinstance(step, p.Require | p.Wait):
+    if isinstance(step, p.Wait) and step.until is not None:
+        text = f"until {shortened(bare(step.until))}"
+    elif isinstance(step, p.Require | p.Wait):
         text = shortened(bare(said))
     return f"{step.KIND}: {text}"

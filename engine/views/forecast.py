@@ -48,7 +48,7 @@ class Outlook:
         """The value at a place; UNKNOWN if only the run can tell."""
         spot = self.spots.get(place)
         try:
-            value = spot.value if spot is not None else value_of(raw)
+            value = spot.value if spot is not None else value_of(raw, self.survey.own_names)
             return UNKNOWN if isinstance(value, Exception) else value.evaluate(self.names)
         except ExpressionError:
             return UNKNOWN

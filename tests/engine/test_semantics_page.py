@@ -75,4 +75,7 @@ def test_every_example_checks_clean(family, tmp_path):
 
     checked = check_file(file)
 
-    assert [problem for problem in checked.problems if problem.severity == "error"] == []
+    fails = {"W412", "W420", "W421", "W422"}  # warnings of what would fail in the run
+    wrong = [p for p in checked.problems if p.severity == "error" or p.code in fails]
+
+    assert wrong == []

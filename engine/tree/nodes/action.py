@@ -1,5 +1,6 @@
 """The leaf that does one action: asks the dispatcher, reads the outcome, withdraws when stopped."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -94,14 +95,18 @@ class ActionLeaf(Node):
     # --- starting
 
     def _arguments(self) -> dict[str, Any]:
-        given = self.plan.arguments.evaluate(self.scope.frame.names)
+        given = self.plan.arguments.evaluate(self._names("with"))
         return resolve_arguments(
             self.plan.action, given, self.plan.role.limits, label=self.plan.label
         )
 
+    def _names(self, key: str) -> Mapping[str, Any]:
+        attempt = self.scope.frame.attempts.get(self.path, 0) + 1
+        return self.run.names(self.scope.frame.names, f"{self.path}/{attempt}/{key}")
+
     def _timeout(self) -> float | None:
         if self.plan.timeout_s is not None:
-            return seconds(self.plan.timeout_s.evaluate(self.scope.frame.names))
+            return seconds(self.plan.timeout_s.evaluate(self._names("timeout")))
         if self.plan.action.duration is not None:
             # No timeout was given: well past the typical duration in the contract, it has hung.
             return 10 * seconds(self.plan.action.duration) + 30

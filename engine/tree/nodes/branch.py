@@ -54,7 +54,8 @@ class Branch(Parent):
         self.chosen = self.children[way - 1] if way <= len(self.children) else None
 
     def _decide(self) -> int:
-        way = THEN if self.condition.evaluate(self.scope.frame.names) else ELSE
+        names = self.run.names(self.scope.frame.names, self.path)
+        way = THEN if self.condition.evaluate(names) else ELSE
         self.run.record(Turned(path=f"{self.path}/i", turn=way))
         return way
 

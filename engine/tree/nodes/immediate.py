@@ -1,14 +1,22 @@
 """Steps that take no time: log, set, require, fail."""
 
-from collections.abc import Mapping
+import asyncio
+from collections import ChainMap
+from collections.abc import Iterator, Mapping
+from functools import partial
+from itertools import count
+from typing import Any
 
 from py_trees.common import Status
 
-from ....schemas.journal import StepEnded
-from ...journal.encode import encode
-from ...language.expression import ExpressionError
+from ....schemas.journal import Computed, StepEnded
+from ....system.tasks import spawn
+from ...journal.encode import decode, encode
+from ...language.expression import ExpressionError, Pending
+from ...language.own_functions import OwnFunction
 from ...language.value import Value
 from ...run.frame import Scope
+from ...run.function_calls import FunctionFailed
 from ...run.run import Run
 from .failure import Failure
 from .node import Node
@@ -26,6 +34,12 @@ class Immediate(Node):
     def path(self) -> str:
         """The current path of this step."""
         return f"{self.scope.frame.path}/{self.name}"
+
+    @property
+    def names(self) -> Mapping[str, Any]:
+        """The names that its expressions may use."""
+        names = self.scope.frame.names
+        return self.run.names(names, self.path) if self.run.asks_clocks else names
 
     def update(self) -> Status:
         try:
@@ -49,27 +63,89 @@ class Log(Immediate):
         if self.path not in self.run.past.steps:
             if self.run.replaying:
                 return self.fail(came_to_here(self.path))
-            text = str(self.text.evaluate(self.scope.frame.names))
+            text = str(self.text.evaluate(self.names))
             self.run.record(StepEnded(path=self.path, fate="succeeded", message=text))
             self.run.log(text, self.path)
         return Status.SUCCESS
 
 
 class SetNames(Immediate):
-    """Gives names their values, all from the values before."""
+    """Gives names their values, all from the values before.
 
-    def __init__(self, segment: str, run: Run, scope: Scope, values: Mapping[str, Value]) -> None:
+    Functions of the protocol's own are called one after the other, each in a process of its own; what
+    they gave is in the journal, so that a resumed run does not call them again.
+    """
+
+    def __init__(
+        self, segment: str, run: Run, scope: Scope, values: Mapping[str, Value],
+        functions: Mapping[str, OwnFunction], limit_s: float,
+    ) -> None:  # fmt: skip
         super().__init__(segment, run, scope)
         self.values = values
+        self.functions = functions
+        self.limit_s = limit_s
+        self.calling: asyncio.Task[Any] | None = None
 
     def act(self) -> Status:
+        if self.calling is not None:
+            if not self.calling.done():
+                return Status.RUNNING
+            self.calling, called = None, self.calling
+            if (why := called.result()) is not None:
+                return self.fail(Failure("FunctionFailed", why, step=self.path))
         frame = self.scope.frame
-        new = {name: value.evaluate(frame.names) for name, value in self.values.items()}
+        names = self._names()
+        try:
+            new = {name: value.evaluate(names) for name, value in self.values.items()}
+        except Pending:
+            if self.run.replaying:
+                return self.fail(came_to_here(self.path))
+            return Status.RUNNING
         for name, value in new.items():
             frame.assign(name, value)
         self.result = new
         self.run.tell("step", self.path, "set", values=encode(new))
         return Status.SUCCESS
+
+    def terminate(self, new_status: Status) -> None:
+        if self.calling is not None and new_status == Status.INVALID:
+            self.calling.cancel()
+            self.calling = None
+
+    def _names(self) -> Mapping[str, Any]:
+        if not self.functions:
+            return self.names
+        asked = count(1)
+        own = {
+            f"{name}()": partial(self._call, function, asked)
+            for name, function in self.functions.items()
+        }
+        return ChainMap(own, self.names)  # type: ignore[arg-type]
+
+    def _call(self, function: OwnFunction, asked: Iterator[int], *args: Any, **named: Any) -> Any:
+        path = f"{self.path}/{function.name}:{next(asked)}"
+        known = self.run.history.past.computed
+        if path in known:
+            return decode(known[path])
+        given = function.given(args, named)
+        if not self.run.replaying:
+            work = self._called(function, given, path)
+            self.calling = spawn(f"call {function.name}", work)
+        raise Pending
+
+    async def _called(self, function: OwnFunction, given: dict[str, Any], path: str) -> str | None:
+        """Call a function, and put what it gave into the journal; why not, if it failed."""
+        try:
+            value = await self.run.call(function, given, self.limit_s)
+            self.run.record(Computed(path=path, value=encode(value)))
+            return None
+        except FunctionFailed as fault:
+            return str(fault)
+        except OSError as fault:
+            return f"{function.name}: no process could be started: {fault.strerror}"
+        finally:
+            self.run.requests.again()
+            self.run.questions.changed()
 
 
 class Require(Immediate):
@@ -81,8 +157,10 @@ class Require(Immediate):
         self.text = text
 
     def act(self) -> Status:
-        if self.value.evaluate(self.scope.frame.names):
+        if self.value.evaluate(self.names):
             return Status.SUCCESS
+        if self.run.asks_clocks:  # tried again, it asks them again
+            self.run.record(StepEnded(path=self.path, fate="failed"))
         return self.fail(Failure("Required", f"{self.text} is not true", step=self.path))
 
 
@@ -94,5 +172,5 @@ class Fail(Immediate):
         self.text = text
 
     def act(self) -> Status:
-        text = str(self.text.evaluate(self.scope.frame.names))
+        text = str(self.text.evaluate(self.names))
         return self.fail(Failure("Failed", text, step=self.path))

@@ -24,6 +24,8 @@ class Iterations(Protocol):
 
     total: int | None
     """How many there are; None if that is not known in advance."""
+    endless: bool
+    """True if nothing but their condition limits them."""
 
     def begin(self, names: Any) -> None:
         """Compute what can be computed when the loop is entered; raises ExpressionError, ValueError."""
@@ -48,6 +50,8 @@ class Iterations(Protocol):
 
 class ItemIterations:
     """`foreach`: one turn per item."""
+
+    endless = False
 
     def __init__(self, name: str, items: Value, key: Value | None) -> None:
         self.name, self.items_value, self.key_value = name, items, key
@@ -105,6 +109,8 @@ class ItemIterations:
 class CountedIterations:
     """`repeat`: a number of turns."""
 
+    endless = False
+
     def __init__(self, count: Value) -> None:
         self.count = count
         self.total: int | None = None
@@ -130,6 +136,7 @@ class ConditionalIterations:
 
     def __init__(self, condition: Value, most: Value | None) -> None:
         self.condition, self.most_value = condition, most
+        self.endless = most is None
         self.most: int | None = None
         self.total: int | None = None
 

@@ -96,7 +96,7 @@ class Loop(Parent):
         self.position, self.current, self.counts, self.failed_last = 0, None, Counter(), 0
         self.open.clear()
         try:
-            names = self.outer.frame.names
+            names = self.run.names(self.outer.frame.names, f"{self.path}/begin")
             self.turns.begin(names)
             self.max_failed = _limit(self.plan.max_failed, names)
             self.in_a_row = _limit(self.plan.in_a_row, names)
@@ -181,8 +181,17 @@ class Loop(Parent):
     def _has_more(self) -> bool:
         if self.turns.total is None and self._was_entered(self.position):
             return True  # its condition held then, before the changes by the turns since
+        limit = self.run.turns_at_most
+        if limit is not None and self.turns.endless and self.position >= limit:
+            message = (
+                f"a `while` without `max` has taken {limit:,} turns: in a rehearsal, what it waits for "
+                "may never come. Give it `max`, or more --turns"
+            )
+            self.failure = Failure("Endless", message, step=self.path, stop=True)
+            return False
         try:
-            return self.turns.more(self.position, self.outer.frame.names)
+            place = f"{self.path}/{self.position}/while"
+            return self.turns.more(self.position, self.run.names(self.outer.frame.names, place))
         except NotOver as fault:
             self.failure = Failure("MaxReached", str(fault), step=self.path)
         except (ExpressionError, ValueError) as fault:
@@ -263,7 +272,8 @@ class Loop(Parent):
     def _write_row(self, iteration: Iteration, fate: StepFate) -> dict[str, Any] | None:
         if self.rows is None:
             return None
-        row = self.rows.evaluate(iteration.frame.names)
+        place = f"{iteration.frame.path}/collect"
+        row = self.rows.evaluate(self.run.names(iteration.frame.names, place))
         if told := self.rows.write(iteration.frame.keys, row, fate):
             self.run.log(told)
         return row

@@ -11,8 +11,6 @@ from .failure import Failure
 from .node import Node
 from .replay_failed import came_to_here
 
-CONFIRM_CHOICES = ["yes", "no"]
-
 
 class AskPerson(Node):
     """Waits for an answer from the terminal, the page, another shell, or one given in advance."""
@@ -33,7 +31,7 @@ class AskPerson(Node):
         self.failure, self.result, self.question = None, None, None
         path = f"{self.scope.frame.path}/{self.name}"
         try:
-            text = str(self.text.evaluate(self.scope.frame.names))
+            text = str(self.text.evaluate(self.run.names(self.scope.frame.names, path)))
         except ExpressionError as fault:
             self.failure = Failure("Expression", str(fault), step=path)
             return

@@ -2,11 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from ....schemas.journal import Turned
+from ....schemas.quantity import quantity, seconds
 from ...language.expression import ExpressionError
 from ...language.value import Value
 from ...run.frame import Scope
@@ -29,6 +32,8 @@ class StepRules:
     in_loop: bool = False
     in_finally: bool = False
     silent: bool = False
+    timed: bool = False
+    """Whether an expression asks when it began or how long it took."""
 
 
 class StepNode(Parent):
@@ -55,6 +60,8 @@ class StepNode(Parent):
 
     def initialise(self) -> None:
         rules, names = self.rules, self.scope.frame.names
+        if self.run.asks_clocks:
+            names = self.run.names(names, f"{self.path}/guard")
         self.until, self.held, self.skipped, self.finally_due = None, False, False, None
         done = self.run.past
         past = done.turned.get(f"{self.path}/t")
@@ -67,12 +74,12 @@ class StepNode(Parent):
                 self.status = Status.SUCCESS
                 return
             if rules.timeout_s is not None:
-                from ....schemas.quantity import seconds
-
                 self.until = self.run.clock.now() + seconds(rules.timeout_s.evaluate(names))
         except (ExpressionError, ValueError) as fault:
             self.status = self.fail(Failure("Expression", str(fault), step=self.path))
             return
+        if rules.timed:
+            self.run.computed(f"{self.path}/started", self.run.clock.time_of_day)
         self._tell("running")
 
     def advance(self) -> Iterator[Behaviour]:
@@ -89,6 +96,8 @@ class StepNode(Parent):
         if self.child.status == Status.SUCCESS:
             self.result = result_of(self.child)
             self._store(self.result)
+            if self.rules.timed:
+                self._store_times()
             self._tell("succeeded")
             self.status = Status.SUCCESS
         elif self.child.status == Status.FAILURE:
@@ -158,6 +167,18 @@ class StepNode(Parent):
         if not self.rules.silent:
             self.run.tell("step", self.path, state)
 
+    def _store_times(self) -> None:
+        began = self.run.computed(f"{self.path}/started", self.run.clock.time_of_day)
+        took = self.run.computed(f"{self.path}/took", lambda: self._since(began))
+        self.scope.frame.store_times(str(self.rules.id), {"started": began, "took": took})
+
+    def _since(self, began: datetime) -> Any:
+        """Never less than nothing, though the computer's clock may have been set back."""
+        past_s = (self.run.clock.time_of_day() - began).total_seconds()
+        return quantity(max(0.0, past_s), "s")
+
     def _store(self, result: object) -> None:
         if self.rules.id is not None:
             self.scope.frame.store(self.rules.id, result)
+            if self.rules.timed:
+                self.scope.frame.store_times(self.rules.id, {})

@@ -70,9 +70,10 @@ class Use(Parent):
             )
 
     def _params(self) -> Iterator[tuple[str, Any]]:
+        names = self.run.names(self.outer.frame.names, f"{self.path}/with")
         for name, param in self.plan.params.items():
             value = self.plan.arguments.get(name)
-            given = param.default if value is None else value.evaluate(self.outer.frame.names)
+            given = param.default if value is None else value.evaluate(names)
             try:
                 yield name, take(name, param, given_value(given), written=True)
             except ParamFault as fault:
@@ -108,7 +109,8 @@ class Use(Parent):
 
     def _output(self, value: Value) -> Any:
         try:
-            return value.evaluate(self.inner.frame.names)
+            place = f"{self.path}/outputs"
+            return value.evaluate(self.run.names(self.inner.frame.names, place))
         except ExpressionError as fault:
             self.run.log(f"an output is null: {fault}", self.path)
             return None

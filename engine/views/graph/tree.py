@@ -169,6 +169,8 @@ def _immediate(step: Any) -> Node:
     said: Any = getattr(step, step.KIND, "")
     kind: Kind = "person" if isinstance(step, p.Confirm | p.Ask) else "instant"
     text = _arguments(said) if isinstance(said, dict) else bare(said)
+    if isinstance(step, p.Wait) and step.until is not None:
+        text = f"until {bare(step.until)}"
     choices = (joined(step.choices, "or"),) if isinstance(step, p.Ask) else ()
     return Node(kind, _lines(step.KIND.capitalize(), *_named(step), text, *choices))
 

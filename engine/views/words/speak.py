@@ -4,8 +4,8 @@ import ast
 from typing import Any
 
 from ....schemas.quantity import is_quantity, quantity_text
-from ...language.expression import Expression, ExpressionError
-from ...language.functions import LITERAL
+from ...language.expression import TIMES, Expression, ExpressionError
+from ...language.functions import CLOCKS, LITERAL
 from ...language.shape import Place
 from ...language.types import LOOP_RESULT
 from ...language.value import Computed, Text, as_text, value_of
@@ -30,7 +30,7 @@ def spoken(view: Outlook, raw: Any, place: Place) -> str:
     if value is not UNKNOWN:
         return said(value)
     try:
-        written = value_of(raw)
+        written = value_of(raw, view.survey.own_names)
     except ExpressionError:
         return str(raw)
     if isinstance(written, Computed):
@@ -43,7 +43,7 @@ def spoken(view: Outlook, raw: Any, place: Place) -> str:
 def condition(view: Outlook, raw: Any, place: Place) -> str:
     """What a step's `when`, `if`, `while` or `require` asks, whether or not its value is known."""
     try:
-        written = value_of(raw)
+        written = value_of(raw, view.survey.own_names)
     except ExpressionError:
         return bare(raw)
     speech = Speech(view, named=True)
@@ -116,6 +116,8 @@ class Speech:
         """`0.1 mm`, which is read as a call."""
         if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
             return ""
+        if node.func.id in CLOCKS:
+            return {"now": "the time of day"}.get(node.func.id, "the time since the start")
         values = [one.value for one in node.args if isinstance(one, ast.Constant)]
         return f"{values[0]} {values[1]}" if node.func.id == LITERAL and len(values) == 2 else ""
 
@@ -157,6 +159,8 @@ class Speech:
         declared = self.view.survey.ids.get(step)
         if declared is not None and declared.type == LOOP_RESULT and field in OF_LOOPS:
             return f"{OF_LOOPS[field]} {step!r}"
+        if field in TIMES and declared is not None and field not in declared.type.fields:
+            return f"the {'beginning' if field == 'started' else 'duration'} of {step!r}"
         return f"the {field} of {step!r}"
 
     def _sum(self, node: ast.BinOp) -> str:

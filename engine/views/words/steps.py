@@ -189,6 +189,9 @@ def _plain(view: Outlook, step: Any, place: Place) -> Item:
         return _item(
             f"A person is asked: “{text}” ({joined(step.choices, 'or')})", limit_text(step)
         )
+    if isinstance(step, p.Wait) and step.until is not None:
+        until = spoken(view, step.until, (*place, "wait", "until"))
+        return _item(f"The protocol waits until {until}")
     if isinstance(step, p.Wait):
         return _item(f"The protocol waits {spoken(view, step.wait, (*place, 'wait'))}")
     if isinstance(step, p.Set):

@@ -63,11 +63,17 @@ shots = st.builds(
 )  # fmt: skip
 deadly = st.builds(do, devices, st.just("shoot"), st.sampled_from(DEATHS), st.just(STURDY))
 actions = sets | shots | shots | looks
-counted = st.just({"set": {"v": "${{ v + 1 }}"}})
+counted = st.sampled_from(
+    [
+        {"set": {"v": "${{ v + 1 }}"}},
+        {"set": {"v": "${{ v + (1 if now() - elapsed() < now() else 100) }}"}},
+    ]
+)
 instants = st.sampled_from(
     [
         {"log": "on"},
         {"wait": "3 ms"},
+        {"wait": {"until": "${{ now() + 3 ms }}"}},
         {"fail": "enough", "when": "${{ v > 1 }}"},
         {"confirm": "go?"},
     ]

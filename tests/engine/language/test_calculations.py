@@ -49,6 +49,7 @@ def test_a_function_gives_what_it_says(text, expected):
         ("stdev([20 degC, 30 degC])", "7.07106781187 K"), ("linspace(20 degC, 80 degC, 3)[1]", "50 °C"),
         ("span(20 degC, 80 degC, 20 degC)[1]", "40 °C"), ("span(20 degC, 80 degC, 15 K)[4]", "80 °C"),
         ("len(span(20 degC, 80 degC, 15 K))", 5),
+        ("-20 degC", "-20 °C"), ("15 degC - -20 degC", "35 K"), ("-40 degC < -20 degC", True),
         ("polyfit([0 s, 1 s], [20 degC, 22 degC])[0]", "2 K/s"), ("max(20 degC, 290 K)", "20 °C"),
     ],
 )  # fmt: skip

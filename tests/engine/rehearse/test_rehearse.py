@@ -166,3 +166,59 @@ def test_the_shipped_map_takes_four_hours(tmp_path):
 )
 def test_durations_are_told_as_people_do(seconds, told):
     assert duration(seconds) == told
+
+
+ANY_ERROR = """
+steps:
+  - {do: gantry.home}
+  - foreach: {x: "${{ range(20) }}"}
+    keep_going: true
+    steps:
+      - {do: gantry.move_to, with: {x: "${{ x * 1 mm }}", y: 1 mm, z: 0 mm}, retry: 3}
+      - {do: libs.measure, timeout: 15 s, on_unknown: skip}
+"""
+
+
+@pytest.mark.parametrize(
+    ("device", "action", "error"),
+    [
+        ("libs", "measure", "Timeout"), ("libs", "measure", "Lost"), ("gantry", "move_to", "Busy"),
+        ("gantry", "move_to", "Timeout"),
+    ],
+)  # fmt: skip
+def test_errors_that_any_action_may_end_with_can_be_ordered_too(tmp_path, device, action, error):
+    calm = rehearsed(tmp_path, ANY_ERROR)
+    totals = rehearsed(tmp_path, ANY_ERROR, faults={device: {action: {error: 0.3}}})
+
+    (trouble,) = totals.troubles
+    assert (calm.troubles, calm.fate) == ([], "succeeded")
+    assert (trouble.action, trouble.error) == (f"{device}.{action}", error)
+    assert trouble.count == totals.sent_again + totals.holes > 2
+    if error == "Timeout":  # it hangs until its run gives it up
+        longer = totals.seconds[trouble.action] - calm.seconds[trouble.action]
+        assert longer > trouble.count * 5
+
+
+def test_a_while_that_never_ends_is_told_in_a_sentence(tmp_path):
+    endless = "steps:\n  - while: true\n    steps: [{wait: 1 s}]\n"
+    (tmp_path / "r.yaml").write_text(HEAD + endless)
+    checked = check_file(tmp_path / "r.yaml")
+    totals = Rehearsal(checked, turns=50).play()
+
+    assert totals.fate == "aborted"
+    assert "a `while` without `max` has taken 50 turns" in totals.reason
+    assert totals.lasts_s == pytest.approx(50)
+
+
+def test_times_of_day_are_those_of_the_virtual_clock(tmp_path):
+    night = """
+steps:
+  - {id: night, wait: {until: "${{ now() + 9 h }}"}}
+  - while: ${{ elapsed() < 20 h }}
+    steps: [{wait: 30 min}]
+  - {require: "${{ steps.night.took >= 9 h and steps.night.took < 9.1 h }}"}
+"""
+    totals = rehearsed(tmp_path, night, head="labrun: 1\nname: r\n")
+
+    assert totals.fate == "succeeded"
+    assert totals.lasts_s == pytest.approx(20 * 3600, abs=1801)

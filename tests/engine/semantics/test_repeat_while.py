@@ -3,7 +3,7 @@
 `repeat: N` runs its steps N times, `while:` as long as its condition is true, `max` times at most. The
 iterations are called 0, 1, 2 and so on. The condition is computed before each iteration.
 
-    - set: {mass: 0 g}
+    - set: {mass: "${{ 0 g }}"}
     - while: ${{ mass < 1 g }}
       max: 20
       steps: [{id: look, do: balance.weigh}, {set: {mass: "${{ steps.look.mass }}"}}]

@@ -125,3 +125,22 @@ def test_every_verb_of_a_summary_is_conjugated():
         "purges with argon, fires one burst, keeps it"
     )
     assert conjugated("Go there and stand still") == "goes there and stands still"
+
+
+def test_times_of_day_are_told_in_words():
+    said = words(
+        """devices: {balance: balance@1}
+steps:
+  - {id: w, do: balance.weigh}
+  - set: {begun: "${{ now() }}"}
+  - wait: {until: "07:00"}
+  - wait: {until: "${{ begun + 5 min }}"}
+  - {while: "${{ elapsed() < 8 h }}", steps: [{wait: 1 min}]}
+  - {require: "${{ steps.w.took < 5 s }}"}
+"""
+    )
+
+    assert "Let begun be the time of day." in said
+    assert "waits until 07:00" in said and "waits until begun + 5 min" in said
+    assert "As long as the time since the start is less than 8 h" in said
+    assert "only if the duration of 'w' is less than 5 s" in said

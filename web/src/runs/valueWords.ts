@@ -8,5 +8,6 @@ export function valueWords(value: unknown): string {
   if (typeof value !== 'object') return String(value)
   const quantity: unknown = (value as Record<string, unknown>)['$quantity']
   if (Array.isArray(quantity)) return `${valueWords(quantity[0])} ${String(quantity[1])}`
+  if ('$moment' in value) return String(value.$moment)
   return Object.entries(value).map(([name, one]) => `${name} ${valueWords(one)}`).join(', ')
 }

@@ -36,7 +36,7 @@ const OF_KIND: Record<StepKind, (step: Record<string, unknown>) => Words> = {
   steps: (step) => ({ title: 'Steps in order', detail: counted(step['steps']) }),
   confirm: (step) => ({ title: 'Ask to confirm', detail: `“${shown(step['confirm'])}”` }),
   ask: (step) => ({ title: 'Ask', detail: `“${shown(step['ask'])}” ${Array.isArray(step['choices']) ? step['choices'].map(shown).join(' / ') : ''}` }),
-  wait: (step) => ({ title: `Wait ${shown(step['wait'])}`, detail: '' }),
+  wait: (step) => ({ title: isMap(step['wait']) ? `Wait until ${shown(step['wait']['until'])}` : `Wait ${shown(step['wait'])}`, detail: '' }),
   set: (step) => ({ title: `Set ${Object.keys(isMap(step['set']) ? step['set'] : {}).join(', ')}`, detail: '' }),
   require: (step) => ({ title: `Require ${shown(step['require'])}`, detail: '' }),
   log: (step) => ({ title: 'Write to the log', detail: `“${shown(step['log'])}”` }),

@@ -1,0 +1,47 @@
+"""`labrun run --answer ID=CHOICE`: an answer that no question takes is told before anything begins."""
+
+import pytest
+import typer
+
+from labrun.engine.check import check_file
+from labrun.engine.commands.checked_protocol import fitting_answers
+
+INNER = "labrun: 1\nname: inner\nsteps: [{id: deep, ask: Which?, choices: [x, y]}]\n"
+OUTER = """labrun: 1
+name: outer
+devices: {balance: balance@1}
+steps:
+  - {id: core, ask: Which core?, choices: [A, B]}
+  - {id: closed, confirm: Is it closed?}
+  - {ask: And which is this?, choices: [C, D]}
+  - {id: weight, do: balance.weigh}
+  - {use: ./inner.yaml}
+"""
+
+
+@pytest.fixture
+def checked(tmp_path):
+    (tmp_path / "inner.yaml").write_text(INNER)
+    (tmp_path / "outer.yaml").write_text(OUTER)
+    return check_file(tmp_path / "outer.yaml")
+
+
+def test_answers_to_every_kind_of_question_are_taken(checked):
+    given = ["core=A", "closed=yes", "2=D", "weight=repeat", "deep=y"]
+
+    assert fitting_answers(given, checked) == dict(one.split("=") for one in given)
+    assert fitting_answers(None, checked) == {}
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("core=a", "'a' is not among A and B; did you mean A?"), ("closed=maybe", "not among no and yes"),
+        ("deep=z", "'z' is not among x and y"), ("cores=A", "no step has the id 'cores'; did you mean core?"),
+    ],
+)  # fmt: skip
+def test_an_answer_that_no_question_takes_ends_the_command(checked, given, words, capsys):
+    with pytest.raises(typer.Exit):
+        fitting_answers([given], checked)
+
+    assert words in capsys.readouterr().err
