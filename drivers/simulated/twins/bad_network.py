@@ -176,10 +176,6 @@ class FaultyWire:
         """Let nothing through, either way, for this long; new connections wait as well."""
         self.stillness.last(seconds)
 
-    def thaw(self) -> None:
-        """End a freeze before its time."""
-        self.stillness.end()
-
     async def _serve(self, request: "web.BaseRequest") -> "web.StreamResponse":
         """One engine's connection, from its first byte to its last."""
         import aiohttp

@@ -268,7 +268,7 @@ def test_a_lease_that_lapses_in_a_freeze_ends_safe_and_is_taken_again(bench, the
             wire.freeze(600)
             await bench.until("safe")
             seen = await ended(witness, goal.id)
-            wire.thaw()
+            wire.stillness.end()
             outcome = await following
             await until(lambda: client.epoch("arm") > before)
             return seen, outcome, await client.follow(bench.goal(client, "go", x=1))

@@ -326,7 +326,7 @@ def test_a_frozen_wire_lets_nobody_in_and_nothing_through_until_it_thaws():
             connecting = asyncio.create_task(connect_and_leave(wire.url))
             await asyncio.sleep(0.2)
             frozen = list(peer.heard), len(peer.sessions)
-            wire.thaw()
+            wire.stillness.end()
             await until(lambda: peer.heard)
             await connecting
             return frozen, peer.heard, len(peer.sessions)
@@ -344,7 +344,7 @@ def test_a_caller_who_gave_up_before_the_thaw_leaves_no_trace(capfd):
             with pytest.raises(TimeoutError):
                 async with asyncio.timeout(0.1):
                     await connect_and_leave(wire.url)
-            wire.thaw()
+            wire.stillness.end()
             await asyncio.sleep(0.2)
             async with calling(wire.url):
                 return len(peer.sessions)
@@ -361,7 +361,7 @@ def test_nothing_passes_after_a_cut_that_was_already_on_its_way():
                 await caller.say(n)
             await asyncio.sleep(0.1)
             wire.cut()
-            wire.thaw()
+            wire.stillness.end()
             async with asyncio.timeout(500):
                 await caller.broken.wait()
             await asyncio.sleep(0.2)
@@ -379,7 +379,7 @@ def test_what_was_said_before_the_caller_left_still_arrives_after_a_freeze():
                 await asyncio.sleep(0.1)
                 await caller.session.close()
             frozen = list(peer.heard)
-            wire.thaw()
+            wire.stillness.end()
             await until(lambda: peer.heard)
             return frozen, peer.heard
 
