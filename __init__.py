@@ -1,24 +1,25 @@
 """labrun: laboratory experiments as YAML, checked, run on real devices, and never lost."""
 
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from .engine.python_api.checking import ProtocolFault, check, rehearse
-    from .engine.python_api.recorded_run import RecordedRun, load
-    from .engine.python_api.recorded_run import recorded_runs as runs
-    from .engine.python_api.running import LiveRun, arun, run, start
+from typing import Any
 
 __version__ = "0.1.0"
-__all__ = [
-    "LiveRun", "ProtocolFault", "RecordedRun", "arun", "check", "load", "rehearse", "run", "runs",
-    "start",
-]  # fmt: skip
 
 _WHERE = {
-    "ProtocolFault": "checking", "check": "checking", "rehearse": "checking",
-    "RecordedRun": "recorded_run", "load": "recorded_run", "runs": "recorded_run",
-    "LiveRun": "running", "arun": "running", "run": "running", "start": "running",
-}  # fmt: skip
+    "check": "engine.python_api.checking:check",
+    "rehearse": "engine.python_api.checking:rehearse",
+    "ProtocolFault": "engine.python_api.faults:ProtocolFault",
+    "Refused": "engine.python_api.faults:Refused",
+    "RecordedRun": "engine.python_api.recorded_run:RecordedRun",
+    "load": "engine.python_api.recorded_run:load",
+    "runs": "engine.python_api.recorded_run:runs",
+    "LiveRun": "engine.python_api.running:LiveRun",
+    "arun": "engine.python_api.running:arun",
+    "run": "engine.python_api.running:run",
+    "start": "engine.python_api.running:start",
+    "read_spectrum": "reduction.spectrum.read:read_spectrum",
+}
+"""Name -> its module and its name there; `__init__.pyi` tells type checkers the same."""
+__all__ = list(_WHERE)  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:
@@ -27,8 +28,8 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    module = import_module(f".engine.python_api.{_WHERE[name]}", __name__)
-    return getattr(module, "recorded_runs" if name == "runs" else name)
+    module, _, there = _WHERE[name].partition(":")
+    return getattr(import_module(f".{module}", __name__), there)
 
 
 def __dir__() -> list[str]:

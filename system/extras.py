@@ -13,7 +13,7 @@ EXTRAS = {
     "dask": ("distributed", "dask"),
     "formats": ("avaread", "h5py", "sif_parser", "spc_io"),
     "export": ("mcap",),
-    "notebook": ("pandas", "xarray"),
+    "notebook": ("pandas", "tqdm", "xarray"),
     "visa": ("pyvisa",),
     "modbus": ("pymodbus",),
     "pymeasure": ("pymeasure",),

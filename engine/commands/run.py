@@ -105,24 +105,25 @@ def run_to_end(session) -> int:
 
     try:
         ending = asyncio.run(session)
-    except JournalFault as fault:
-        say(f"{fault}. Nothing was sent.")
-        return FAILED
-    except NotReached as fault:
-        say(f"{fault}. Nothing was sent.")
-        return NOT_REACHED
-    except OSError as fault:
-        cured = "there is space again" if fault.errno in FULL else "that is cured"
-        say(
-            f"{fault.strerror or fault}: {fault.filename or 'the folder of the run'}. Devices are "
-            f"safe. When {cured}, `labrun resume last` continues the run."
-        )
-        return FAILED
+    except (JournalFault, NotReached, OSError) as fault:
+        say(in_words(fault))
+        return NOT_REACHED if isinstance(fault, NotReached) else FAILED
     if why := why_no_page():
         say(f"the page, `labrun web`, is missing here: {why}. See docs/how-to/web.md")
     if ending.interrupted:
         return CTRL_C
     return SUCCEEDED if ending.fate == "succeeded" else FAILED
+
+
+def in_words(fault: Exception) -> str:
+    """What ended an engine session before its own end, and what now."""
+    if not isinstance(fault, OSError):
+        return f"{fault}. Nothing was sent."
+    cured = "there is space again" if fault.errno in FULL else "that is cured"
+    return (
+        f"{fault.strerror or fault}: {fault.filename or 'the folder of the run'}. Devices are "
+        f"safe. When {cured}, `labrun resume last` continues the run."
+    )
 
 
 def watcher(json: bool):

@@ -1,25 +1,16 @@
 """`labrun.check` and `labrun.rehearse`."""
 
-import io
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ..check import Checked, check_file
-from ..problems.print import print_problems
+from .faults import ProtocolFault, Refused
+from .problems import Check, Problems
+from .threads import Work
 
 PathLike = str | os.PathLike[str]
-
-
-class ProtocolFault(ValueError):
-    """A protocol with errors; the text is what `labrun check` prints, `problems` are its parts."""
-
-    def __init__(self, checked: Checked) -> None:
-        text = io.StringIO()
-        print_problems(checked.problems, file=text)
-        super().__init__(text.getvalue())
-        self.problems = checked.problems
 
 
 def check(
@@ -29,14 +20,16 @@ def check(
     bind: Mapping[str, str] | None = None,
     params: Mapping[str, Any] | None = None,
     **more_params: Any,
-) -> Checked:
+) -> Check:
     """Check a protocol file as `labrun check` does: `ok`, and `problems` with line and column.
 
-    lab: the lab's file, `lab.yaml` beside or above if None. bind: role -> device. Parameters are
+    lab: the lab's file, the simulated lab if None. bind: role -> device. Parameters are
     texts with units, such as pitch="0.5 mm", or plain values; those whose name is taken here
     (`lab`, `params`) go into `params`. A parameter without a value is a warning.
     """
-    return checked_protocol(protocol, lab, bind, {**(params or {}), **more_params}, needed=False)
+    given = {**(params or {}), **more_params}
+    checked = checked_protocol(protocol, lab, bind, given, needed=False)
+    return Check(Problems(checked.problems), ok=checked.ok)
 
 
 def rehearse(
@@ -52,15 +45,19 @@ def rehearse(
     """Play a protocol on simulated devices and a virtual clock; the figures of `labrun rehearse --json`.
 
     fail: {"libs.measure": 0.05} lets an action fail with that probability. Raises ProtocolFault, and
-    ValueError for a `fail` that cannot be.
+    Refused for a `fail` that cannot be, or a device that cannot be rehearsed.
     """
+    from ..commands.options import WrongUsage
     from ..commands.rehearse import ordered
-    from ..rehearse.rehearse import Rehearsal
+    from ..rehearse.rehearse import NoRehearsal, Rehearsal
 
     checked = checked_protocol(protocol, lab, bind, {**(params or {}), **more_params}, needed=True)
-    faults = ordered([f"{name}:{chance}" for name, chance in (fail or {}).items()], checked)
-    rehearsal = Rehearsal(checked, faults, seed, lambda at_s, goals: None)
-    return rehearsal.play().as_dict()
+    try:
+        faults = ordered([f"{name}:{chance}" for name, chance in (fail or {}).items()], checked)
+        # A virtual clock needs a loop of its own, and a notebook has one running here.
+        return Work("rehearsal", Rehearsal(checked, faults, seed).play).result().as_dict()
+    except (NoRehearsal, WrongUsage) as fault:
+        raise Refused(str(fault)) from None
 
 
 def checked_protocol(

@@ -1,25 +1,29 @@
 """A run as it lies in its folder: what it came to, its tables, spectra and journal."""
 
 import html
+from base64 import b64encode
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...schemas import journal as j
-from ...schemas.quantity import is_quantity
+from ...schemas.quantity import is_quantity, quantity_text
 from ...schemas.summary import Summary
 from ...system.cells import bare
+from ...system.extras import not_installed
 from ..journal.encode import decode
 from ..journal.journal import Records
-from ..run.folder import JOURNAL, all_runs, find_run
+from ..run.folder import JOURNAL, FolderFault, all_runs, find_run
 from ..run.rows import suffix
 from ..run.summary import summary_of
+from .faults import Refused
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-KEY, FATE = "key", "fate"
+KEY = "key"
 
 
 class RecordedRun:
@@ -78,24 +82,21 @@ class RecordedRun:
     def table(self, name: str = "data") -> "pandas.DataFrame":
         """A loop's table, a row an iteration, indexed by its key; columns as in NAME.csv.
 
-        `frame.attrs["units"]` has the unit of each column that has one. Raises ValueError for a name
-        that is none, and ImportError without pandas (the extra `notebook`).
+        `frame.attrs["units"]` has the unit of each column that has one. Raises Refused for a name
+        that is none, and without pandas (the extra `notebook`).
         """
-        import pandas
-
+        pandas = _library("pandas")
         path = self.folder / f"{name}.csv"
         if not path.exists():
             there = ", ".join(self.tables) or "none"
-            raise ValueError(f"{self.id} has no table {name!r}; it has {there}")
+            raise Refused(f"{self.id} has no table {name!r}; it has {there}")
         frame = pandas.read_csv(path, index_col=KEY, dtype={KEY: str})
         for column in frame.columns[frame.dtypes.map(pandas.api.types.is_string_dtype)]:
             frame[column] = frame[column].map(
                 lambda cell: bare(cell) if isinstance(cell, str) else cell
             )
-        units = self._units(f"{name}.csv")
-        frame.attrs["units"] = {
-            column: units[plain] for plain, column in self._columns(units).items()
-        }
+        units = self._units(path.name)
+        frame.attrs["units"] = {column + suffix(unit): unit for column, unit in units.items()}
         return frame
 
     def dataset(self, name: str = "data") -> "xarray.Dataset":
@@ -103,14 +104,13 @@ class RecordedRun:
 
         Raises as `table` does (xarray is in the extra `notebook`, too).
         """
-        import xarray  # noqa: F401 - asked for before work is done
-
+        _library("xarray")
         frame = self.table(name)
-        units = self._units(f"{name}.csv")
-        plain = {column: name for name, column in self._columns(units).items()}
+        units = frame.attrs["units"]
+        plain = {column: column.removesuffix(suffix(unit)) for column, unit in units.items()}
         made = frame.rename(columns=plain).to_xarray()
-        for variable, unit in units.items():
-            made[variable].attrs["units"] = unit
+        for column, unit in units.items():
+            made[plain[column]].attrs["units"] = unit
         made.attrs.update(run=self.id, protocol=self.summary.protocol, fate=self.fate)
         return made
 
@@ -128,37 +128,52 @@ class RecordedRun:
                     found[name] = f"{value.units:~}"
         return {name: unit for name, unit in found.items() if unit}
 
-    @staticmethod
-    def _columns(units: dict[str, str]) -> dict[str, str]:
-        return {name: name + suffix(unit) for name, unit in units.items()}
-
     def __repr__(self) -> str:
         return f"<labrun run {self.id}: {j.ended_as(self.fate, self.summary.holes)}>"
 
     def _repr_html_(self) -> str:
         summary = self.summary
-        lines = {
-            "protocol": summary.protocol,
-            "ended": j.ended_as(summary.fate, summary.holes)
-            + (f": {summary.reason}" if summary.reason else ""),
-            "points": summary.points.words(summary.holes),
-            **{name: str(value) for name, value in self.outputs.items()},
-            "folder": str(self.folder),
-        }
+        ended = j.ended_as(summary.fate, summary.holes)
+        lines = [
+            ("protocol", summary.protocol),
+            ("ended", f"{ended}: {summary.reason}" if summary.reason else ended),
+            ("points", summary.points.words(summary.holes)),
+            *((name, _text(value)) for name, value in self.outputs.items()),
+            ("folder", str(self.folder)),
+        ]
         cells = "".join(
             f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
             f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
-            for name, text in lines.items()
+            for name, text in lines
             if text
         )
-        return f"<table><caption>{html.escape(self.id)}</caption>{cells}</table>"
+        figures = "".join(
+            f"<img alt='{html.escape(path.stem)}' style='max-width:100%' "
+            f"src='data:image/png;base64,{b64encode(path.read_bytes()).decode()}'>"
+            for path in sorted(self.folder.glob("*.png"))
+        )
+        return f"<table><caption>{html.escape(self.id)}</caption>{cells}</table>{figures}"
+
+
+def _text(value: Any) -> str:
+    return quantity_text(value) if is_quantity(value) else str(value)
+
+
+def _library(name: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError as fault:
+        raise Refused(not_installed(fault, "notebook") or str(fault)) from None
 
 
 def load(run: str | Path = "last", runs: str | Path = "runs") -> RecordedRun:
-    """A run by its folder, its name, or an end of its name; `last` is the newest. Raises FolderFault."""
-    return RecordedRun(find_run(Path(runs), str(run)))
+    """A run by its folder, its name, or an end of its name; `last` is the newest. Raises Refused."""
+    try:
+        return RecordedRun(find_run(Path(runs), str(run)))
+    except FolderFault as fault:
+        raise Refused(str(fault)) from None
 
 
-def recorded_runs(folder: str | Path = "runs") -> list[RecordedRun]:
+def runs(folder: str | Path = "runs") -> list[RecordedRun]:
     """The runs in a folder, oldest first."""
     return [RecordedRun(one) for one in all_runs(Path(folder))]

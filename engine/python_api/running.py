@@ -1,23 +1,29 @@
 """`labrun.run`, `arun` and `start`: run a protocol from Python, in a notebook's running loop too."""
 
 import asyncio
-from collections.abc import Mapping
-from concurrent.futures import Future
-from concurrent.futures import TimeoutError as NotYet
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from threading import Thread
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 from ..check import Checked
+from ..commands.run import begin, in_words
 from ..control.control import Control
+from ..control.server import NotLive, ask_run
+from ..dispatch.connect import NotReached
+from ..journal.journal import JournalFault
+from ..run.folder import FolderFault
 from ..run.run import Listener, Run
 from ..runner.begin import RunOptions
+from .bar import watch
 from .checking import PathLike, checked_protocol
+from .faults import Refused
 from .recorded_run import RecordedRun
+from .threads import POLL_S, Work
 
+P = ParamSpec("P")
+T = TypeVar("T")
 BY = "Python"
-POLL_S = 0.2
-"""How soon Ctrl-C is heard while a run is waited for."""
 
 
 class LiveRun:
@@ -26,50 +32,52 @@ class LiveRun:
     def __init__(
         self, checked: Checked, runs: Path, given: dict[str, str], options: RunOptions
     ) -> None:
-        from ..commands.run import begin
-
         self._aborted_by: list[str] = []
         self._control: tuple[asyncio.AbstractEventLoop, Control] | None = None
         options.watchers = [self._watch, *options.watchers]
-        run, self._lock = begin(checked, runs, given, options)
+        try:
+            run, self._lock = begin(checked, runs, given, options)
+        except (FolderFault, JournalFault, OSError) as fault:
+            raise Refused(str(fault)) from None
         self.folder: Path = run.folder
-        self._ended: Future[None] = Future()
         # Not a daemon: a program that ends waits until devices are safe.
-        self._thread = Thread(target=self._run, args=(run, checked, options), name=f"run {run.id}")
-        self._thread.start()
+        work = Work(f"run {run.id}", lambda: self._run(run, checked, options), daemon=False)
+        self._work: Work[None] = work
 
     def wait(self, timeout: float | None = None) -> RecordedRun:
         """Wait for the end, at most `timeout` seconds (then TimeoutError; the run goes on).
 
         Ctrl-C aborts the run as in a terminal, twice at once, and the end is waited for. Raises
-        NotReached where a device could not be reached, and OSError or JournalFault where the run's
-        folder failed it.
+        Refused where a device could not be reached, or the run's folder failed it.
         """
-        waited = 0.0
-        while True:
-            try:
-                self._ended.result(POLL_S)
-                self._thread.join()
-                return RecordedRun(self.folder)
-            except KeyboardInterrupt:
-                self.abort("Ctrl-C")
-            except NotYet:
-                if self._ended.done():
-                    raise
-                waited += POLL_S
-                if timeout is not None and waited >= timeout:
-                    raise TimeoutError(f"{self.folder.name} has not ended; it goes on") from None
+        try:
+            self._work.result(timeout, lambda: self.abort("Ctrl-C"))
+        except TimeoutError:
+            raise TimeoutError(f"{self.folder.name} has not ended; it goes on") from None
+        return RecordedRun(self.folder)
 
     async def ended(self) -> RecordedRun:
         """The same for a coroutine; being cancelled aborts the run and waits for its end."""
-        ended = asyncio.wrap_future(self._ended)
+        ended = asyncio.wrap_future(self._work.ended)
         try:
-            await asyncio.shield(ended)
+            while not ended.done():  # a notebook's loop hears of an interrupt only when it wakes up
+                await asyncio.wait({ended}, timeout=POLL_S)
         except asyncio.CancelledError:
             self.abort()
             await asyncio.wait({ended})
             raise
+        await ended
         return RecordedRun(self.folder)
+
+    def answer(self, id: str, choice: str, **result: str) -> None:
+        """Answer an open question; `result` with `happened`: what the action returned. Raises Refused."""
+        asked = {"verb": "answer", "id": id, "choice": choice, "values": result}
+        try:
+            complied, text = ask_run(self.folder, asked)
+        except NotLive as fault:
+            raise Refused(str(fault)) from None
+        if not complied:
+            raise Refused(text)
 
     def pause(self) -> None:
         """Finish what is running, then hold."""
@@ -85,7 +93,7 @@ class LiveRun:
         self._ask("abort", by)
 
     def _ask(self, verb: Any, by: str = BY) -> None:
-        if self._control is not None and not self._ended.done():
+        if self._control is not None and self._work.is_alive():
             loop, control = self._control
             loop.call_soon_threadsafe(control.ask, verb, by)
 
@@ -100,15 +108,14 @@ class LiveRun:
 
         try:
             asyncio.run(run_session(run, checked, options))
-        except BaseException as fault:  # told to whoever waits
-            self._ended.set_exception(fault)
-        else:
-            self._ended.set_result(None)
+        except (JournalFault, NotReached, OSError) as fault:
+            raise Refused(in_words(fault)) from None
         finally:
             self._lock.release()
 
     def __repr__(self) -> str:
-        return f"<labrun run {self.folder.name}: {'ended' if self._ended.done() else 'live'}>"
+        state = "live" if self._work.is_alive() else "ended"
+        return f"<labrun run {self.folder.name}: {state}>"
 
 
 def start(
@@ -127,30 +134,43 @@ def start(
 
     lab, bind and parameters as in `labrun.check`. runs: the folder that the run's folder is made in.
     yes: answer every `confirm` with yes. answers: question id -> choice; what is asked beyond these
-    waits for `labrun answer`, or the page. progress: print what `labrun run` prints. Raises
-    ProtocolFault, or FolderFault, JournalFault or OSError where no folder can be made.
+    waits for `LiveRun.answer`, `labrun answer` or the page. progress: print what `labrun run` prints.
+    Raises ProtocolFault, and Refused where no folder can be made.
     """
     given = {**(params or {}), **more_params}
     checked = checked_protocol(protocol, lab, bind, given, needed=True)
     options = RunOptions(yes=yes, answers=dict(answers or {}), live_figures=True)
     if progress:
-        from ..progress.plain import PlainWatch
-
         options.say = print
-        options.watchers = [lambda run, control: PlainWatch()]
+        options.watchers = [lambda run, control: watch()]
     return LiveRun(
         checked, Path(runs), {name: str(value) for name, value in given.items()}, options
     )
 
 
-def run(protocol: PathLike, **options: Any) -> RecordedRun:
+def _called_as(other: Callable[P, Any]) -> Callable[[Callable[..., T]], Callable[P, T]]:
+    """The parameters of another function, for type checkers, editors and a notebook's help."""
+
+    def called(function: Any) -> Any:
+        mine, theirs = inspect.signature(function), inspect.signature(other)
+        returns = mine.return_annotation
+        function.__signature__ = theirs.replace(return_annotation=returns)
+        return function
+
+    return called
+
+
+@_called_as(start)
+def run(*protocol: Any, **options: Any) -> RecordedRun:
     """Check a protocol, run it to its end, and return what is in its folder; options as `start`.
 
-    A run that fails or is aborted is returned, too: look at its `fate`.
+    A run that fails or is aborted is returned, too: look at its `fate`. Raises ProtocolFault, and
+    Refused where a device could not be reached, or the run's folder failed it.
     """
-    return start(protocol, **options).wait()
+    return start(*protocol, **options).wait()
 
 
-async def arun(protocol: PathLike, **options: Any) -> RecordedRun:
+@_called_as(start)
+async def arun(*protocol: Any, **options: Any) -> RecordedRun:
     """The same as a coroutine: the loop goes on meanwhile. Being cancelled aborts the run."""
-    return await start(protocol, **options).ended()
+    return await start(*protocol, **options).ended()

@@ -1,10 +1,14 @@
 """`import labrun`: the same runs, checks and tables as from the command line."""
 
 import asyncio
+import inspect
+import io
+import re
 import subprocess
 import sys
 import threading
 import time
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import pytest
@@ -23,6 +27,8 @@ steps:
     collect: {x: "${{ steps.go.x }}", n: "${{ n }}", note: "${{ '=sum' }}"}
     steps:
       - {id: go, do: gantry.move_to, with: {x: "${{ n * params.pitch }}", y: 0 mm}}
+  - log: pitch ${{ params.pitch }}
+outputs: {last: "${{ 2 * params.pitch }}"}
 """
 HELLO = Path(labrun.__file__).parent / "protocols" / "hello.yaml"
 
@@ -42,6 +48,9 @@ def test_an_import_loads_nothing_of_the_engine():
 
     assert told.stdout.strip() == "[]"
     assert set(labrun.__all__) <= set(dir(labrun))
+    assert all(getattr(labrun, name) for name in labrun.__all__)
+    stub = Path(labrun.__file__).with_suffix(".pyi").read_text()
+    assert re.findall(r" as (\w+)$", stub, re.MULTILINE) == labrun.__all__
     with pytest.raises(AttributeError, match="no attribute 'rnu'"):
         labrun.rnu  # noqa: B018
 
@@ -51,7 +60,9 @@ def test_a_check_tells_what_the_command_tells(protocol):
     bad = labrun.check(protocol, pitch="2 s")
 
     assert good.ok and good.problems == []
-    assert not bad.ok and "pitch" in bad.problems[0].message
+    assert not bad and "pitch" in bad.problems[0].message
+    assert repr(bad).endswith("Nothing was sent to any device.") and repr(good) == "no problems"
+    assert "<b style='color:#c0392b'>error</b>[E" in bad._repr_html_()
 
 
 def test_what_cannot_run_is_told_before_anything_begins(protocol, tmp_path):
@@ -59,36 +70,65 @@ def test_what_cannot_run_is_told_before_anything_begins(protocol, tmp_path):
         labrun.run(protocol, runs=tmp_path / "runs", pitch="2 s")
 
     assert told.value.problems[0].code.startswith("E")
+    assert "is a time" in "\n".join(told.value._render_traceback_())  # all that IPython shows
     assert not (tmp_path / "runs").exists()
 
 
-def test_a_run_leaves_what_the_command_leaves_and_shows_itself(tmp_path, capsys):
-    run = labrun.run(HELLO, runs=tmp_path / "runs", there="4 cm")
+def test_a_device_out_of_reach_is_told_in_a_sentence_and_leaves_no_folder(protocol, tmp_path):
+    lab = tmp_path / "lab.yaml"
+    lab.write_text(
+        "start_timeout: 1 s\ndevices: {gantry: {contract: gantry@1, url: 'http://127.0.0.1:9'}}\n"
+    )
+    with pytest.raises(labrun.Refused, match=r"device 'gantry' at .* Nothing was sent\.") as told:
+        labrun.run(protocol, runs=tmp_path / "runs", lab=lab, progress=False)
+
+    assert told.value.__suppress_context__  # no traceback of sockets before the sentence
+    assert labrun.runs(tmp_path / "runs") == []
+    with pytest.raises(labrun.Refused, match="no run 'last' in"):
+        labrun.load("last", tmp_path / "runs")
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """A run, and what was printed meanwhile."""
+    folder = tmp_path_factory.mktemp("ran")
+    (folder / "steps.yaml").write_text(SCAN)
+    with redirect_stdout(io.StringIO()) as out:
+        run = labrun.run(folder / "steps.yaml", runs=folder / "runs", params={"pitch": "2 mm"})
+    return run, out.getvalue()
+
+
+def test_a_run_leaves_what_the_command_leaves_and_shows_itself(ran):
+    run, printed = ran
+    runs = run.folder.parent
     shown = run._repr_html_()
 
     assert run.fate == "succeeded"
-    assert str(run.outputs["x"]) == "40.0 millimeter"
-    assert "Hello from x = 40 mm" in capsys.readouterr().out
-    assert labrun.load("last", tmp_path / "runs").id == run.id
-    assert [one.id for one in labrun.runs(tmp_path / "runs")] == [run.id]
+    assert str(run.outputs["last"]) == "4 millimeter"
+    assert "pitch 2 mm" in printed and "run succeeded" in printed
+    assert labrun.load("last", runs).id == run.id
+    assert [one.id for one in labrun.runs(runs)] == [run.id]
     assert next(iter(run.journal)).kind == "started"
-    assert "hello" in shown and "succeeded" in shown and run.id in repr(run)
+    assert run.report is not None and run.spectra == []
+    assert "steps" in shown and "succeeded" in shown and "4 mm" in shown and run.id in repr(run)
 
 
-def test_a_loops_table_has_its_units(protocol, tmp_path):
+def test_a_loops_table_has_its_units(ran):
     pytest.importorskip("xarray")
-    run = labrun.run(protocol, runs=tmp_path / "runs", progress=False, params={"pitch": "2 mm"})
+    run, _ = ran
     frame, data = run.table(), run.dataset()
 
     assert run.tables == ["data"] and list(frame.index) == ["0", "1", "2"]
-    assert list(frame["x_mm"]) == pytest.approx([0, 2, 4], abs=0.01) and frame.attrs["units"] == {"x_mm": "mm"}
+    assert list(frame["x_mm"]) == pytest.approx([0, 2, 4], abs=0.01)
+    assert frame.attrs["units"] == {"x_mm": "mm"}
     assert list(frame["note"]) == ["=sum"] * 3  # as it was, not as a spreadsheet must see it
     assert list(data["x"].values) == list(frame["x_mm"]) and data["x"].attrs == {"units": "mm"}
     assert data.attrs["run"] == run.id
-    with pytest.raises(ValueError, match="no table 'rows'; it has data"):
+    with pytest.raises(labrun.Refused, match="no table 'rows'; it has data"):
         run.table("rows")
 
 
+@pytest.mark.slow
 def test_it_runs_within_a_running_loop_which_goes_on(tmp_path):
     async def cell():
         ticks = 0
@@ -160,6 +200,7 @@ def test_a_cancelled_coroutine_aborts_its_run(tmp_path):
     assert labrun.load("last", tmp_path / "runs").fate == "aborted"
 
 
+@pytest.mark.slow
 @pytest.mark.posix("signals of POSIX")
 def test_ctrl_c_aborts_as_in_a_terminal(tmp_path):
     (tmp_path / "long.yaml").write_text(LONG)
@@ -183,8 +224,48 @@ def test_ctrl_c_aborts_as_in_a_terminal(tmp_path):
     assert "fate aborted" in told and "Ctrl-C" in told
 
 
-def test_a_rehearsal_gives_its_figures(protocol):
-    figures = labrun.rehearse(protocol, fail={"gantry.move_to": 1.0}, seed=1)
+def test_a_rehearsal_gives_its_figures_in_a_running_loop_too(protocol):
+    async def cell():
+        return labrun.rehearse(protocol, fail={"gantry.move_to": 1.0}, seed=1)
 
     assert labrun.rehearse(protocol)["fate"] == "succeeded"
-    assert figures["fate"] == "failed"
+    assert asyncio.run(cell())["fate"] == "failed"
+    with pytest.raises(labrun.Refused, match="no role x; roles: gantry"):
+        labrun.rehearse(protocol, fail={"x.y": 1})
+
+
+def answer(live, choice):
+    """Answer as soon as the question is open."""
+    while True:
+        try:
+            return live.answer("q", choice)
+        except labrun.Refused as fault:
+            if "none is open" not in str(fault) and "is not running" not in str(fault):
+                raise
+        time.sleep(0.02)
+
+
+def test_a_question_is_answered_from_the_next_cell(tmp_path):
+    path = tmp_path / "ask.yaml"
+    path.write_text("labrun: 1\nname: ask\nsteps:\n  - {id: q, ask: Which?, choices: [a, b]}\n")
+    live = labrun.start(path, runs=tmp_path / "runs", progress=False)
+    with pytest.raises(labrun.Refused, match="'c' is not a choice of 'q'; choose a, b"):
+        answer(live, "c")
+    answer(live, "b")
+
+    assert live.wait().fate == "succeeded"
+    with pytest.raises(labrun.Refused, match="is not running"):
+        live.answer("q", "b")
+
+
+def test_run_and_arun_show_the_options_of_start():
+    options = inspect.signature(labrun.start).parameters
+
+    assert inspect.signature(labrun.run).parameters == options
+    assert inspect.signature(labrun.arun).parameters == options
+
+
+def test_a_spectrum_is_read(tmp_path):
+    (tmp_path / "a.csv").write_text("nm,counts\n200,1\n201,2\n202,4\n")
+
+    assert labrun.read_spectrum(tmp_path / "a.csv").intensity.tolist() == [1, 2, 4]

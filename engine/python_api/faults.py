@@ -1,0 +1,20 @@
+"""What a person in Python is told instead of a result: a sentence, without a traceback in a notebook."""
+
+from ..check import Checked
+from .problems import Problems
+
+
+class Refused(Exception):
+    """What was asked for cannot be done; the text says why, and what now."""
+
+    def _render_traceback_(self) -> list[str]:
+        """What IPython shows of it: where in labrun's own code it was raised helps nobody."""
+        return str(self).splitlines()
+
+
+class ProtocolFault(Refused, ValueError):
+    """A protocol with errors; the text is what `labrun check` prints, `problems` are its parts."""
+
+    def __init__(self, checked: Checked) -> None:
+        self.problems = Problems(checked.problems)
+        super().__init__(str(self.problems))
