@@ -7,8 +7,11 @@ __version__ = "0.1.0"
 _WHERE = {
     "check": "engine.python_api.checking:check",
     "rehearse": "engine.python_api.checking:rehearse",
+    "ActionFailed": "engine.python_api.faults:ActionFailed",
     "ProtocolFault": "engine.python_api.faults:ProtocolFault",
     "Refused": "engine.python_api.faults:Refused",
+    "Lab": "engine.python_api.lab:Lab",
+    "lab": "engine.python_api.lab:lab",
     "RecordedRun": "engine.python_api.recorded_run:RecordedRun",
     "load": "engine.python_api.recorded_run:load",
     "runs": "engine.python_api.recorded_run:runs",

@@ -2,8 +2,11 @@
 
 from .engine.python_api.checking import check as check
 from .engine.python_api.checking import rehearse as rehearse
+from .engine.python_api.faults import ActionFailed as ActionFailed
 from .engine.python_api.faults import ProtocolFault as ProtocolFault
 from .engine.python_api.faults import Refused as Refused
+from .engine.python_api.lab import Lab as Lab
+from .engine.python_api.lab import lab as lab
 from .engine.python_api.recorded_run import RecordedRun as RecordedRun
 from .engine.python_api.recorded_run import load as load
 from .engine.python_api.recorded_run import runs as runs

@@ -8,7 +8,7 @@ from typing import Any
 from ..check import Checked, check_file
 from .faults import ProtocolFault, Refused
 from .problems import Check, Problems
-from .threads import Work
+from .threads import Work, result
 
 PathLike = str | os.PathLike[str]
 
@@ -55,7 +55,8 @@ def rehearse(
     try:
         faults = ordered([f"{name}:{chance}" for name, chance in (fail or {}).items()], checked)
         # A virtual clock needs a loop of its own, and a notebook has one running here.
-        return Work("rehearsal", Rehearsal(checked, faults, seed).play).result().as_dict()
+        rehearsal = Work("rehearsal", Rehearsal(checked, faults, seed).play)
+        return result(rehearsal.ended).as_dict()
     except (NoRehearsal, WrongUsage) as fault:
         raise Refused(str(fault)) from None
 

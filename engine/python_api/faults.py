@@ -12,6 +12,10 @@ class Refused(Exception):
         return str(self).splitlines()
 
 
+class ActionFailed(Refused):
+    """A device could not do what it was asked; the text is the device's, with its action and error."""
+
+
 class ProtocolFault(Refused, ValueError):
     """A protocol with errors; the text is what `labrun check` prints, `problems` are its parts."""
 

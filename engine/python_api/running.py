@@ -19,7 +19,7 @@ from .bar import watch
 from .checking import PathLike, checked_protocol
 from .faults import Refused
 from .recorded_run import RecordedRun
-from .threads import POLL_S, Work
+from .threads import POLL_S, Work, result
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -51,7 +51,8 @@ class LiveRun:
         Refused where a device could not be reached, or the run's folder failed it.
         """
         try:
-            self._work.result(timeout, lambda: self.abort("Ctrl-C"))
+            result(self._work.ended, timeout, lambda: self.abort("Ctrl-C"))
+            self._work.join()
         except TimeoutError:
             raise TimeoutError(f"{self.folder.name} has not ended; it goes on") from None
         return RecordedRun(self.folder)
@@ -69,9 +70,9 @@ class LiveRun:
         await ended
         return RecordedRun(self.folder)
 
-    def answer(self, id: str, choice: str, **result: str) -> None:
-        """Answer an open question; `result` with `happened`: what the action returned. Raises Refused."""
-        asked = {"verb": "answer", "id": id, "choice": choice, "values": result}
+    def answer(self, id: str, choice: str, **returned: str) -> None:
+        """Answer an open question; `returned` with `happened`: what the action returned. Raises Refused."""
+        asked = {"verb": "answer", "id": id, "choice": choice, "values": returned}
         try:
             complied, text = ask_run(self.folder, asked)
         except NotLive as fault:

@@ -27,21 +27,25 @@ class Work(Thread, Generic[T]):
         except BaseException as fault:  # raised to whoever waits
             self.ended.set_exception(fault)
 
-    def result(
-        self, timeout: float | None = None, interrupted: Callable[[], None] | None = None
-    ) -> T:
-        """What it returned, or raise what it raised; TimeoutError while it goes on after `timeout` s.
 
-        Ctrl-C calls `interrupted` and is waited on; without that, the work is left to end by itself.
-        """
-        until = None if timeout is None else time.monotonic() + timeout
-        while self.is_alive():
-            try:
-                self.join(POLL_S)
-            except KeyboardInterrupt:
-                if interrupted is None:
-                    raise
-                interrupted()
-            if until is not None and self.is_alive() and time.monotonic() >= until:
-                raise TimeoutError
-        return self.ended.result()
+def result(
+    ended: "Future[T]",
+    timeout: float | None = None,
+    interrupted: Callable[[], object] | None = None,
+) -> T:
+    """What work returned, or raise what it raised; TimeoutError while it goes on after `timeout` s.
+
+    Ctrl-C calls `interrupted` and is waited on; without that, the work is left to end by itself.
+    """
+    until = None if timeout is None else time.monotonic() + timeout
+    while not ended.done():
+        try:
+            ended.exception(POLL_S)
+        except TimeoutError:
+            if until is not None and time.monotonic() >= until and not ended.done():
+                raise
+        except KeyboardInterrupt:
+            if interrupted is None:
+                raise
+            interrupted()
+    return ended.result()
