@@ -12,6 +12,8 @@ _WHERE = {
     "Refused": "engine.python_api.faults:Refused",
     "Lab": "engine.python_api.lab:Lab",
     "lab": "engine.python_api.lab:lab",
+    "Protocol": "engine.python_api.protocol:Protocol",
+    "steps": "engine.python_api.protocol:",
     "RecordedRun": "engine.python_api.recorded_run:RecordedRun",
     "load": "engine.python_api.recorded_run:load",
     "runs": "engine.python_api.recorded_run:runs",
@@ -21,7 +23,7 @@ _WHERE = {
     "start": "engine.python_api.running:start",
     "read_spectrum": "reduction.spectrum.read:read_spectrum",
 }
-"""Name -> its module and its name there; `__init__.pyi` tells type checkers the same."""
+"""Name -> its module, and its name there if it is not all of it. `__init__.pyi` tells type checkers."""
 __all__ = list(_WHERE)  # pyright: ignore[reportUnsupportedDunderAll]
 
 
@@ -31,8 +33,9 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    module, _, there = _WHERE[name].partition(":")
-    return getattr(import_module(f".{module}", __name__), there)
+    place, _, there = _WHERE[name].partition(":")
+    module = import_module(f".{place}", __name__)
+    return getattr(module, there) if there else module
 
 
 def __dir__() -> list[str]:

@@ -5,35 +5,38 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..check import Checked, check_file
+from ..check import Checked, check_file, check_text
 from .faults import ProtocolFault, Refused
 from .problems import Check, Problems
+from .protocol import Protocol
 from .threads import Work, result
 
 PathLike = str | os.PathLike[str]
+ProtocolLike = PathLike | Protocol
 
 
 def check(
-    protocol: PathLike,
+    protocol: ProtocolLike,
     *,
     lab: PathLike | None = None,
     bind: Mapping[str, str] | None = None,
     params: Mapping[str, Any] | None = None,
     **more_params: Any,
 ) -> Check:
-    """Check a protocol file as `labrun check` does: `ok`, and `problems` with line and column.
+    """Check a protocol as `labrun check` does: `ok`, and `problems` with line and column.
 
-    lab: the lab's file, the simulated lab if None. bind: role -> device. Parameters are
-    texts with units, such as pitch="0.5 mm", or plain values; those whose name is taken here
-    (`lab`, `params`) go into `params`. A parameter without a value is a warning.
+    protocol: a file, or a Protocol built in Python. lab: the lab's file, the simulated lab if None.
+    bind: role -> device. Parameters are texts with units, such as pitch="0.5 mm", or plain values;
+    those whose name is taken here (`lab`, `params`) go into `params`. A parameter without a value is
+    a warning.
     """
     given = {**(params or {}), **more_params}
     checked = checked_protocol(protocol, lab, bind, given, needed=False)
-    return Check(Problems(checked.problems), ok=checked.ok)
+    return Check(Problems(checked.problems, checked.source), ok=checked.ok)
 
 
 def rehearse(
-    protocol: PathLike,
+    protocol: ProtocolLike,
     *,
     lab: PathLike | None = None,
     bind: Mapping[str, str] | None = None,
@@ -62,17 +65,16 @@ def rehearse(
 
 
 def checked_protocol(
-    protocol: PathLike, lab: PathLike | None, bind: Mapping[str, str] | None,
+    protocol: ProtocolLike, lab: PathLike | None, bind: Mapping[str, str] | None,
     params: Mapping[str, Any], *, needed: bool,
 ) -> Checked:  # fmt: skip
     """The checked protocol; with `needed`, one that can be run: raises ProtocolFault."""
-    checked = check_file(
-        Path(protocol),
-        lab=None if lab is None else Path(lab),
-        bind=bind,
-        params=params,
-        needed=needed,
-    )
+    given: Any = {"lab": None if lab is None else Path(lab), "bind": bind, "params": params}
+    if isinstance(protocol, Protocol):
+        name = f"{protocol.name} (built in Python)"
+        checked = check_text(protocol.dump(), name, needed=needed, **given)
+    else:
+        checked = check_file(Path(protocol), needed=needed, **given)
     if needed and not checked.ok:
-        raise ProtocolFault(checked)
+        raise ProtocolFault(checked.problems, checked.source)
     return checked

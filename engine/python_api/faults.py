@@ -1,6 +1,9 @@
 """What a person in Python is told instead of a result: a sentence, without a traceback in a notebook."""
 
-from ..check import Checked
+from collections.abc import Iterable
+
+from ...schemas.problem import Problem
+from ..language.source import Source
 from .problems import Problems
 
 
@@ -19,6 +22,6 @@ class ActionFailed(Refused):
 class ProtocolFault(Refused, ValueError):
     """A protocol with errors; the text is what `labrun check` prints, `problems` are its parts."""
 
-    def __init__(self, checked: Checked) -> None:
-        self.problems = Problems(checked.problems)
+    def __init__(self, problems: Iterable[Problem], source: Source | None) -> None:
+        self.problems = Problems(problems, source)
         super().__init__(str(self.problems))

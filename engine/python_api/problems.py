@@ -2,8 +2,10 @@
 
 import html
 import io
+from collections.abc import Iterable
 
 from ...schemas.problem import Problem
+from ..language.source import Source
 from ..problems.print import print_problems
 
 COLOURS = {"error": "#c0392b", "warning": "#b9770e"}
@@ -12,9 +14,13 @@ COLOURS = {"error": "#c0392b", "warning": "#b9770e"}
 class Problems(list[Problem]):
     """Problems in the order of the file; each has file, line, column, severity, code, message, hint."""
 
+    def __init__(self, problems: Iterable[Problem] = (), source: Source | None = None) -> None:
+        super().__init__(problems)
+        self._texts = {source.name: source.text} if source is not None else {}
+
     def __str__(self) -> str:
         text = io.StringIO()
-        print_problems(self, file=text)
+        print_problems(self, file=text, texts=self._texts)
         return text.getvalue().rstrip("\n") or "no problems"
 
     __repr__ = __str__

@@ -16,7 +16,7 @@ from ..run.folder import FolderFault
 from ..run.run import Listener, Run
 from ..runner.begin import RunOptions
 from .bar import watch
-from .checking import PathLike, checked_protocol
+from .checking import PathLike, ProtocolLike, checked_protocol
 from .faults import Refused
 from .recorded_run import RecordedRun
 from .threads import POLL_S, Work, result
@@ -120,7 +120,7 @@ class LiveRun:
 
 
 def start(
-    protocol: PathLike,
+    protocol: ProtocolLike,
     *,
     lab: PathLike | None = None,
     bind: Mapping[str, str] | None = None,
