@@ -12,7 +12,7 @@ EXTRAS = {
     "ros": ("roslibpy",),
     "dask": ("distributed", "dask"),
     "formats": ("avaread", "h5py", "sif_parser", "spc_io"),
-    "export": ("mcap",),
+    "export": ("h5py", "mcap"),
     "notebook": ("pandas", "tqdm", "xarray"),
     "visa": ("pyvisa",),
     "modbus": ("pymodbus",),
