@@ -6,6 +6,7 @@ import secrets
 import shutil
 import sys
 import tempfile
+import threading
 import weakref
 from collections.abc import Callable, Collection
 from contextlib import suppress
@@ -208,6 +209,9 @@ class _Session:
             for connections in self._connected.values():
                 await connections.close()
 
+        if threading.current_thread() is self._thread:  # forgotten, and collected while it ran
+            Work("close lab", self.close)
+            return
         with suppress(TimeoutError):
             result(asyncio.run_coroutine_threadsafe(close(), self._loop), CLOSE_S)
         self._loop.call_soon_threadsafe(self._loop.stop)

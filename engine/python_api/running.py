@@ -1,7 +1,10 @@
 """`labrun.run`, `arun` and `start`: run a protocol from Python, in a notebook's running loop too."""
 
 import asyncio
+import concurrent.futures.thread  # noqa: F401 - see _live
 import inspect
+import sys
+import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -40,9 +43,9 @@ class LiveRun:
         except (FolderFault, JournalFault, OSError) as fault:
             raise Refused(str(fault)) from None
         self.folder: Path = run.folder
-        # Not a daemon: a program that ends waits until devices are safe.
-        work = Work(f"run {run.id}", lambda: self._run(run, checked, options), daemon=False)
+        work = Work(f"run {run.id}", lambda: self._run(run, checked, options))
         self._work: Work[None] = work
+        _live.add(self)
 
     def wait(self, timeout: float | None = None) -> RecordedRun:
         """Wait for the end, at most `timeout` seconds (then TimeoutError; the run goes on).
@@ -113,10 +116,26 @@ class LiveRun:
             raise Refused(in_words(fault)) from None
         finally:
             self._lock.release()
+            _live.discard(self)
 
     def __repr__(self) -> str:
         state = "live" if self._work.is_alive() else "ended"
         return f"<labrun run {self.folder.name}: {state}>"
+
+
+def _wait_for_all() -> None:
+    """A program that ends waits for its runs; Ctrl-C aborts them."""
+    for live in [*_live]:
+        try:
+            live.wait()
+        except Exception as fault:  # nobody else is there to be told
+            print(fault, file=sys.stderr)
+
+
+_live: set[LiveRun] = set()
+# `atexit` is too late: Python has ended its pools of threads then, without which no run goes on. What
+# is registered here comes before what was registered earlier, as `concurrent.futures.thread` was.
+threading._register_atexit(_wait_for_all)  # type: ignore[attr-defined]
 
 
 def start(

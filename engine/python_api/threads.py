@@ -12,10 +12,10 @@ POLL_S = 0.2
 
 
 class Work(Thread, Generic[T]):
-    """Work that has begun in a thread; a program's end waits for it unless it is a daemon."""
+    """Work that has begun in a thread; a program's end does not wait for it."""
 
-    def __init__(self, name: str, work: Callable[[], T], *, daemon: bool = True) -> None:
-        super().__init__(name=name, daemon=daemon)
+    def __init__(self, name: str, work: Callable[[], T]) -> None:
+        super().__init__(name=name, daemon=True)
         self._work = work
         self.ended: Future[T] = Future()
         self.start()

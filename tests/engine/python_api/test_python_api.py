@@ -201,6 +201,19 @@ def test_a_cancelled_coroutine_aborts_its_run(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_program_that_ends_waits_for_its_run(tmp_path):
+    (tmp_path / "steps.yaml").write_text(SCAN)
+    program = "import labrun\nlabrun.start('steps.yaml')\nprint('the last line')\n"
+    ran = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+
+    assert ran.stdout.partition("\n")[0] == "the last line"
+    assert "run succeeded" in ran.stdout and not ran.stderr
+    assert labrun.load("last", tmp_path / "runs").fate == "succeeded"
+
+
+@pytest.mark.slow
 @pytest.mark.posix("signals of POSIX")
 def test_ctrl_c_aborts_as_in_a_terminal(tmp_path):
     (tmp_path / "long.yaml").write_text(LONG)
