@@ -28,6 +28,8 @@ from .threads import Work, result
 
 CLOSE_S = 30.0
 """How long leases and servers are given back before a program ends all the same."""
+NOT_OURS = ("Stopped", "Rejected", "Lost")
+"""Errors after which a device is reached and leased anew, once a person has read them and goes on."""
 
 
 class Lab:
@@ -192,6 +194,8 @@ class _Session:
             raise Refused(str(fault)) from None
         error = called.outcome.error
         self._has_picture |= error is not None and self._folder in error.message
+        if error is not None and error.name in NOT_OURS:
+            await self._connected.pop(device).close()
         return called
 
     def _hear(self, cancel: Callable[[str], object]) -> Callable[[], None]:

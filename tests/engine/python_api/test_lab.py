@@ -2,6 +2,8 @@
 
 import _thread
 import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -75,6 +77,24 @@ def test_a_device_that_somebody_else_holds_is_left_to_them(bench):
             other.a.act(name="other")
     with labrun.lab(bench.lab, yes=True) as lab:
         lab.a.act(name="later")
+
+
+@pytest.mark.slow
+def test_labrun_stop_finds_its_devices_and_they_are_leased_anew_after_it(tmp_path):
+    path = tmp_path / "lab.yaml"
+    path.write_text(
+        "name: held\nsimulated: true\n"
+        "devices: {gantry: {contract: gantry@1, driver: sim_gantry, config: {homed: true}}}\n"
+    )
+    stop = [sys.executable, "-m", "labrun.engine", "stop", "gantry", "--lab", path]
+    with labrun.lab(path, yes=["motion"]) as lab:
+        lab.gantry.move_to(x=1)
+        stopped = subprocess.run(stop, cwd=tmp_path, capture_output=True, text=True)
+        with pytest.raises(labrun.ActionFailed, match=r"gantry\.move_to: Stopped: .* stopped by"):
+            lab.gantry.move_to(x=2)
+
+        assert stopped.stdout == "gantry is in its safe state\n"
+        assert lab.gantry.move_to(x=3)["x"].magnitude == pytest.approx(3, abs=0.01)
 
 
 def test_an_interrupt_cancels_the_action_and_says_where_things_stand(bench):
