@@ -43,16 +43,22 @@ class BarWatch(PlainWatch):
         self._loop, self._bar = "", None
 
 
+def in_a_notebook() -> bool:
+    """Whether this is a kernel of Jupyter's, so that a person may be asked and shown widgets."""
+    ipython = sys.modules.get("IPython")
+    return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
+
+
 def watch() -> PlainWatch:
     """How a run shows its progress here: in a notebook with a bar, if tqdm is installed."""
-    return BarWatch() if "ipykernel" in sys.modules and find_spec("tqdm") else PlainWatch()
+    return BarWatch() if in_a_notebook() and find_spec("tqdm") else PlainWatch()
 
 
 def _tqdm() -> Any:
     """The bar: a widget where ipywidgets are."""
     import tqdm
 
-    if "ipykernel" not in sys.modules or not find_spec("ipywidgets"):
+    if not in_a_notebook() or not find_spec("ipywidgets"):
         return tqdm.tqdm
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", tqdm.TqdmExperimentalWarning)

@@ -8,7 +8,7 @@ from typing import Any
 from ..check import Checked, check_file, check_text
 from .faults import ProtocolFault, Refused
 from .problems import Check, Problems
-from .protocol import Protocol
+from .protocol import Protocol, plain
 from .threads import Work, result
 
 PathLike = str | os.PathLike[str]
@@ -26,7 +26,7 @@ def check(
     """Check a protocol as `labrun check` does: `ok`, and `problems` with line and column.
 
     protocol: a file, or a Protocol built in Python. lab: the lab's file, the simulated lab if None.
-    bind: role -> device. Parameters are texts with units, such as pitch="0.5 mm", or plain values;
+    bind: role -> device. Parameters are texts with units, such as pitch="0.5 mm", quantities or plain values;
     those whose name is taken here (`lab`, `params`) go into `params`. A parameter without a value is
     a warning.
     """
@@ -69,7 +69,8 @@ def checked_protocol(
     params: Mapping[str, Any], *, needed: bool,
 ) -> Checked:  # fmt: skip
     """The checked protocol; with `needed`, one that can be run: raises ProtocolFault."""
-    given: Any = {"lab": None if lab is None else Path(lab), "bind": bind, "params": params}
+    plainly = {name: plain(value) for name, value in params.items()}
+    given: Any = {"lab": None if lab is None else Path(lab), "bind": bind, "params": plainly}
     if isinstance(protocol, Protocol):
         name = f"{protocol.name} (built in Python)"
         checked = check_text(protocol.dump(), name, needed=needed, **given)

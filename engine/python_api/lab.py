@@ -21,6 +21,7 @@ from ..journal.encode import with_units
 from ..lab.lab import LoadedLab, load_lab
 from ..language.arguments import ArgumentFaults
 from ..run.names import FileFault
+from .bar import in_a_notebook
 from .checking import PathLike
 from .faults import ActionFailed, Refused
 from .problems import Problems
@@ -145,7 +146,7 @@ def _call(lab: Lab, device: str, name: str, given: dict[str, Any]) -> dict[str, 
 
 
 def _asked(label: str, danger: str) -> bool:
-    if not sys.stdin.isatty() and "ipykernel" not in sys.modules:
+    if not sys.stdin.isatty() and not in_a_notebook():
         return False
     with suppress(EOFError, NotImplementedError):  # a notebook that is run without a person
         return input(f"{label} is dangerous ({danger}). Do it? [y/N] ").strip().lower() == "y"

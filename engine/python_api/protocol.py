@@ -52,7 +52,7 @@ class Protocol:
         keys = sorted(
             fields(self), key=lambda one: list(schema.Protocol.model_fields).index(one.name)
         )
-        whole = {_key(one.name): _plain(getattr(self, one.name)) for one in keys}
+        whole = {_key(one.name): plain(getattr(self, one.name)) for one in keys}
         laid = CommentedMap(labrun=1)
         for key, value in whole.items():
             if value not in ("", {}, []):
@@ -82,6 +82,26 @@ class Protocol:
         )
 
 
+def plain(value: Any) -> Any:
+    """A value as YAML has it."""
+    if is_dataclass(value) and not isinstance(value, type):
+        given = {f.name: getattr(value, f.name) for f in fields(value)}
+        return {_key(name): plain(one) for name, one in given.items() if one is not None}
+    if is_quantity(value):
+        return quantity_text(value)
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): plain(one) for key, one in value.items()}
+    if isinstance(value, Path):
+        return value.as_posix()
+    if isinstance(value, Sequence) and not isinstance(value, str | bytes):
+        return [plain(one) for one in value]
+    if value is None or isinstance(value, str | bool | int | float):
+        return value
+    raise TypeError(f"{value!r} is no value of a protocol; give text, a number or a quantity")
+
+
 def _step(kind: type[schema.StepBase]) -> Any:
     """A dataclass with the keys of a step, its keyword first; `with_`, `if_` where Python has the word."""
     keyword = next(name for name in kind.model_fields if _key(name) == kind.KIND)
@@ -93,26 +113,6 @@ def _step(kind: type[schema.StepBase]) -> Any:
 
 def _key(name: str) -> str:
     return name.removesuffix("_")
-
-
-def _plain(value: Any) -> Any:
-    """A value as YAML has it."""
-    if is_dataclass(value) and not isinstance(value, type):
-        given = {f.name: getattr(value, f.name) for f in fields(value)}
-        return {_key(name): _plain(one) for name, one in given.items() if one is not None}
-    if is_quantity(value):
-        return quantity_text(value)
-    if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {str(key): _plain(one) for key, one in value.items()}
-    if isinstance(value, Path):
-        return value.as_posix()
-    if isinstance(value, Sequence) and not isinstance(value, str | bytes):
-        return [_plain(one) for one in value]
-    if value is None or isinstance(value, str | bool | int | float):
-        return value
-    raise TypeError(f"{value!r} is no value of a protocol; give text, a number or a quantity")
 
 
 def _laid_out(value: Any, used: int) -> Any:

@@ -90,11 +90,13 @@ class RecordedRun:
         if not path.exists():
             there = ", ".join(self.tables) or "none"
             raise Refused(f"{self.id} has no table {name!r}; it has {there}")
-        frame = pandas.read_csv(path, index_col=KEY, dtype={KEY: str})
+        empty = ["", "nan"]  # not NA and None, which somebody may have written
+        frame = pandas.read_csv(path, dtype={KEY: str}, keep_default_na=False, na_values=empty)
         for column in frame.columns[frame.dtypes.map(pandas.api.types.is_string_dtype)]:
             frame[column] = frame[column].map(
                 lambda cell: bare(cell) if isinstance(cell, str) else cell
             )
+        frame = frame.set_index(KEY)
         units = self._units(path.name)
         frame.attrs["units"] = {column + suffix(unit): unit for column, unit in units.items()}
         return frame

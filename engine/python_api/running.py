@@ -3,6 +3,7 @@
 import asyncio
 import concurrent.futures.thread  # noqa: F401 - see _live
 import inspect
+import json
 import sys
 import threading
 from collections.abc import Callable, Mapping
@@ -21,6 +22,7 @@ from ..runner.begin import RunOptions
 from .bar import watch
 from .checking import PathLike, ProtocolLike, checked_protocol
 from .faults import Refused
+from .protocol import plain
 from .recorded_run import RecordedRun
 from .threads import POLL_S, Work, result
 
@@ -163,9 +165,13 @@ def start(
     if progress:
         options.say = print
         options.watchers = [lambda run, control: watch()]
-    return LiveRun(
-        checked, Path(runs), {name: str(value) for name, value in given.items()}, options
-    )
+    texts = {name: _text(plain(value)) for name, value in given.items()}
+    return LiveRun(checked, Path(runs), texts, options)
+
+
+def _text(value: Any) -> str:
+    """A parameter as it is written on the command line: what a resume reads."""
+    return value if isinstance(value, str) else json.dumps(value)
 
 
 def _called_as(other: Callable[P, Any]) -> Callable[[Callable[..., T]], Callable[P, T]]:

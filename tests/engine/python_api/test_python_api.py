@@ -3,6 +3,7 @@
 import asyncio
 import inspect
 import io
+import json
 import re
 import subprocess
 import sys
@@ -11,9 +12,11 @@ import time
 from contextlib import redirect_stdout
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import labrun
+from labrun.schemas.quantity import quantity
 
 SCAN = """labrun: 1
 name: steps
@@ -23,8 +26,8 @@ devices: {gantry: gantry@1}
 steps:
   - id: scan
     foreach: {n: "${{ range(3) }}"}
-    key: ${{ n }}
-    collect: {x: "${{ steps.go.x }}", n: "${{ n }}", note: "${{ '=sum' }}"}
+    key: "=${{ n }}"
+    collect: {x: "${{ steps.go.x }}", n: "${{ n }}", note: "${{ '=sum' }}", what: "${{ 'NA' }}"}
     steps:
       - {id: go, do: gantry.move_to, with: {x: "${{ n * params.pitch }}", y: 0 mm}}
   - log: pitch ${{ params.pitch }}
@@ -118,10 +121,11 @@ def test_a_loops_table_has_its_units(ran):
     run, _ = ran
     frame, data = run.table(), run.dataset()
 
-    assert run.tables == ["data"] and list(frame.index) == ["0", "1", "2"]
+    assert run.tables == ["data"] and list(frame.index) == ["=0", "=1", "=2"]
     assert list(frame["x_mm"]) == pytest.approx([0, 2, 4], abs=0.01)
     assert frame.attrs["units"] == {"x_mm": "mm"}
     assert list(frame["note"]) == ["=sum"] * 3  # as it was, not as a spreadsheet must see it
+    assert list(frame["what"]) == ["NA"] * 3
     assert list(data["x"].values) == list(frame["x_mm"]) and data["x"].attrs == {"units": "mm"}
     assert data.attrs["run"] == run.id
     with pytest.raises(labrun.Refused, match="no table 'rows'; it has data"):
@@ -269,6 +273,36 @@ def test_a_question_is_answered_from_the_next_cell(tmp_path):
     assert live.wait().fate == "succeeded"
     with pytest.raises(labrun.Refused, match="is not running"):
         live.answer("q", "b")
+
+
+PARAMS = """labrun: 1
+name: params
+params:
+  flag: {type: boolean, default: false}
+  names: {type: array, items: {type: string}, default: [x]}
+  pitch: {type: quantity, unit: mm, default: 1 mm}
+  n: {type: integer, default: 1}
+steps:
+  - require: ${{ params.flag and params.n == 3 and params.names[1] == 'b' and params.pitch == 0.5 mm }}
+  - {id: q, ask: Which?, choices: [a, b]}
+"""
+
+
+def test_parameters_are_values_of_python_and_a_resume_reads_them_again(tmp_path):
+    (tmp_path / "params.yaml").write_text(PARAMS)
+    given = {"flag": True, "names": ["a", "b"], "pitch": quantity(0.5, "mm"), "n": np.int64(3)}
+    live = labrun.start(tmp_path / "params.yaml", runs=tmp_path / "runs", progress=False, **given)
+    with pytest.raises(labrun.Refused, match="is not a choice"):
+        answer(live, "c")  # `require` has been passed
+    live.abort()
+    run = live.wait()
+    texts = json.loads((run.folder / "run.json").read_text())["params"]
+    again = labrun.check(tmp_path / "params.yaml", **texts)
+
+    assert run.params == {**given, "n": 3} and run.fate == "aborted"
+    assert again.ok and texts["flag"] == "true" and texts["names"] == '["a", "b"]'
+    with pytest.raises(TypeError, match="no value of a protocol"):
+        labrun.check(tmp_path / "params.yaml", n=object())
 
 
 def test_run_and_arun_show_the_options_of_start():
