@@ -48,7 +48,7 @@ def replace_whole(path: Path) -> Iterator[IO[bytes]]:
     place = path.resolve()
     half = place.with_name(f".{place.name}.{secrets.token_hex(4)}.part")
     try:
-        with os.fdopen(_created(half, 0o666), "wb") as file:
+        with os.fdopen(_created(half, 0o666), "w+b") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
@@ -59,7 +59,7 @@ def replace_whole(path: Path) -> Iterator[IO[bytes]]:
 
 
 def _created(half: Path, mode: int) -> int:
-    return os.open(half, os.O_WRONLY | os.O_CREAT | os.O_EXCL | BINARY, mode)
+    return os.open(half, os.O_RDWR | os.O_CREAT | os.O_EXCL | BINARY, mode)
 
 
 def put(half: Path, place: Path) -> None:

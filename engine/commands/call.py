@@ -6,15 +6,23 @@ import secrets
 import shutil
 import sys
 import tempfile
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ...system.signals import on_end
 from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
 from ..lab.lab import LoadedLab
 from .options import Lab, WrongUsage, pairs, say, usable_lab
+
+if TYPE_CHECKING:
+    from ...drivers.client.client import DeviceClient, Outcome
+    from ...schemas.contract import Action, Contract
+    from ...schemas.messages import Goal
 
 CANCEL_S = 10.0
 """How long a cancelled action may take to end before its device is stopped, unless its contract says."""
@@ -29,16 +37,15 @@ def call(
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Confirm a dangerous action.")] = False,
 ) -> None:
     """Run one action on one device, with the same checks as in a protocol."""
-    from ..language.arguments import ArgumentFaults, resolve_arguments, typed
+    from ..language.arguments import ArgumentFaults, typed
 
     loaded = usable_lab(lab)
     device, _, name = action.partition(".")
     try:
-        found = _find(loaded, device, name)
+        found = find_action(loaded, device, name)
         schemas = found.param_schemas()
         given = {n: typed(text, schemas.get(n, {})) for n, text in pairs(params, "").items()}
-        limits = loaded.lab.devices[device].limits
-        arguments = resolve_arguments(found, given, limits, label=action)
+        arguments = fitted(loaded, device, name, given)
     except (WrongUsage, ArgumentFaults) as fault:
         say(str(fault).strip())
         raise typer.Exit(PROBLEMS) from None
@@ -48,7 +55,8 @@ def call(
     raise typer.Exit(asyncio.run(_call(loaded, device, name, arguments)))
 
 
-def _find(lab: LoadedLab, device: str, name: str):
+def find_action(lab: LoadedLab, device: str, name: str) -> "Action":
+    """An action of a device; raises WrongUsage with what there is instead."""
     from ..language.suggest import did_you_mean
 
     if device not in lab.lab.devices:
@@ -65,24 +73,56 @@ def _find(lab: LoadedLab, device: str, name: str):
     return contract.actions[name]
 
 
+def fitted(lab: LoadedLab, device: str, name: str, given: dict[str, Any]) -> dict[str, Any]:
+    """The arguments as the driver gets them, within this bench's limits; raises ArgumentFaults."""
+    from ..language.arguments import resolve_arguments
+
+    limits = lab.lab.devices[device].limits
+    return resolve_arguments(
+        find_action(lab, device, name), given, limits, label=f"{device}.{name}"
+    )
+
+
 def _armed(action: str, danger: str) -> bool:
     return sys.stdin.isatty() and typer.confirm(f"{action} is dangerous ({danger}). Do it?")
 
 
+@dataclass(frozen=True, slots=True)
+class Called:
+    """How one action by hand ended; `cancelled_by` if it was asked to, and where its device stands."""
+
+    label: str
+    outcome: "Outcome"
+    cancelled_by: str = ""
+    standing: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether it came to its own end, and succeeded."""
+        return not self.cancelled_by and self.outcome.state == "SUCCEEDED"
+
+    @property
+    def words(self) -> list[str]:
+        """What to tell a person of one that did not."""
+        error, state = self.outcome.error, self.outcome.state
+        if not self.cancelled_by:
+            return [f"{self.label}: {error.name}: {error.message}" if error else f"ended {state}"]
+        why = f": {error.message}" if error else ""
+        return [
+            f"{self.label} was cancelled by {self.cancelled_by} and ended {state}{why}",
+            f"{self.label.partition('.')[0]} now: {self.standing or 'its status is not known'}",
+        ]
+
+
 async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any]) -> int:
-    from ...schemas.messages import Goal
     from ..dispatch.connect import NotReached, connect
-    from ..lab.bind import BoundRole
-    from ..run.files import read_content, write_content
     from ..run.names import FileFault
 
-    contract = lab.contracts[lab.lab.devices[device].contract]
-    role = BoundRole(device, device, contract, lab.lab.devices[device].limits)
-    action = contract.actions[name]
     with ExitStack() as leaving:
         folder = tempfile.mkdtemp(prefix="labrun-call-")
         leaving.callback(shutil.rmtree, folder, ignore_errors=True)
         owner = f"call-{secrets.token_hex(4)}"
+        role = role_of(lab, device)
         try:
             connections = await connect({device: role}, lab, Path(folder), owner, say=say)
         except NotReached as fault:
@@ -90,44 +130,65 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
             return NOT_REACHED
         try:
             client = connections.clients[device]
-            read, _ = action.path_params()
-            files = {n: read_content(Path(), arguments[n]) for n in read if n in arguments}
-            goal = Goal(
-                id=f"{owner}/{name}/1", device=device, boot=client.boot,
-                epoch=client.epoch(device), action=name, params=arguments, files=files,
-            )  # fmt: skip
-            outcome, ended_by = await _followed(client, goal, contract.cancel_grace_s)
-            standing = await _standing(client, device) if ended_by else ""
-            for content in outcome.files.values():
-                write_content(Path(), content)
-            if outcome.error is not None and folder in outcome.error.message:
+            id = f"{owner}/{name}/1"
+            called = await do_action(client, role.contract, device, name, arguments, id)
+            error = called.outcome.error
+            if error is not None and folder in error.message:
                 leaving.pop_all()  # it holds a picture of what was seen
         except FileFault as fault:
             say(str(fault))
             return PROBLEMS
         finally:
             await connections.close()
-    if ended_by:
-        words = f": {outcome.error.message}" if outcome.error else ""
-        say(f"{device}.{name} was cancelled by {ended_by} and ended {outcome.state}{words}")
-        say(f"{device} now: {standing or 'its status is not known'}")
-        return CTRL_C if ended_by == "Ctrl-C" else FAILED
-    if outcome.state == "SUCCEEDED":
-        typer.echo(json.dumps(outcome.result, indent=1))
+    if called.ok:
+        typer.echo(json.dumps(called.outcome.result, indent=1))
         return SUCCEEDED
-    error = outcome.error
-    say(f"{device}.{name}: {error.name}: {error.message}" if error else f"ended {outcome.state}")
-    return FAILED
+    for line in called.words:
+        say(line)
+    return CTRL_C if called.cancelled_by == "Ctrl-C" else FAILED
 
 
-async def _followed(client, goal, grace_s: float) -> tuple[Any, str]:
+def role_of(lab: LoadedLab, device: str):
+    """A device in the role of itself."""
+    from ..lab.bind import BoundRole
+
+    contract = lab.contracts[lab.lab.devices[device].contract]
+    return BoundRole(device, device, contract, lab.lab.devices[device].limits)
+
+
+async def do_action(
+    client: "DeviceClient", contract: "Contract", device: str, name: str, arguments: dict[str, Any],
+    id: str, *, hear: Callable[[Callable[[str], object]], Callable[[], None]] = on_end,
+    say: Callable[[str], None] = say,
+) -> Called:  # fmt: skip
+    """Send one goal and follow it to its end; files are read from and written to the current folder.
+
+    `hear` is given what cancels the goal, and returns what takes that back. Raises FileFault.
+    """
+    from ...schemas.messages import Goal
+    from ..run.files import read_content, write_content
+
+    read, _ = contract.actions[name].path_params()
+    goal = Goal(
+        id=id, device=device, boot=client.boot, epoch=client.epoch(device), action=name,
+        params=arguments, files={n: read_content(Path(), arguments[n]) for n in read if n in arguments},
+    )  # fmt: skip
+    outcome, by = await _followed(client, goal, contract.cancel_grace_s, hear, say)
+    standing = await _standing(client, device) if by else ""
+    for content in outcome.files.values():
+        write_content(Path(), content)
+    return Called(f"{device}.{name}", outcome, by, standing)
+
+
+async def _followed(
+    client: "DeviceClient", goal: "Goal", grace_s: float, hear: Callable, say: Callable[[str], None]
+) -> "tuple[Outcome, str]":
     """The goal's outcome, and what ended it early: it is cancelled, and stopped if that does not help."""
-    from ...system.signals import on_end
     from ...system.tasks import spawn
 
     cancel_s = max(CANCEL_S, grace_s + 2)
     asked: asyncio.Future[str] = asyncio.get_running_loop().create_future()
-    deaf = on_end(lambda by: None if asked.done() else asked.set_result(by))
+    deaf = hear(lambda by: None if asked.done() else asked.set_result(by))
     following = spawn(f"follow {goal.id}", client.follow(goal, lambda report: None))
     try:
         await asyncio.wait({following, asked}, return_when=asyncio.FIRST_COMPLETED)

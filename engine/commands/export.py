@@ -9,7 +9,9 @@ from ..exit_status import FAILED, PROBLEMS
 from .options import RUNS, Runs, say
 from .resume import RunName
 
-To = Annotated[str, typer.Option("--to", metavar="FORMAT", help="mcap, or a format of a plug-in.")]
+To = Annotated[
+    str, typer.Option("--to", metavar="FORMAT", help="mcap, nexus, or a format of a plug-in.")
+]
 Out = Annotated[
     Path | None,
     typer.Option("--out", "-o", help="The file; by default RUN.FORMAT in this folder."),
@@ -18,7 +20,7 @@ Out = Annotated[
 
 def export(run: RunName, to: To, out: Out = None, runs: Runs = RUNS) -> None:
     """Write a run as a file of another format; the run's folder stays as it is."""
-    from ..export.formats import ExportFault, formats
+    from ..export.formats import SUFFIXES, ExportFault, formats
     from ..language.suggest import did_you_mean, listed
     from ..run.folder import FolderFault, find_run
 
@@ -28,7 +30,7 @@ def export(run: RunName, to: To, out: Out = None, runs: Runs = RUNS) -> None:
         raise typer.Exit(PROBLEMS)
     try:
         folder = find_run(runs, run)
-        place = out if out is not None else Path(f"{folder.name}.{to}")
+        place = out if out is not None else Path(f"{folder.name}.{SUFFIXES.get(to, to)}")
         known[to]()(folder, place)
     except (FolderFault, ExportFault) as fault:
         say(str(fault))

@@ -5,7 +5,7 @@ import errno
 import shutil
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,6 +14,11 @@ from ..check import Checked
 from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
 from .checked_protocol import checked_file, fitting_answers, name_values
 from .options import RUNS, Bind, Lab, Params, Runs, say
+
+if TYPE_CHECKING:
+    from ..run.folder import FolderLock
+    from ..run.run import Run
+    from ..runner.begin import RunOptions
 
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 Yes = Annotated[bool, typer.Option("--yes", "-y", help="Answer every `confirm` with yes.")]
@@ -76,31 +81,45 @@ def start(
 ) -> int:
     """Make the run's folder and run the protocol; returns the exit status."""
     from ..journal.journal import JournalFault
-    from ..run.folder import FolderFault, FolderLock, new_run_folder
-    from ..runner.begin import RunOptions, new_run
+    from ..run.folder import FolderFault
+    from ..runner.begin import RunOptions
     from ..runner.runner import run_session
 
-    assert checked.protocol is not None
-    folder = None
+    options = RunOptions(
+        yes=yes, answers=answers or {}, watchers=[watcher(json)], live_figures=True, say=say,
+        wait_s=wait_s,
+    )  # fmt: skip
     try:
-        folder = new_run_folder(runs, checked.protocol.name)
-        keep(folder, checked, given or {})
-        options = RunOptions(
-            yes=yes, answers=answers or {}, watchers=[watcher(json)], live_figures=True,
-            say=say, wait_s=wait_s,
-        )  # fmt: skip
-        lock = FolderLock(folder)
-        lock.take()
-        the_run = new_run(folder, checked, options)
+        the_run, lock = begin(checked, runs, given or {}, options)
     except (FolderFault, JournalFault, OSError) as fault:
-        if folder is not None:
-            shutil.rmtree(folder, ignore_errors=True)
         say(str(fault))
         return FAILED
     try:
         return run_to_end(run_session(the_run, checked, options))
     finally:
         lock.release()
+
+
+def begin(
+    checked: Checked, runs: Path, given: dict[str, str], options: "RunOptions"
+) -> "tuple[Run, FolderLock]":
+    """A new run, and the lock on its folder, which whoever runs it releases.
+
+    Raises FolderFault, JournalFault or OSError, and then leaves no folder.
+    """
+    from ..run.folder import FolderLock, new_run_folder
+    from ..runner.begin import new_run
+
+    assert checked.protocol is not None
+    folder = new_run_folder(runs, checked.protocol.name)
+    try:
+        keep(folder, checked, given)
+        lock = FolderLock(folder)
+        lock.take()
+        return new_run(folder, checked, options), lock
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
 
 
 def run_to_end(session) -> int:
@@ -110,24 +129,25 @@ def run_to_end(session) -> int:
 
     try:
         ending = asyncio.run(session)
-    except JournalFault as fault:
-        say(f"{fault}. Nothing was sent.")
-        return FAILED
-    except NotReached as fault:
-        say(f"{fault}. Nothing was sent.")
-        return NOT_REACHED
-    except OSError as fault:
-        cured = "there is space again" if fault.errno in FULL else "that is cured"
-        say(
-            f"{fault.strerror or fault}: {fault.filename or 'the folder of the run'}. Devices are "
-            f"safe. When {cured}, `labrun resume last` continues the run."
-        )
-        return FAILED
+    except (JournalFault, NotReached, OSError) as fault:
+        say(in_words(fault))
+        return NOT_REACHED if isinstance(fault, NotReached) else FAILED
     if why := why_no_page():
         say(f"the page, `labrun web`, is missing here: {why}. See docs/how-to/web.md")
     if ending.interrupted:
         return CTRL_C
     return SUCCEEDED if ending.fate == "succeeded" else FAILED
+
+
+def in_words(fault: Exception) -> str:
+    """What ended an engine session before its own end, and what now."""
+    if not isinstance(fault, OSError):
+        return f"{fault}. Nothing was sent."
+    cured = "there is space again" if fault.errno in FULL else "that is cured"
+    return (
+        f"{fault.strerror or fault}: {fault.filename or 'the folder of the run'}. Devices are "
+        f"safe. When {cured}, `labrun resume last` continues the run."
+    )
 
 
 def watcher(json: bool):

@@ -10,8 +10,10 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 Export = Callable[[Path, Path], None]
-OWN = {"mcap": "mcap:write"}
+OWN = {"mcap": "mcap:write", "nexus": "nexus:write"}
 """Format, which is also the file's suffix -> module in this folder and function."""
+SUFFIXES = {"nexus": "nxs"}
+"""Where it is another one."""
 
 
 class ExportFault(Exception):

@@ -221,6 +221,9 @@ class Records:
         """Those of some kinds."""
         return Records(self.path, *kinds)
 
+    def __repr__(self) -> str:
+        return f"<records of {self.path}>"
+
     def __iter__(self) -> Iterator[JournalRecord]:
         return (record for _, record in Follower(self.path, *self._kinds).records())
 

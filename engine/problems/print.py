@@ -3,7 +3,7 @@
 import json
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Literal
 from unicodedata import combining, east_asian_width
@@ -17,9 +17,13 @@ RED, YELLOW, BLUE, BOLD, PLAIN = "\033[31m", "\033[33m", "\033[34m", "\033[1m", 
 
 
 def print_problems(
-    problems: Sequence[Problem], *, format: Format | str = "text", file: IO[str] | None = None
-) -> None:
-    """Print problems, in colour only if `file` (stdout by default) is a terminal."""
+    problems: Sequence[Problem], *, format: Format | str = "text", file: IO[str] | None = None,
+    texts: Mapping[str, str] | None = None,
+) -> None:  # fmt: skip
+    """Print problems, in colour only if `file` (stdout by default) is a terminal.
+
+    `texts`: file -> text, of what is in no file.
+    """
     out = file if file is not None else sys.stdout
     if format == "json":
         print(
@@ -33,12 +37,11 @@ def print_problems(
         for problem in problems:
             print(_annotation(problem), file=out)
         return
-    _print_text(problems, out)
+    _print_text(problems, out, SourceLines(texts))
 
 
-def _print_text(problems: Sequence[Problem], out: IO[str]) -> None:
+def _print_text(problems: Sequence[Problem], out: IO[str], lines: "SourceLines") -> None:
     colours = out.isatty() and "NO_COLOR" not in os.environ
-    lines = SourceLines()
     for problem in problems[:MOST]:
         for line in _text(problem, lines.line(problem), colours):
             _say(line, out)
@@ -71,8 +74,8 @@ def count_line(problems: Iterable[Problem]) -> str:
 class SourceLines:
     """The source lines that problems point at; each file is read once."""
 
-    def __init__(self) -> None:
-        self._files: dict[str, list[str]] = {}
+    def __init__(self, texts: Mapping[str, str] | None = None) -> None:
+        self._files = {name: text.split("\n") for name, text in (texts or {}).items()}
 
     def line(self, problem: Problem) -> str | None:
         """The line of a problem; None where its file cannot be read."""

@@ -103,7 +103,7 @@ class Rows:
             file.write(_csv_line(cells))
 
     def _write_header(self, units: dict[str, str]) -> None:
-        names = [name + _suffix(units.get(name)) for name in self.columns]
+        names = [name + suffix(units.get(name)) for name in self.columns]
         header = _csv_line(["key", *names, "fate"])
         rows = ""
         if self._begun:  # a unit that the first rows, with nulls, did not show yet
@@ -121,7 +121,8 @@ class Rows:
         return guarded(value) if isinstance(value, str) else str(value)
 
 
-def _suffix(unit: str | None) -> str:
+def suffix(unit: str | None) -> str:
+    """What a column's name ends with in the table: `_mm`; nothing without a unit."""
     if not unit:
         return ""
     return "_" + unit.replace(" ", "").replace("/", "_per_").replace("**", "").replace("µ", "u")

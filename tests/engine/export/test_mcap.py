@@ -113,6 +113,8 @@ def test_the_command_names_the_file_after_the_run(command, run, tmp_path):
 
     assert done.exit_code == 0, done.output
     assert (tmp_path / f"{run.name}.mcap").read_bytes().startswith(b"\x89MCAP0")
+    assert command("last", "--to", "nexus").exit_code == 0
+    assert (tmp_path / f"{run.name}.nxs").read_bytes().startswith(b"\x89HDF")
 
 
 @pytest.mark.parametrize(
@@ -139,5 +141,5 @@ def test_a_plug_in_adds_a_format(monkeypatch):
 
     monkeypatch.setattr(formats, "entry_points", lambda group: [Point()])
 
-    assert {*formats.formats()} == {"mcap", "vtk"}
+    assert {*formats.formats()} == {"mcap", "nexus", "vtk"}
     assert formats.formats()["vtk"]() is write

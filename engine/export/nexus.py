@@ -1,0 +1,224 @@
+"""A run as NeXus (HDF5), which silx, HyperSpy, xarray and h5py open: tables and spectra with axes and units.
+
+Each table is an NXdata group of its name, its spectra one beside it, NAME_spectra. Where its columns x
+and y are a line or a grid, what was measured lies over them, NaN where a point is missing; else along
+`row`, with x and y beside it. Axes are HDF5 dimension scales, too, as netCDF has them.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ... import __version__
+from ...schemas import journal as j
+from ...schemas.quantity import is_quantity, magnitude_in
+from ...system.extras import not_installed
+from ...system.files import replace_whole
+from ..journal.encode import decode
+from ..journal.history import superseded
+from ..journal.journal import JournalFault, Records
+from ..run.folder import JOURNAL, FolderFault, protocol_file
+from .formats import ExportFault
+
+AXES = ("y", "x")
+LEAST_FULL = 0.5
+"""Of a grid's points; with fewer of them x and y were chosen one by one."""
+SPECTRA = "spectra/"
+Table = dict[str, tuple[j.IterationEnded, dict[str, Any]]]
+"""Key -> the record of an iteration and its row."""
+
+
+def write(folder: Path, place: Path) -> None:
+    """Write the run in `folder` to the file `place`; raises ExportFault and OSError."""
+    try:
+        import h5py
+    except ImportError as fault:
+        raise ExportFault(not_installed(fault, "export") or str(fault)) from fault
+    try:
+        tables = _tables(folder)
+        with replace_whole(place) as out, h5py.File(out, "w") as file:
+            entry = _group(file, "entry", "NXentry")
+            file.attrs["default"] = "entry"
+            for record in Records(folder / JOURNAL).of("started", "finished"):
+                if isinstance(record, j.Started):
+                    entry["title"], entry["entry_identifier"] = record.protocol, folder.name
+                    entry["start_time"] = record.began or record.at
+                elif isinstance(record, j.Finished):
+                    entry.pop("end_time", None)
+                    entry["end_time"] = record.at
+            entry["program_name"] = "labrun"
+            entry["program_name"].attrs["version"] = __version__
+            note = _group(entry, "protocol", "NXnote")
+            copy = protocol_file(folder)
+            note["data"], note["file_name"] = copy.read_text(encoding="utf-8"), copy.name
+            spectra = _spectra(folder)
+            for name, rows in tables.items():
+                _write_table(entry, name, list(rows.values()), folder, spectra)
+    except (JournalFault, FolderFault) as fault:
+        raise ExportFault(str(fault)) from fault
+    except ImportError as fault:
+        raise ExportFault(not_installed(fault) or str(fault)) from fault
+
+
+def _tables(folder: Path) -> dict[str, Table]:
+    records = Records(folder / JOURNAL)
+    is_superseded, tables = superseded(records), {}
+    for record in records.of("iteration"):
+        if isinstance(record, j.IterationEnded) and record.row is not None:
+            table: Table = tables.setdefault(record.file.removesuffix(".csv") or "data", {})
+            table.pop(record.row_key, None)
+            if not is_superseded(record):
+                table[record.row_key] = (record, decode(record.row))
+    return {name: table for name, table in tables.items() if table}
+
+
+def _spectra(folder: Path) -> dict[str, str]:
+    """Path of a loop with the key of an iteration -> the newest spectrum that came from within it."""
+    found = {}
+    for record in Records(folder / JOURNAL).of("ended"):
+        if isinstance(record, j.GoalEnded):
+            for name in (name for name in record.files if name.startswith(SPECTRA)):
+                path = record.id.partition("/")[2]
+                while path := path.rpartition("/")[0]:
+                    found[path] = name
+    return found
+
+
+def _write_table(
+    entry: Any, name: str, rows: list[tuple[j.IterationEnded, dict[str, Any]]], folder: Path,
+    spectra: dict[str, str],
+) -> None:  # fmt: skip
+    columns = list(dict.fromkeys(column for _, row in rows for column in row))
+    numbers = {c: made for c in columns if (made := _numbers([row.get(c) for _, row in rows]))}
+    across = [a for a in AXES if a in numbers and len(np.unique(numbers[a][0])) > 1]
+    grid = _grid([numbers[axis][0] for axis in across])
+    data = _group(entry, name, "NXdata")
+    if grid is None:
+        across, row = [], "row"
+        while row in columns:
+            row += "_"
+        places: tuple[Any, ...] = (np.arange(len(rows)),)
+        axes = [_axis(data, row, places[0], "")]
+    else:
+        places = tuple(at for _, at in grid)
+        axes = [
+            _axis(data, axis, values, numbers[axis][1])
+            for axis, (values, _) in zip(across, grid, strict=True)
+        ]
+    shape = tuple(len(axis) for axis in axes)
+    texts = {"key": [record.row_key for record, _ in rows], "fate": [r.fate for r, _ in rows]}
+    for column in (column for column in columns if column not in across):
+        if column in numbers:
+            values, unit = np.full(shape, np.nan), numbers[column][1]
+            values[places] = numbers[column][0]
+            _attach(data.create_dataset(column, data=values), axes, unit)
+        else:
+            texts[column] = ["" if (v := row.get(column)) is None else str(v) for _, row in rows]
+    for column, words in texts.items():
+        if column not in data:
+            cells = np.full(shape, "", dtype=object)
+            cells[places] = words
+            _attach(data.create_dataset(column, data=cells, dtype=_text()), axes, "")
+    signals = [column for column in columns if column in numbers and column not in AXES]
+    _plot(data, signals[0] if signals else "", axes)
+    entry.attrs.setdefault("default", name)
+    files = [spectra.get(f"{record.loop}/{record.key}") for record, _ in rows]
+    if any(files):
+        _write_spectra(entry, f"{name}_spectra", folder, files, places, axes)
+
+
+def _write_spectra(
+    entry: Any, name: str, folder: Path, files: list[str | None], places: tuple[Any, ...],
+    axes: list[Any],
+) -> None:  # fmt: skip
+    from ... import read_spectrum  # type: ignore[attr-defined]
+
+    data, counts, wavelength = None, None, np.empty(0)
+    left_out: list[str] = []
+    for row, file in enumerate(files):
+        if file is None:
+            continue
+        try:
+            spectrum = read_spectrum(folder / file)
+        except (OSError, ValueError) as fault:
+            left_out.append(f"{file}: {fault}")
+            continue
+        if counts is None:
+            wavelength = spectrum.wavelength_nm
+            data = _group(entry, name, "NXdata")
+            along = [_axis(data, _name(one), one[()], one.attrs.get("units", "")) for one in axes]
+            along.append(_axis(data, "wavelength", wavelength, "nm"))
+            shape = tuple(len(one) for one in along)
+            counts = data.create_dataset(
+                "intensity", shape, "f4", fillvalue=np.nan, chunks=(*(1 for _ in axes), shape[-1]),
+                compression="gzip", compression_opts=1, shuffle=True,
+            )  # fmt: skip
+            _attach(counts, along, "counts")
+            _plot(data, "intensity", along)
+        if not np.array_equal(spectrum.wavelength_nm, wavelength):
+            left_out.append(f"{file}: other wavelengths")
+            continue
+        counts[tuple(int(at[row]) for at in places)] = spectrum.intensity
+    if data is not None and left_out:
+        data.attrs["left_out"] = left_out
+
+
+def _numbers(values: list[Any]) -> tuple[np.ndarray, str] | None:
+    """A column's numbers, NaN for none, and their unit; None where it has anything else."""
+    unit = next((f"{value.units:~}" for value in values if is_quantity(value)), "")
+    made = [magnitude_in(value, unit) if is_quantity(value) else value for value in values]
+    if not all(one is None or (isinstance(one, int | float)) for one in made) or not any(
+        one is not None for one in made
+    ):
+        return None
+    return np.array([np.nan if one is None else float(one) for one in made]), unit
+
+
+def _grid(columns: list[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]] | None:
+    """Of each axis its values, and where each row lies; None if the rows are no grid."""
+    if not columns or not all(np.isfinite(column).all() for column in columns):
+        return None
+    axes = [np.unique(column, return_inverse=True) for column in columns]
+    places = {tuple(place) for place in np.stack([at for _, at in axes], axis=1).tolist()}
+    size = int(np.prod([len(values) for values, _ in axes]))
+    return axes if len(places) == len(columns[0]) >= LEAST_FULL * size else None
+
+
+def _group(parent: Any, name: str, kind: str) -> Any:
+    group = parent.create_group(name)
+    group.attrs["NX_class"] = kind
+    return group
+
+
+def _axis(data: Any, name: str, values: np.ndarray, unit: str) -> Any:
+    axis = data.create_dataset(name, data=values)
+    axis.make_scale(name)
+    if unit:
+        axis.attrs["units"] = unit
+    return axis
+
+
+def _attach(dataset: Any, axes: list[Any], unit: str) -> None:
+    for dimension, axis in zip(dataset.dims, axes, strict=True):
+        dimension.attach_scale(axis)
+    if unit:
+        dataset.attrs["units"] = unit
+
+
+def _plot(data: Any, signal: str, axes: list[Any]) -> None:
+    data.attrs["axes"] = [_name(axis) for axis in axes]
+    if signal:
+        data.attrs["signal"] = signal
+        for place in (data, data[signal]):  # HyperSpy looks for it at the group
+            place.attrs["interpretation"] = "image" if len(axes) == 2 else "spectrum"
+
+
+def _name(dataset: Any) -> str:
+    return dataset.name.rpartition("/")[2]
+
+
+def _text() -> Any:
+    import h5py
+
+    return h5py.string_dtype()

@@ -1,0 +1,4 @@
+"""The Python face: `labrun.run`, `check`, `rehearse`, `load`, `runs`.
+
+It has no way of its own to do anything: it calls what the commands call.
+"""
