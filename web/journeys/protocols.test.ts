@@ -2,7 +2,7 @@
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { allOnline, aPerson, NARROW, openBrowser, tidy } from './browser'
+import { allOnline, aPerson, NARROW, openBrowser, tabTo, tidy } from './browser'
 import { axe, picture } from './look'
 
 let bench: Bench
@@ -149,6 +149,110 @@ describe('the editor', () => {
     expect(text).toContain('do: libs.measure')
     expect(text).toContain('foreach:')
     expect(text).toContain('# two devices at the same time')
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
+  it('builds a scan from a blank page by mouse, without an expression', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await page.goto('/protocols')
+    await page.getByRole('button', { name: 'New protocol' }).click()
+    await page.getByLabel('File name').fill('blank')
+    await page.getByRole('button', { name: 'Create' }).click()
+    await page.getByRole('region', { name: 'Outline' }).waitFor()
+
+    expect(await textOf(page)).toBe('labrun: 1\nname: blank\nsteps: []\n')
+
+    const step = page.getByRole('region', { name: 'Step' })
+    const add = async (words: string): Promise<void> => {
+      await page.getByRole('button', { name: 'Add step' }).click()
+      await page.getByRole('button', { name: words, exact: true }).click()
+    }
+    await add('For each')
+    await step.getByLabel('To x').fill('14')
+    await page.keyboard.press('Tab')
+    await step.getByLabel('Pitch').fill('4')
+    await page.keyboard.press('Tab')
+    await step.getByText('4 × 3 = 12 points; the last x is 12 mm; the last y is 8 mm').waitFor()
+    await picture(page, 'building-grid')
+    await step.getByRole('radio', { name: 'Line' }).check()
+    await expect.poll(() => textOf(page)).toContain('point: ${{ grid(x=linspace(0 mm, 14 mm, 11), y=[0 mm]) }}')
+    await step.getByRole('radio', { name: 'Plate' }).check()
+    await step.getByText('96 wells, 9 mm apart').waitFor()
+    await step.getByRole('radio', { name: 'Table' }).check()
+    await step.getByLabel('CSV file').setInputFiles({ name: 'places.csv', mimeType: 'text/csv', buffer: Buffer.from('place,x (mm),y (mm)\nA,1,2\nB,3,4\n') })
+    await step.getByText('2 rows: place, x, y').waitFor()
+    await picture(page, 'building-table')
+    await sound(page)
+
+    expect(await textOf(page)).toContain("point: ${{ csv('places.csv') }}")
+
+    for (let presses = 0; presses < 4; presses++) await page.getByRole('button', { name: 'Undo' }).click()
+    await expect.poll(() => step.getByRole('radio', { name: 'Grid' }).isChecked()).toBe(true)
+    await add('libs: measure')
+    await add('libs: export')
+    await step.getByRole('combobox', { name: 'Take Shot from' }).selectOption('shot id of Measure')
+    await add('Always at the end')
+    await page.getByRole('status', { name: 'Check' }).filter({ hasText: 'no problems' }).waitFor()
+    await picture(page, 'building-done')
+    await page.getByRole('button', { name: 'Save' }).click()
+    await page.getByText(/^saved /).waitFor()
+
+    expect((await saved('blank.yaml')).text).toBe(`labrun: 1
+name: blank
+devices: {gantry: gantry@1, libs: libs_analyzer@1}
+steps:
+  - id: scan
+    foreach:
+      point: \${{ grid(x=span(0 mm, 14 mm, 4 mm, fit='inside'), y=span(0 mm, 10 mm, 4 mm, fit='inside'), order='snake') }}
+    key: \${{ point.ix }},\${{ point.iy }}
+    steps:
+      - {do: gantry.move_to, with: {x: "\${{ point.x }}", y: "\${{ point.y }}"}}
+      - id: measure
+        do: libs.measure
+      - do: libs.export
+        with:
+          shot: \${{ steps.measure.shot_id }}
+          file: export_\${{ point.ix }}_\${{ point.iy }}.csv
+
+finally:
+  - {do: libs.disarm, on_error: continue}
+`)
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
+  it('builds one by keys alone', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await page.goto('/protocols')
+    await page.getByRole('link', { name: 'hello.yaml' }).waitFor()
+    await tabTo(page, /^New protocol$/)
+    await page.keyboard.press('Enter')
+    await page.getByRole('radio', { name: 'Empty' }).and(page.locator(':focus')).waitFor()
+    await page.keyboard.press('Enter')
+    await page.getByRole('region', { name: 'Outline' }).waitFor()
+    await tabTo(page, /Add step/)
+    for (const words of ['for each', 'measure']) {
+      await page.keyboard.press(words === 'for each' ? 'Enter' : 'Insert')
+      await page.getByRole('searchbox', { name: 'Search steps' }).and(page.locator(':focus')).waitFor()
+      await page.keyboard.type(words)
+      await page.keyboard.press('Enter')
+      await page.getByRole('treegrid', { name: 'Steps' }).and(page.locator(':focus')).waitFor()
+    }
+    await page.keyboard.press('ArrowUp')
+    await page.keyboard.press('ArrowUp')
+    await page.getByRole('region', { name: 'Step' }).getByLabel('Pitch').waitFor()
+    await page.keyboard.press('Enter')
+    await tabTo(page, /^Pitch$/)
+    await page.keyboard.press('Control+a')
+    await page.keyboard.type('5')
+    await page.keyboard.press('Enter')
+    await expect.poll(() => textOf(page)).toContain('x=span(0 mm, 10 mm, 5 mm)')
+    await sound(page)
+
+    expect(await textOf(page)).toMatch(/steps:\n +- \{do: gantry\.move_to, .*\n +- do: libs\.measure\n/)
     expect(faults).toEqual([])
 
     await context.close()

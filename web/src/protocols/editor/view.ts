@@ -71,7 +71,7 @@ export function stateOf(doc: string, bindings: Keys, more: Extension): EditorSta
   return EditorState.create({
     doc,
     extensions: [
-      more, EditorState.lineSeparator.of('\n'), lineNumbers(), highlightActiveLineGutter(), foldGutter(), lintGutter(), history(), drawSelection(),
+      more, EditorState.lineSeparator.of('\n'), EditorView.lineWrapping, lineNumbers(), highlightActiveLineGutter(), foldGutter(), lintGutter(), history(), drawSelection(),
       indentOnInput(), bracketMatching(), highlightActiveLine(), yaml(), indentUnit.of('  '), syntaxHighlighting(COLOURS), LOOK, escapeThenTab(), keys(bindings),
       EditorView.contentAttributes.of({ 'aria-label': 'Protocol YAML', tabindex: '0' }), writable.of([]),
     ],
