@@ -193,6 +193,16 @@ describe('the editor', () => {
     await add('libs: measure')
     await add('libs: export')
     await step.getByRole('combobox', { name: 'Take Shot from' }).selectOption('shot id of Measure')
+    await step.getByLabel('Attempts in total').fill('3')
+    await page.keyboard.press('Tab')
+    await step.getByLabel('Wait between').fill('2 s')
+    await page.keyboard.press('Tab')
+    await step.getByRole('radio', { name: 'it is left out' }).check()
+    await step.getByLabel('May fail').fill('3')
+    await page.keyboard.press('Tab')
+    await picture(page, 'building-fails')
+    await row(page, /For each of 12 points/).click()
+    for (const column of ['x of the point', 'y of the point', 'file of Export']) await step.getByLabel('Add to: Keep as columns').selectOption(column)
     await add('Always at the end')
     await page.getByRole('status', { name: 'Check' }).filter({ hasText: 'no problems' }).waitFor()
     await picture(page, 'building-done')
@@ -207,14 +217,18 @@ steps:
     foreach:
       point: \${{ grid(x=span(0 mm, 14 mm, 4 mm, fit='inside'), y=span(0 mm, 10 mm, 4 mm, fit='inside'), order='snake') }}
     key: \${{ point.ix }},\${{ point.iy }}
+    keep_going: {max_failed: 3}
     steps:
       - {do: gantry.move_to, with: {x: "\${{ point.x }}", y: "\${{ point.y }}"}}
       - id: measure
         do: libs.measure
-      - do: libs.export
+      - id: export
+        do: libs.export
         with:
           shot: \${{ steps.measure.shot_id }}
           file: export_\${{ point.ix }}_\${{ point.iy }}.csv
+        retry: {attempts: 3, wait: 2 s}
+    collect: {x: "\${{ point.x }}", y: "\${{ point.y }}", file: "\${{ steps.export.file }}"}
 
 finally:
   - {do: libs.disarm, on_error: continue}
