@@ -88,6 +88,39 @@ describe('the list of protocols', () => {
   })
 })
 
+describe('a newcomer', () => {
+  it('sees what comes of it, chooses a template by its picture, and runs it', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, {}, {})
+    await page.goto('/')
+    await page.getByRole('button', { name: 'Next' }).click()
+    await page.getByRole('button', { name: 'Next' }).click()
+    const map = page.getByRole('img', { name: 'Lithium in a simulated core' })
+    await map.waitFor()
+    await expect.poll(() => map.evaluate((one) => (one as HTMLImageElement).naturalWidth)).toBe(51)
+    await expect.poll(() => page.getByRole('button', { name: 'Run the example' }).isEnabled()).toBe(true)
+    await picture(page, 'welcome-ways')
+
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'Build a protocol' }).click()
+    await page.getByRole('dialog', { name: 'New protocol' }).waitFor()
+    await page.getByRole('button', { name: 'A line across' }).click()
+    await picture(page, 'protocols-templates')
+
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'Create' }).click()
+    await page.getByRole('heading', { level: 1, name: 'Line scan line_scan.yaml' }).waitFor()
+    await sound(page)
+    await page.getByRole('button', { name: 'Run', exact: true }).click()
+    await page.waitForURL('**/runs?start=line_scan.yaml')
+
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+})
+
 describe('the editor', () => {
   it('moves, copies, removes and undoes by keyboard, and the comments stay', async () => {
     await copyOf('keys.yaml', 'pegmatite_map.yaml')

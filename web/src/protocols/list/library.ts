@@ -72,6 +72,12 @@ export function found(all: readonly Summary[], words: string): Summary[] {
   })
 }
 
+/** `Grid scan` of `grid-scan`: the name of a protocol, to be read. */
+export function titleOf(name: string): string {
+  const words = name.replace(/[-_]+/g, ' ').trim()
+  return words.charAt(0).toUpperCase() + words.slice(1)
+}
+
 /** `grid-scan.yaml` from what a person typed. */
 export function fileName(typed: string): string {
   const name = typed.trim()
