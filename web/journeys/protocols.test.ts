@@ -409,6 +409,41 @@ finally:
     await context.close()
   })
 
+  it('draws the area of a loop on the bench, sees at once what lies beyond, and cuts it off', async () => {
+    const steps = "  - foreach:\n      point: ${{ grid(x=span(0 mm, 40 mm, 20 mm), y=span(0 mm, 40 mm, 20 mm)) }}\n    steps:\n      - {do: gantry.move_to, with: {x: \"${{ point.x }}\", y: \"${{ point.y }}\"}}\n"
+    await ask(bench, '/protocols', { name: 'drawn.yaml', text: `labrun: 1\nname: drawn\ndevices: {gantry: gantry@1}\nsteps:\n${steps}` })
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await open(page, 'drawn.yaml')
+    await row(page, /For each/).click()
+    await page.getByRole('button', { name: 'Draw on the bench' }).click()
+    const preview = page.getByRole('region', { name: 'Preview' })
+    await preview.getByText('Drag over the picture').waitFor()
+    const canvas = preview.getByRole('img')
+    const box = await canvas.boundingBox()
+    if (!box) throw new Error('the picture has no place')
+    const scale = (280 - 68) / 810
+    const at = (x: number, y: number): [number, number] => [box.x + (box.width - 730 * scale) / 2 + x * scale, box.y + 280 - 34 - y * scale]
+    await page.mouse.move(...at(500, 100))
+    await page.mouse.down()
+    await page.mouse.move(...at(820, 300), { steps: 5 })
+    await preview.getByText('✕ beyond the work area').waitFor()
+    await picture(page, 'editor-drawing')
+    await page.mouse.up()
+    await preview.getByText(/points are outside the work area/).waitFor()
+    await picture(page, 'editor-drawn')
+    await preview.getByRole('button', { name: 'Cut them off' }).click()
+    await preview.getByText(/points are outside the work area/).waitFor({ state: 'detached' })
+    await sound(page)
+
+    const [, x0, x1, y0, y1] = /x=span\((\d+) mm, (\d+) mm, 20 mm.*y=span\((\d+) mm, (\d+) mm, 20 mm/.exec(await textOf(page)) ?? []
+    expect([Number(x0), Number(x1)].map((mm) => Math.floor(mm / 20))).toEqual([25, 36])
+    expect([Number(y0), Number(y1)].map((mm) => Math.round(mm / 20))).toEqual([5, 15])
+    expect(Number(x1)).toBeLessThanOrEqual(730)
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
   it('rehearses with simulated devices, and explains', async () => {
     const { page, context } = await aPerson(browser, bench.address)
     await open(page, 'hello.yaml')
