@@ -209,6 +209,10 @@ describe('the editor', () => {
     await page.keyboard.press('Tab')
     await step.getByText('4 × 3 = 12 points; the last x is 12 mm; the last y is 8 mm').waitFor()
     await picture(page, 'building-grid')
+    await step.getByLabel('Only inside').fill('${{ [] }}')
+    await page.keyboard.press('Tab')
+    await expect.poll(() => textOf(page)).toContain("order='snake'), []) }}")
+    await page.getByRole('button', { name: 'Undo' }).click()
     await step.getByRole('radio', { name: 'Line' }).check()
     await expect.poll(() => textOf(page)).toContain('point: ${{ grid(x=linspace(0 mm, 14 mm, 11), y=[0 mm]) }}')
     await step.getByRole('radio', { name: 'Plate' }).check()
@@ -271,8 +275,8 @@ finally:
     await context.close()
   })
 
-  it('builds one by keys alone', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+  it('builds one by keys alone, at 1280 px with every line in view', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, { viewport: { width: 1280, height: 800 } })
     await page.goto('/protocols')
     await page.getByRole('link', { name: 'hello.yaml' }).waitFor()
     await tabTo(page, /^New protocol$/)
@@ -298,6 +302,9 @@ finally:
     await page.keyboard.press('Enter')
     await expect.poll(() => textOf(page)).toContain('x=span(0 mm, 10 mm, 5 mm)')
     await sound(page)
+    await picture(page, 'building-keys')
+
+    expect(await page.locator('.cm-scroller').evaluate((one) => one.scrollWidth - one.clientWidth)).toBeLessThanOrEqual(0)
 
     expect(await textOf(page)).toMatch(/steps:\n +- \{do: gantry\.move_to, .*\n +- do: libs\.measure\n/)
     expect(faults).toEqual([])
@@ -563,6 +570,12 @@ finally:
       await page.getByRole('button', { name: 'Preview', exact: true }).click()
       await page.getByRole('region', { name: 'Preview' }).getByText('1,071 · 4.0').waitFor()
       await picture(page, `editor-${theme}`)
+
+      expect(await axe(page)).toEqual([])
+
+      await row(page, /For each of 1,071 points/).click()
+      await page.getByRole('region', { name: 'Step' }).getByRole('radio', { name: 'Grid' }).waitFor()
+      await picture(page, `editor-loop-${theme}`)
 
       expect(await axe(page)).toEqual([])
 
