@@ -60,10 +60,19 @@ class Tables:
             path, text = _text(self.protocol, file, self.folders)
             self._cells[file] = _rows(file, text)
             self.opened[file] = path
-        header, *rows = self._cells[file]
-        columns = columns_of(file, header, rows, kinds)
-        _check(file, columns, rows)
-        return Table(columns, rows)
+        return _table(file, self._cells[file], kinds)
+
+
+def table_of(file: str, text: str) -> Table:
+    """The table that a file of this text is; raises TableFault."""
+    return _table(file, _rows(file, text), {})
+
+
+def _table(file: str, cells: Sequence[list[str]], kinds: Mapping[str, Any]) -> Table:
+    header, *rows = cells
+    columns = columns_of(file, header, rows, kinds)
+    _check(file, columns, rows)
+    return Table(columns, rows)
 
 
 def _text(protocol: Path, file: str, folders: Sequence[Path]) -> tuple[Path, str]:

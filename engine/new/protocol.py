@@ -11,11 +11,16 @@ from ..language.suggest import did_you_mean, listed
 
 TEMPLATES = {
     "grid_scan": "a measurement at every point of a grid",
+    "line_scan": "a measurement at every point of a line",
     "single": "one measurement at one place",
+    "fill_plate": "a plate of 96 wells filled, every portion weighed",
     "dispense": "volumes dispensed onto a balance and weighed",
+    "calibrate_camera": "the camera's place beside the tool, from a chessboard",
     "minimal": "the smallest protocol, for any lab",
 }
-"""Name -> what it does; each is `protocols/templates/NAME.yaml`."""
+"""Name -> what it does; each is `protocols/templates/NAME.yaml`, or an example that ships."""
+EXAMPLES = ("fill_plate", "calibrate_camera")
+MODELINE = "# yaml-language-server: $schema=./labrun.schema.json\n"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]*")
 LONGEST = 80
 RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])", re.IGNORECASE)
@@ -57,6 +62,9 @@ def template_text(template: str) -> str:
         raise CannotMake(
             f"there is no template {template!r}{did_you_mean(template, TEMPLATES)} ({known})"
         )
+    if template in EXAMPLES:
+        example = files("labrun.protocols").joinpath(f"{template}.yaml")
+        return MODELINE + example.read_text(encoding="utf-8")
     folder = files("labrun.protocols.templates")
     return folder.joinpath(f"{template}.yaml").read_text(encoding="utf-8")
 

@@ -2,7 +2,7 @@
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { allOnline, aPerson, NARROW, openBrowser, tidy } from './browser'
+import { allOnline, aPerson, NARROW, openBrowser, tabTo, tidy } from './browser'
 import { axe, picture } from './look'
 
 let bench: Bench
@@ -88,6 +88,39 @@ describe('the list of protocols', () => {
   })
 })
 
+describe('a newcomer', () => {
+  it('sees what comes of it, chooses a template by its picture, and runs it', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, {}, {})
+    await page.goto('/')
+    await page.getByRole('button', { name: 'Next' }).click()
+    await page.getByRole('button', { name: 'Next' }).click()
+    const map = page.getByRole('img', { name: 'Lithium in a simulated core' })
+    await map.waitFor()
+    await expect.poll(() => map.evaluate((one) => (one as HTMLImageElement).naturalWidth)).toBe(51)
+    await expect.poll(() => page.getByRole('button', { name: 'Run the example' }).isEnabled()).toBe(true)
+    await picture(page, 'welcome-ways')
+
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'Build a protocol' }).click()
+    await page.getByRole('dialog', { name: 'New protocol' }).waitFor()
+    await page.getByRole('button', { name: 'A line across' }).click()
+    await picture(page, 'protocols-templates')
+
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'Create' }).click()
+    await page.getByRole('heading', { level: 1, name: 'Line scan line_scan.yaml' }).waitFor()
+    await sound(page)
+    await page.getByRole('button', { name: 'Run', exact: true }).click()
+    await page.waitForURL('**/runs?start=line_scan.yaml')
+
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+})
+
 describe('the editor', () => {
   it('moves, copies, removes and undoes by keyboard, and the comments stay', async () => {
     await copyOf('keys.yaml', 'pegmatite_map.yaml')
@@ -149,6 +182,131 @@ describe('the editor', () => {
     expect(text).toContain('do: libs.measure')
     expect(text).toContain('foreach:')
     expect(text).toContain('# two devices at the same time')
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
+  it('builds a scan from a blank page by mouse, without an expression', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await page.goto('/protocols')
+    await page.getByRole('button', { name: 'New protocol' }).click()
+    await page.getByLabel('File name').fill('blank')
+    await page.getByRole('button', { name: 'Create' }).click()
+    await page.getByRole('region', { name: 'Outline' }).waitFor()
+
+    expect(await textOf(page)).toBe('labrun: 1\nname: blank\nsteps: []\n')
+
+    const step = page.getByRole('region', { name: 'Step' })
+    const add = async (words: string): Promise<void> => {
+      await page.getByRole('button', { name: 'Add step' }).click()
+      await page.getByRole('button', { name: words, exact: true }).click()
+    }
+    await add('For each')
+    await step.getByLabel('To x').fill('14')
+    await page.keyboard.press('Tab')
+    await step.getByLabel('Pitch').fill('4')
+    await page.keyboard.press('Tab')
+    await step.getByText('4 × 3 = 12 points; the last x is 12 mm; the last y is 8 mm').waitFor()
+    await picture(page, 'building-grid')
+    await step.getByLabel('Only inside').fill('${{ [] }}')
+    await page.keyboard.press('Tab')
+    await expect.poll(() => textOf(page)).toContain("order='snake'), []) }}")
+    await page.getByRole('button', { name: 'Undo' }).click()
+    await step.getByRole('radio', { name: 'Line' }).check()
+    await expect.poll(() => textOf(page)).toContain('point: ${{ grid(x=linspace(0 mm, 14 mm, 11), y=[0 mm]) }}')
+    await step.getByRole('radio', { name: 'Plate' }).check()
+    await step.getByText('96 wells, 9 mm apart').waitFor()
+    await step.getByRole('radio', { name: 'Table' }).check()
+    await step.getByLabel('CSV file').setInputFiles({ name: 'places.csv', mimeType: 'text/csv', buffer: Buffer.from('place,x (mm),y (mm)\nA,1,2\nB,3,4\n') })
+    await step.getByText('2 rows: place, x, y').waitFor()
+    await picture(page, 'building-table')
+    await sound(page)
+
+    expect(await textOf(page)).toContain("point: ${{ csv('places.csv') }}")
+
+    for (let presses = 0; presses < 4; presses++) await page.getByRole('button', { name: 'Undo' }).click()
+    await expect.poll(() => step.getByRole('radio', { name: 'Grid' }).isChecked()).toBe(true)
+    await add('libs: measure')
+    await add('libs: export')
+    await step.getByRole('combobox', { name: 'Take Shot from' }).selectOption('shot id of Measure')
+    await step.getByLabel('Attempts in total').fill('3')
+    await page.keyboard.press('Tab')
+    await step.getByLabel('Wait between').fill('2 s')
+    await page.keyboard.press('Tab')
+    await step.getByRole('radio', { name: 'it is left out' }).check()
+    await step.getByLabel('May fail').fill('3')
+    await page.keyboard.press('Tab')
+    await picture(page, 'building-fails')
+    await row(page, /For each of 12 points/).click()
+    for (const column of ['x of the point', 'y of the point', 'file of Export']) await step.getByLabel('Add to: Keep as columns').selectOption(column)
+    await add('Always at the end')
+    await page.getByRole('status', { name: 'Check' }).filter({ hasText: 'no problems' }).waitFor()
+    await picture(page, 'building-done')
+    await page.getByRole('button', { name: 'Save' }).click()
+    await page.getByText(/^saved /).waitFor()
+
+    expect((await saved('blank.yaml')).text).toBe(`labrun: 1
+name: blank
+devices: {gantry: gantry@1, libs: libs_analyzer@1}
+steps:
+  - id: scan
+    foreach:
+      point: \${{ grid(x=span(0 mm, 14 mm, 4 mm, fit='inside'), y=span(0 mm, 10 mm, 4 mm, fit='inside'), order='snake') }}
+    key: \${{ point.ix }},\${{ point.iy }}
+    keep_going: {max_failed: 3}
+    steps:
+      - {do: gantry.move_to, with: {x: "\${{ point.x }}", y: "\${{ point.y }}"}}
+      - id: measure
+        do: libs.measure
+      - id: export
+        do: libs.export
+        with:
+          shot: \${{ steps.measure.shot_id }}
+          file: export_\${{ point.ix }}_\${{ point.iy }}.csv
+        retry: {attempts: 3, wait: 2 s}
+    collect: {x: "\${{ point.x }}", y: "\${{ point.y }}", file: "\${{ steps.export.file }}"}
+
+finally:
+  - {do: libs.disarm, on_error: continue}
+`)
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
+  it('builds one by keys alone, at 1280 px with every line in view', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address, { viewport: { width: 1280, height: 800 } })
+    await page.goto('/protocols')
+    await page.getByRole('link', { name: 'hello.yaml' }).waitFor()
+    await tabTo(page, /^New protocol$/)
+    await page.keyboard.press('Enter')
+    await page.getByRole('radio', { name: 'Empty' }).and(page.locator(':focus')).waitFor()
+    await page.keyboard.press('Enter')
+    await page.getByRole('region', { name: 'Outline' }).waitFor()
+    await tabTo(page, /Add step/)
+    for (const words of ['for each', 'measure']) {
+      await page.keyboard.press(words === 'for each' ? 'Enter' : 'Insert')
+      await page.getByRole('searchbox', { name: 'Search steps' }).and(page.locator(':focus')).waitFor()
+      await page.keyboard.type(words)
+      await page.keyboard.press('Enter')
+      await page.getByRole('treegrid', { name: 'Steps' }).and(page.locator(':focus')).waitFor()
+    }
+    await page.keyboard.press('ArrowUp')
+    await page.keyboard.press('ArrowUp')
+    await page.getByRole('region', { name: 'Step' }).getByLabel('Pitch').waitFor()
+    await page.keyboard.press('Enter')
+    await tabTo(page, /^Pitch$/)
+    await page.keyboard.press('Control+a')
+    await page.keyboard.type('5')
+    await page.keyboard.press('Enter')
+    await expect.poll(() => textOf(page)).toContain('x=span(0 mm, 10 mm, 5 mm)')
+    await sound(page)
+    await picture(page, 'building-keys')
+
+    expect(await page.locator('.cm-scroller').evaluate((one) => one.scrollWidth - one.clientWidth)).toBeLessThanOrEqual(0)
+
+    expect(await textOf(page)).toMatch(/steps:\n +- \{do: gantry\.move_to, .*\n +- do: libs\.measure\n/)
     expect(faults).toEqual([])
 
     await context.close()
@@ -253,6 +411,41 @@ describe('the editor', () => {
 
     expect(await textOf(page)).toMatch(/width: +\{type: quantity, unit: mm, default: 2 mm/)
     expect(await textOf(page)).toMatch(/height: +\{type: quantity, unit: mm, default: 10 mm/)
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
+  it('draws the area of a loop on the bench, sees at once what lies beyond, and cuts it off', async () => {
+    const steps = "  - foreach:\n      point: ${{ grid(x=span(0 mm, 40 mm, 20 mm), y=span(0 mm, 40 mm, 20 mm)) }}\n    steps:\n      - {do: gantry.move_to, with: {x: \"${{ point.x }}\", y: \"${{ point.y }}\"}}\n"
+    await ask(bench, '/protocols', { name: 'drawn.yaml', text: `labrun: 1\nname: drawn\ndevices: {gantry: gantry@1}\nsteps:\n${steps}` })
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await open(page, 'drawn.yaml')
+    await row(page, /For each/).click()
+    await page.getByRole('button', { name: 'Draw on the bench' }).click()
+    const preview = page.getByRole('region', { name: 'Preview' })
+    await preview.getByText('Drag over the picture').waitFor()
+    const canvas = preview.getByRole('img')
+    const box = await canvas.boundingBox()
+    if (!box) throw new Error('the picture has no place')
+    const scale = (280 - 68) / 810
+    const at = (x: number, y: number): [number, number] => [box.x + (box.width - 730 * scale) / 2 + x * scale, box.y + 280 - 34 - y * scale]
+    await page.mouse.move(...at(500, 100))
+    await page.mouse.down()
+    await page.mouse.move(...at(820, 300), { steps: 5 })
+    await preview.getByText('✕ beyond the work area').waitFor()
+    await picture(page, 'editor-drawing')
+    await page.mouse.up()
+    await preview.getByText(/points are outside the work area/).waitFor()
+    await picture(page, 'editor-drawn')
+    await preview.getByRole('button', { name: 'Cut them off' }).click()
+    await preview.getByText(/points are outside the work area/).waitFor({ state: 'detached' })
+    await sound(page)
+
+    const [, x0, x1, y0, y1] = /x=span\((\d+) mm, (\d+) mm, 20 mm.*y=span\((\d+) mm, (\d+) mm, 20 mm/.exec(await textOf(page)) ?? []
+    expect([Number(x0), Number(x1)].map((mm) => Math.floor(mm / 20))).toEqual([25, 36])
+    expect([Number(y0), Number(y1)].map((mm) => Math.round(mm / 20))).toEqual([5, 15])
+    expect(Number(x1)).toBeLessThanOrEqual(730)
     expect(faults).toEqual([])
 
     await context.close()
@@ -377,6 +570,12 @@ describe('the editor', () => {
       await page.getByRole('button', { name: 'Preview', exact: true }).click()
       await page.getByRole('region', { name: 'Preview' }).getByText('1,071 · 4.0').waitFor()
       await picture(page, `editor-${theme}`)
+
+      expect(await axe(page)).toEqual([])
+
+      await row(page, /For each of 1,071 points/).click()
+      await page.getByRole('region', { name: 'Step' }).getByRole('radio', { name: 'Grid' }).waitFor()
+      await picture(page, `editor-loop-${theme}`)
 
       expect(await axe(page)).toEqual([])
 

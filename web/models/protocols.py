@@ -89,6 +89,23 @@ class Template(ApiModel):
     summary: str
 
 
+class CsvTable(ApiModel):
+    """A CSV file that a protocol may name; `name` is relative to the protocol's folder."""
+
+    name: str
+    rows: int
+    columns: list[str] = Field(description="Names, as `row.NAME` in an expression.")
+    fault: str | None = Field(default=None, description="Why it cannot be used as it is.")
+
+
+class NewCsvTable(ApiModel):
+    """A CSV file to put beside a protocol."""
+
+    protocol: str = Field(max_length=200)
+    name: str = Field(max_length=200)
+    text: str = Field(max_length=LARGEST_TEXT)
+
+
 class Thrown(ApiModel):
     """A protocol in the trash, from which it can be restored."""
 

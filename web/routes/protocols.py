@@ -2,8 +2,9 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Path, Query
 
+from ..library.tables import bring_table, tables_beside
 from ..models import protocols as models
 from .state import TheSite
 
@@ -29,6 +30,20 @@ async def new_protocol(asked: models.NewProtocol, app_state: TheSite) -> models.
 async def list_templates(app_state: TheSite) -> list[models.Template]:
     """The templates for a new protocol."""
     return app_state.new_protocols.templates()
+
+
+@router.get("/tables")
+def tables_beside_protocol(
+    protocol: Annotated[str, Query(max_length=300)], app_state: TheSite
+) -> list[models.CsvTable]:
+    """The CSV files in the folder of a protocol."""
+    return tables_beside(app_state.library.folder, protocol)
+
+
+@router.post("/tables", status_code=201)
+def new_table(asked: models.NewCsvTable, app_state: TheSite) -> models.CsvTable:
+    """Put a CSV file beside a protocol; under another name if that one holds something else."""
+    return bring_table(app_state.library.folder, asked)
 
 
 @router.get("/trash")

@@ -155,3 +155,39 @@ def test_an_unknown_address_and_an_unknown_field_are_answered_in_words(shared, p
 
     assert (nowhere.status_code, nowhere.json()["code"]) == (404, "NOT_FOUND")
     assert field.status_code == 422 and "txet" in field.json()["message"]
+
+
+def test_a_table_is_put_beside_its_protocol_and_told_with_its_columns(shared, page):
+    page.post("/protocols", json={"name": "sub/rows.yaml", "text": GOOD})
+    text = "place,x (mm)\nA,1\nB,2\n"
+
+    def bring(name: str, text: str):
+        return page.post("/tables", json={"protocol": "sub/rows.yaml", "name": name, "text": text})
+
+    first, again, other = bring("p.csv", text), bring("p.csv", text), bring("p.csv", text + "C,3\n")
+    told = page.get("/tables", params={"protocol": "sub/rows.yaml"}).json()
+
+    assert first.status_code == 201
+    assert first.json() == {"name": "p.csv", "rows": 2, "columns": ["place", "x"], "fault": None}
+    assert again.json()["name"] == "p.csv"  # the same file once more
+    assert other.json()["name"] == "p_2.csv"  # what is there is never replaced
+    assert [(one["name"], one["rows"]) for one in told] == [("p.csv", 2), ("p_2.csv", 3)]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code"),
+    [
+        ("../p.csv", "a\n1\n", "WRONG_NAME"),
+        ("it's.csv", "a\n1\n", "WRONG_NAME"),
+        (".csv", "a\n1\n", "WRONG_NAME"),
+        ("p.csv", "", "NO_TABLE"),
+        ("p.csv", "a,a\n1,2\n", "NO_TABLE"),
+        ("p.csv", 'a\n"\n', "NO_TABLE"),
+    ],
+)
+def test_what_is_no_table_is_not_written(shared, page, name, text, code):
+    page.post("/protocols", json={"name": "none/rows.yaml", "text": GOOD})
+    told = page.post("/tables", json={"protocol": "none/rows.yaml", "name": name, "text": text})
+
+    assert (told.status_code, told.json()["code"]) == (422, code)
+    assert page.get("/tables", params={"protocol": "none/rows.yaml"}).json() == []

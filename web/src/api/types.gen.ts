@@ -1246,6 +1246,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/tables": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Tables Beside Protocol
+         * @description The CSV files in the folder of a protocol.
+         */
+        get: operations["tables_beside_protocol"];
+        put?: never;
+        /**
+         * New Table
+         * @description Put a CSV file beside a protocol; under another name if that one holds something else.
+         */
+        post: operations["new_table"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/templates": {
         parameters: {
             query?: never;
@@ -1812,6 +1836,26 @@ export interface components {
             control: components["schemas"]["ControlState"];
             /** Lease */
             lease: string;
+        };
+        /**
+         * CsvTable
+         * @description A CSV file that a protocol may name; `name` is relative to the protocol's folder.
+         */
+        CsvTable: {
+            /**
+             * Columns
+             * @description Names, as `row.NAME` in an expression.
+             */
+            columns: string[];
+            /**
+             * Fault
+             * @description Why it cannot be used as it is.
+             */
+            fault?: string | null;
+            /** Name */
+            name: string;
+            /** Rows */
+            rows: number;
         };
         /**
          * DeviceDetail
@@ -2415,6 +2459,18 @@ export interface components {
             high: string;
             /** Low */
             low: string;
+            /** Text */
+            text: string;
+        };
+        /**
+         * NewCsvTable
+         * @description A CSV file to put beside a protocol.
+         */
+        NewCsvTable: {
+            /** Name */
+            name: string;
+            /** Protocol */
+            protocol: string;
             /** Text */
             text: string;
         };
@@ -6204,6 +6260,70 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Stopped"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    tables_beside_protocol: {
+        parameters: {
+            query: {
+                protocol: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CsvTable"][];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    new_table: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewCsvTable"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CsvTable"];
                 };
             };
             /** @description Nothing was done; the fault states why. */

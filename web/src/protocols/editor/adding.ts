@@ -4,7 +4,11 @@ import type { ActionForm, DeviceDetail } from '../../api/types'
 import type { Edit } from '../text/edit'
 import { isMap, valueAt, type Path } from '../text/path'
 import { spaced } from '../text/titles'
+import { gatherIds } from '../text/copying'
 import { askWhatNow } from '../text/wrapping'
+import { fileFor, freeId, likely, loopsAround, sourcesAt, type Source } from './around'
+import type { Contracts } from './contracts'
+import { fresh, keyOf, writtenLoop } from './loops'
 import { placeAfter } from './moves'
 
 export interface Offer {
@@ -18,7 +22,8 @@ export interface Offer {
 
 type Roles = readonly Received<'RoleForm'>[]
 
-export function actionOffers(devices: readonly DeviceDetail[], reach: ReadonlyMap<string, string>, roles: Roles): Offer[] {
+export function actionOffers(contracts: Pick<Contracts, 'devices' | 'reach' | 'deviceOf'>, roles: Roles): Offer[] {
+  const { devices, reach } = contracts
   return devices.flatMap((device) =>
     device.actions.map((action): Offer => {
       const online = (reach.get(device.name) ?? device.reach) === 'online'
@@ -29,7 +34,9 @@ export function actionOffers(devices: readonly DeviceDetail[], reach: ReadonlyMa
         mark: [action.danger && action.danger !== 'motion' ? `☀ ${action.danger}` : '', online ? '' : 'offline'].filter(Boolean).join(' · '),
         edits: (data, path, inside) => {
           const { role, edits } = roleFor(data, device, roles)
-          return [...edits, insertion(data, path, inside, { do: `${role}.${action.name}`, ...withOf(action) })]
+          const { list, index } = placeAfter(data, path, inside)
+          const given = withOf(action, data, [...list, index], contracts)
+          return [...edits, ...given.edits, insertion(data, path, inside, { do: `${role}.${action.name}`, ...given.with })]
         },
       }
     }),
@@ -53,14 +60,28 @@ function insertion(data: unknown, path: Path, inside: boolean, step: unknown): E
   return { kind: 'insert', path: list, index, values: [step] }
 }
 
-/** The required parameters, with the smallest valid values. */
-function withOf(action: ActionForm): { with?: Record<string, unknown> } {
+/** The required parameters: taken from around the step where that is likely, else the smallest valid values. */
+function withOf(action: ActionForm, data: unknown, at: Path, contracts: Pick<Contracts, 'deviceOf'>): { with: { with?: Record<string, unknown> }; edits: Edit[] } {
   const properties = isMap(action.params['properties']) ? action.params['properties'] : {}
   const required = Array.isArray(action.params['required']) ? action.params['required'].map(String) : []
   const least = Number(action.params['minProperties'] ?? 0)
-  const names = required.length > 0 ? required : Object.keys(properties).slice(0, least)
-  if (names.length === 0) return {}
-  return { with: Object.fromEntries(names.map((name) => [name, firstValue(name, isMap(properties[name]) ? properties[name] : {})])) }
+  const sources = sourcesAt(data, at, contracts)
+  const taken = new Map<string, Source>()
+  for (const [name, part] of Object.entries(properties)) {
+    const source = likely(action, name, isMap(part) ? part : {}, sources)
+    if (source && (source.action === '' || required.includes(name))) taken.set(name, source)
+  }
+  const needed = required.length > 0 ? required : taken.size > 0 ? [] : Object.keys(properties).slice(0, least)
+  const names = Object.keys(properties).filter((name) => needed.includes(name) || taken.has(name))
+  if (names.length === 0) return { with: {}, edits: [] }
+  const around = loopsAround(data, at)
+  const given = names.map((name): [string, unknown] => {
+    const source = taken.get(name)
+    const part = isMap(properties[name]) ? properties[name] : {}
+    if (source) return [name, `\${{ ${source.words} }}`]
+    return [name, part['format'] === 'path' && part['default'] === undefined ? fileFor(action.name, name, around) : firstValue(name, part)]
+  })
+  return { with: { with: Object.fromEntries(given) }, edits: [...taken.values()].flatMap((one) => one.edits) }
 }
 
 function firstValue(name: string, part: Record<string, unknown>): unknown {
@@ -71,7 +92,7 @@ function firstValue(name: string, part: Record<string, unknown>): unknown {
   const least = typeof part['minimum'] === 'number' ? part['minimum'] : 0
   if (part['type'] === 'number') return typeof part['unit'] === 'string' ? `${String(least)} ${part['unit']}` : least
   if (part['type'] === 'integer') return least
-  return part['format'] === 'path' ? `${name}.csv` : name
+  return name
 }
 
 const PAUSE = { wait: '1 s' }
@@ -82,7 +103,7 @@ export function structureOffers(devices: readonly DeviceDetail[], roles: Roles):
     key: name, name, about, mark: '', edits: (data, path, inside) => [insertion(data, path, inside, step)],
   })
   return [
-    offer('For each', 'the same steps for each point or item', { foreach: { item: '${{ range(3) }}' }, steps: [PAUSE] }),
+    { ...offer('For each', 'the same steps for each point of a grid or line, well, row or item', {}), edits: (data, path, inside) => forEach(data, path, inside, devices, roles) },
     offer('At the same time', 'steps that start together', { parallel: [{ steps: [PAUSE] }, { steps: [PAUSE] }] }),
     offer('Try in order', 'another way if the first one fails', { steps: [PAUSE], fallback: [askWhatNow('It')] }),
     {
@@ -90,6 +111,29 @@ export function structureOffers(devices: readonly DeviceDetail[], roles: Roles):
       edits: (data) => atTheEnd(data, devices, roles),
     },
   ]
+}
+
+/** A grid to begin with; its first step goes to the point, if the bench has a device that can. */
+function forEach(data: unknown, path: Path, inside: boolean, devices: readonly DeviceDetail[], roles: Roles): Edit[] {
+  const { list, index } = placeAfter(data, path, inside)
+  const names = new Set(loopsAround(data, [...list, index]).map((one) => one.name))
+  const ids = new Set<string>()
+  gatherIds(data, ids)
+  const [name, loop] = [freeId('point', names), fresh('grid')]
+  const given = valueAt(data, ['devices'])
+  const used = new Set(Object.values(isMap(given) ? given : {}))
+  const movers = devices.flatMap((device) => device.actions.filter(movesInPlane).map((action) => ({ device, action })))
+  const mover = movers.find(({ device }) => used.has(device.contract)) ?? movers[0]
+  const { role, edits } = mover ? roleFor(data, mover.device, roles) : { role: '', edits: [] }
+  const step = mover ? { do: `${role}.${mover.action.name}`, with: { x: `\${{ ${name}.x }}`, y: `\${{ ${name}.y }}` } } : PAUSE
+  return [...edits, insertion(data, path, inside, { id: freeId('scan', ids), foreach: { [name]: writtenLoop(loop) }, key: keyOf(loop, name), steps: [step] })]
+}
+
+function movesInPlane({ params, danger }: ActionForm): boolean {
+  const properties = isMap(params['properties']) ? params['properties'] : {}
+  const length = (name: string): boolean => isMap(properties[name]) && properties[name]['unit'] === 'mm'
+  const needed = Array.isArray(params['required']) ? params['required'].map(String) : []
+  return danger === 'motion' && length('x') && length('y') && needed.every((name) => name === 'x' || name === 'y')
 }
 
 /** The first safe action of a dangerous device in the protocol that does not run at the end yet. */

@@ -50,12 +50,14 @@ export interface Box {
 
 export interface Look {
   corners: Box | null
+  /** The box is where it may not be. */
+  wrong?: boolean
   point: number
   lit: number
   ratio: number
 }
 
-export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { point, lit, ratio, corners }: Look): void {
+export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { point, lit, ratio, corners, wrong = false }: Look): void {
   const brush = canvas.getContext('2d')
   if (!brush) return
   const style = getComputedStyle(canvas)
@@ -69,7 +71,7 @@ export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { po
   drawRuler(brush, frame, colour('muted'))
   drawPath(brush, track, frame, colour('line-strong'))
   drawPoints(brush, track, frame, lit, colour)
-  if (corners) drawCorners(brush, corners, frame, colour)
+  if (corners) drawCorners(brush, corners, frame, wrong ? (name) => colour(name === 'accent' ? 'fail' : name) : colour)
   drawCross(brush, track, frame, point, colour('text'))
 }
 
@@ -86,6 +88,10 @@ function drawPath(brush: CanvasRenderingContext2D, track: Track, frame: Frame, c
 
 function drawPoints(brush: CanvasRenderingContext2D, track: Track, frame: Frame, lit: number, colour: Colour): void {
   const outside = new Set(track.outside)
+  const within = (at: number, low: number | null, high: number | null): boolean => at > (low ?? -Infinity) && at < (high ?? Infinity)
+  track.x_mm.forEach((x, i) => {
+    if (track.keep_out.some((box) => within(x, box.x0, box.x1) && within(track.y_mm[i] ?? 0, box.y0, box.y1))) outside.add(i)
+  })
   const size = Math.max(1.5, Math.min(7, frame.scale * spacing(track) * 0.45))
   const [plain, bright, wrong] = [colour('accent'), colour('paused'), colour('fail')]
   track.x_mm.forEach((x, i) => {

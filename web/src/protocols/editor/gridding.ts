@@ -1,31 +1,88 @@
-// The grid of a loop as two corners: the parameters for its start and size.
+// The area of a loop as a box with two corners, to drag, draw and teach: of parameters, or written in the loop itself.
 import type { Edit } from '../text/edit'
 import { isMap, valueAt, type Path } from '../text/path'
+import { millimetres, rounded } from './calls'
+import type { Box } from './drawing'
+import { loopOf, PLATES, writtenLoop, type Loop } from './loops'
 
 export interface Corners {
-  /** Parameters of its start corner and its size, each in mm. */
-  origin: { x: string; y: string }
-  size: { x: string; y: string }
-  /** Every parameter that the grid is made of, in the order in which a person thinks of them. */
-  params: string[]
-  at: { x: number; y: number; width: number; height: number }
+  at: Box
+  /** Every parameter that the area is made of, in the order in which a person thinks of them. */
+  params: readonly string[]
+  /** The edits that put it there; `what` stays as it is otherwise. */
+  to(box: Box, what: 'origin' | 'size' | 'both'): Edit[]
 }
 
-const IN_MM: Record<string, number> = { mm: 1, '': 1, cm: 10, m: 1000, um: 0.001, µm: 0.001 }
-
-/** Null if the loop does not run over a grid, or its corners are not parameters. */
+/** Null if the loop does not run over points, or they begin somewhere that is not known here. */
 export function cornersOf(data: unknown, loop: Path): Corners | null {
   const foreach = valueAt(data, [...loop, 'foreach'])
   const [name, words] = isMap(foreach) ? (Object.entries(foreach)[0] ?? []) : []
-  if (typeof words !== 'string' || name === undefined || !/\bgrid\(/.test(words)) return null
+  if (typeof words !== 'string' || name === undefined) return null
+  return ofParams(data, loop, name, words) ?? ofWords(data, loop, name, words)
+}
+
+function ofParams(data: unknown, loop: Path, name: string, words: string): Corners | null {
+  if (!/\bgrid\(/.test(words)) return null
   const size = { x: spanEnd(words, 'x'), y: spanEnd(words, 'y') }
   const origin = { x: originIn(valueAt(data, loop), name, 'x'), y: originIn(valueAt(data, loop), name, 'y') }
-  const [x, y, width, height] = [origin.x, origin.y, size.x, size.y].map((one) => (one === null ? null : millimetres(data, one)))
+  const mm = (param: string): number | null => millimetres(valueAt(data, ['params', param, 'default']))
+  const [x, y, width, height] = [origin.x, origin.y, size.x, size.y].map((one) => (one === null ? null : mm(one)))
   if (origin.x === null || origin.y === null || size.x === null || size.y === null) return null
   if (x == null || y == null || width == null || height == null) return null
+  const [ox, oy, sx, sy] = [origin.x, origin.y, size.x, size.y]
   const steps = [...words.matchAll(/\bparams\.(\w+)/g)].map((match) => match[1] ?? '')
-  const params = [...new Set([origin.x, origin.y, size.x, size.y, ...steps])]
-  return { origin: { x: origin.x, y: origin.y }, size: { x: size.x, y: size.y }, params, at: { x, y, width, height } }
+  const params = [...new Set([ox, oy, sx, sy, ...steps])]
+  const pitch = params.map((one) => (one === sx || one === sy ? null : mm(one))).at(-1) ?? 0
+  const set = (param: string, value: number): Edit => ({ kind: 'set', path: ['params', param, 'default'], value: inMm(value, 3) })
+  return {
+    params, at: { x, y, width, height },
+    to: (box, what) => [
+      ...(what === 'size' ? [] : [set(ox, box.x), set(oy, box.y)]),
+      ...(what === 'origin' ? [] : [set(sx, whole(box.width, pitch, what)), set(sy, whole(box.height, pitch, what))]),
+    ],
+  }
+}
+
+/** Of a loop whose form holds lengths, and whose points are where the steps go. */
+function ofWords(data: unknown, path: Path, name: string, words: string): Corners | null {
+  const loop = loopOf(words)
+  if (!loop || originIn(valueAt(data, path), name, 'x') !== null || originIn(valueAt(data, path), name, 'y') !== null) return null
+  const at = boxOf(loop)
+  return at && { params: [], at, to: (box, what) => [{ kind: 'set', path: [...path, 'foreach', name], value: writtenLoop(placed(loop, box, what)) }] }
+}
+
+function boxOf({ kind, slots }: Loop): Box | null {
+  const mm = (slot: string): number => millimetres(slots[slot]) ?? NaN
+  const [columns, rows, pitch] = PLATES[slots['wells'] ?? ''] ?? [1, 1, 0]
+  const along = slots['along'] === 'y'
+  const boxes: Partial<Record<Loop['kind'], Box>> = {
+    grid: { x: mm('x0'), y: mm('y0'), width: mm('x1') - mm('x0'), height: mm('y1') - mm('y0') },
+    line: { x: along ? mm('at') : mm('from'), y: along ? mm('from') : mm('at'), width: along ? 0 : mm('to') - mm('from'), height: along ? mm('to') - mm('from') : 0 },
+    plate: { x: mm('x0'), y: mm('y0') - (rows - 1) * pitch, width: (columns - 1) * pitch, height: (rows - 1) * pitch },
+  }
+  const box = boxes[kind]
+  return box && Object.values(box).every(Number.isFinite) ? box : null
+}
+
+function placed(loop: Loop, box: Box, what: 'origin' | 'size' | 'both'): Loop {
+  const { kind, slots } = loop
+  const pitch = (slot: string): number => (what === 'origin' ? 0 : (millimetres(slots[slot]) ?? 0))
+  const [width, height] = [whole(box.width, pitch('px'), what), whole(box.height, pitch('py'), what)]
+  if (kind === 'grid') return { ...loop, slots: { ...slots, x0: inMm(box.x), x1: inMm(box.x + width), y0: inMm(box.y), y1: inMm(box.y + height) } }
+  if (kind === 'plate') return what === 'size' ? loop : { ...loop, slots: { ...slots, x0: inMm(box.x), y0: inMm(box.y + box.height) } }
+  const along = what === 'both' ? (box.width >= box.height ? 'x' : 'y') : (slots['along'] ?? 'x')
+  const [from, length, at] = along === 'x' ? [box.x, box.width, box.y] : [box.y, box.height, box.x]
+  return { ...loop, slots: { ...slots, along, from: inMm(from), to: inMm(from + length), at: inMm(at) } }
+}
+
+/** As many whole steps of a pitch as come closest; of what is drawn, as many as it holds. */
+function whole(mm: number, pitch: number, what: 'origin' | 'size' | 'both'): number {
+  const steps = what === 'both' ? Math.floor(mm / pitch + 1e-6) : Math.round(mm / pitch)
+  return pitch > 0 ? Math.max(1, steps) * pitch : mm
+}
+
+function inMm(mm: number, digits = 6): string {
+  return `${String(rounded(Number(mm.toFixed(digits))))} mm`
 }
 
 /** `params.width` of `x=span(0, params.width, params.pitch)`. */
@@ -47,26 +104,19 @@ function originIn(data: unknown, name: string, axis: 'x' | 'y'): string | null {
   return null
 }
 
-function millimetres(data: unknown, param: string): number | null {
-  const given = valueAt(data, ['params', param, 'default'])
-  if (typeof given === 'number') return given
-  const match = typeof given === 'string' ? /^\s*([-+]?[\d.]+)\s*(\S*)\s*$/.exec(given) : null
-  const factor = IN_MM[match?.[2] ?? '?']
-  return match && factor !== undefined ? Number(match[1]) * factor : null
-}
-
-function set(param: string, mm: number): Edit {
-  return { kind: 'set', path: ['params', param, 'default'], value: `${String(Math.round(mm * 1000) / 1000)} mm` }
-}
-
 /** Move the start corner there; the size stays. */
-export function moveTo({ origin }: Corners, x: number, y: number): Edit[] {
-  return [set(origin.x, x), set(origin.y, y)]
+export function moveTo({ at, to }: Corners, x: number, y: number): Edit[] {
+  return to({ ...at, x, y }, 'origin')
 }
 
 /** Move the other corner there, by whole steps of the pitch if there is one. */
-export function stretchTo(data: unknown, { size, params, at }: Corners, x: number, y: number): Edit[] {
-  const pitch = params.map((one) => (Object.values(size).includes(one) ? null : millimetres(data, one))).at(-1) ?? 0
-  const whole = (mm: number): number => (pitch > 0 ? Math.max(1, Math.round(mm / pitch)) * pitch : mm)
-  return [set(size.x, whole(x - at.x)), set(size.y, whole(y - at.y))]
+export function stretchTo({ at, to }: Corners, x: number, y: number): Edit[] {
+  return to({ ...at, width: Math.max(0, x - at.x), height: Math.max(0, y - at.y) }, 'size')
+}
+
+/** What of a box lies within bounds; null if nothing does. */
+export function cutOff(box: Box, bounds: { x0: number | null; x1: number | null; y0: number | null; y1: number | null }): Box | null {
+  const [x0, y0] = [Math.max(box.x, bounds.x0 ?? -Infinity), Math.max(box.y, bounds.y0 ?? -Infinity)]
+  const [x1, y1] = [Math.min(box.x + box.width, bounds.x1 ?? Infinity), Math.min(box.y + box.height, bounds.y1 ?? Infinity)]
+  return x1 > x0 || y1 > y0 ? { x: x0, y: y0, width: Math.max(0, x1 - x0), height: Math.max(0, y1 - y0) } : null
 }

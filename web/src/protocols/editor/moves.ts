@@ -39,6 +39,8 @@ function ownerOf(data: unknown, list: Path): Path | null {
 /** Where a new step goes: into the list of the row, or after the row. */
 export function placeAfter(data: unknown, path: Path, inside: boolean): { list: Path; index: number } {
   const value = valueAt(data, path)
+  // Other ways are tried before a person is asked.
+  if (path.at(-1) === 'fallback') return { list: path, index: Array.isArray(value) ? value.length - (kindOf(value.at(-1)) === 'ask' ? 1 : 0) : 0 }
   if (Array.isArray(value) && path.length > 0) return { list: path, index: value.length }
   const key = inside ? innerKey(kindOf(value)) : null
   const inner = key !== null && isMap(value) ? value[key] : undefined

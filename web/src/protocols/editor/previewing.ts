@@ -14,6 +14,8 @@ export function usePreviewing(editing: Editing) {
   const toldText = ref('')
   const failure = ref('')
   const asking = ref(false)
+  /** The next drag over the picture draws the area. */
+  const drawing = ref(false)
   let timer: ReturnType<typeof setTimeout> | undefined
 
   async function ask(): Promise<void> {
@@ -52,7 +54,7 @@ export function usePreviewing(editing: Editing) {
     }
     return found
   })
-  return { told, failure, asking, stale, loops, ask }
+  return { told, failure, asking, drawing, stale, loops, ask }
 }
 
 export type Previewing = ReturnType<typeof usePreviewing>

@@ -37,13 +37,13 @@ export const OF_KIND: Record<StepKind, StepField[]> = {
 export const WHEN = field('when', 'Only if', 'text', 'An expression; if it is false, the step is skipped')
 export const ID = field('id', 'Id', 'text', 'Other steps refer to its result as steps.ID', PLAIN)
 export const NAME = field('name', 'Name', 'text', 'Shown instead of what it does', PLAIN)
-export const TIMEOUT = field('timeout', 'At most', 'text', 'Such as 30 s; after that the step fails', PLAIN)
+export const TIMEOUT = field('timeout', 'At most', 'text', 'Such as 30 s; after that the step fails', { placeholder: 'no limit', ...PLAIN })
 export const MODE = field('mode', 'Mode', 'choice', 'background: the next step starts without waiting', { choices: ['background'], ...PLAIN })
 export const UNKNOWN = field('on_unknown', 'If it is unknown whether it happened', 'choice', '', { choices: ['probe', 'ask', 'skip', 'repeat'], ...PLAIN })
-export const ATTEMPTS = field('attempts', 'Attempts in total', 'number', '', PLAIN)
-export const WAIT = field('wait', 'Wait between', 'text', 'Such as 2 s', PLAIN)
-export const MAX_FAILED = field('max_failed', 'May fail', 'number', 'How many may fail before the loop fails')
-export const IN_A_ROW = field('in_a_row', 'One after the other', 'number', 'How many in a row may fail before the loop fails')
+export const ATTEMPTS = field('attempts', 'Attempts in total', 'number', '', { placeholder: '1', ...PLAIN })
+export const WAIT = field('wait', 'Wait between', 'text', 'Such as 2 s', { placeholder: '0 s', ...PLAIN })
+export const MAX_FAILED = field('max_failed', 'May fail', 'number', 'How many may fail before the loop fails', { placeholder: 'any', ...PLAIN })
+export const IN_A_ROW = field('in_a_row', 'One after the other', 'number', 'How many in a row may fail before the loop fails', { placeholder: 'any', ...PLAIN })
 
 /** Keys shown elsewhere: in the outline, or in their own part of the form. */
 export const ELSEWHERE = new Set([

@@ -42,6 +42,9 @@ const LOOK = EditorView.theme({
   '.cm-matchingBracket': { backgroundColor: 'var(--picked) !important', color: 'inherit !important' },
 })
 
+/** A long day of edits: the first of them can still be undone. */
+const UNDOABLE = 10_000
+
 export interface Keys {
   save(): void
   fix(): boolean
@@ -71,7 +74,7 @@ export function stateOf(doc: string, bindings: Keys, more: Extension): EditorSta
   return EditorState.create({
     doc,
     extensions: [
-      more, EditorState.lineSeparator.of('\n'), lineNumbers(), highlightActiveLineGutter(), foldGutter(), lintGutter(), history(), drawSelection(),
+      more, EditorState.lineSeparator.of('\n'), EditorView.lineWrapping, lineNumbers(), highlightActiveLineGutter(), foldGutter(), lintGutter(), history({ minDepth: UNDOABLE }), drawSelection(),
       indentOnInput(), bracketMatching(), highlightActiveLine(), yaml(), indentUnit.of('  '), syntaxHighlighting(COLOURS), LOOK, escapeThenTab(), keys(bindings),
       EditorView.contentAttributes.of({ 'aria-label': 'Protocol YAML', tabindex: '0' }), writable.of([]),
     ],

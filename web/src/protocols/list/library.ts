@@ -3,6 +3,7 @@ import { onScopeDispose, ref, shallowRef } from 'vue'
 import { api, read } from '../../api/client'
 import { sentenceOf } from '../../api/refused'
 import type { Sent, Received } from '../../api/types'
+import { writeScalar } from '../text/write'
 
 /** The server checks the remaining ones gradually. */
 const AGAIN_MS = 1_500
@@ -71,10 +72,22 @@ export function found(all: readonly Summary[], words: string): Summary[] {
   })
 }
 
+/** `Grid scan` of `grid-scan`: the name of a protocol, to be read. */
+export function titleOf(name: string): string {
+  const words = name.replace(/[-_]+/g, ' ').trim()
+  return words.charAt(0).toUpperCase() + words.slice(1)
+}
+
 /** `grid-scan.yaml` from what a person typed. */
 export function fileName(typed: string): string {
   const name = typed.trim()
   return /\.(ya?ml|json)$/i.test(name) ? name : `${name.replace(/\s+/g, '_')}.yaml`
+}
+
+/** A protocol with no step yet. */
+export function emptyProtocol(file: string, name: string): string {
+  if (file.toLowerCase().endsWith('.json')) return `${JSON.stringify({ labrun: 1, name, steps: [] }, null, 2)}\n`
+  return `labrun: 1\nname: ${writeScalar(name, { flow: false, json: false })}\nsteps: []\n`
 }
 
 /** A name that is not in use yet. */

@@ -53,7 +53,7 @@ function withNewIds(read: Read, path: Path): Patch {
   return names.size === 0 ? land(read, [], { data: read.data, select: path }) : setValue(read, path, renamed(copy, names))
 }
 
-function gatherIds(data: unknown, into: Set<string>): void {
+export function gatherIds(data: unknown, into: Set<string>): void {
   if (typeof data !== 'object' || data === null) return
   if (!Array.isArray(data) && 'id' in data && typeof data.id === 'string') into.add(data.id)
   for (const inner of Object.values(data)) gatherIds(inner, into)

@@ -19,7 +19,7 @@ function list(data: unknown, path: Path): unknown[] {
 }
 
 const HEADS: Record<string, [Bag, string]> = {
-  parallel: [{}, 'parallel'], any: [{}, 'any'], foreach: [{ foreach: { item: '${{ range(3) }}' } }, 'steps'], repeat: [{ repeat: 2 }, 'steps'],
+  parallel: [{}, 'parallel'], any: [{}, 'any'], foreach: [{ foreach: { item: [1, 2, 3] } }, 'steps'], repeat: [{ repeat: 2 }, 'steps'],
   while: [{ while: '${{ false }}', max: 10 }, 'steps'], if: [{ if: '${{ true }}' }, 'then'], steps: [{}, 'steps'],
 }
 

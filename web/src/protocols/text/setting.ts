@@ -8,7 +8,7 @@ import { itemAt, placeAt, type Item, type Place } from './place'
 import { withValue, without } from './plain'
 import type { Read } from './reading'
 import { placeOfKey } from './steps'
-import { isPlain, writeFlow, writeScalar, writeValue } from './write'
+import { isPlain, writeFlow, writeKey, writeScalar, writeValue } from './write'
 
 /** Replace a value, or add a new key to a map. Maps and lists change part by part. */
 export function setValue(read: Read, path: Path, value: unknown): Patch {
@@ -87,13 +87,13 @@ function addPair(read: Read, path: Path, value: unknown): Patch {
   const at = placeOfKey(parentPath, map.items.map((item) => item.key), key)
   const before = map.items[at - 1]
   if (map.flow) {
-    const pair = `${writeScalar(key, { flow: true, json })}: ${writeFlow(value, json)}`
+    const pair = `${writeKey(key, { flow: true, json })}: ${writeFlow(value, json)}`
     return land(read, [intoFlow(map, at, pair)], { data, select: path })
   }
   const first = map.items[0]
   if (!first) return refused('there is no map to put this key into')
   const column = columnOf(text, first.start)
-  const pair = `${writeScalar(key, { flow: false, json: false })}:${writeValue(value, column, false)}`
+  const pair = `${writeKey(key, { flow: false, json: false })}:${writeValue(value, column, false)}`
   const margin = '\n' + ' '.repeat(column)
   if (!before) return land(read, [{ from: first.start, to: first.start, insert: pair + margin }], { data, select: path })
   const end = tailEnd(text, before, column)
@@ -149,6 +149,6 @@ export function renameKey(read: Read, path: Path, name: string): Patch {
   if (Object.hasOwn(parent, name)) return refused(`${name} already exists`)
   const renamed = Object.fromEntries(Object.entries(parent).map(([key, value]) => [key === path.at(-1) ? name : key, value]))
   const data = parentPath.length === 0 ? renamed : withValue(read.data, parentPath, renamed)
-  const written = writeScalar(name, { flow: map.flow, json: read.json })
+  const written = writeKey(name, { flow: map.flow, json: read.json })
   return land(read, [{ from: item.start, to: item.keyEnd, insert: written }], { data, select: [...parentPath, name] })
 }

@@ -18,7 +18,7 @@ export type Wrap = (typeof WRAPS)[number]
 const HEADS: Record<Exclude<Wrap, 'fallback' | 'finally'>, { head: Record<string, unknown>; list: string }> = {
   parallel: { head: {}, list: 'parallel' },
   any: { head: {}, list: 'any' },
-  foreach: { head: { foreach: { item: '${{ range(3) }}' } }, list: 'steps' },
+  foreach: { head: { foreach: { item: [1, 2, 3] } }, list: 'steps' },
   repeat: { head: { repeat: 2 }, list: 'steps' },
   while: { head: { while: '${{ false }}', max: 10 }, list: 'steps' },
   if: { head: { if: '${{ true }}' }, list: 'then' },

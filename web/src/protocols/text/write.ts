@@ -35,12 +35,17 @@ export function isPlain(text: string, flow: boolean): boolean {
   return !flow || !/[,[\]{}]/.test(text)
 }
 
+/** The name of a pair: `x` and `y` are coordinates, to every reader of protocols. */
+export function writeKey(key: string, style: Style): string {
+  return style.json || !/^[xyn]$/i.test(key) ? writeScalar(key, style) : key
+}
+
 /** On one line, between brackets. */
 export function writeFlow(value: unknown, json: boolean): string {
   if (Array.isArray(value)) return `[${value.map((item) => writeFlow(item, json)).join(', ')}]`
   if (!isMap(value)) return writeScalar(value, { flow: true, json })
   const pairs = Object.entries(value).filter(([, member]) => member !== undefined)
-  return `{${pairs.map(([key, member]) => `${writeScalar(key, { flow: true, json })}: ${writeFlow(member, json)}`).join(', ')}}`
+  return `{${pairs.map(([key, member]) => `${writeKey(key, { flow: true, json })}: ${writeFlow(member, json)}`).join(', ')}}`
 }
 
 /** The value of a pair, with the white space after the colon. */
@@ -68,7 +73,7 @@ function writeItem(item: unknown, indent: number): string {
 export function writePairs(map: Record<string, unknown>, indent: number): string {
   return Object.entries(map)
     .filter(([, value]) => value !== undefined)
-    .map(([key, value]) => `${writeScalar(key, { flow: false, json: false })}:${writeValue(value, indent, false)}`)
+    .map(([key, value]) => `${writeKey(key, { flow: false, json: false })}:${writeValue(value, indent, false)}`)
     .join(`\n${' '.repeat(indent)}`)
 }
 
