@@ -6,7 +6,7 @@ import numpy as np
 
 from ..spectrum.bad import bridged, mark_bad
 from ..spectrum.curve import bridge, pitch_of, quantile, softened
-from ..spectrum.noise import local_noise, steadied
+from ..spectrum.noise import above_0, local_noise, steadied
 from ..spectrum.resampled import sharing
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, Spectrum
 from .background import lifted, lower_edge
@@ -91,7 +91,8 @@ def fit_profiles(
     seeds = _seeds(x, net, noise, wanted_nm)
     peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit, start=taught.lines)
     model = render(x, peaks, 0.05 * noise)
-    quieter = quieter_noise(noise, floor, under + softened(net), net - model, seeds)
+    light = above_0(under) + softened(net)
+    quieter = quieter_noise(noise, floor, light, net - model, seeds)
     crowded = bool(np.mean(quieter[seeds] < noise[seeds]) > CROWDED) if len(seeds) else False
     noise = quieter if crowded else noise
     more = search_residual(x, net, model, noise * deaf, peaks, taught.slit)
