@@ -50,7 +50,8 @@ def choose(headings: Sequence[str], table: FloatArray, asked: Sequence[str] | No
     words = [at for at in range(len(table)) if at != axis and np.isnan(table[at]).all()]
     words += [at for at in _axes_said(names) if at != axis]
     shots = [at for at in range(len(table)) if at != axis and at not in words]
-    shots = [at for at in shots if not _labels(table[at])] or shots
+    if len(shots) > 1:
+        shots = [at for at in shots if not _labels(table[at])] or shots
     shots = [at for at in shots if not COUNTER.search(names[at])] or shots
     if headings:
         shots = _by_name(names, shots)

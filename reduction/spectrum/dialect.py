@@ -24,7 +24,7 @@ THOUSANDS_BY_POINTS = re.compile(r"[+-]?\d{1,3}(\.\d{3})+(,\d*)?([eE][+-]?\d+)?"
 WORDS = re.compile(r"\s{2,}|[\t;,]")
 CONFIRMING = 2  # lines of the same kind after the first one of the numbers
 MOST_WORDS = 4  # lines before the numbers that may be headings
-SAMPLED = 200  # lines that the decimal mark is told from
+SAMPLED, LINE = 200, 100  # lines that the decimal mark is told from; bytes of a long one
 SPACES = ""
 
 
@@ -118,9 +118,8 @@ def find(text: bytes, words: bool = False) -> Dialect | None:
         return None
     at, number, separator, fields, n_above = first
     told = tuple(above[:n_above])
-    sample = _sample(text, at, separator, words)
     return Dialect(
-        at, number, separator, _decimal(sample, separator), len(fields),
+        at, number, separator, _decimal(text, at, separator, words), len(fields),
         headings(told, separator, len(fields)), told, words,
     )  # fmt: skip
 
@@ -179,18 +178,15 @@ def value(field: str, decimal: str) -> float:
     return float(field.replace(decimal, "."))
 
 
-def _sample(text: bytes, at: int, separator: str, words: bool) -> list[list[str]]:
-    """The fields of some lines from there on."""
-    found: list[list[str]] = []
-    for _, number, raw in lines_of(text, at):
-        if number > SAMPLED:
-            break
-        found.append(fields_of(shown(raw), separator)[words:])
-    return [fields for fields in found if is_row(fields)]
-
-
-def _decimal(sample: list[list[str]], separator: str) -> str:
+def _decimal(text: bytes, at: int, separator: str, words: bool) -> str:
     """The decimal mark. Raises Unreadable where commas may be decimals or thousands alike."""
+    end = text.find(b"\n", at + SAMPLED * LINE)  # of the last line, which may be long
+    lines = text[at : len(text) if end < 0 else end].split(b"\n")[:SAMPLED]
+    within = [raw for raw in lines if b"," in raw and (separator != "," or b'"' in raw)]
+    if not within:
+        return "."
+    sample = [fields_of(shown(raw), separator)[words:] for raw in lines if raw.strip()]
+    sample = [fields for fields in sample if is_row(fields)]
     numbers = [f for fields in sample for f in fields if numeric(f)]
     commas = [f for f in numbers if "," in f and "." not in f]
     if not commas:

@@ -12,7 +12,7 @@ from .text_bytes import shown
 
 LEAST = 50  # wavelengths
 LONG = 4 * LEAST  # characters of a line that has them
-LOOKED_AT = 200  # lines, before which the wavelengths must stand
+LOOKED_AT = 16_384  # characters, before which the wavelengths must begin
 # As programs name columns: 200.1, "X200.1" (R), 200.1 nm, wl_200.1.
 NAMED = re.compile(r"[a-z_]{0,10}\s?(\d+([.,]\d+)?)\s?(nm)?", re.I)
 SHOWN = 3
@@ -20,9 +20,11 @@ SHOWN = 3
 
 def read_rows(text: bytes) -> Readout | None:
     """The spectra; None for another kind of table. Raises Unreadable, with the line."""
-    for number, (at, _, raw) in enumerate(lines_of(text)):
-        if number == LOOKED_AT:
-            return None
+    stop = text.find(b"\n", LOOKED_AT)
+    beginning = text[:stop] if stop > 0 else text
+    if max(map(len, beginning.split(b"\n"))) < LONG:
+        return None
+    for at, _, raw in lines_of(beginning):
         if len(raw) < LONG:
             continue
         line = shown(raw).lstrip("#%! ") if raw.startswith(COMMENT) else raw.decode("latin-1")
