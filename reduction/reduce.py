@@ -112,7 +112,7 @@ def reduce_spectrum(
     plasma = plasma_state(profiles.peaks, identified)
     return Reduction(profiles.peaks, found, said, plasma, offsets.medium, profiles, bad, identified,
         averaged, (
-            *spectrum.notes, *_notes(x, averaged, shared, len(profiles.peaks)),
+            *spectrum.notes, *_notes(x, averaged, shared, profiles),
             *_of_instrument(spectrum.intensity, offsets),
         ),
     )  # fmt: skip
@@ -137,11 +137,13 @@ def noise_shared(intensity: FloatArray) -> int:
     return resampled(bridged(intensity, missing))
 
 
-def _notes(x: FloatArray, averaged: int, shared: int, n_peaks: int) -> tuple[str, ...]:
+def _notes(x: FloatArray, averaged: int, shared: int, profiles: Profiles) -> tuple[str, ...]:
     notes = []
     if averaged > 1:
         why = (
-            "the lines are much wider than a channel"
+            "many peaks were narrower than a line can be, as single photons are in an intensified camera"
+            if profiles.spikes
+            else "the lines are much wider than a channel"
             if shared == 1
             else "the noise shows that the channels were interpolated"
         )
@@ -151,7 +153,7 @@ def _notes(x: FloatArray, averaged: int, shared: int, n_peaks: int) -> tuple[str
             f"from {x[0]:g} to {x[-1]:g} nm the line table has no lines "
             f"({FIRST_LINE_NM:g} to {LAST_LINE_NM:g} nm); are the wavelengths in nm?"
         )
-    if not n_peaks:
+    if not len(profiles.peaks):
         notes.append("no peak stands out of the noise; were the right columns read?")
     return tuple(notes)
 

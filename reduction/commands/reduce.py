@@ -30,7 +30,8 @@ Medium = Annotated[
 Unit = Annotated[
     str | None,
     typer.Option(
-        help="Wavelength unit: nm, angstrom or um.", show_default="as the file says, or nm"
+        help="Unit of the axis: nm, angstrom, um, m, cm-1 or eV.",
+        show_default="as the file says, or nm",
     ),
 ]
 Columns = Annotated[

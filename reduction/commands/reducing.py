@@ -121,15 +121,15 @@ def _watch(asked: Asked, job: Any, batch: Any, shown: Any) -> None:
 
 def _settings(asked: Asked) -> Any:
     from ..batch.settings import Settings
-    from ..spectrum.axis import NM_PER
+    from ..spectrum.axis import UNITS
 
     for path in asked.files:
         if not path.exists():
             raise WrongUsage(f"{path} does not exist")
     if asked.medium not in (None, *MEDIA):
         raise WrongUsage(f"--medium {asked.medium}: choose air or vacuum")
-    if asked.unit not in (None, *NM_PER):
-        raise WrongUsage(f"--unit {asked.unit}: choose {', '.join(NM_PER)}")
+    if asked.unit not in (None, *UNITS):
+        raise WrongUsage(f"--unit {asked.unit}: choose {', '.join(UNITS)}")
     if asked.jobs is not None and asked.jobs < 1:
         raise WrongUsage(f"--jobs {asked.jobs}: at least one process is needed")
     if asked.until_idle_s is not None and not (asked.watch and asked.until_idle_s > 0):

@@ -37,7 +37,8 @@ def spectrum(
     ] = None,
     log: Annotated[bool, typer.Option("--log", help="Logarithmic axis for the counts.")] = False,
     unit: Annotated[
-        str | None, typer.Option(help="Wavelength unit: nm, angstrom or um; nm if FILE says none.")
+        str | None,
+        typer.Option(help="Unit of the axis: nm, angstrom, um, m, cm-1, eV; nm if FILE says none."),
     ] = None,
     columns: Annotated[
         str | None,

@@ -53,13 +53,17 @@ def columns(text: str | None) -> tuple[str, ...] | None:
 
 
 def own_lines(path: Path | None) -> str | None:
-    """The text of `--lines`, which is used from now on; ValueError if it cannot be."""
+    """The text of `--lines`, which is used from now on, its notes said; ValueError if it cannot be."""
     from ..lines.lines import use_lines
 
     if path is None:
         use_lines(None)
         return None
-    return _text_for(use_lines, "--lines", path)
+    notes: list[str] = []
+    text = _text_for(lambda text: notes.extend(use_lines(text)), "--lines", path)
+    for note in notes:
+        say(f"--lines {path}: {note}")
+    return text
 
 
 def known_response(path: Path | None) -> str | None:

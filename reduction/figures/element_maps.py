@@ -43,12 +43,14 @@ def element_maps_figure(
     own_bars: str | None = None,
     limits: Mapping[str, Limits] | None = None,
     below: Mapping[str, str] | None = None,
+    below_in: str = "",
 ) -> Figure:
     """The figure itself, for those who want to draw more into it.
 
     own_bars: a unit, where each map is to have a colour bar of its own in that unit; one bar for
     the ranges below the maps if None. limits: of the colours by title, `robust_limits` of the map
     where not said. below: the range in words under each map; what lies beyond is added.
+    below_in: the unit of these ranges.
     """
     if not maps:
         raise ValueError("there is no map to draw")
@@ -77,7 +79,8 @@ def element_maps_figure(
             _own_bar(figure, mesh, left, bottom, width, scale)
     if title:
         write(figure, MARGIN_IN, layout.size[1] - MARGIN_IN, title, fontweight="bold", va="top")
-    _footer(figure, layout, unit, first, holes, mesh, own_bars)
+    label = COLOUR_LABEL + (f" ({below_in})" if below_in else "")
+    _footer(figure, layout, unit, first, holes, mesh, own_bars, label)
     return figure
 
 
@@ -100,7 +103,9 @@ def _own_bar(figure: Figure, mesh, left, bottom, width, scale: Limits) -> None:
         text.set_horizontalalignment(side)
 
 
-def _footer(figure: Figure, layout: Layout, unit, element_map, holes, mesh, own_bars) -> None:
+def _footer(
+    figure: Figure, layout: Layout, unit, element_map, holes, mesh, own_bars, label
+) -> None:
     line = MARGIN_IN + 0.1
     across, _ = extent(element_map)
     end = scale_bar(figure, MARGIN_IN + 0.02, line, layout.scale, unit, max(across, 1e-12))
@@ -113,7 +118,7 @@ def _footer(figure: Figure, layout: Layout, unit, element_map, holes, mesh, own_
         _plain(bar)
         for x, text, side in ((right - COLOUR_BAR_IN, "0", "left"), (right, "1", "right")):
             write(figure, x, line + 0.015, text, fontsize=SMALL, va="top", ha=side)
-        write(figure, right, line + 0.15, COLOUR_LABEL, fontsize=SMALL, va="bottom", ha="right")
+        write(figure, right, line + 0.15, label, fontsize=SMALL, va="bottom", ha="right")
     else:
         write(figure, right, line, own_bars, fontsize=SMALL, ha="right", va="bottom")
     if holes:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FOOTER_IN = 0.46
-BAR_IN = 1.4
+BAR_IN, HALF_LABEL_IN = 1.4, 0.12  # the bar; what its last label needs beside it
 HEADING_IN = 0.3
 
 
@@ -28,7 +28,7 @@ def temperature_map_figure(
     shape. Raises ValueError where no temperature is known."""
     import matplotlib
     from matplotlib.figure import Figure
-    from matplotlib.ticker import MaxNLocator
+    from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
     values = np.concatenate([one.values.ravel() for one in maps.values()])
     known = values[np.isfinite(values)]
@@ -49,7 +49,7 @@ def temperature_map_figure(
     if len(known) < len(values):
         hole_key(figure, max(end, layout.at(0)[0] + 0.4) + 0.15, line - 0.05, "not known")
     right = layout.at(layout.columns - 1 if layout.rows > 1 else len(maps) - 1)
-    edge = min(max(right[0] + right[2], 2.8), layout.size[0] - MARGIN_IN)
+    edge = min(max(right[0] + right[2], 2.8), layout.size[0] - MARGIN_IN - HALF_LABEL_IN)
     bar = figure.colorbar(
         mesh,  # pyright: ignore[reportArgumentType]
         cax=place(figure, edge - BAR_IN, line + 0.06, BAR_IN, 0.07),
@@ -57,6 +57,7 @@ def temperature_map_figure(
     )
     bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
     bar.locator = MaxNLocator(4)
+    bar.formatter = StrMethodFormatter("{x:,.0f}")
     bar.update_ticks()
     bar.ax.tick_params(labelsize=5.5, length=1.5, width=0.4, pad=1.5)
     label = "plasma temperature (K)" + (f"; {scale.said}" if scale.said else "")

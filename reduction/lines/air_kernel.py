@@ -1,14 +1,12 @@
 """Air wavelengths one by one, for the loops that are compiled."""
 
 from ..spectrum.kernel import float_kernel
-from .air import AIR_BEGINS_NM, INDEX_TERMS
+from .air import INDEX_BEGINS_NM, INDEX_TERMS
 
 
 @float_kernel
 def in_air(vacuum_nm):
     """The air wavelength of one vacuum wavelength, both nm; as `air.to_air`."""
-    if vacuum_nm < AIR_BEGINS_NM:
-        return vacuum_nm
-    squared = (1000.0 / vacuum_nm) ** 2
+    squared = (1000.0 / max(vacuum_nm, INDEX_BEGINS_NM)) ** 2
     a, b, c, d = INDEX_TERMS
     return vacuum_nm / (1.0 + a / (b - squared) + c / (d - squared))

@@ -59,22 +59,24 @@ def of_lines(size: int | None = None) -> Callable[[F], F]:
     return cached
 
 
-def use_lines(text: str | None) -> None:
+def use_lines(text: str | None) -> tuple[str, ...]:
     """Use the lines of a CSV file's text besides the shipped ones, in this process; None: no more.
 
-    A line between the same levels as a shipped one replaces it. Raises LinesFault.
+    A line between the same levels as a shipped one replaces it. Returns sentences about rows that
+    are doubtful or left out. Raises LinesFault.
     """
-    if text == _own["text"]:
-        return
-    if text is not None:
+    notes: list[str] = []
+    if text is not None and text != _own["text"]:
         known = {(str(e), int(s)) for e, s in zip(*_species_named(), strict=True)}
-        table = read_lines(text)
+        table = read_lines(text, notes)
         for named in zip(table.element.tolist(), table.stage.tolist(), strict=True):
             if named not in known and named != ("H", 2):
                 raise LinesFault(f"the levels of {named[0]} {'I' * named[1]} are not known")
-    _own["text"] = text
-    for kept in _made_of_lines:
-        kept.cache_clear()
+    if text != _own["text"]:
+        _own["text"] = text
+        for kept in _made_of_lines:
+            kept.cache_clear()
+    return tuple(notes)
 
 
 @of_lines()

@@ -60,6 +60,7 @@ def _elements(points: Points, elements, choices: MapChoices, own: BoolArray, sai
         own_bars=OWN_BARS.get(choices.scale),
         limits=limits,
         below=below,
+        below_in="counts nm" if below else "",
     )
 
 

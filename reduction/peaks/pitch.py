@@ -5,7 +5,7 @@ axis of a million channels, on which a line is hundreds wide, is averaged first;
 any plasma spectrograph's at once, the rest when the widths of the lines are known.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,10 @@ OVER_NARROW = 2.5  # usual width over that of the narrower ones
 LEAST_WIDE = 2.0  # channels
 EXACT, INTERPOLATED = 1e-9, 0.15  # of a usual step; part of the channels
 LEAST_LEFT = 64  # channels
+PHOTON_CHANNELS, PHOTON_TAIL = (
+    4,
+    2.0,
+)  # channels that hold whole photons; noise over what is seen of it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +76,13 @@ def fit_at_pitch(
         seen = averaged(spectrum, bad, finer_than_any(spectrum.wavelength_nm))
         hidden = max(sharing(seen.spectrum.intensity) / WHITE, 1.0)
         profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
-    more = too_fine(profiles)
+    if profiles.spikes:
+        # Their sums over several channels are nearly normal, but for a tail.
+        seen = averaged(spectrum, bad, seen.channels * PHOTON_CHANNELS)
+        hidden *= PHOTON_TAIL
+        profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
+        profiles = replace(profiles, spikes=True)
+    more = 1 if profiles.spikes else too_fine(profiles)
     if more > 1:
         seen = averaged(spectrum, bad, seen.channels * more)
         profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)

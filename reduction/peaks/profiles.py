@@ -6,7 +6,7 @@ import numpy as np
 
 from ..spectrum.bad import bridged, mark_bad
 from ..spectrum.curve import bridge, pitch_of, quantile, softened
-from ..spectrum.noise import local_noise, steadied
+from ..spectrum.noise import above_0, local_noise, steadied
 from ..spectrum.resampled import sharing
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, Spectrum
 from .background import lifted, lower_edge
@@ -14,6 +14,7 @@ from .merge import merged, significant
 from .peaks import SIGNIFICANT, SOFTENED_NOISE, find_peaks, standing_out
 from .render import render
 from .slit import QUIET_LINES, TAKEN_UP, Slit, learn
+from .spikes import has_spikes
 from .voigt import SIGMA_PER_FWHM, VoigtPeaks, fit_peaks
 
 RESIDUAL = 4.5  # a peak in what the first fit left over, in noise
@@ -39,7 +40,7 @@ class Profiles:
 
     counts: with bad channels bridged. net: above the background `under`. noise: of each channel,
     with that of the lines' own light. gain: variance a count of light. wavelength_nm: of the
-    channels; bad: those without influence.
+    channels; bad: those without influence. spikes: whether many peaks are narrower than a line.
     """
 
     peaks: VoigtPeaks
@@ -51,6 +52,7 @@ class Profiles:
     gain: float
     wavelength_nm: FloatArray
     bad: BoolArray
+    spikes: bool = False
 
 
 def fit_profiles(
@@ -84,6 +86,7 @@ def fit_profiles(
     under = lifted(calm, edge, floor) if wider > 1.0 else under
     net = calm.intensity - under
     seeds = find_peaks(net, floor)
+    spikes = has_spikes(net, seeds)
     deaf = np.where(bad, DEAF, 1.0)
     taught = learn(x, net, floor * deaf, seeds)
     gain = min((g for g in (taught.gain, steady.gain) if g is not None), default=0.0)
@@ -91,7 +94,8 @@ def fit_profiles(
     seeds = _seeds(x, net, noise, wanted_nm)
     peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit, start=taught.lines)
     model = render(x, peaks, 0.05 * noise)
-    quieter = quieter_noise(noise, floor, under + softened(net), net - model, seeds)
+    light = above_0(under) + softened(net)
+    quieter = quieter_noise(noise, floor, light, net - model, seeds)
     crowded = bool(np.mean(quieter[seeds] < noise[seeds]) > CROWDED) if len(seeds) else False
     noise = quieter if crowded else noise
     more = search_residual(x, net, model, noise * deaf, peaks, taught.slit)
@@ -108,7 +112,7 @@ def fit_profiles(
     real = np.flatnonzero(significant(peaks) | (sure & (peaks.area > 0.0)))
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
     return Profiles(
-        peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain, x, bad
+        peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain, x, bad, spikes
     )
 
 

@@ -8,14 +8,19 @@ import numpy as np
 from .fault import Unreadable
 from .spectrum import FloatArray
 
-Unit = Literal["nm", "angstrom", "um"]
-NM_PER: dict[str, float] = {"nm": 1.0, "angstrom": 0.1, "um": 1000.0}
+Unit = Literal["nm", "angstrom", "um", "m", "cm-1", "eV"]
+NM_PER: dict[str, float] = {"nm": 1.0, "angstrom": 0.1, "um": 1000.0, "m": 1e9}
+NM_BY_INVERSE: dict[str, float] = {"cm-1": 1e7, "eV": 1239.841984}  # vacuum wavelength times these
+UNITS = (*NM_PER, *NM_BY_INVERSE)
 NAMED: tuple[tuple[Unit, re.Pattern[str]], ...] = (
     ("nm", re.compile(r"\bnm\b|nano\W?met", re.I)),
     ("angstrom", re.compile(r"[åÅ\u212b]|[åa]ngstr|[(\[]A[)\]]")),
     ("um", re.compile(r"[µμu]m\b|micro\W?(met|n)|\bmicrons?\b", re.I)),
+    ("cm-1", re.compile(r"cm\s?\^?\s?[-−⁻][1¹]|1/cm|wave\s?number", re.I)),
+    ("eV", re.compile(r"\beV\b", re.I)),
+    ("m", re.compile(r"[(\[]m[)\]]|^met(er|re)s?$|^m$")),
 )
-NO_WAVELENGTH = re.compile(r"cm\s?\^?\s?[-−⁻][1¹]|1/cm|wave\s?number|raman|\beV\b|\bTHz\b", re.I)
+NO_WAVELENGTH = re.compile(r"raman|shift|\bTHz\b", re.I)
 SHORTEST_NM, LONGEST_NM = (
     100.0,
     3_000.0,
@@ -28,33 +33,31 @@ def unit_named(words: str) -> Unit | None:
 
     Raises Unreadable for a quantity that is no wavelength.
     """
-    for unit, pattern in NAMED:
-        if pattern.search(words):
-            return unit
     if NO_WAVELENGTH.search(words):
         raise Unreadable(
             f"the axis is {words.strip()[:40]!r}, not a wavelength; export the spectrum over "
             "wavelengths in nm"
         )
-    return None
+    return next((unit for unit, pattern in NAMED if pattern.search(words)), None)
 
 
 def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
     """Wavelengths in nm, shape (n,). Raises Unreadable if they make no sense in that unit."""
-    if unit not in NM_PER:
-        raise Unreadable(f"{unit!r} is not a unit of wavelength; choose one of {', '.join(NM_PER)}")
-    nm = np.asarray(values, dtype=np.float64) * NM_PER[unit]
+    if unit not in UNITS:
+        raise Unreadable(f"{unit!r} is not a unit of wavelength; choose one of {', '.join(UNITS)}")
+    values = np.asarray(values, dtype=np.float64)
+    nm = _nm(values, unit)
     first, last = float(np.min(nm)), float(np.max(nm))
     if first >= SHORTEST_NM and last <= USUAL_NM:
         return nm
-    if counts_channels(np.asarray(values)):
+    if counts_channels(values):
         raise Unreadable(
             "the first column is channel numbers (..., 7, 8, 9, ...), not wavelengths; "
             "export the spectrum with its wavelength axis"
         )
     if first >= SHORTEST_NM and last <= LONGEST_NM:
         return nm
-    likely = [u for u, f in NM_PER.items() if _plausible(first, last, f / NM_PER[unit])]
+    likely = [one for one in UNITS if _plausible(_nm(values, one))]
     hint = (
         f"; if they are in {likely[0]}, use --unit {likely[0]} (unit={likely[0]!r})"
         if likely
@@ -71,8 +74,14 @@ def may_be_nm(values: FloatArray) -> bool:
     return bool(inside and np.all(np.diff(values) > 0))
 
 
-def _plausible(first: float, last: float, factor: float) -> bool:
-    return first * factor >= SHORTEST_NM and last * factor <= LONGEST_NM
+def _nm(values: FloatArray, unit: str) -> FloatArray:
+    if unit in NM_PER:
+        return values * NM_PER[unit]
+    return np.divide(NM_BY_INVERSE[unit], values, out=np.zeros(len(values)), where=values > 0)
+
+
+def _plausible(nm: FloatArray) -> bool:
+    return bool(np.min(nm) >= SHORTEST_NM and np.max(nm) <= LONGEST_NM)
 
 
 def counts_channels(values: FloatArray) -> bool:

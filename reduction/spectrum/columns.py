@@ -1,5 +1,6 @@
 """Choose the columns of a table: the one with wavelengths, and those with a shot each."""
 
+import itertools
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,11 +15,14 @@ AXIS = re.compile(r"wave|lambda|λ|^w\.?l\b|^nm\b|\[nm\]|\(nm\)|^x\b|^w$|[åÅ]n
 COUNTER = re.compile(r"pixel|channel|^(index|idx|no|nr|row|px|ch|#)\b\.?|order", re.I)
 BESIDE = re.compile(
     r"dark|backg|\bbg\b|\bref|white|err|std|stdev|sigma|\bsd\b|unc|noise|±|%|transm|reflec|absor"
-    r"|time|^[dr]$|flag|mask|weight|\bfit\b|valid", re.I
+    r"|time|^energy|^freq|^[dr]$|flag|mask|weight|\bfit\b|valid", re.I
 )  # fmt: skip
-RESULT = re.compile(r"correct|process|\bnet\b|^p$|minus|mean|average|\bavg\b", re.I)
+RESULT = re.compile(r"^(sum|total)$|correct|process|\bnet\b|^p$|minus|mean|average|\bavg\b", re.I)
 UNLIKE = 5.0  # ratio of the median counts of columns that cannot be shots of one another
 LEAST_ALIKE = 0.3  # correlation of shots
+FEW_CHANGES = 0.01  # of the rows, where labels change
+LEAST_LABELLED = 50  # rows
+MOST_SHARED = 0.5  # of the range, that ranges of one instrument may overlap
 HOW = "say which with --columns, as in --columns 1,2 (wavelengths, counts) or by their headings"
 SHOWN = 8
 
@@ -44,7 +48,10 @@ def choose(headings: Sequence[str], table: FloatArray, asked: Sequence[str] | No
         return Chosen(axis, tuple(shots), _unit(names[axis]), ())
     axis, notes = _axis(names, table)
     words = [at for at in range(len(table)) if at != axis and np.isnan(table[at]).all()]
+    words += [at for at in _axes_said(names) if at != axis]
     shots = [at for at in range(len(table)) if at != axis and at not in words]
+    if len(shots) > 1:
+        shots = [at for at in shots if not _labels(table[at])] or shots
     shots = [at for at in shots if not COUNTER.search(names[at])] or shots
     if headings:
         shots = _by_name(names, shots)
@@ -59,8 +66,69 @@ def choose(headings: Sequence[str], table: FloatArray, asked: Sequence[str] | No
     return Chosen(axis, tuple(shots), _unit(names[axis]), tuple(notes))
 
 
+def side_by_side(
+    headings: Sequence[str], table: FloatArray
+) -> tuple[Sequence[str], FloatArray, list[str]]:
+    """Wavelengths and counts, and again wavelengths and counts: as one table with one axis.
+
+    Ranges of one instrument are put one below the other; equal axes are kept once. headings,
+    table: as `choose` takes them, and returned as they are where there is one axis. Raises
+    Unreadable where it would be a guess.
+    """
+    names = list(headings) or [""] * len(table)
+    axes = _axes_said(names) or _axes_unsaid(table)
+    if len(axes) < 2:
+        return headings, table, []
+    each = {after - at for at, after in itertools.pairwise([*axes, len(table)])}
+    if len(each) > 1 or each == {1}:
+        return headings, table, []
+    (n,) = each
+    first = table[axes[0]]
+    if all(np.array_equal(table[at], first, equal_nan=True) for at in axes):
+        kept = [axes[0], *(at + k for at in axes for k in range(1, n))]
+        same = f"column {axes[0] + 1} stands {len(axes)} times"
+        return [names[at] for at in kept] if headings else (), table[kept], [same]
+    good = [np.isfinite(table[at]) for at in axes]
+    if not all(ok.any() for ok in good):
+        return headings, table, []
+    edges = sorted(
+        (table[at][ok].min(), table[at][ok].max()) for at, ok in zip(axes, good, strict=True)
+    )
+    shared = sum(max(before[1] - after[0], 0.0) for before, after in itertools.pairwise(edges))
+    if shared > MOST_SHARED * (edges[-1][1] - edges[0][0]):
+        raise Unreadable(
+            f"columns {', '.join(str(at + 1) for at in axes)} have wavelengths of the same range, "
+            f"and each its own; {HOW}"
+        )
+    below = np.stack([
+        np.concatenate([table[at + k][ok] for at, ok in zip(axes, good, strict=True)])
+        for k in range(n)
+    ])  # fmt: skip
+    note = f"{len(axes)} ranges stand side by side, each with its wavelengths"
+    return names[axes[0] : axes[0] + n] if headings else (), below, [note]
+
+
+def _axes_said(names: list[str]) -> list[int]:
+    return [at for at, name in enumerate(names) if AXIS.search(name) and not COUNTER.search(name)]
+
+
+def _axes_unsaid(table: FloatArray) -> list[int]:
+    """Every other column, if these and no others ascend as wavelengths do."""
+    ascends = [bool(len(ok := one[np.isfinite(one)]) > 3 and may_be_nm(ok)) for one in table]
+    pairs = len(table) >= 4 and ascends == [at % 2 == 0 for at in range(len(table))]
+    return list(range(0, len(table), 2)) if pairs else []
+
+
+def _labels(values: FloatArray) -> bool:
+    """Whether these number frames, regions or strips, or are one value: no counts of a detector."""
+    good = values[np.isfinite(values)]
+    if len(good) < LEAST_LABELLED or not np.all(good == np.round(good)):
+        return bool(len(good) > LEAST_LABELLED and good.min() == good.max() != 0)
+    return int(np.count_nonzero(np.diff(good))) < FEW_CHANGES * len(good)
+
+
 def _axis(names: list[str], table: FloatArray) -> tuple[int, list[str]]:
-    said = [at for at, name in enumerate(names) if AXIS.search(name) and not COUNTER.search(name)]
+    said = _axes_said(names)
     if said:
         return said[0], []
     able = [at for at in range(len(table)) if _axis_like(table[at])]

@@ -24,13 +24,15 @@ THOUSANDS_BY_POINTS = re.compile(r"[+-]?\d{1,3}(\.\d{3})+(,\d*)?([eE][+-]?\d+)?"
 WORDS = re.compile(r"\s{2,}|[\t;,]")
 CONFIRMING = 2  # lines of the same kind after the first one of the numbers
 MOST_WORDS = 4  # lines before the numbers that may be headings
-SAMPLED = 200  # lines that the decimal mark is told from
+SAMPLED, LINE = 200, 100  # lines that the decimal mark is told from; bytes of a long one
 SPACES = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
     """begin: offset of the first line of numbers, from 0; line: its number, from 1.
+
+    words: numbers do not stand in the first column.
 
     separator: one character, SPACES for runs of blanks. decimal: the mark. columns: of the first
     line. headings: of the columns, empty if there are none; above: the lines before the numbers.
@@ -43,6 +45,7 @@ class Dialect:
     columns: int
     headings: tuple[str, ...]
     above: tuple[str, ...]
+    words: bool = False
 
 
 def fields_of(line: str, separator: str) -> list[str]:
@@ -79,8 +82,8 @@ def is_row(fields: list[str]) -> bool:
     return first and numbers >= 1 and numbers + empty >= 2
 
 
-def find(text: bytes) -> Dialect | None:
-    """The dialect of a text; None without a line of numbers."""
+def find(text: bytes, words: bool = False) -> Dialect | None:
+    """The dialect of a text; None without a line of numbers. words: may stand before them."""
     above: list[str] = []
     first: tuple[int, int, str, list[str], int] | None = None  # the last: lines above it
     lone, confirmed = first, 0
@@ -95,7 +98,7 @@ def find(text: bytes) -> Dialect | None:
         fields = fields_of(line, separator)
         if len(fields) > 2 and not fields[-1]:
             fields.pop()  # "200;5;" has two columns
-        row = is_row(fields)
+        row = is_row(fields[1:] if words and len(fields) > 2 else fields)
         if row and first and (separator, len(fields)) == (first[2], len(first[3])):
             confirmed += 1
             if confirmed == CONFIRMING:
@@ -107,16 +110,17 @@ def find(text: bytes) -> Dialect | None:
         else:
             first = None
         above.append(line)
+    if words and confirmed < CONFIRMING:
+        return None
     if first is None or confirmed == 0:
         first = lone
     if first is None:
         return None
     at, number, separator, fields, n_above = first
     told = tuple(above[:n_above])
-    sample = _sample(text, at, separator)
     return Dialect(
-        at, number, separator, _decimal(sample, separator), len(fields),
-        headings(told, separator, len(fields)), told,
+        at, number, separator, _decimal(text, at, separator, words), len(fields),
+        headings(told, separator, len(fields)), told, words,
     )  # fmt: skip
 
 
@@ -174,18 +178,15 @@ def value(field: str, decimal: str) -> float:
     return float(field.replace(decimal, "."))
 
 
-def _sample(text: bytes, at: int, separator: str) -> list[list[str]]:
-    """The fields of some lines from there on."""
-    found: list[list[str]] = []
-    for _, number, raw in lines_of(text, at):
-        if number > SAMPLED:
-            break
-        found.append(fields_of(shown(raw), separator))
-    return [fields for fields in found if is_row(fields)]
-
-
-def _decimal(sample: list[list[str]], separator: str) -> str:
+def _decimal(text: bytes, at: int, separator: str, words: bool) -> str:
     """The decimal mark. Raises Unreadable where commas may be decimals or thousands alike."""
+    end = text.find(b"\n", at + SAMPLED * LINE)  # of the last line, which may be long
+    lines = text[at : len(text) if end < 0 else end].split(b"\n")[:SAMPLED]
+    within = [raw for raw in lines if b"," in raw and (separator != "," or b'"' in raw)]
+    if not within:
+        return "."
+    sample = [fields_of(shown(raw), separator)[words:] for raw in lines if raw.strip()]
+    sample = [fields for fields in sample if is_row(fields)]
     numbers = [f for fields in sample for f in fields if numeric(f)]
     commas = [f for f in numbers if "," in f and "." not in f]
     if not commas:

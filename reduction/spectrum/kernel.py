@@ -1,8 +1,11 @@
 """Inner loops compiled by numba, once per user: the compiled code is in the user's cache folder.
 
 Beside the module, numba's default, it would outlive an uninstall and mask the next installation.
+numba compiles a loop again when its own file changes, not when a loop that it calls changes in another
+file, and then goes on with the old one. So every state of the sources has a folder of its own.
 """
 
+import hashlib
 import os
 import sys
 import tempfile
@@ -18,12 +21,21 @@ def cache_folder() -> Path:
         base = home / "Library" / "Caches"
     else:
         base = Path(os.environ.get("XDG_CACHE_HOME", home / ".cache"))
-    folder = base / "labrun" / "numba"
+    folder = base / "labrun" / "numba" / state_of(Path(__file__).parent.parent)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
         return Path(tempfile.gettempdir()) / "labrun-numba"
     return folder if os.access(folder, os.W_OK) else Path(tempfile.gettempdir()) / "labrun-numba"
+
+
+def state_of(package: Path) -> str:
+    """Short name of what its source files are now, by their paths, sizes and times."""
+    found = hashlib.sha256(str(package).encode())
+    for path in sorted(package.glob("*/*.py")):  # no loop lies deeper, or at the root
+        about = path.stat()
+        found.update(f"{path.name} {about.st_size} {about.st_mtime_ns};".encode())
+    return found.hexdigest()[:12]
 
 
 os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_folder()))

@@ -123,11 +123,20 @@ def steadied(sigma: FloatArray, under: FloatArray, block: int = BLOCK) -> Noise:
     middle = np.arange(block // 2, len(sigma), block)
     if len(middle) < LEAST_BLOCKS:
         return Noise(sigma, None)
-    variance, light = sigma[middle] ** 2, np.maximum(under[middle], 0.0)
+    under = above_0(under)
+    variance, light = sigma[middle] ** 2, under[middle]
     read, gain, told = _law(variance, light)
-    law = np.sqrt(np.maximum(read + gain * np.maximum(under, 0.0), 1e-30))
+    law = np.sqrt(np.maximum(read + gain * under, 1e-30))
     bounded = np.minimum(sigma, MOST_OF_LAW * law)
     return Noise(np.maximum(bounded, LEAST_PART), gain if told else None)
+
+
+def above_0(under: FloatArray) -> FloatArray:
+    """The continuum, counts, shape (n,), moved up by as much as its lowest value is below 0.
+
+    An export from which more than its dark counts was taken off lies below 0 throughout.
+    """
+    return under - min(float(np.min(under, initial=0.0)), 0.0)
 
 
 def _law(variance, light):

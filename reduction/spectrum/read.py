@@ -9,17 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
-from .axis import Unit, in_nm
+from .axis import NM_PER, Unit, in_nm
 from .fault import Unreadable
-from .formats import avantes, hdf5, npy, sif, spc
+from .formats import avantes, hdf5, jcamp, npy, sif, spc
 from .readout import Readout
 from .shots import Shots
 from .source import bytes_of, unpacked
-from .spectrum import FloatArray, Spectrum
+from .spectrum import FloatArray, IntArray, Spectrum
 from .text import read_text
 
-FORMATS = (npy, hdf5, sif, spc, avantes)
+FORMATS = (npy, hdf5, sif, spc, avantes, jcamp)
 LEAST_DISTINCT = 0.6  # of the wavelengths; fewer are not the axis of one spectrum
+LEAST_ALIKE = 0.5  # median correlation of the roots of counts: shots of one sample have .9 and more
+MOST_COMPARED, LEAST_CHANNELS, WITH_LINES = 50, 200, 5.0
 SOME_BACK = 0.02  # of the steps; more are not the edges of detectors or orders
 
 
@@ -35,7 +37,10 @@ def read_spectrum(
     the way on, for what is no spectrum or could be read in two ways; OSError if the file cannot be
     opened.
     """
-    return read_shots(source, unit, columns).mean()
+    shots = read_shots(source, unit, columns)
+    if columns is None:
+        _check_of_one_sample(shots)
+    return shots.mean()
 
 
 def read_shots(
@@ -53,7 +58,8 @@ def read_shots(
     notes = list(told.notes)
     in_unit = unit or told.unit or "nm"
     if unit is None and in_unit != "nm":
-        notes.append(f"wavelengths in {in_unit}, as the file says")
+        what = "wavelengths" if in_unit in NM_PER else "the axis is"
+        notes.append(f"{what} in {in_unit}, as the file says")
     shots = _ascending(in_nm(axis, in_unit), counts, notes)
     return _with_light(replace(shots, notes=tuple(notes)))
 
@@ -92,11 +98,19 @@ def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
             f"the first line of numbers ({nm[0]:g}) is not in the order of those that follow "
             f"({nm[1]:g}, {nm[2]:g}, ...): is it a part of the header? Put # before it"
         )
+    if np.sum(steps < 0) > np.sum(steps > 0):
+        nm, counts, steps = nm[::-1], counts[:, ::-1], -steps[::-1]
     back = int(np.sum(steps < 0))
-    if back > max(SOME_BACK * len(steps), 1) and np.sum(steps > 0) > max(SOME_BACK * len(steps), 1):
+    if back > max(SOME_BACK * len(steps), 1):
         notes.append("the rows were not in the order of their wavelengths, and were sorted")
-    elif back and np.sum(steps > 0) > back:
-        notes.append(f"the wavelengths go back at {back} places; the ranges overlap there")
+    elif back:
+        notes.append(f"the wavelengths go back at {back} places: {back + 1} ranges")
+        kept = _ranges_kept(nm, steps)
+        if kept is not None:
+            if len(kept) < len(nm):
+                notes.append("where two ranges overlap, each was used up to the middle")
+            nm, counts = nm[kept], counts[:, kept]
+    unique, row = np.unique(nm, return_inverse=True)
     if len(unique) < len(nm):
         notes.append(f"{len(nm) - len(unique)} wavelengths occur again; their counts were averaged")
     good = np.isfinite(counts)
@@ -106,6 +120,49 @@ def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
         count = np.bincount(row[ok], minlength=len(unique))
         np.divide(total, count, out=out, where=count > 0)
     return Shots(unique, mean)
+
+
+def _ranges_kept(nm: FloatArray, steps: FloatArray) -> IntArray | None:
+    """Channels of the ranges of detectors or orders, ascending, none from two of them at one place.
+
+    Sorted into each other, channels of different gain would be a saw's teeth. None where one range
+    lies within another.
+    """
+    ranges = np.split(np.arange(len(nm)), np.flatnonzero(steps < 0) + 1)
+    ranges.sort(key=lambda rows: nm[rows[0]])
+    first, last = (np.array([nm[rows[end]] for rows in ranges]) for end in (0, -1))
+    middle = 0.5 * (last[:-1] + first[1:])
+    if np.any(np.diff(last) <= 0) or np.any(np.diff(middle) <= 0):
+        return None
+    low, high = [-np.inf, *middle], [*middle, np.inf]
+    kept = [
+        rows[(nm[rows] > a) & (nm[rows] <= b)]
+        for rows, a, b in zip(ranges, low, high, strict=True)
+    ]  # fmt: skip
+    return np.concatenate(kept)
+
+
+def _check_of_one_sample(shots: Shots) -> None:
+    """Raise Unreadable for spectra that have little in common: their mean would be of nothing."""
+    if len(shots) == 1:
+        return
+    light = np.nan_to_num(shots.intensity[:MOST_COMPARED])
+    noise = (
+        np.median(np.abs(np.diff(light, axis=1)), axis=1)
+        if light.shape[1] > LEAST_CHANNELS
+        else 0.0
+    )
+    light = light[light.std(axis=1) > WITH_LINES * noise]
+    if len(light) < 2 or light.shape[1] <= LEAST_CHANNELS:
+        return
+    light = np.sqrt(light - light.min(axis=1, keepdims=True))
+    alike = np.corrcoef(light)[np.triu_indices(len(light), 1)]
+    if np.median(alike) < LEAST_ALIKE:
+        raise Unreadable(
+            f"the {len(shots)} spectra in it are too unlike one another to be shots of one sample "
+            f"(correlation {np.median(alike):.2f}), so their mean is not taken; choose with --columns, "
+            "or write a file for each"
+        )
 
 
 def _stacked(nm: FloatArray, counts: FloatArray) -> Shots | None:

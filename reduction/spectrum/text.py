@@ -10,15 +10,15 @@ import re
 import numpy as np
 
 from .axis import Unit, unit_named
-from .columns import AXIS, choose
+from .columns import AXIS, choose, side_by_side
 from .dialect import COMMENT, Dialect, fields_of, find, lines_of, numeric, value
 from .fault import Unreadable
 from .readout import Readout
+from .rows_of_shots import read_rows
 from .spectrum import FloatArray
 from .text_bytes import shown, text_bytes
 
 SHOWN = 40  # characters of a faulty line shown in an error
-MANY_COLUMNS = 50  # in fewer rows than columns: a row for each shot
 WHOLE = re.compile(r"[+-]?\d+")
 ALIKE = 50  # lines with equal decimals: no program that drops zeros writes so many
 LAST_DECIMALS, LAST_DECIMALS_OR_COMMA = re.compile(rb"\.(\d+)\s*$"), re.compile(rb"[.,](\d+)\s*$")
@@ -30,7 +30,9 @@ def read_text(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
     text = text_bytes(raw)
     if not text.strip():
         raise Unreadable("the spectrum is empty: it has no row of wavelength and intensity")
-    dialect = find(text)
+    if columns is None and (rows := read_rows(text)) is not None:
+        return rows
+    dialect = find(text) or find(text, words=True)
     if dialect is None:
         raise _no_numbers(text)
     _check_end(text, dialect)
@@ -50,9 +52,11 @@ def read_text(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
                               dialect.above)  # fmt: skip
     if dialect.decimal == ",":
         notes.append("decimal commas")
-    if columns is None and len(table) > max(MANY_COLUMNS, table.shape[1]):
-        return Readout(table[:, 0], np.ascontiguousarray(table[:, 1:].T), None, tuple(notes))
-    chosen = choose(dialect.headings, table, columns)
+    headings = dialect.headings
+    if columns is None:
+        headings, table, said = side_by_side(headings, table)
+        notes += said
+    chosen = choose(headings, table, columns)
     unit = chosen.unit or _unit_above(dialect)
     return Readout(table[chosen.axis], table[list(chosen.shots)], unit, (*notes, *chosen.notes))
 
@@ -105,8 +109,12 @@ def _odd_line(
         fields.pop()
     number = text.count(b"\n", 0, at) + 1
     where = f"line {number}"
-    if not numeric(fields[0]) and fields[0].lower() not in ("nan", "") and _footer(text, stop):
-        return _END
+    as_ever = len(fields) == dialect.columns and dialect.words
+    if not numeric(fields[0]) and fields[0].lower() not in ("nan", "") and not as_ever:
+        if _footer(text, stop):
+            return _END
+        if _starts_over(text, stop, dialect):
+            return None
     if not line.isprintable() and "\t" not in line:
         raise Unreadable(f"{where} is not text; is this file damaged?")
     last = CUT if stop >= len(text.rstrip()) else ""
@@ -125,12 +133,12 @@ def _odd_line(
         try:
             numbers.append(value(field, decimal))
         except ValueError:
-            if place > 1:
+            if place > 1 or dialect.words:
                 numbers.append(WORD)
                 continue
             what = "two numbers" if dialect.columns == 2 else "numbers"
             raise Unreadable(f"{where} is not {what}: {line[:SHOWN]!r}") from None
-    if not math.isfinite(numbers[0]):
+    if not (math.isfinite(numbers[0]) or dialect.words):
         raise Unreadable(f"{where} has no wavelength: {line[:SHOWN]!r}")
     return [n if math.isfinite(n) or n is WORD else math.nan for n in numbers]
 
@@ -143,6 +151,16 @@ def _footer(text: bytes, at: int) -> bool:
             if numeric(line.split()[0].strip(",;")) and ":" not in line:
                 return False
     return True
+
+
+def _starts_over(text: bytes, at: int, dialect: Dialect) -> bool:
+    """Whether the next line of numbers has the wavelength of the first: another spectrum begins."""
+    first = fields_of(shown(text[dialect.begin :].split(b"\n", 1)[0]), dialect.separator)[0]
+    for _, _, raw in lines_of(text, at + 1):
+        fields = fields_of(shown(raw), dialect.separator) if raw.strip() else [""]
+        if numeric(fields[0]):
+            return fields[0] == first
+    return False
 
 
 def _wide(text: bytes, dialect: Dialect) -> tuple[FloatArray, bool]:

@@ -30,7 +30,6 @@ KINDS = (
     (b"Rar!", "a rar archive; unpack it"),
     (b"SQLite format", "a database"),
     (b"PAR1", "a Parquet table"),
-    (b"##TITLE", "a JCAMP-DX file; export it as CSV"),
     (b"MATLAB 5.0", "a MATLAB file; save its variables as CSV or HDF5"),
 )
 BEGINNING = 4096

@@ -3,6 +3,7 @@ import sys
 
 import numpy as np
 import pytest
+from truth import make_spectrum
 
 from labrun.reduction import Spectrum, reduce_spectrum
 from labrun.reduction.lines.air import to_vacuum
@@ -154,3 +155,12 @@ def test_what_was_noticed_of_the_instrument_is_told(vice, said):
 
     assert any(said in note for note in found.notes)
     assert usual.notes == ()
+
+
+def test_counts_that_lie_below_0_have_the_noise_of_others():
+    steel = make_spectrum("train", 8)
+    above = reduce_spectrum(Spectrum(steel.wavelength_nm, steel.intensity))
+    below = reduce_spectrum(Spectrum(steel.wavelength_nm, steel.intensity - 5_000.0))
+
+    assert below.n_peaks == pytest.approx(above.n_peaks, rel=0.02)
+    assert below.detected == above.detected

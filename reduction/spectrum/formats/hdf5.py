@@ -79,7 +79,8 @@ def _datasets(file: Any) -> dict[str, Any]:
 
 def _by_name(datasets: dict[str, Any]) -> tuple[Any, Any]:
     def last(name: str) -> str:
-        return name.rpartition("/")[2]
+        parts = name.split("/")
+        return next((part for part in reversed(parts) if not part.isdecimal()), name)
 
     axes = [one for name, one in datasets.items() if one.ndim == 1 and AXIS.search(last(name))]
     if len(axes) == 1:

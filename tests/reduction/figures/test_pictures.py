@@ -186,6 +186,33 @@ def test_a_users_own_settings_do_not_change_a_figure(tmp_path):
         assert draw("after") == before
 
 
+def test_every_label_of_a_temperature_map_lies_within_its_figure():
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(24) * 0.2, np.arange(12) * 0.2))
+    kelvin = np.linspace(11_000, 12_402, len(x))
+    with paper():
+        figure = temperature_map_figure({"": element_map(x, y, kelvin)})
+        figure.draw_without_rendering()
+        bar = figure.axes[-1]
+        low, high = bar.get_xlim()
+        shown = [
+            tick.label1 for tick in bar.xaxis.get_major_ticks() if low <= tick.get_loc() <= high
+        ]
+
+        assert shown[-1].get_text() == "12,400"
+        assert all(label.get_window_extent().x1 <= figure.bbox.x1 for label in shown)
+
+
+def test_ranges_below_the_maps_have_their_unit():
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(4.0), np.arange(3.0)))
+    maps = {"Li 670.8 nm": element_map(x, y, x)}
+    with paper():
+        said = texts(
+            element_maps_figure(maps, below={"Li 670.8 nm": "0 to 2,359"}, below_in="counts nm")
+        )
+
+        assert "the range below each map (counts nm)" in said
+
+
 @pytest.mark.parametrize("own_bars", [None, "area (counts nm)"])
 @pytest.mark.parametrize(("nx", "ny", "n"), [(24, 12, 12), (21, 51, 3), (3, 40, 8), (40, 3, 2)])
 def test_no_text_of_element_maps_covers_another(own_bars, nx, ny, n, overlaps):

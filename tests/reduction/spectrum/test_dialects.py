@@ -199,13 +199,175 @@ def test_spectra_one_below_the_other_are_shots():
     assert found.notes[0] == "2 spectra stand one below the other"
 
 
-def test_detectors_that_overlap_are_sorted_and_the_note_says_so():
-    x = np.concatenate([np.linspace(200, 420, 100), np.linspace(410, 900, 100)])
-    y = np.random.default_rng(5).normal(100, 9, 200)
+def test_where_detectors_overlap_each_is_used_up_to_the_middle():
+    x = np.concatenate([np.linspace(410, 900, 100), np.linspace(200, 420, 100)])
+    y = np.concatenate([np.full(100, 50.0), np.full(100, 3.0)]) + np.arange(200.0) % 2
     found = read_spectrum(rows("{:.3f},{:.2f}\n", x, y).encode())
 
-    assert len(found) == 200
-    assert found.notes == ("the wavelengths go back at 1 places; the ranges overlap there",)
+    assert np.all(found.intensity[found.wavelength_nm < 415] < 10)
+    assert np.all(found.intensity[found.wavelength_nm > 415] > 10)
+    assert len(found) == 200 - 3 - 2  # above 415 of the one, below it of the other
+    assert found.notes == (
+        "the wavelengths go back at 1 places: 2 ranges",
+        "where two ranges overlap, each was used up to the middle",
+    )
+
+
+def side_by_side(*groups, head=""):
+    return head + "".join(
+        ",".join(map(str, sum(row, ()))) + "\n" for row in zip(*groups, strict=True)
+    )
+
+
+def two_ranges():
+    return [list(zip(x, y, strict=True)) for x, y in ((X[:30], Y[:30]), (X[30:], Y[30:]))]
+
+
+@pytest.mark.parametrize("head", ["", "Wave,Counts,Wave,Counts\n", "nm 1,ch 1,nm 2,ch 2\n"])
+def test_ranges_side_by_side_are_one_spectrum(head):
+    found = read_spectrum(side_by_side(*two_ranges(), head=head).encode())
+
+    assert found.wavelength_nm.tolist() == X.tolist()
+    assert found.intensity.tolist() == Y.tolist()
+    assert "2 ranges stand side by side, each with its wavelengths" in found.notes
+
+
+def test_ranges_of_different_length_stand_side_by_side():
+    lines = side_by_side(*two_ranges(), head="Wave,Counts,Wave,Counts\n").splitlines()
+    lines[-1] = ",".join(lines[-1].split(",")[:2]) + ",,"
+    found = read_spectrum("\n".join(lines).encode())
+
+    assert found.wavelength_nm.tolist() == X[:-1].tolist()
+
+
+def test_an_axis_beside_each_shot_is_one_axis():
+    shots = [list(zip(X, y, strict=True)) for y in (Y, 2 * Y)]
+    found = read_spectrum(side_by_side(*shots, head="wl,I,wl,I\n").encode())
+
+    assert found.intensity == pytest.approx(1.5 * Y)
+    with pytest.raises(Unreadable, match="of the same range, and each its own"):
+        read_spectrum(side_by_side(shots[0], [(x + 0.02, y) for x, y in shots[1]]).encode())
+
+
+def test_a_second_scale_is_no_shot():
+    text = shots_text("{},{},{}\n", 1e7 / X, Y, head="Wavelength (nm),Wavenumber (cm-1),Counts\n")
+
+    assert read_spectrum(text.encode()).intensity.tolist() == Y.tolist()
+
+
+WIDE = np.round(np.linspace(200.0338, 961.2, 80), 4)
+BURST = np.round(np.abs(np.random.default_rng(4).normal(400, 300, (3, 80))) + 1, 1)
+
+
+def in_rows(heading, begin, head="", mark="{}", separator=","):
+    lines = [separator.join([heading, *map(mark.format, WIDE)])]
+    lines += [separator.join([begin.format(k), *map(str, row)]) for k, row in enumerate(BURST)]
+    return head + "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        in_rows("sample", "rock {}"),
+        in_rows("sample;class", "rock;{}", separator=";"),
+        in_rows("sample;class", "rock;{}", separator=";").replace(".", ","),
+        in_rows('""', '"{}"', mark='"X{}"'),
+        in_rows("Time", "0.{}", mark="{} nm"),
+        in_rows("Time", "0.{}").replace("\n", ",\n").replace(",\n", "\n", 1),
+        in_rows("\t", "{}\t7", separator="\t"),
+        in_rows("\t", "10:00:0{}\t1670000", head=OCEAN, separator="\t"),
+        in_rows("x", "{}", head="# a map\n").replace("x,", "# ", 1).replace("\n0,", "\n", 1)
+        .replace("\n1,", "\n", 1).replace("\n2,", "\n", 1),
+    ],
+)  # fmt: skip
+def test_a_row_for_each_spectrum_is_read_with_the_wavelengths_above(text):
+    found = read_shots(text.encode())
+
+    assert found.wavelength_nm.tolist() == WIDE.tolist()
+    assert found.intensity.tolist() == BURST.tolist()
+
+
+def test_a_row_that_was_cut_off_is_named():
+    text = in_rows("sample", "rock {}")
+
+    with pytest.raises(
+        Unreadable, match="line 4 has 71 columns, and the line of wavelengths has 81"
+    ):
+        read_spectrum(
+            "\n".join(
+                [*text.splitlines()[:3], ",".join(text.splitlines()[3].split(",")[:71])]
+            ).encode()
+        )
+
+
+def test_many_shots_in_columns_are_not_taken_for_rows():
+    shots = [Y + k for k in range(150)]
+    text = shots_text(
+        "{}" + ",{}" * 150 + "\n", *shots, head="nm," + ",".join(map(str, range(150, 300))) + "\n"
+    )
+
+    assert len(read_shots(text.encode())) == 150
+
+
+def test_words_and_numbers_beside_the_counts_are_left_out():
+    named = "label,wavelength,intensity\n" + rows("diopside,{},{}\n")
+    frames = (
+        "Frame,Row,Wavelength,Intensity\n" + rows("1,1,{},{}\n") + rows("2,1,{},{}\n", X, Y + 2)
+    )
+    strips = rows("{}\t1\t{}\n")
+    parts = "Wavelength (nm),Sum,Ca I,Ca II\n" + shots_text("{},{},{},{}\n", Y, 0.3 * Y, 0.7 * Y)
+    found = [read_spectrum(text.encode()) for text in (named, frames, strips, parts)]
+
+    assert [one.intensity.tolist() for one in found] == [
+        Y.tolist(),
+        pytest.approx(Y + 1),
+        Y.tolist(),
+        Y.tolist(),
+    ]
+
+
+def test_spectra_with_a_heading_each_one_below_the_other_are_shots():
+    block = "Spectrum {}\nWavelength,Counts\n"
+    found = read_shots(
+        (block.format(1) + rows("{},{}\n") + block.format(2) + rows("{},{}\n", X, Y + 2)).encode()
+    )
+
+    assert found.intensity.tolist() == [Y.tolist(), pytest.approx(Y + 2)]
+    with pytest.raises(Unreadable, match="one column"):
+        read_shots((rows("{},{}\n") + "Peaks\n393.4,500\n").encode())
+
+
+@pytest.mark.parametrize(
+    ("heading", "values"),
+    [
+        ("Wavenumber (cm-1)", 1e7 / X),
+        ("Energy [eV]", 1239.841984 / X),
+        ("Wavelength (m)", X * 1e-9),
+    ],
+)
+def test_other_scales_become_wavelengths(heading, values):
+    found = read_spectrum((f"{heading},Counts\n" + rows("{:.12g},{}\n", values)).encode())
+
+    assert found.wavelength_nm == pytest.approx(X)
+    assert found.intensity.tolist() == Y.tolist()
+
+
+def test_different_samples_in_one_file_are_not_averaged():
+    x, rng = np.linspace(200, 900, 600), np.random.default_rng(8)
+    lines = rng.choice(600, (3, 25))
+    samples = rng.normal(100, 3, (3, 600))
+    for k in range(3):
+        samples[k, lines[k]] += rng.exponential(5000, 25)
+    text = "nm,Al,Cu,talc\n" + "".join(
+        ",".join(f"{v:.2f}" for v in row) + "\n" for row in np.column_stack([x, *samples])
+    )
+
+    with pytest.raises(Unreadable, match="too unlike one another to be shots of one sample"):
+        read_spectrum(text.encode())
+    assert len(read_shots(text.encode())) == 3
+    assert read_spectrum(text.encode(), columns=("nm", "Cu")).intensity == pytest.approx(
+        samples[1], abs=0.01
+    )
 
 
 @pytest.mark.parametrize(
@@ -223,7 +385,7 @@ def test_detectors_that_overlap_are_sorted_and_the_note_says_so():
         (rows("{:.4f},{:.2f}\n").rstrip()[:-1], r"ends within a number \('961.2000,"),
         (commas(rows("{:.4f};{:.2f}\n")).rstrip()[:-4], "cut off while it was written"),
         ("2048 3\n" + rows("{} {}\n"), r"first line of numbers \(2048\) is not in the order"),
-        ("##TITLE= x\n##JCAMP-DX=4.24\n" + rows("{} {}\n"), "a JCAMP-DX file; export it as CSV"),
+        ("##TITLE= x\n##JCAMP-DX=4.24\n" + rows("{} {}\n"), "JCAMP-DX file without a spectrum"),
         ('{"wavelength": [200, 201], "counts": [1, 2]}', "no line of it is two numbers"),
         (rows("{},{}\n") + "962.1,5,7\n", "line 61 has 3 columns"),
         ("PK\x03\x04\0\0", "a zip archive, or a spreadsheet"),

@@ -117,6 +117,52 @@ def test_an_avasoft_file_joins_its_spectrometers_and_subtracts_the_dark():
         read_spectrum(raw8((X, Y, np.zeros(N)))[:-60])
 
 
+JCAMP = (
+    "##TITLE= quartz\n##JCAMP-DX= 4.24 $$ by hand\n##DATA TYPE= EMISSION SPECTRUM\n"
+    "##XUNITS= {unit}\n##YUNITS= COUNTS\n##XFACTOR= 1.0\n##YFACTOR= 0.5\n"
+    "##FIRSTX= {first}\n##LASTX= {last}\n##NPOINTS= {n}\n"
+)
+EVEN = np.linspace(200.0, 326.0, N)
+
+
+def jcamp_even(numbers="{:.0f}", per_line=7, unit="NANOMETERS"):
+    lines = [
+        f"{EVEN[k]:.1f}" + "".join("+" + numbers.format(2 * y) for y in Y[k : k + per_line])
+        for k in range(0, N, per_line)
+    ]
+    head = JCAMP.format(unit=unit, first=200.0, last=326.0, n=N)
+    return (head + "##XYDATA=(X++(Y..Y))\n" + "\n".join(lines) + "\n##END=\n").encode()
+
+
+def test_plain_jcamp_is_read_in_either_form():
+    pairs = JCAMP.format(unit="MICROMETERS", first=X[0] / 1000, last=X[-1] / 1000, n=N)
+    pairs += "##XYPOINTS= (XY..XY)\n" + "".join(
+        f"{x / 1000:.8f}, {2 * y:.4f}\n" for x, y in zip(X, Y, strict=True)
+    )  # fmt: skip
+    even, uneven = read_spectrum(jcamp_even()), read_spectrum((pairs + "##END=\n").encode())
+
+    assert even.wavelength_nm == pytest.approx(EVEN)
+    assert even.intensity == pytest.approx(np.round(2 * Y) / 2)
+    assert uneven.wavelength_nm == pytest.approx(X, rel=1e-6)
+    assert uneven.intensity == pytest.approx(Y, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("raw", "sentence"),
+    [
+        (jcamp_even()[:-60], "promises 64 points and has 5"),
+        (jcamp_even().replace(b"200.0+", b"200.0A", 1), "in a compressed form"),
+        (jcamp_even().replace(b"##LASTX= 326.0", b"##LASTX= 526.0"), "do not begin where"),
+        (jcamp_even().replace(b"##LASTX= 326.0", b"##LASTX= ?"), "LASTX is '[?]', not a number"),
+        (jcamp_even().replace(b"(X++(Y..Y))", b"(X++(R..R))"), "without a spectrum in it"),
+        (jcamp_even() + b"##NTUPLES=\n", "with several spectra"),
+    ],
+)
+def test_other_jcamp_is_refused_with_a_sentence(raw, sentence):
+    with pytest.raises(Unreadable, match=sentence):
+        read_spectrum(raw)
+
+
 def test_the_default_plot_of_a_nexus_file_is_read(tmp_path):
     def fill(file):
         file.attrs["default"] = "entry"
@@ -142,7 +188,11 @@ def test_datasets_are_known_by_their_names_or_asked_for(tmp_path):
     def unclear(file):
         file["a/x1"], file["a/y1"], file["a/y2"] = X, Y, Y + 1
 
+    def numbered(file):
+        file["Wavelengths/1"], file["Spectra/001"] = X, np.stack([Y, Y + 1])
+
     assert read_spectrum(hdf5(tmp_path, plain)).intensity.tolist() == Y.tolist()
+    assert len(read_shots(hdf5(tmp_path, numbered))) == 2
     with pytest.raises(Unreadable, match=r"name both, as in --columns .* it has /a/x1 \(64,\)"):
         read_spectrum(hdf5(tmp_path, unclear))
     found = read_spectrum(hdf5(tmp_path, unclear), columns=("a/x1", "a/y2"))

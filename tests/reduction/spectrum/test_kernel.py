@@ -7,6 +7,30 @@ from pathlib import Path
 import pytest
 
 import labrun.reduction
+from labrun.reduction.spectrum.kernel import state_of
+
+PACKAGE = Path(labrun.reduction.__file__).parent
+
+
+def test_code_compiled_before_a_source_changed_is_not_taken_for_that_of_now(tmp_path):
+    caller, called = tmp_path / "peaks" / "fit.py", tmp_path / "lines" / "air_kernel.py"
+    for path in (caller, called):
+        path.parent.mkdir()
+        path.write_text("pass\n")
+    before = state_of(tmp_path)
+    called.write_text("pass  # changed\n")
+
+    assert state_of(tmp_path) != before
+    assert state_of(tmp_path) == state_of(tmp_path)
+
+
+def test_every_compiled_loop_lies_where_changes_are_looked_for():
+    with_loops = {
+        path for path in PACKAGE.rglob("*.py") if "kernel\ndef " in path.read_text(encoding="utf-8")
+    }
+
+    assert len(with_loops) > 10
+    assert with_loops <= set(PACKAGE.glob("*/*.py"))
 
 
 @pytest.mark.slow
@@ -19,7 +43,7 @@ def test_compiling_leaves_nothing_in_the_package(tmp_path):
         "background(Spectrum(np.linspace(200.0, 300.0, 500), np.ones(500)))\n"
     )
     environment = {"PATH": "", "HOME": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
-    package = Path(labrun.reduction.__file__).parent
+    package = PACKAGE
     before = set(package.rglob("*.nbi"))
 
     done = subprocess.run(

@@ -20,7 +20,8 @@ class Vice:
     """steps: gain of each detector. rolled, blazed: e-folds lost at the ends of the range; depth of
     an echelle's orders. bent_nm: of the axis, half a wave. thickest: optical depth of the thickest
     line; shell: part of the atoms in a cool layer outside. continuum: counts. well: counts at which
-    a channel is full. Of the export: cut (at zero), digits of the counts, smoothed (channels)."""
+    a channel is full. photon: counts of one, behind an intensifier. Of the export: cut (at zero),
+    digits of the counts, smoothed (channels)."""
 
     channels: int = 8_192
     fwhm_nm: float = 0.2
@@ -34,6 +35,7 @@ class Vice:
     continuum: float = 200.0
     well: float = 65_535.0
     spikes: int = 0
+    photon: float = 0.0
     cut: bool = False
     digits: int | None = None
     smoothed: int = 1
@@ -58,6 +60,7 @@ VICES = {
     "1 nm": Vice(channels=2_048, fwhm_nm=1.0),
     "handheld": Vice(steps=(1.0, 8.0, 4.0), rolled=4.0, bent_nm=0.15, thickest=20.0, shell=0.1,
                      cut=True),
+    "photons": Vice(channels=32_768, fwhm_nm=0.09, photon=300.0, continuum=60.0),
 }  # fmt: skip
 
 
@@ -112,6 +115,11 @@ def _exported(truth: Truth, v: Vice, rng: np.random.Generator) -> Truth:
     for at in rng.integers(5, len(counts) - 5, v.spikes):
         counts[at : at + 2] += rng.uniform(300, 8_000)
         bad[at : at + 2] = True
+    if v.photon:
+        # A photon's electron is multiplied by an exponential law, and seen by neighbours, too.
+        n = rng.poisson(np.maximum(np.nan_to_num(counts), 0.0) / v.photon)
+        seen = np.where(n > 0, rng.gamma(np.maximum(n, 1), v.photon), 0.0)
+        counts = np.convolve(seen, [0.15, 0.7, 0.15], "same") + rng.normal(0, v.read_noise, len(n))
     if v.smoothed > 1:
         counts = uniform_filter1d(np.nan_to_num(counts, nan=v.continuum), v.smoothed)
     if v.cut:

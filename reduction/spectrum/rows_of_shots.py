@@ -1,0 +1,113 @@
+"""Read a table with a spectrum in each row, and the wavelengths in its first line or heading."""
+
+import re
+
+import numpy as np
+
+from .axis import counts_channels, may_be_nm
+from .dialect import COMMENT, fields_of, lines_of, value
+from .fault import Unreadable
+from .readout import Readout
+from .text_bytes import shown
+
+LEAST = 50  # wavelengths
+LONG = 4 * LEAST  # characters of a line that has them
+LOOKED_AT = 16_384  # characters, before which the wavelengths must begin
+# As programs name columns: 200.1, "X200.1" (R), 200.1 nm, wl_200.1.
+NAMED = re.compile(r"[a-z_]{0,10}\s?(\d+([.,]\d+)?)\s?(nm)?", re.I)
+SHOWN = 3
+
+
+def read_rows(text: bytes) -> Readout | None:
+    """The spectra; None for another kind of table. Raises Unreadable, with the line."""
+    stop = text.find(b"\n", LOOKED_AT)
+    beginning = text[:stop] if stop > 0 else text
+    if max(map(len, beginning.split(b"\n"))) < LONG:
+        return None
+    for at, _, raw in lines_of(beginning):
+        if len(raw) < LONG:
+            continue
+        line = shown(raw).lstrip("#%! ") if raw.startswith(COMMENT) else raw.decode("latin-1")
+        separator = max(";\t,", key=line.count)
+        if line.count(separator) < LEAST:
+            separator = ""
+        fields = (
+            fields_of(line, separator) if not separator else line.strip("\r\n").split(separator)
+        )
+        decimal = "," if separator in ("", ";", "\t") and "," in line else "."
+        named = [_named(field, decimal) for field in fields]
+        begin = next(
+            (k for k in range(len(named)) if named[k:] and _all(named[k : k + LEAST])), None
+        )
+        if begin is None:
+            return None
+        end = next((k for k in range(begin, len(named)) if named[k] is None), len(named))
+        axis = np.array(named[begin:end], dtype=np.float64)
+        ascending = axis if axis[-1] > axis[0] else axis[::-1]
+        if not may_be_nm(ascending):
+            return None
+        return _read(text, at + len(raw) + 1, fields, (begin, end), axis, separator, decimal)
+    return None
+
+
+def _down(cells: list[str]) -> bool:
+    """Whether the first cells of the rows are wavelengths."""
+    named = [_named(cell, ".") for cell in cells]
+    down = np.array([one for one in named if one is not None])
+    return len(down) == len(cells) > 3 and (may_be_nm(down) or may_be_nm(down[::-1]))
+
+
+def _all(named: list[float | None]) -> bool:
+    return len(named) == LEAST and None not in named
+
+
+def _named(field: str, decimal: str) -> float | None:
+    found = NAMED.fullmatch(field.strip().strip('"').strip())
+    return None if found is None else value(found[1], decimal)
+
+
+def _read(text, at, fields, ends, axis, separator, decimal) -> Readout | None:
+    begin, end = ends
+    rows: list[list[float]] = []
+    leading: list[str] = []
+    before = text.count(b"\n", 0, at) + 1
+    for _, number, raw in lines_of(text, at, before):
+        if not raw.strip() or raw.startswith(COMMENT):
+            continue
+        line = raw.decode("latin-1")
+        cells = fields_of(line, separator) if not separator else line.strip("\r\n").split(separator)
+        if len(cells) > len(fields) and not cells[-1].strip():
+            cells.pop()
+        more = len(cells) - len(fields)  # one, where the names of the rows have no heading
+        if more not in (0, 1) or (more == 1 and begin):
+            if not rows:
+                return None
+            raise Unreadable(
+                f"line {number} has {len(cells)} columns, and the line of wavelengths has "
+                f"{len(fields)}; was the file cut off while it was written?"
+            )
+        leading.append(cells[0])
+        try:
+            rows.append(
+                [
+                    value(c.strip().strip('"').strip(), decimal)
+                    for c in cells[begin + more : end + more]
+                ]
+            )
+        except ValueError:
+            if not rows:
+                return None
+            raise Unreadable(f"line {number} has words where counts should be") from None
+    if not rows or (counts_channels(axis) and _down(leading)):
+        return None  # numbers of shots over their columns
+    aside = [k for k in range(len(fields)) if not begin <= k < end]
+    notes = ["the spectra are the rows of the table"]
+    if aside:
+        called = [
+            f"column {k + 1}" + (f" ({fields[k].strip()})" if fields[k].strip() else "")
+            for k in aside
+        ]
+        notes.append(
+            f"not used: {', '.join(called[:SHOWN])}" + (" ..." if len(called) > SHOWN else "")
+        )
+    return Readout(axis, np.array(rows), None, tuple(notes))
