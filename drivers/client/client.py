@@ -24,6 +24,8 @@ __all__ = ["DeviceClient", "LeaseHeld", "Outcome", "ServerUnreachable"]
 
 MAX_FILES_BYTES = 60_000_000
 LINK_S = 5.0
+DESCRIBE_S = 10.0
+"""A server on a busy machine is slow to describe itself; another kind of server never does."""
 AGAIN_S = 0.05
 
 
@@ -206,7 +208,8 @@ class DeviceClient:
 
     async def _link_up(self) -> None:
         """On every new connection: check which server it is and that our leases are still ours."""
-        answer = accepted(await self._link.call("describe", {"mark": self.mark}), self.url)
+        answer = await self._link.call("describe", {"mark": self.mark}, DESCRIBE_S)
+        answer = accepted(answer, self.url)
         try:
             described = ServerDescription.model_validate(answer)
         except ValidationError as fault:
