@@ -65,6 +65,10 @@ NEEDS = {
         lambda: bool(shutil.which("node") and shutil.which("npm")), "install Node.js 20 or newer"
     ),
     "graphviz": Need(lambda: shutil.which("dot") is not None, "apt-get install graphviz"),
+    "kernel": Need(
+        lambda: find_spec("ipykernel") is not None and find_spec("nbclient") is not None,
+        "pip install ipykernel nbclient",
+    ),
     "pymeasure": Need(
         lambda: find_spec("pymeasure") is not None, "pip install 'labrun[pymeasure]' pyvisa-sim"
     ),

@@ -1,5 +1,6 @@
 """The notebooks of the docs run from top to bottom in a kernel, and show what they say."""
 
+import json
 import os
 import sys
 from pathlib import Path
@@ -29,19 +30,21 @@ SHOWN = {
 
 
 def test_every_notebook_is_known_and_kept_without_outputs():
-    nbformat = pytest.importorskip("nbformat")
-    cells = [c for path in NOTEBOOKS for c in nbformat.read(path, 4).cells if c.cell_type == "code"]
+    read = [json.loads(path.read_bytes())["cells"] for path in NOTEBOOKS]
+    cells = [cell for book in read for cell in book if cell["cell_type"] == "code"]
 
     assert [path.stem for path in NOTEBOOKS] == sorted(SHOWN)
-    assert all(not cell.outputs and cell.execution_count is None for cell in cells)
+    assert all(not cell["outputs"] and cell["execution_count"] is None for cell in cells)
 
 
 @pytest.mark.slow
+@pytest.mark.needs("kernel")
 @pytest.mark.filterwarnings("ignore")  # those of Jupyter's own libraries
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs_and_shows_what_it_says(path, tmp_path, monkeypatch):
-    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
-    pytest.importorskip("ipykernel")
+    import nbclient
+    import nbformat
+
     beside = Path(sys.executable).parent
     monkeypatch.setenv("PATH", f"{beside}{os.pathsep}{os.environ['PATH']}")  # `!labrun`
     book = nbformat.read(path, 4)

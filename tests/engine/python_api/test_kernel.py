@@ -5,9 +5,8 @@ import time
 
 import pytest
 
-nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
-pytest.importorskip("ipykernel")
-pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]  # warnings of Jupyter's own
+# Warnings are Jupyter's own.
+pytestmark = [pytest.mark.slow, pytest.mark.needs("kernel"), pytest.mark.filterwarnings("ignore")]
 LONG = """labrun: 1
 name: long
 devices: {gantry: gantry@1}
@@ -21,6 +20,9 @@ finally: [{do: gantry.home}]
 @pytest.fixture
 def notebook(tmp_path):
     """Executes a cell, and returns its outputs and its error."""
+    import nbclient
+    import nbformat
+
     (tmp_path / "long.yaml").write_text(LONG)
     (tmp_path / "bad.yaml").write_text(LONG.replace("home", "hoem"))
     book = nbformat.v4.new_notebook()
