@@ -56,9 +56,7 @@ def temperature_map_figure(
         orientation="horizontal",
     )
     bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
-    bar.locator = MaxNLocator(4)
-    bar.formatter = StrMethodFormatter("{x:,.0f}")
-    bar.update_ticks()
+    bar.set_ticks(MaxNLocator(4), format=StrMethodFormatter("{x:,.0f}"))
     bar.ax.tick_params(labelsize=5.5, length=1.5, width=0.4, pad=1.5)
     label = "plasma temperature (K)" + (f"; {scale.said}" if scale.said else "")
     write(figure, edge - BAR_IN, line + 0.16, label, fontsize=SMALL)
