@@ -56,7 +56,8 @@ def temperature_map_figure(
         orientation="horizontal",
     )
     bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
-    bar.set_ticks(MaxNLocator(4), format=StrMethodFormatter("{x:,.0f}"))
+    bar.ax.xaxis.set_major_locator(MaxNLocator(4))
+    bar.ax.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
     bar.ax.tick_params(labelsize=5.5, length=1.5, width=0.4, pad=1.5)
     label = "plasma temperature (K)" + (f"; {scale.said}" if scale.said else "")
     write(figure, edge - BAR_IN, line + 0.16, label, fontsize=SMALL)
