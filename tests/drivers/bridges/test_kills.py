@@ -90,16 +90,21 @@ def kill_server(run):
         os.kill(words["pid"], signal.SIGKILL)
 
 
+def soak(*values):
+    """Of six ways to reach an instrument two are killed on every change."""
+    return pytest.param(*values, marks=pytest.mark.soak)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("driver", "config", "program", "over", "seed"),
     [
         ("scpi", SCPI, "line_peer.py", "tcp", 1),
-        ("scpi", SCPI, "line_peer.py", "pty", 2),
-        ("text", TEXT, "line_peer.py", "tcp", 3),
-        ("text", TEXT, "line_peer.py", "udp", 4),
+        soak("scpi", SCPI, "line_peer.py", "pty", 2),
+        soak("text", TEXT, "line_peer.py", "tcp", 3),
+        soak("text", TEXT, "line_peer.py", "udp", 4),
         ("modbus", MODBUS, "modbus_peer.py", "", 5),
-        ("http", HTTP, "http_peer.py", "", 6),
+        soak("http", HTTP, "http_peer.py", "", 6),
     ],
 )
 def test_no_portion_is_dispensed_twice_or_left_out(
