@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .say import CTRL_C, FAILED, NOT_REACHED, PARTLY, PROBLEMS, TERMINATED, say
-from .words import columns, known_response, own_lines
+from .words import calibration, columns, known_response, own_lines
 
 MEDIA = ("air", "vacuum")
 MOST_NAMED = 3  # skipped files of one reason that are named; summary.json has all
@@ -30,6 +30,7 @@ class Asked:
     columns: str | None
     lines: Path | None
     response: Path | None
+    calibration: Path | None
     jobs: int | None
     dask: str | None
     watch: bool
@@ -137,9 +138,11 @@ def _settings(asked: Asked) -> Any:
     if asked.watch and not any(path.is_dir() for path in asked.files):
         raise WrongUsage("--watch needs a folder to watch")
     lines = _given(own_lines, asked.lines)  # first: it may have lines of the elements asked for
+    response = _given(known_response, asked.response)
     return Settings(
         _elements(asked.elements), asked.medium, asked.unit,  # type: ignore[arg-type]
-        _given(columns, asked.columns), lines, _given(known_response, asked.response),
+        _given(columns, asked.columns), lines, response,
+        _given(lambda path: calibration(path, response), asked.calibration),
     )  # fmt: skip
 
 
