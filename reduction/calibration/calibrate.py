@@ -149,7 +149,7 @@ def _best(
 ) -> tuple[ElementCalibration, list[str]] | str:  # fmt: skip
     """The curve that cross-validates best over standards, or why there is none."""
     found: list[tuple[float, ElementCalibration, list[str]]] = []
-    why = "the spectra do not reach its line"
+    why = "its line is out of range, full, or on bad channels in too many spectra"
     for line, by in product(lines, ways):
         measured = {
             sample: [

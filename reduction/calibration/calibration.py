@@ -156,10 +156,9 @@ def _told(one: ElementCalibration, each: Sequence[Reduction]) -> Concentration:
     told = [signal_of(shot, one.line, one.by, one.internal) for shot in each]
     found = [signal for signal in told if signal is not None]
     if not found:
-        lacks = (
-            "its line" if one.internal is None else f"its line or that of {one.internal.element}"
-        )
-        return Concentration(None, None, None, None, (f"not measured: the spectrum lacks {lacks}",))
+        which = "its line" if one.internal is None else f"its line or {one.internal.element}'s"
+        why = f"not measured: {which} is out of range, full, or on bad channels"
+        return Concentration(None, None, None, None, (why,))
     shots, curve = len(found), one.curve
     area = float(np.mean([signal.area for signal in found]))
     noise = float(np.sqrt(np.mean([signal.noise**2 for signal in found])))

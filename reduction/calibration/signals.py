@@ -13,6 +13,7 @@ from ..reduce import Reduction
 
 NEAR_NM = 0.1  # of a wavelength that a person writes, in air, from the line that is meant
 REACH = 3.0  # widths of the slit on both sides, where no peak was fitted
+CORE = 1.5  # within which no channel may be bad
 BESIDE_NM = 4.0  # other peaks whose feet count there
 BLEND_NM = 0.05
 CANDIDATES, APART_NM, LEAST_STRENGTH = (
@@ -77,7 +78,7 @@ def candidates(element: str, range_nm: tuple[float, float]) -> list[Line]:
 
 
 def line_signal(reduction: Reduction, line: Line) -> Signal | None:
-    """The signal of a line; None if the spectrum does not reach it."""
+    """The signal of a line; None if the spectrum does not reach it, or has bad or full channels there."""
     profiles, peaks = reduction.profiles, reduction.peaks
     x, noise = profiles.wavelength_nm, profiles.noise
     place = reduction.offsets.place(line.wavelength_nm)
@@ -87,10 +88,11 @@ def line_signal(reduction: Reduction, line: Line) -> Signal | None:
     sigma = float(max(profiles.slit.sigma_nm[at], 0.6 * (x[at] - x[at - 1])))
     own = slice(*np.searchsorted(x, [place - REACH * sigma, place + REACH * sigma]))
     shape = np.exp(-0.5 * ((x[own] - place) / sigma) ** 2) / (sigma * np.sqrt(2 * np.pi))
+    core = slice(*np.searchsorted(x, [place - CORE * sigma, place + CORE * sigma]))
+    if profiles.bad[core].any():
+        return None
     weight = np.where(profiles.bad[own], 0.0, shape / noise[own] ** 2)
     told = float(weight @ shape)
-    if not told > 0:
-        return None
     near = np.abs(peaks.centre_nm - place)
     bright = np.flatnonzero((peaks.area > 0) & (near < TOLERANCE_NM))
     if len(bright):

@@ -79,7 +79,8 @@ def _reduce(asked: Asked) -> int:
     out = asked.out or default_out(asked.files)
     with Shown() as shown, closing(_crew(asked, settings, shown)) as executor:
         found = gather(asked.files, out)
-        _say_what(found, asked)
+        say_skipped(found)
+        _need_spectra(found, asked)
         about = Circumstances(settings, _workers(executor), root_of(asked.files), found.left_aside)
         with job_in(out, about) as job:
             batch = Batch(executor, job.spool, shown.take)
@@ -169,7 +170,7 @@ def _elements(text: str | None) -> tuple[str, ...] | None:
     return symbols
 
 
-def _say_what(found: Any, asked: Asked) -> None:
+def say_skipped(found: Any) -> None:
     """Name what is skipped, files of one reason together."""
     from ..batch.source import natural
 
@@ -180,6 +181,9 @@ def _say_what(found: Any, asked: Asked) -> None:
         names.sort(key=natural)
         more = f" and {len(names) - MOST_NAMED:,} more" if len(names) > MOST_NAMED else ""
         say(f"skipped: {', '.join(names[:MOST_NAMED])}{more} ({reason})")
+
+
+def _need_spectra(found: Any, asked: Asked) -> None:
     if found.spectra or asked.watch:
         return
     n = len(found.left_aside)

@@ -9,6 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from .reducing import say_skipped
 from .say import say
 from .words import known_response, own_lines, sha256_of
 
@@ -53,7 +54,7 @@ def calibrate_standards(asked: Asked) -> list[str]:
         raise ValueError("\n".join(["no element can be calibrated", *found.refused]))
     light = [total_light(shot.reduction) for own in shots.values() for shot in own]
     card = Card(
-        asked.by or getpass.getuser(), datetime.now(UTC).astimezone().isoformat(timespec="seconds"),
+        asked.by or _user(), datetime.now(UTC).astimezone().isoformat(timespec="seconds"),
         versions()["labrun"], asked.standards.name, sha256(text.encode()).hexdigest(),
         sum(bool(own) for own in shots.values()), len(light), asked.note, *axis,
         (min(light), max(light)), sha256_of(response),
@@ -105,11 +106,9 @@ def _spectra(asked: Asked) -> list[Path]:
     if absent:
         raise ValueError("\n".join(f"{path} does not exist" for path in absent))
     table = asked.standards.resolve()
-    found = [
-        one.path
-        for one in gather(asked.files, asked.output.resolve().parent / "reduced").spectra
-        if one.path.resolve() != table
-    ]
+    gathered = gather(asked.files, asked.output.resolve().parent / "reduced")
+    say_skipped(gathered)
+    found = [one.path for one in gathered.spectra if one.path.resolve() != table]
     if not found:
         raise ValueError(f"no spectrum found in {', '.join(map(str, asked.files))}")
     return found
@@ -154,6 +153,13 @@ def _shots(
     if problems:
         raise ValueError("\n".join(problems))
     return shots, usual
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError, ImportError):  # nobody has this number, as in some containers
+        return ""
 
 
 def _can(line: Any, element: str) -> bool:
