@@ -59,6 +59,12 @@ class Reduction:
         return None if self.plasma is None else self.plasma.temperature_k
 
     @property
+    def offsets(self) -> Offsets:
+        """The axis offset that was used: none without an element to show it."""
+        found = self.identified
+        return Offsets.none(self.medium) if found is None else _trusted(found, self.medium)
+
+    @property
     def areas(self) -> dict[str, float]:
         """Area of each element's predominant peak in counts nm, 0 if there is none."""
         return {element: found.area for element, found in self.elements.items()}

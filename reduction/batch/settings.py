@@ -13,6 +13,7 @@ class Settings:
     unit: of the wavelengths in the files, None as they say. columns: which to read, None as they
     say. lines: the text of a CSV file of lines of one's own, None for those shipped alone. response:
     the text of a CSV file of the instrument's response, None if none is to be divided out.
+    calibration: the text of a file of `labrun calibrate standards`, None for areas alone.
     """
 
     elements: tuple[str, ...] | None = None
@@ -21,3 +22,4 @@ class Settings:
     columns: tuple[str, ...] | None = None
     lines: str | None = None
     response: str | None = None
+    calibration: str | None = None

@@ -94,6 +94,7 @@ def summary_of(spool: Spool, counts: Counts, about: Circumstances) -> dict[str, 
             "columns": None if settings.columns is None else list(settings.columns),
             "lines_sha256": _sha256(settings.lines),
             "response_sha256": _sha256(settings.response),
+            "calibration_sha256": _sha256(settings.calibration),
         },
         "folder": str(about.root),
         "counts": {

@@ -2,7 +2,7 @@
 
 import hashlib
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..spectrum.fault import Unreadable
@@ -81,16 +81,34 @@ def reduce_bytes(name: str, raw: bytes, settings: Settings, began: float | None 
 def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
     from ..lines.lines import use_lines
     from ..reduce import reduce_spectrum
-    from ..spectrum.read import read_spectrum
+    from ..spectrum.read import read_shots
     from ..spectrum.response import read_response
+    from ..spectrum.spectrum import Spectrum
     from ..tables.rows import packed, rows_of
 
     use_lines(settings.lines)
-    spectrum = read_spectrum(raw, settings.unit, settings.columns)
-    if settings.response is not None:
-        spectrum = read_response(settings.response).divided_out(spectrum)
-    reduction = reduce_spectrum(spectrum, settings.elements, settings.medium)
-    rows = packed(rows_of(spectrum, reduction, settings.elements))
+    shots = read_shots(raw, settings.unit, settings.columns)
+
+    def seen(one: Spectrum) -> Spectrum:
+        text = settings.response
+        return one if text is None else read_response(text).divided_out(one)
+
+    spectrum, contents = seen(shots.mean()), None
+    if settings.calibration is None:
+        reduction = reduce_spectrum(spectrum, settings.elements, settings.medium)
+    else:
+        from ..calibration.calibration import asked_for, read_calibration
+
+        known = read_calibration(settings.calibration)
+        asked = asked_for(known.elements, settings.elements)
+        reduction = reduce_spectrum(spectrum, asked, settings.medium)
+        x = spectrum.wavelength_nm
+        reduction = replace(reduction, notes=(*reduction.notes, *known.notes(x, reduction)))
+        each = [reduction]
+        if len(shots) > 1:
+            each = [reduce_spectrum(seen(one), asked, settings.medium) for one in shots.each()]
+        contents = known.concentrations(x, each)
+    rows = packed(rows_of(spectrum, reduction, settings.elements, contents))
     said = reduction.evidence.values()
     return Done(
         name, "", *_known(raw), time.perf_counter() - began, reduction.n_peaks,

@@ -1,4 +1,4 @@
-"""`labrun calibrate response`: measure what an instrument's response is, for `labrun reduce --response`."""
+"""`labrun calibrate response` and `standards`: what `labrun reduce --response` and `--calibration` read."""
 
 import csv
 from datetime import UTC, datetime
@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from .say import FAILED, PROBLEMS, say
+from .words import KnownResponse, OwnLines
 
 NAMED = 3
 
@@ -70,6 +71,71 @@ def response(
         f"at {found.wavelength_nm[lowest]:.0f} nm, 1 at the highest"
     )
     typer.echo(f"wrote {output}; use it with: labrun reduce SPECTRA --response {output}")
+
+
+@calibrate.command()
+def standards(
+    table: Annotated[
+        Path,
+        typer.Argument(
+            metavar="STANDARDS.csv",
+            help="A row for each standard: `sample`, and its concentrations in columns such as "
+            "`Li (ppm)` or `SiO2 (wt %)`; with `file`, the names of its spectra.",
+        ),
+    ],
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="SPECTRA...", help="Spectra of the standards, or folders of them."),
+    ],
+    normalise: Annotated[
+        str | None,
+        typer.Option(
+            help="Divide areas by nothing (none), by the total light (light), or by the area of an "
+            "internal standard (its symbol).",
+            show_default="none or light, as cross-validates better",
+        ),
+    ] = None,
+    line: Annotated[
+        list[str] | None,
+        typer.Option(metavar="EL=NM", help="Another line of an element: Li=610.36 (nm in air)."),
+    ] = None,
+    curve: Annotated[
+        str | None,
+        typer.Option(
+            help="straight or quadratic.", show_default="quadratic where it cross-validates better"
+        ),
+    ] = None,
+    lines: OwnLines = None,
+    response: KnownResponse = None,
+    by: Annotated[
+        str | None, typer.Option(help="Who calibrates.", show_default="the user's name")
+    ] = None,
+    note: Annotated[
+        str, typer.Option(help="The instrument and its settings: laser, delay, gate, gas.")
+    ] = "",
+    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = Path(
+        "calibration.json"
+    ),
+    figures: Annotated[
+        bool, typer.Option("--figures/--no-figures", help="Draw the curves.")
+    ] = True,
+) -> None:
+    """Make calibration curves from spectra of standards, for `labrun reduce --calibration`."""
+    from .standards import Asked, calibrate_standards
+
+    asked = Asked(
+        table, files, normalise, line or [], curve, lines, response, by, note, output, figures
+    )
+    try:
+        for text in calibrate_standards(asked):
+            typer.echo(text)
+    except ValueError as fault:
+        for text in str(fault).splitlines():
+            say(text)
+        raise typer.Exit(PROBLEMS) from None
+    except OSError as fault:
+        say(f"{fault.filename or output}: {fault.strerror or fault}")
+        raise typer.Exit(FAILED if fault.filename in (None, str(output)) else PROBLEMS) from None
 
 
 def _by_lamp(files: list[Path], lamp: Path, dark: Path | None) -> tuple[Any, str]:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .words import KnownResponse, OwnLines
+from .words import Calibrated, KnownResponse, OwnLines
 
 Given = Annotated[
     list[Path],
@@ -66,6 +66,7 @@ def reduce(
     columns: Columns = None,
     lines: OwnLines = None,
     response: KnownResponse = None,
+    calibration: Calibrated = None,
     jobs: Jobs = None,
     dask: Dask = None,
     watch: Watching = False,
@@ -80,7 +81,7 @@ def reduce(
     from .reducing import Asked, reduce_asked
 
     asked = Asked(
-        files, out, elements, medium, unit, columns, lines, response, jobs, dask, watch, until_idle,
-        figures,
+        files, out, elements, medium, unit, columns, lines, response, calibration, jobs, dask, watch,
+        until_idle, figures,
     )  # fmt: skip
     raise typer.Exit(reduce_asked(asked))

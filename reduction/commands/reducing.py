@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .say import CTRL_C, FAILED, NOT_REACHED, PARTLY, PROBLEMS, TERMINATED, say
-from .words import columns, known_response, own_lines
+from .words import calibration, columns, known_response, own_lines
 
 MEDIA = ("air", "vacuum")
 MOST_NAMED = 3  # skipped files of one reason that are named; summary.json has all
@@ -30,6 +30,7 @@ class Asked:
     columns: str | None
     lines: Path | None
     response: Path | None
+    calibration: Path | None
     jobs: int | None
     dask: str | None
     watch: bool
@@ -78,7 +79,8 @@ def _reduce(asked: Asked) -> int:
     out = asked.out or default_out(asked.files)
     with Shown() as shown, closing(_crew(asked, settings, shown)) as executor:
         found = gather(asked.files, out)
-        _say_what(found, asked)
+        say_skipped(found)
+        _need_spectra(found, asked)
         about = Circumstances(settings, _workers(executor), root_of(asked.files), found.left_aside)
         with job_in(out, about) as job:
             batch = Batch(executor, job.spool, shown.take)
@@ -137,9 +139,11 @@ def _settings(asked: Asked) -> Any:
     if asked.watch and not any(path.is_dir() for path in asked.files):
         raise WrongUsage("--watch needs a folder to watch")
     lines = _given(own_lines, asked.lines)  # first: it may have lines of the elements asked for
+    response = _given(known_response, asked.response)
     return Settings(
         _elements(asked.elements), asked.medium, asked.unit,  # type: ignore[arg-type]
-        _given(columns, asked.columns), lines, _given(known_response, asked.response),
+        _given(columns, asked.columns), lines, response,
+        _given(lambda path: calibration(path, response), asked.calibration),
     )  # fmt: skip
 
 
@@ -166,7 +170,7 @@ def _elements(text: str | None) -> tuple[str, ...] | None:
     return symbols
 
 
-def _say_what(found: Any, asked: Asked) -> None:
+def say_skipped(found: Any) -> None:
     """Name what is skipped, files of one reason together."""
     from ..batch.source import natural
 
@@ -177,6 +181,9 @@ def _say_what(found: Any, asked: Asked) -> None:
         names.sort(key=natural)
         more = f" and {len(names) - MOST_NAMED:,} more" if len(names) > MOST_NAMED else ""
         say(f"skipped: {', '.join(names[:MOST_NAMED])}{more} ({reason})")
+
+
+def _need_spectra(found: Any, asked: Asked) -> None:
     if found.spectra or asked.watch:
         return
     n = len(found.left_aside)

@@ -1,6 +1,7 @@
 """How the reduction commands print messages and read lists."""
 
 from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
@@ -19,6 +20,13 @@ KnownResponse = Annotated[
     typer.Option(
         "--response", metavar="CSV", show_default=False,
         help="The instrument's response, which is divided out: as `labrun calibrate response` writes it.",
+    ),
+]  # fmt: skip
+Calibrated = Annotated[
+    Path | None,
+    typer.Option(
+        "--calibration", metavar="JSON", show_default=False,
+        help="Concentrations by a calibration: as `labrun calibrate standards` writes it.",
     ),
 ]  # fmt: skip
 FAILED, PROBLEMS = 1, 2  # exit status: something could not be written; wrong usage or input
@@ -71,6 +79,28 @@ def known_response(path: Path | None) -> str | None:
     from ..spectrum.response import read_response
 
     return None if path is None else _text_for(read_response, "--response", path)
+
+
+def calibration(path: Path | None, response: str | None) -> str | None:
+    """The text of `--calibration`; ValueError if it cannot be used with that text of `--response`."""
+    from ..calibration.calibration import read_calibration
+
+    if path is None:
+        return None
+    text = _text_for(read_calibration, "--calibration", path)
+    if read_calibration(text).card.response_sha256 != (own := sha256_of(response)):
+        how = (
+            "with another --response"
+            if own
+            else "with a --response, which has to be given here, too"
+        )
+        raise ValueError(f"--calibration {path}: it was made {how}")
+    return text
+
+
+def sha256_of(text: str | None) -> str | None:
+    """By which an option's text is recognised."""
+    return None if text is None else sha256(text.encode()).hexdigest()
 
 
 def _text_for(reader: Callable[[str], object], option: str, path: Path) -> str:

@@ -73,6 +73,11 @@ ELEMENTS = (
     number("line_nm", "nm", decimals=4),
     text("confounders"),
     number("detection_limit", "counts nm", digits=5),
+    number("wt_percent", "wt %", digits=5),
+    number("wt_percent_err", "wt %", digits=4),
+    number("wt_percent_low", "wt %", digits=4),
+    number("wt_percent_high", "wt %", digits=4),
+    text("wt_percent_flags"),
 )
 PLASMA = (
     text("spectrum"),

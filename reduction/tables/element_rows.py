@@ -4,10 +4,11 @@ Requested elements and the usual elements of rocks have their predominant line, 
 spectrum, so that their areas can be mapped; the others have their strongest matched line.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ..calibration.calibration import Concentration
 from ..elements.elements import ElementPeak, find_elements, with_hydrogen
 from ..elements.match import LIMIT_SIGMA
 from ..elements.offsets import Offsets
@@ -17,7 +18,7 @@ from ..peaks.voigt import SIGMA_PER_FWHM
 from ..plasma.strengths import atoms
 from ..reduce import Reduction
 from ..spectrum.spectrum import FloatArray
-from .columns import Cells
+from .columns import BETWEEN_FLAGS, Cells
 
 BOX_OF_GAUSSIAN = 1.0645  # area / (height * fwhm)
 BETWEEN_ELEMENTS = " "
@@ -26,14 +27,19 @@ NEVER_WEIGHED = -1e6  # lower scores are of elements without evidence to weigh
 
 
 def element_rows(
-    wavelength_nm: FloatArray, reduction: Reduction, only: Sequence[str] | None = None
+    wavelength_nm: FloatArray,
+    reduction: Reduction,
+    only: Sequence[str] | None = None,
+    contents: Mapping[str, Concentration] | None = None,
 ) -> Cells:
     """A row for each element of `only`, in that order; else for all with lines in the spectrum.
 
-    wavelength_nm: of the spectrum, shape (m,).
+    wavelength_nm: of the spectrum, shape (m,). contents: what a calibration says, by element.
     """
-    usual = _usual(wavelength_nm, reduction, offsets_of(reduction))
-    wanted = sorted({*reduction.evidence, *reduction.elements}) if only is None else list(only)
+    usual = _usual(wavelength_nm, reduction, reduction.offsets)
+    contents = contents or {}
+    seen = {*reduction.evidence, *reduction.elements, *contents}
+    wanted = sorted(seen) if only is None else list(only)
     said = [reduction.evidence.get(name) for name in wanted]
     area = np.array([np.nan if e is None else e.area for e in said])
     shown_nm = np.array([np.nan if e is None else e.line_nm for e in said])
@@ -55,15 +61,18 @@ def element_rows(
         "line_nm": in_medium(vacuum_nm, reduction.medium),
         "confounders": ["" if e is None else BETWEEN_ELEMENTS.join(e.confounders) for e in said],
         "detection_limit": limit,
+        **_contents([contents.get(name) for name in wanted]),
     }
 
 
-def offsets_of(reduction: Reduction) -> Offsets:
-    """The axis offset that the reduction used: none without an element to show it."""
-    found = reduction.identified
-    if found is None or not found.indexed.accepted:
-        return Offsets.none(reduction.medium)
-    return found.offsets
+def _contents(told: Sequence[Concentration | None]) -> Cells:
+    return {
+        "wt_percent": [None if one is None else one.wt_percent for one in told],
+        "wt_percent_err": [None if one is None else one.error for one in told],
+        "wt_percent_low": [None if one is None else one.low for one in told],
+        "wt_percent_high": [None if one is None else one.high for one in told],
+        "wt_percent_flags": ["" if one is None else BETWEEN_FLAGS.join(one.flags) for one in told],
+    }
 
 
 def _usual(x: FloatArray, reduction: Reduction, offsets: Offsets) -> dict[str, ElementPeak]:
@@ -96,7 +105,7 @@ def _limit(name: str, vacuum_nm: float, reduction: Reduction) -> float:
             return float(found.matched.limit[entries][np.argmin(away)])
     profiles = reduction.profiles
     x = profiles.wavelength_nm
-    place = offsets_of(reduction).shown(np.array([vacuum_nm]))[0]
+    place = reduction.offsets.shown(np.array([vacuum_nm]))[0]
     at = int(np.searchsorted(x, place).clip(1, len(x) - 1))
     fwhm = max(profiles.slit.sigma_nm[at] / SIGMA_PER_FWHM, 1.5 * (x[at] - x[at - 1]))
     return float(LIMIT_SIGMA * profiles.noise[at] * BOX_OF_GAUSSIAN * fwhm)

@@ -5,14 +5,13 @@ import numpy as np
 from ..reduce import Reduction
 from ..spectrum.spectrum import Spectrum
 from .columns import BETWEEN_FLAGS, Cells
-from .element_rows import offsets_of
 
 REDUCED, FAILED = "reduced", "failed"
 
 
 def file_row(spectrum: Spectrum, reduction: Reduction) -> Cells:
     """A spectrum that was reduced."""
-    offset_nm = offsets_of(reduction).offset_nm
+    offset_nm = reduction.offsets.offset_nm
     return {
         "status": [REDUCED],
         "reason": [""],

@@ -1,8 +1,9 @@
 """All rows of one spectrum, packed for transfer to the writer."""
 
 import pickle
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from ..calibration.calibration import Concentration
 from ..reduce import Reduction
 from ..spectrum.spectrum import Spectrum
 from .columns import Cells
@@ -15,13 +16,18 @@ Rows = dict[str, Cells]
 """The cells of one spectrum by table."""
 
 
-def rows_of(spectrum: Spectrum, reduction: Reduction, only: Sequence[str] | None = None) -> Rows:
-    """The rows by table. only: elements that get a row, all if None."""
+def rows_of(
+    spectrum: Spectrum,
+    reduction: Reduction,
+    only: Sequence[str] | None = None,
+    contents: Mapping[str, Concentration] | None = None,
+) -> Rows:
+    """The rows by table. only: elements that get a row, all if None. contents: by element."""
     x = spectrum.wavelength_nm
     return {
         "files": file_row(spectrum, reduction),
         "peaks": peak_rows(x, reduction),
-        "elements": element_rows(x, reduction, only),
+        "elements": element_rows(x, reduction, only, contents),
         "plasma": plasma_row(reduction),
     }
 

@@ -1,0 +1,193 @@
+"""What `labrun calibrate standards` does: shots of standards in, curves and their file out."""
+
+import getpass
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from .reducing import say_skipped
+from .say import say
+from .words import known_response, own_lines, sha256_of
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """The command line."""
+
+    standards: Path
+    files: list[Path]
+    normalise: str | None
+    lines_nm: list[str]
+    curve: str | None
+    lines: Path | None
+    response: Path | None
+    by: str | None
+    note: str
+    output: Path
+    figures: bool
+
+
+def calibrate_standards(asked: Asked) -> list[str]:
+    """Run the command; what to print. Raises ValueError with one line for each problem, OSError."""
+    from ..batch.versions import versions
+    from ..calibration.calibrate import calibrate
+    from ..calibration.calibration import Calibration, Card, to_text
+    from ..calibration.signals import total_light
+    from ..calibration.standards import read_standards, spectra_of
+
+    own_lines(asked.lines)
+    response = known_response(asked.response)
+    choices = _choices(asked)
+    try:
+        text = asked.standards.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{asked.standards}: it is not text; save it as CSV in UTF-8") from None
+    standards = read_standards(text, asked.standards.name)
+    spectra = spectra_of(standards, _spectra(asked), asked.standards.name)
+    shots, axis = _shots(spectra, standards.elements, response)
+    found = calibrate(standards, shots, choices)
+    if not found.elements:
+        raise ValueError("\n".join(["no element can be calibrated", *found.refused]))
+    light = [total_light(shot.reduction) for own in shots.values() for shot in own]
+    card = Card(
+        asked.by or _user(), datetime.now(UTC).astimezone().isoformat(timespec="seconds"),
+        versions()["labrun"], asked.standards.name, sha256(text.encode()).hexdigest(),
+        sum(bool(own) for own in shots.values()), len(light), asked.note, *axis,
+        (min(light), max(light)), sha256_of(response),
+    )  # fmt: skip
+    made = Calibration(card, found.elements)
+    asked.output.write_text(to_text(made), encoding="utf-8")
+    written = [asked.output, *([_drawn(made, asked.output)] if asked.figures else [])]
+    without = [sample for sample, own in spectra.items() if not own]
+    return [
+        *_table(made),
+        *(f"left out: {sentence}" for sentence in found.left_out),
+        *(f"not calibrated: {sentence}" for sentence in found.refused),
+        *(f"note: {note}" for note in standards.notes),
+        *([f"note: no spectrum of {', '.join(without)}"] if without else []),
+        "LOD and LOQ are those of one shot: 3 and 10 standard deviations of the signal at 0, by the "
+        "scatter of shots and of standards, over the slope; RMSECV leaves one standard out at a time",
+        *(f"wrote {path}" for path in written),
+        f"use it with: labrun reduce SPECTRA --calibration {asked.output}",
+    ]  # fmt: skip
+
+
+def _choices(asked: Asked) -> Any:
+    from ..calibration.calibrate import Choices
+    from ..calibration.calibration import AREA, LIGHT
+    from ..lines.symbols import SYMBOLS
+
+    ways = {"none": AREA, "light": LIGHT, None: None}
+    if asked.normalise not in ways and asked.normalise not in SYMBOLS:
+        raise ValueError(
+            f"--normalise {asked.normalise}: write none, light, or the symbol of an internal standard"
+        )
+    if asked.curve not in (None, "straight", "quadratic"):
+        raise ValueError(f"--curve {asked.curve}: write straight or quadratic")
+    lines = {}
+    for text in asked.lines_nm:
+        symbol, _, nm = text.partition("=")
+        try:
+            lines[symbol.strip()] = float(nm)
+        except ValueError:
+            raise ValueError(f"--line {text}: write it as Li=610.36 (nm, in air)") from None
+    degree = {None: None, "straight": 1, "quadratic": 2}[asked.curve]
+    return Choices(ways.get(asked.normalise, asked.normalise), lines, degree)
+
+
+def _spectra(asked: Asked) -> list[Path]:
+    from ..batch.gather import gather
+
+    absent = [path for path in asked.files if not path.exists()]
+    if absent:
+        raise ValueError("\n".join(f"{path} does not exist" for path in absent))
+    table = asked.standards.resolve()
+    gathered = gather(asked.files, asked.output.resolve().parent / "reduced")
+    say_skipped(gathered)
+    found = [one.path for one in gathered.spectra if one.path.resolve() != table]
+    if not found:
+        raise ValueError(f"no spectrum found in {', '.join(map(str, asked.files))}")
+    return found
+
+
+def _shots(
+    spectra: Mapping[str, list[Path]], elements: list[str], response: str | None
+) -> tuple[dict[str, Any], tuple[int, float, float]]:
+    """The reduced shots of each sample, and the axis that all have: channels, first and last nm."""
+    from ..calibration.calibrate import Shot
+    from ..calibration.calibration import asked_for
+    from ..elements.elements import predominant_line
+    from ..reduce import reduce_spectrum
+    from ..spectrum.read import read_shots
+    from ..spectrum.response import read_response
+
+    wanted = asked_for([element for element in elements if _can(predominant_line, element)], None)
+    say(f"{sum(map(len, spectra.values()))} files of {len(spectra)} standards")
+    shots: dict[str, Any] = {}
+    axes: dict[Path, tuple[int, float, float]] = {}
+    problems = []
+    for sample, paths in spectra.items():
+        shots[sample] = []
+        for path in paths:
+            try:
+                found = read_shots(path)
+                x = found.wavelength_nm
+                axes[path] = len(x), round(float(x[0]), 3), round(float(x[-1]), 3)
+                for k, one in enumerate(found.each(), 1):
+                    spectrum = one if response is None else read_response(response).divided_out(one)
+                    name = f"{path.name}, shot {k}" if len(found) > 1 else path.name
+                    shots[sample].append(Shot(name, reduce_spectrum(spectrum, wanted)))
+            except ValueError as fault:
+                problems.append(f"{path}: {fault}")
+    usual = Counter(axes.values()).most_common(1)[0][0] if axes else (0, 0.0, 0.0)
+    problems += [
+        f"{path}: {n:,} channels from {first} to {last} nm, where most spectra have {usual[0]:,} from "
+        f"{usual[1]} to {usual[2]} nm; a calibration is of one instrument"
+        for path, (n, first, last) in axes.items()
+        if (n, first, last) != usual
+    ]
+    if problems:
+        raise ValueError("\n".join(problems))
+    return shots, usual
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError, ImportError):  # nobody has this number, as in some containers
+        return ""
+
+
+def _can(line: Any, element: str) -> bool:
+    try:
+        line(element)
+    except ValueError:
+        return False
+    return True
+
+
+def _table(made: Any) -> list[str]:
+    from ..lines.air import to_air
+
+    rows = [("", "line (air)", "signal", "curve", "standards, wt %", "LOD", "LOQ", "RMSECV")]
+    for name, one in made.elements.items():
+        rows.append((
+            name, f"{float(to_air(one.line.wavelength_nm)):.3f}", one.by,
+            "straight" if len(one.curve.coefficients) == 2 else "quadratic",
+            f"{len(one.points)}, {one.lowest:.3g} to {one.curve.highest:.3g}",
+            f"{one.lod:.2g}", f"{one.loq:.2g}", f"{one.rmsecv:.2g}",
+        ))  # fmt: skip
+    wide = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return ["  ".join(c.ljust(w) for c, w in zip(row, wide, strict=True)).rstrip() for row in rows]
+
+
+def _drawn(made: Any, output: Path) -> Path:
+    from ..figures.calibration_curves import calibration_figure
+    from ..figures.paper import paper, save
+
+    with paper():
+        return save(calibration_figure(made), output.with_suffix(".png"))

@@ -1,0 +1,61 @@
+"""Calibration curves as a page shows them: standards, band, and what each is by the others."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..calibration.calibration import Calibration, ElementCalibration
+from ..calibration.curve import TWO_SIDED_95, quantile
+from ..lines.air import to_air
+from .paper import INK, QUIET, SMALL, TWO_COLUMNS_IN, place
+from .series import ALONE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COLUMNS, CELL_IN, CURVE_IN, RESIDUAL_IN, ROW_IN = 3, TWO_COLUMNS_IN / 3, 1.25, 0.5, 2.45
+STAGE = {1: "I", 2: "II"}
+
+
+def calibration_figure(calibration: Calibration) -> Figure:
+    """A panel for each element: signal against wt %, and below it the error when left out."""
+    from matplotlib.figure import Figure
+
+    elements = calibration.elements
+    rows = -(-len(elements) // COLUMNS)
+    figure = Figure(figsize=(CELL_IN * min(len(elements), COLUMNS), ROW_IN * rows))
+    for k, (name, one) in enumerate(elements.items()):
+        left, bottom = (k % COLUMNS) * CELL_IN + 0.55, ROW_IN * (rows - 1 - k // COLUMNS) + 0.38
+        _panel(figure, name, one, left, bottom)
+    return figure
+
+
+def _panel(figure: Figure, name: str, one: ElementCalibration, left: float, bottom: float) -> None:
+    curve, points = one.curve, one.points
+    c = np.array([p.wt_percent for p in points])
+    signal = np.array([p.signal for p in points])
+    scatter = np.array([(p.scatter or 0.0) for p in points])
+    wide = CELL_IN - 0.65
+    top = place(figure, left, bottom + RESIDUAL_IN + 0.12, wide, CURVE_IN)
+    below = place(figure, left, bottom, wide, RESIDUAL_IN)
+    grid = np.linspace(0.0, min(1.08 * curve.highest, curve.top), 200)
+    middle = curve.signal(grid)
+    band = quantile(TWO_SIDED_95, curve.freedom) * curve.sigma(grid)
+    top.fill_between(grid, middle - band, middle + band, color=QUIET, alpha=0.2, linewidth=0)
+    top.plot(grid, middle, color=INK)
+    top.errorbar(c, signal, yerr=scatter, fmt="o", color=ALONE, markersize=3, elinewidth=0.6)
+    top.axvline(curve.lod(), color=QUIET, linewidth=0.6, linestyle=":")
+    top.set_ylim(min(0.0, float((signal - scatter).min())), 1.15 * float((signal + scatter).max()))
+    top.tick_params(labelbottom=False)
+    nm = float(to_air(np.array([one.line.wavelength_nm]))[0])
+    top.set_title(f"{name} {STAGE[one.line.stage]} {nm:.2f} nm, {one.by}", fontsize=SMALL, pad=3)
+    below.axhline(0.0, color=INK, linewidth=0.5)
+    below.plot(c, [p.cross_validated - p.wt_percent for p in points], "o", color=ALONE)
+    for axes in (top, below):
+        axes.yaxis.set_label_coords(-0.24, 0.5)
+        axes.set_xlim(-0.03 * curve.highest, 1.08 * curve.highest)
+    top.set_ylabel("counts nm" if one.by == "area" else "ratio", fontsize=SMALL)
+    below.set_ylabel("left out", fontsize=SMALL)
+    below.set_xlabel(f"wt %; LOD {one.lod:.2g}, RMSECV {one.rmsecv:.2g}, band 95 %", fontsize=SMALL)

@@ -1,0 +1,78 @@
+"""Tables of standards as people write them, and all that can be wrong with one."""
+
+from pathlib import Path
+
+import pytest
+
+from labrun.reduction.calibration.standards import StandardsFault, read_standards, spectra_of
+
+
+def problems(text):
+    with pytest.raises(StandardsFault) as fault:
+        read_standards(text, "s.csv")
+    return fault.value.problems
+
+
+def test_units_and_oxides_become_wt_per_cent_of_the_element():
+    text = "sample,Li (ppm),SiO2 [wt %],Fe_mg/kg,note\nA,250,50,,glass\n\n# a remark\nB,0,,120 mg/kg,\n"
+    found = read_standards(text, "s.csv")
+
+    assert found.elements == ["Li", "Si", "Fe"]
+    assert found.samples[0].wt_percent == {"Li": 0.025, "Si": pytest.approx(23.372, abs=1e-3)}
+    assert found.samples[1].wt_percent == {"Li": 0.0, "Fe": pytest.approx(0.012)}
+    assert found.notes == ("SiO2 [wt %]: wt % of Si are 0.46744 times it",)
+
+
+def test_a_table_of_a_spreadsheet_with_decimal_commas_is_read():
+    found = read_standards("Sample;File;K2O (%)\nA;a_*.csv|x.csv;2,5\n", "s.csv")
+
+    assert found.samples[0].wt_percent["K"] == pytest.approx(2.5 * 0.83014, rel=1e-4)
+    assert found.samples[0].files == ("a_*.csv", "x.csv")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "s.csv: it is empty"),
+        ("name,Li (ppm)\nA,1\n", "s.csv:1: no column `sample`; it has name, Li (ppm)"),
+        ("sample,Li\nA,1\n", "s.csv:1: column 'Li': it has no unit; write one of wt %,"),
+        ("sample,Li (mol)\nA,1\n", "s.csv:1: column 'Li (mol)': the unit 'mol' is not known"),
+        ("sample,Xy (ppm)\nA,1\n", "'Xy' is not an element"),
+        ("sample,Si (%),SiO2 (%)\nA,1,2\n", "column 'SiO2 (%)': Si has a column already"),
+        ("sample,Li (wt %)\nA,120 ppm\n", "s.csv:2: Li (wt %): '120 ppm' is in another unit"),
+        ("sample,Li (wt %)\nA,250\n", "250 wt % cannot be; is it in another unit?"),
+        ("sample,Li (ppm)\nA,-3\n", "-3 ppm cannot be"),
+        ("sample,Li (ppm)\nA,<5\n", "'<5' is no concentration; leave it empty"),
+        ("sample,Li (ppm)\nA,many\n", "'many' is not a number"),
+        ("sample,Li (ppm)\nA,1.2.3\n", "'1.2.3' is not a number"),
+        ("sample,Li (ppm)\nA,1\nA,2\n", "'A' has more than one row"),
+        ("sample,Li (ppm)\n,1\n", "s.csv:2: the sample has no name"),
+        ("sample,Si (%),Al (%)\nA,70,60\n", "the elements of A are 130.0 wt % together"),
+        ("sample,Li (ppm)\nA,\n", "s.csv: no concentration of any element"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_place(text, told):
+    assert any(told in problem for problem in problems(text))
+
+
+def test_all_problems_are_told_at_once():
+    assert len(problems("sample,Li,Xy (ppm),K (%)\nA,1,2,<3\nB,1,2,x\n")) == 4
+
+
+def test_spectra_belong_to_the_sample_whose_name_they_begin_with_or_whose_pattern_they_fit():
+    table = read_standards(
+        "sample,file,Li (ppm)\nA,,1\nA-1,,2\nC,run/7.csv|z_?.csv,3\nD,,4\n", "s.csv"
+    )
+    paths = [Path(p) for p in ("a_1.csv", "A-1.csv", "A-1_b.csv", "x/run/7.csv", "z_3.csv")]
+    found = spectra_of(table, paths, "s.csv")
+
+    assert found == {"A": paths[:1], "A-1": paths[1:3], "C": paths[3:], "D": []}
+
+
+def test_spectra_of_no_sample_or_of_two_are_told():
+    table = read_standards("sample,file,Li (ppm)\nA,,1\nB,x*,2\nC,x1*,3\n", "s.csv")
+    with pytest.raises(StandardsFault) as fault:
+        spectra_of(table, [Path("AB_1.csv"), Path("x1.csv")], "s.csv")
+
+    assert "AB_1.csv: no row of s.csv is of this spectrum" in fault.value.problems[0]
+    assert "x1.csv: B and C of s.csv both claim this spectrum" in fault.value.problems[1]

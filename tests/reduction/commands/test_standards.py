@@ -1,0 +1,157 @@
+"""`labrun calibrate standards` and `labrun reduce --calibration`, through their command line."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from folders import age
+from scipy.special import voigt_profile
+
+PPM = {"S0": 0, "S1": 200, "S2": 500, "S3": 1000, "S4": 2000, "S5": 3000}
+X = np.linspace(580.0, 690.0, 1500)
+
+
+def spectrum(rng, ppm, light=1.0):
+    """Counts of a shot with sodium's doublet and lithium's line."""
+    bright = light * float(np.exp(0.05 * rng.standard_normal()))
+    y = np.full(len(X), 200.0)
+    for area, nm in ((2000, 588.995), (1000, 589.592), (0.5 * ppm, 670.78), (0.1 * ppm, 610.36)):
+        y += bright * area * voigt_profile(X - nm, 0.12, 0.03)
+    return y + np.sqrt(36 + 0.3 * y) * rng.standard_normal(len(X))
+
+
+def write(path, *counts, x=X):
+    rows = "".join(
+        f"{at:.4f},{','.join(f'{c:.1f}' for c in shots)}\n"
+        for at, *shots in zip(x, *counts, strict=True)
+    )
+    path.write_text("Wavelength," + ",".join(["Intensity"] * len(counts)) + "\n" + rows)
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """Three shots of each standard, one file each, and unknowns."""
+    rng = np.random.default_rng(4)
+    folder = tmp_path_factory.mktemp("bench")
+    (folder / "spectra").mkdir()
+    (folder / "unknown").mkdir()
+    for sample, ppm in PPM.items():
+        for n in range(2):
+            write(folder / "spectra" / f"{sample}_{n}.csv", spectrum(rng, ppm))
+    unknowns = {"none": 0, "some": 1500, "much": 6000}
+    for name, ppm in unknowns.items():
+        write(folder / "unknown" / f"{name}.csv", *(spectrum(rng, ppm) for _ in range(4)))
+    write(folder / "unknown" / "bright.csv", spectrum(rng, 1500, 9.0))
+    write(folder / "unknown" / "other.csv", spectrum(rng, 1500)[:1400], x=X[:1400])
+    rows = "".join(f"{sample},{ppm},3\n" for sample, ppm in PPM.items())
+    (folder / "standards.csv").write_text(f"sample,Li (ppm),Na2O (wt %)\n{rows}")
+    age(folder)
+    return folder
+
+
+@pytest.fixture
+def place(tmp_path, bench):
+    for name in ("spectra", "unknown", "standards.csv"):
+        (tmp_path / name).symlink_to(bench / name)
+    return tmp_path
+
+
+def test_standards_make_a_calibration_by_which_unknowns_are_read(labrun, place):
+    made = labrun("calibrate", "standards", "standards.csv", "spectra", "--by", "E. Curie")
+    card = json.loads((place / "calibration.json").read_text())["card"]
+    done = labrun(
+        "reduce", "unknown", "--calibration", "calibration.json", "-o", "out", "--jobs", "1", "--no-figures"
+    )  # fmt: skip
+    with (place / "out" / "elements.csv").open() as file:
+        lithium = {row["spectrum"]: row for row in csv.DictReader(file) if row["element"] == "Li"}
+    some = lithium["some.csv"]
+
+    assert made.returncode == 0, made.stderr
+    assert "Li  670.781" in made.stdout
+    assert "not calibrated: Na: all 6 standards have the same concentration" in made.stdout
+    assert "note: Na2O (wt %): wt % of Na are 0.74186 times it" in made.stdout
+    assert (place / "calibration.png").read_bytes()[:4] == b"\x89PNG"
+    assert (card["by"], card["samples"], card["spectra"], card["channels"]) == (
+        "E. Curie",
+        6,
+        12,
+        1500,
+    )
+    assert done.returncode == 0, done.stderr
+    assert float(some["wt_percent"]) == pytest.approx(0.15, abs=2.5 * float(some["wt_percent_err"]))
+    assert float(some["wt_percent_low"]) < 0.15 < float(some["wt_percent_high"])
+    assert (lithium["none.csv"]["wt_percent"], lithium["none.csv"]["wt_percent_flags"]) == (
+        "",
+        "below LOD",
+    )
+    assert 0 < float(lithium["none.csv"]["wt_percent_high"]) < 0.05
+    assert lithium["much.csv"]["wt_percent_flags"] == "above range: the standards end at 0.3 wt %"
+    assert lithium["other.csv"]["wt_percent"] == lithium["other.csv"]["wt_percent_flags"] == ""
+    assert "other.csv: no concentrations, as this is another instrument's spectrum" in done.stdout
+    assert (
+        "bright.csv: the total light is outside that of the calibration's standards" in done.stdout
+    )
+
+
+def test_an_internal_standard_makes_up_for_the_light(labrun, place):
+    made = labrun(
+        "calibrate", "standards", "standards.csv", "spectra", "--normalise", "Na", "--line", "Li=610.36",
+        "--curve", "straight", "--no-figures",
+    )  # fmt: skip
+    (one,) = json.loads((place / "calibration.json").read_text())["elements"].values()
+
+    assert made.returncode == 0, made.stderr
+    assert "Li  610.361     ratio to Na  straight" in made.stdout
+    assert one["internal"]["element"] == "Na"
+    assert not (place / "calibration.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("table", "words", "told"),
+    [
+        ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv",), "Li: only one standard has a concentration"),
+        ("sample,Li (ppm)\nS0,5\nS1,5\n", ("spectra/S0_0.csv", "spectra/S1_0.csv"),
+         "Li: all 2 standards have the same concentration (0.0005 wt %)"),
+        ("sample,Li (ppm)\nS0,5\n", ("spectra/S1_0.csv",), "no row of t.csv is of this spectrum"),
+        ("sample,Li (ppm),K (wt %)\nS0,5,30 ppm\n", ("spectra/S0_0.csv",), "t.csv:2: K (wt %): '30 ppm'"),
+        ("sample,Li (ppm)\nS0,0\nother,9\n", ("spectra/S0_0.csv", "unknown/other.csv"),
+         "1,400 channels from 580.0 to 682.6"),
+        ("sample,Li (ppm)\nS0,0\n", ("lost.csv",), "lost.csv does not exist"),
+        ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--line", "Li=600"), "no line of Li within 0.1 nm"),
+        ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--line", "Li"), "write it as Li=610.36"),
+        ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--normalise", "Xy"), "write none, light, or"),
+        ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--curve", "bent"), "straight or quadratic"),
+        ("sample,Li (ppm),Si (%)\nS0,0,20\nS1,9,30\n", ("spectra/S0_0.csv", "--normalise", "Si"),
+         "Si cannot be the internal standard: the standards have 20 to 30 wt %"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_calibrated_is_said(labrun, place, table, words, told):
+    (place / "t.csv").write_text(table)
+    done = labrun("calibrate", "standards", "t.csv", *words)
+
+    assert done.returncode == 2, done.stdout
+    assert told in done.stderr
+    assert not (place / "calibration.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [("{", "no calibration as"), ("{}", "card: Field required"), ("[1]", "no calibration")],
+)
+def test_reduce_names_a_calibration_that_it_cannot_use(labrun, place, text, told):
+    (place / "c.json").write_text(text)
+    done = labrun("reduce", "unknown", "--calibration", "c.json")
+
+    assert done.returncode == 2
+    assert f"--calibration c.json: {told}" in done.stderr or told in done.stderr
+
+
+def test_a_calibration_with_a_response_needs_that_response(labrun, place):
+    (place / "response.csv").write_text("wavelength_nm,response\n500,1\n700,0.8\n")
+    words = ("standards.csv", "spectra", "--response", "response.csv", "--no-figures")
+    labrun("calibrate", "standards", *words)
+    done = labrun("reduce", "unknown", "--calibration", "calibration.json")
+
+    assert done.returncode == 2
+    assert "--calibration calibration.json: it was made with a --response" in done.stderr
