@@ -11,11 +11,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from ruamel.yaml import YAML
+
 from ...schemas import journal as j
 from ...system.extras import not_installed
 from ...system.files import replace_whole
 from ..journal.journal import JournalFault, read_records
-from ..run.folder import JOURNAL
+from ..run.folder import JOURNAL, LAB
 from .formats import ExportFault
 
 ATTACHED = {
@@ -72,7 +74,16 @@ def _write(writer: Any, folder: Path) -> None:
     for name, kind in ATTACHED.items():
         path = folder / name
         if path.is_file():
-            writer.add_attachment(last_ns, last_ns, name, kind, path.read_bytes())
+            data = path.read_bytes() if name != LAB else _without_tokens(path)
+            writer.add_attachment(last_ns, last_ns, name, kind, data)
+
+
+def _without_tokens(lab: Path) -> bytes:
+    """The run's copy of its lab, which an export is passed on with: the tokens are its owner's."""
+    data = YAML(typ="safe", pure=True).load(lab.read_text(encoding="utf-8"))
+    for device in data["devices"].values():
+        device.pop("token", None)
+    return json.dumps(data, indent=1, ensure_ascii=False).encode()  # which is YAML
 
 
 def _messages(record: j.JournalRecord, sent: dict[str, str]) -> Iterator[Message]:

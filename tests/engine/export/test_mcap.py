@@ -83,6 +83,20 @@ def test_goals_results_rows_and_the_log_are_on_one_time(run, tmp_path):
     assert sorted(path.name for path in run.iterdir()) == before
 
 
+def test_the_tokens_of_the_lab_are_not_passed_on(run, tmp_path):
+    lab = {
+        "name": "bench",
+        "devices": {"gantry": {"url": "http://10.0.0.7:4101", "token": "secret"}},
+    }
+    (run / "lab.yaml").write_text(json.dumps(lab))
+    write(run, tmp_path / "map.mcap")
+
+    told = read(tmp_path / "map.mcap")[1]["lab.yaml"]
+
+    assert b"10.0.0.7" in told
+    assert b"token" not in told and b"secret" not in told
+
+
 def test_a_journal_that_was_changed_is_refused_and_no_file_is_left(run, tmp_path):
     path = run / "journal.jsonl"
     path.write_text(path.read_text().replace("12.501", "12.601"))
