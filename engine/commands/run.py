@@ -141,13 +141,15 @@ def run_to_end(session) -> int:
 
 def in_words(fault: Exception) -> str:
     """What ended an engine session before its own end, and what now."""
-    if not isinstance(fault, OSError):
+    from ..journal.journal import NotWritten
+
+    if not isinstance(fault, OSError | NotWritten):
         return f"{fault}. Nothing was sent."
-    cured = "there is space again" if fault.errno in FULL else "that is cured"
-    return (
-        f"{fault.strerror or fault}: {fault.filename or 'the folder of the run'}. Devices are "
-        f"safe. When {cured}, `labrun resume last` continues the run."
-    )
+    said, cured = str(fault), "that is cured"
+    if isinstance(fault, OSError):
+        said = f"{fault.strerror or fault}: {fault.filename or 'the folder of the run'}"
+        cured = "there is space again" if fault.errno in FULL else cured
+    return f"{said}. Devices are safe. When {cured}, `labrun resume last` continues the run."
 
 
 def watcher(json: bool):

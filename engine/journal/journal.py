@@ -26,6 +26,10 @@ class JournalFault(Exception):
     """The journal cannot be read or written; the text says where and what to do."""
 
 
+class NotWritten(JournalFault):
+    """The next record of a run that was under way is not on disk."""
+
+
 class DiskFull(JournalFault):
     """No space for the next record; the reserve was released, so the run can still be ended."""
 
@@ -88,7 +92,7 @@ class Journal:
             # The records stay in the buffer: those that follow are chained to them.
             os.ftruncate(self._file, start)
             if fault.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-                raise JournalFault(f"cannot write {self.path}: {fault.strerror}") from fault
+                raise NotWritten(f"cannot write {self.path}: {fault.strerror}") from fault
             self._use_reserve(data, fault)
         self._lines.clear()
 
@@ -111,12 +115,12 @@ class Journal:
         message = f"no space left for the journal {self.path}: {fault.strerror}"
         self.full = True
         if not self._reserve.exists():
-            raise JournalFault(message) from fault
+            raise NotWritten(message) from fault
         remove(self._reserve)
         try:
             self._write(data)
         except OSError as again:
-            raise JournalFault(message) from again
+            raise NotWritten(message) from again
         self._lines.clear()
         raise DiskFull(message) from fault
 

@@ -1,10 +1,12 @@
-"""`labrun run --answer ID=CHOICE`: an answer that no question takes is told before anything begins."""
+"""`labrun run`: an answer that no question takes is told before anything begins, and why a run ended."""
 
 import pytest
 import typer
 
 from labrun.engine.check import check_file
 from labrun.engine.commands.checked_protocol import fitting_answers
+from labrun.engine.commands.run import in_words
+from labrun.engine.journal.journal import JournalFault, NotWritten
 
 INNER = "labrun: 1\nname: inner\nsteps: [{id: deep, ask: Which?, choices: [x, y]}]\n"
 OUTER = """labrun: 1
@@ -45,3 +47,11 @@ def test_an_answer_that_no_question_takes_ends_the_command(checked, given, words
         fitting_answers([given], checked)
 
     assert words in capsys.readouterr().err
+
+
+def test_a_journal_that_cannot_be_written_says_nothing_of_what_was_sent():
+    unwritten = in_words(NotWritten("cannot write journal.jsonl: Input/output error"))
+
+    assert "sent" not in unwritten
+    assert unwritten.endswith("When that is cured, `labrun resume last` continues the run.")
+    assert in_words(JournalFault("record 3 is damaged")) == "record 3 is damaged. Nothing was sent."
