@@ -134,7 +134,7 @@ it('from the empty first start to a finished map, by keyboard alone', async () =
   await press(/^Next$/)
   await press(/^Go to the protocols/)
   await page.getByRole('link', { name: 'pegmatite_map.yaml', exact: true }).waitFor()
-  await press(/^pegmatite_map\.yaml$/)
+  await press(/^Pegmatite map$/)
   await page.getByRole('status', { name: 'Check' }).filter({ hasText: 'no problems' }).waitFor()
   await press(/^Run$/)
   await page.getByText('1,071 points').waitFor()
