@@ -150,6 +150,7 @@ def test_find_and_scan_fires_nowhere_where_there_is_no_core(tmp_path):
     assert not (ran.folder / "data.csv").exists()
 
 
+@pytest.mark.slow
 def test_weigh_and_dispense_reaches_its_target_within_the_tolerance(tmp_path):
     ran = Ran(tmp_path, "weigh_and_dispense.json")
     outputs, rows = ran.outputs, ran.rows()

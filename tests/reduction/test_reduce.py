@@ -157,6 +157,7 @@ def test_what_was_noticed_of_the_instrument_is_told(vice, said):
     assert usual.notes == ()
 
 
+@pytest.mark.slow
 def test_counts_that_lie_below_0_have_the_noise_of_others():
     steel = make_spectrum("train", 8)
     above = reduce_spectrum(Spectrum(steel.wavelength_nm, steel.intensity))

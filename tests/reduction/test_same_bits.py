@@ -60,6 +60,7 @@ def test_again_and_in_another_order(spectra, alone):
     assert again[::-1] == alone
 
 
+@pytest.mark.slow
 def test_in_four_threads_at_once(spectra, alone):
     many = spectra * 4
     with ThreadPoolExecutor(4) as threads:

@@ -115,6 +115,7 @@ def test_an_extra_brings_the_libraries_that_it_is_said_to_bring(extra):
     assert [library for library, by in brought.items() if not by & required(extra)] == []
 
 
+@pytest.mark.slow
 def test_every_library_that_labrun_imports_is_in_the_base_or_in_an_extra():
     base = {name_of(requirement) for requirement in PROJECT["dependencies"]}
     others = {

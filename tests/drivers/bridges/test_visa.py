@@ -55,6 +55,7 @@ def test_a_meter_by_gpib_and_usb(config, once, resource):
     assert once("scpi", said, "set_range", range=2.5) == {}
 
 
+@pytest.mark.slow
 def test_what_is_not_there_is_said(config, once):
     with pytest.raises(OSError, match=r"GPIB0::10::INSTR was sent .\*IDN\?. and was silent"):
         once("scpi", config("GPIB0::10::INSTR"), "voltage")

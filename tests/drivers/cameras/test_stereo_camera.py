@@ -125,6 +125,7 @@ def test_a_folder_with_a_picture_and_its_depth_map_does_all_that_the_contract_sa
     assert status["connected"] and status["calibrated"] and 0 < status["rms"] < 0.3
 
 
+@pytest.mark.slow
 def test_the_newest_picture_counts(tmp_path, photos):
     written(tmp_path, "b.png", photos[0])
     written(tmp_path, "a.png", photos[0] * 0)

@@ -40,6 +40,7 @@ def begun(bench, folder, name):
     return process
 
 
+@pytest.mark.slow
 def test_stop_goes_past_the_lease_of_a_call_which_hears_who_it_was(tmp_path, bench):
     process = begun(bench, tmp_path, "stopme")
 

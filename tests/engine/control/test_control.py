@@ -88,6 +88,7 @@ def test_an_abort_from_another_shell_runs_finally_and_makes_the_devices_safe(tmp
     assert kinds(live.records).count("safe") == 2
 
 
+@pytest.mark.slow
 def test_a_paused_run_finishes_what_runs_and_then_sends_nothing(tmp_path, bench):
     live = Live(tmp_path, bench, LONG)
     live.wait_for("goal", "succeeded")

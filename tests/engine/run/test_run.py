@@ -61,6 +61,7 @@ def test_a_reader_that_has_gone_is_no_fault(run, caplog):
     assert run.listeners == [] and caplog.records == []
 
 
+@pytest.mark.slow
 @pytest.mark.posix("a closed pipe of POSIX")
 @pytest.mark.parametrize("screen", [["--json"], []])
 def test_a_run_whose_output_nobody_reads_any_more_goes_on_to_its_end(tmp_path, screen):

@@ -171,6 +171,7 @@ def test_a_scheduler_that_dies_ends_the_batch_with_a_sentence(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_dies_before_it_hands_over_a_result_ends_the_batch_with_a_sentence(
     address, scheduler
 ):

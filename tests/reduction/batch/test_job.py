@@ -132,6 +132,7 @@ def test_an_earlier_reduction_is_replaced_and_nothing_else_is_touched(spectra, t
     )
 
 
+@pytest.mark.slow
 def test_what_was_begun_and_not_finished_leaves_the_tables_as_they_were(spectra, tmp_path):
     out = tmp_path / "out"
     reduce_into(out, spectra, 1)

@@ -57,6 +57,7 @@ def place(tmp_path, bench):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_standards_make_a_calibration_by_which_unknowns_are_read(labrun, place):
     made = labrun("calibrate", "standards", "standards.csv", "spectra", "--by", "E. Curie")
     card = json.loads((place / "calibration.json").read_text())["card"]

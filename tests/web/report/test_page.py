@@ -178,6 +178,7 @@ def test_only_the_head_of_a_long_table_is_shown(folder, teller, read):
     assert "data.csv: 40 rows, the first 12" in read().text
 
 
+@pytest.mark.slow
 def test_ten_thousand_failures_and_holes_stay_a_page_that_can_be_opened(folder, teller, outline):
     teller.started()
     for i in range(5000):

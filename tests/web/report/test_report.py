@@ -112,6 +112,7 @@ def test_a_run_with_faults_tells_how_each_was_handled(faulty, outline):
     assert "all are unchanged" in found.text
 
 
+@pytest.mark.slow
 def test_the_crate_of_a_real_run_has_the_hash_of_everything_in_it(faulty):
     entities = crate_of(faulty)
 
@@ -138,6 +139,7 @@ def test_a_report_can_be_made_again_and_finds_the_same(faulty):
     assert not list(faulty.glob(".*.part"))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
 def test_a_run_that_was_killed_has_a_report_before_and_after_it_went_on(tmp_path, outline):
     prepare(tmp_path, clock="real")

@@ -74,6 +74,7 @@ def box(sample):
     return sample["left"], sample["front"], sample["right"], sample["back"]
 
 
+@pytest.mark.slow
 def test_a_bare_bench_with_a_board_and_a_shadow_holds_no_sample():
     bench = Bench()
     bench.shadow((20, 120, 200, 100))
