@@ -51,9 +51,8 @@ class Lab:
         return Device(self, device)
 
     def __getattr__(self, device: str) -> "Device":
-        if device.startswith(
-            "_"
-        ):  # what Python and IPython look for; such a device is lab["_name"]
+        # What Python and IPython look for; a device of such a name is lab["_name"].
+        if device.startswith("_"):
             raise AttributeError(device)
         try:
             return self[device]
