@@ -125,11 +125,12 @@ def test_the_zero_is_set_and_places_count_from_it(roslib1, paper):
         "args": {"axis": "x"},
     }
     back = {**zero, "args": {"axis": "xy"}}
-    _, set_, after, moved, there, _, _, again = roslib1(
+    _, set_, after, moved, _, there, _, _, again = roslib1(
         paper.url, move, zero, status,
         goal("/move_gantry", "MoveGantry", cmd="G91 G0 X-10"),
+        goal("/move_gantry", "MoveGantry", cmd="G91 G0 X-10"),  # from where the last has ended
         {"do": "topic", "name": "/gantry/status", "type": "labrun_interfaces/msg/GantryStatus",
-         "count": 1, "until": {"x": 90}},
+         "count": 1, "until": {"x": 80}},
         goal("/arm/go", "x", x=0, y=0), back, status,
     )  # fmt: skip
 
@@ -137,7 +138,7 @@ def test_the_zero_is_set_and_places_count_from_it(roslib1, paper):
     told = after["messages"][0]
     assert told == {"work": "Idle", "x": 0, "y": 50, "z": told["z"]}
     assert moved["values"] == {"msg": "success"}
-    assert there["messages"][-1]["x"] == 90
+    assert there["messages"][-1]["x"] == 80
     assert (again["messages"][0]["x"], again["messages"][0]["y"]) == (0, 0)
 
 

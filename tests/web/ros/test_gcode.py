@@ -48,3 +48,8 @@ def test_anything_else_is_refused(program):
 def test_a_relative_move_from_nowhere_is_refused():
     with pytest.raises(GcodeFault, match="unknown position"):
         steps("G91 G0 X1", {})
+
+
+def test_where_homing_ends_is_not_known():
+    with pytest.raises(GcodeFault, match="x is relative to an unknown position"):
+        steps("$H\nG91 G0 X1", {"x": 5.0})

@@ -20,6 +20,10 @@ class GcodeFault(ValueError):
     """A line that is not a move, with the reason."""
 
 
+class UnknownPosition(GcodeFault):
+    """A relative move, and nobody knows from where."""
+
+
 @dataclass(frozen=True, slots=True)
 class Step:
     """`move` to a position in mm of the program, or `home`; feed None: the gantry's default."""
@@ -52,6 +56,7 @@ def _line(line: str, modes: _Modes) -> Iterator[Step]:
     if not plain:
         return
     if plain.upper() == "$H":
+        modes.here.clear()
         yield Step("home")
         return
     given: dict[str, float] = {}
@@ -91,7 +96,7 @@ def _move(given: dict[str, float], modes: _Modes) -> Step:
         mm = value * modes.scale_mm
         place[axis] = modes.here.get(axis, math.nan) + mm if modes.relative else mm
         if not math.isfinite(place[axis]):
-            raise GcodeFault(f"{axis} is relative to an unknown position")
+            raise UnknownPosition(f"{axis} is relative to an unknown position")
     modes.here.update(place)
     fast = modes.motion == 0.0 or modes.feed is None
     return Step("move", place, None if fast or modes.feed is None else modes.feed * modes.scale_mm)

@@ -2,7 +2,7 @@
 
 from ..offers.goals import Goals
 from ..offers.offer import End, Refused, Service, Values, Work
-from .gcode import GcodeFault, steps
+from .gcode import GcodeFault, UnknownPosition, steps
 from .kinds import MOVE_GANTRY, MOVE_GANTRY_CALL
 from .paper import AXES, Paper, PaperAction
 
@@ -23,10 +23,14 @@ class MoveGantry(PaperAction):
 
     async def carry(self, work: Work) -> End:
         """One move after the other, until one fails."""
-        zero, status = self.paper.zero(self.device), self.paper.status(self.device)
-        here = {axis: status[axis] - zero[axis] for axis in AXES if status.get(axis) is not None}
+        zero, cmd = self.paper.zero(self.device), str(work.values.get("cmd", ""))
         try:
-            program = steps(str(work.values.get("cmd", "")), here)
+            try:
+                program = steps(cmd, {})
+            except UnknownPosition:  # it begins relative to where the gantry is
+                status = await self.paper.status_from_now(self.device)
+                known = [axis for axis in AXES if status.get(axis) is not None]
+                program = steps(cmd, {axis: status[axis] - zero[axis] for axis in known})
         except GcodeFault as fault:
             raise Refused(f"cmd: {fault}") from fault
         parts = []
