@@ -16,11 +16,9 @@ REACH = 3.0  # widths of the slit on both sides, where no peak was fitted
 CORE = 1.5  # within which no channel may be bad
 BESIDE_NM = 4.0  # other peaks whose feet count there
 BLEND_NM = 0.05
-CANDIDATES, APART_NM, LEAST_STRENGTH = (
-    8,
-    0.15,
-    3e-3,
-)  # lines tried; from one another; of the strongest
+CANDIDATES = 8  # lines that are tried for an element
+APART_NM = 0.15  # from one another
+LEAST_STRENGTH = 3e-3  # of the strongest
 
 
 @dataclass(frozen=True, slots=True)
