@@ -7,6 +7,8 @@ the end says what would bring it. With LABRUN_TEST_EVERYTHING set, as in CI, not
 
 With LABRUN_WINDOWS_RULES set, labrun meets Windows' rules (`windows/rules`) in every test, and in
 every process that one starts.
+
+Compiled modules are kept beside their sources, whatever PYTHONDONTWRITEBYTECODE says.
 """
 
 import importlib
@@ -38,6 +40,10 @@ if os.environ.get("LABRUN_WINDOWS_RULES"):
         sys.path.insert(0, str(RULES))
         sys.modules.pop("sitecustomize", None)
         importlib.import_module("sitecustomize")
+
+# The suite starts some thousand processes: each would compile what it imports again.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 STATE = tempfile.mkdtemp(prefix="labrun-state-")
 """In place of the user's own folder for ledgers that outlive a command, for all processes of the tests."""
