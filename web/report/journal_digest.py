@@ -50,7 +50,8 @@ def _read(digest: JournalDigest, record: j.JournalRecord) -> None:
             EngineSpan(1, record.at, record.at, getattr(record, "labrun", ""))
         )
     life = digest.spans.lives[-1]
-    life.ended = record.at
+    if not isinstance(record, j.Redo | j.Changed):  # a resume writes these before its own record
+        life.ended = record.at
     match record:
         case j.GoalSent():
             digest.outcomes.sent(record)

@@ -65,6 +65,14 @@ def test_lives_interruptions_and_pauses_have_their_lengths(folder, teller):
     assert digest.spans.holds[0].ended_by == "continue by another shell"
 
 
+def test_the_time_before_holes_are_measured_again_is_without_an_engine(folder, teller):
+    teller.started().worked("main/a").finished().after(600)
+    teller.tell(j.Redo(by="Ada", pass_number=2, iterations=["main/scan/3"]))
+    teller.tell(j.Resumed(count=1, labrun="0.1.0")).worked("main/b").finished()
+
+    assert read_digest(folder).spans.away_s == pytest.approx(600.02)
+
+
 def test_a_pause_ends_with_its_engine(folder, teller):
     teller.started().tell(j.Control(verb="pause", by="the page")).after(5).sent("main/a")
     teller.after(100).tell(j.Resumed(count=1, labrun="0.1.0"))
