@@ -162,6 +162,7 @@ class GantryBase(AnyGantry):
 
     async def halt(self, goal: GoalContext) -> dict[str, Any]:
         self._check_connected("halt")
+        self._stopped = True
         with self._telling("halt"):
             await self._stop()
             await self._outputs_off()

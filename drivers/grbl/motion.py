@@ -52,6 +52,7 @@ class Move:
         try:
             await self._wait(self.controller.say(line))
             await self.wait_until_still()
+            self._check_not_ended()
             return await self._verify(end)
         except Silent:
             await _try_to_stop(self.controller)
@@ -65,6 +66,7 @@ class Move:
         sent = self.controller.send(line)
         try:
             await self._wait(sent.answer)
+            self._check_not_ended()
             await self.controller.ask("G90")  # for other programs
             await self.wait_until_still()
         except Silent:
@@ -74,6 +76,11 @@ class Move:
             self.controller.reset()
             raise
         return sent.told
+
+    def _check_not_ended(self) -> None:
+        """GRBL answers the line that a stop's reset has broken off with `ok`, too."""
+        if self.ended():
+            raise Ended
 
     async def wait_until_still(self) -> None:
         """Wait for the proof that all motion has ended."""

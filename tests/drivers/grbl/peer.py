@@ -294,6 +294,8 @@ class Peer:
             self.state = "Idle"
         if self.move is not None:
             self._stand()
+        if self.block is not None and not self.hal:
+            self.say("ok")  # GRBL returns from the line that it was in as if it had been executed
         self._clear()
         self._banner()
 

@@ -5,6 +5,7 @@ import asyncio
 import pytest
 
 from labrun.drivers.driver import ActionFailed, GoalContext
+from labrun.drivers.grbl import motion
 
 
 async def moving(driver, **wanted):
@@ -33,6 +34,25 @@ def test_safe_stops_a_move_without_losing_the_place(peers, gantry, played):
     assert happened == "yes"
     assert (status["state"], status["homed"]) == ("idle", True)
     assert peer.place[0] + 805 == pytest.approx(status["x"], abs=0.005)
+
+
+def test_a_move_that_halt_has_ended_says_so_though_its_proof_is_answered_by_the_reset(
+    peers, gantry, played, monkeypatch
+):
+    peer = peers(speed=4)
+    monkeypatch.setattr(motion, "POLL_S", 5.0)  # the answer comes first
+
+    async def story(driver):
+        move = await moving(driver, x=300)
+        await driver.halt(GoalContext("halt"))
+        with pytest.raises(ActionFailed, match="Alarm: a stop ended the motion of gantry") as ended:
+            await move
+        return ended.value.happened, await driver.status()
+
+    happened, status = played(gantry(peer), story)
+
+    assert happened == "yes"
+    assert (status["state"], status["homed"]) == ("idle", True)
 
 
 def test_safe_where_nothing_moves_changes_nothing(peer, gantry, played):
