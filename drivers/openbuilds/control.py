@@ -161,7 +161,10 @@ class Control:
         return self.view
 
     async def attach(self) -> None:
-        """Make CONTROL open our port if it has none open; raises OSError. Opening boots the controller."""
+        """Make CONTROL open our port if it has none open; raises OSError. Opening boots the controller.
+
+        CONTROL closes it again if it has heard no banner after 2 s.
+        """
         view = self.view
         if view is not None and view.connection not in (NONE, OPENING):
             if self._is_ours(view):
@@ -180,7 +183,12 @@ class Control:
                 f"{PORT_S:g} s; is the cable plugged in, and the port name right?"
             )
         # The port counts as connected while the board still boots, and loses what it is sent.
-        await self.until(lambda: self.boots > before, BOOT_S)
+        await self.until(lambda: self.boots > before or not self._port_open(), BOOT_S)
+        if not self._port_open():
+            raise OSError(
+                f"OpenBuilds CONTROL at {self.url} has closed {self._port_name()} again: nothing on it "
+                f"responded in time; is the controller switched on, and is this its port?"
+            )
 
     def _port_open(self) -> bool:
         return self.view is not None and self.view.connection not in (NONE, OPENING)

@@ -56,8 +56,10 @@ class OpenBuilds(JogRules):
         await self.control.open()
         try:
             await self._attach()
-        except BaseException:  # a cancel as well
+        except BaseException as fault:  # a cancel as well
             await self.control.close()
+            if isinstance(fault, GrblFault):
+                raise OSError(f"{self._name()}: {fault}") from fault
             raise
         self._keeper = keep(f"reattaching to {self.control.url}", self._keep)
 

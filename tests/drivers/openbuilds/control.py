@@ -3,8 +3,8 @@
 It acknowledges nothing, asks `?` every 0.2 s and tells `status` every 0.1 s (so its Idle is often
 false), says `jobComplete` when all is sent, adds a `$G` after a line with G90, stands still after an
 error until it is cleared (a locked board, its status 5, hears what it is sent), and ignores `pause`
-outside jobs. It counts a port as connected when it is
-open, while the board still boots and loses what is sent; a report of `Alarm` is its status 5.
+outside jobs. It counts a port as connected when it is open, while the board still boots and loses
+what is sent, and closes it if no banner comes; a report of `Alarm` is its status 5.
 """
 
 import asyncio
@@ -35,6 +35,9 @@ class Control:
         self.queue = deque()
         self.sent = None
         self.told = True  # whether it tells `status`
+        self.gives_up_s = (
+            0.0  # it closes a port on which nothing has responded by then; 2 s on the real one
+        )
         self.completed = 0
         self.file = None
         self.asks_from = 0.0
@@ -112,6 +115,9 @@ class Control:
                 self.active = data["port"]
                 self.asks_from = asyncio.get_running_loop().time() + 0.5  # 2 s on the real one
             self.connection = 0 if self.file is None else 2
+            if self.gives_up_s:
+                await asyncio.sleep(self.gives_up_s)
+                self._close_port()
 
     async def _runCommand(self, _, data):  # noqa: N802
         self.heard.append(("runCommand", data))

@@ -400,6 +400,20 @@ def test_no_such_port_in_the_program(peer, program, gantry, monkeypatch):
     asyncio.run(story())
 
 
+def test_a_board_that_says_nothing_in_time_has_its_port_closed_by_the_program(
+    peer, program, gantry
+):
+    async def story():
+        async with program(peer) as control:
+            control.gives_up_s = 0.3  # the board boots for longer
+            peer.silent = True
+            driver = gantry(control.url, peer.path)
+            with pytest.raises(OSError, match=r"closed .* again: nothing on it responded in time"):
+                await driver.open()
+
+    asyncio.run(story())
+
+
 def test_another_port_open_in_the_program(peer, program, gantry):
     async def story():
         async with program(peer) as control:
