@@ -126,7 +126,8 @@ class Grbl(JogRules):
         await reach(self.controller, float(self.place.config.get("boot_s", 3)))
         if "home_here" not in self.place.config:
             self.bench = read_bench(self.place.config, self.limits, self.controller.settings)
-        self.full_power = self.controller.settings.full_power
+        settings = self.controller.settings
+        self.full_power, self.tolerance = settings.full_power, settings.tolerance
         self._read_report()
 
     async def _keep(self) -> None:

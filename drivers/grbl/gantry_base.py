@@ -21,7 +21,8 @@ from .settings import Settings
 
 MODES = "G21G90G94"
 """Millimetres, absolute, per minute: in every line, since a reset or another program may unset it."""
-OVERRIDE_LOOKS, OVERRIDE_S = 20, 0.03
+OVERRIDE_LOOKS, OVERRIDE_S = 20, (0.03, 0.1, 0.3)
+"""Seconds from one real-time byte to the next: longer, where the report shows that some were lost."""
 
 
 class Known(Protocol):
@@ -50,7 +51,7 @@ class GantryBase(AnyGantry):
         super().__init__(place)
         self.limits = whole_limits(place)
         self.bench: Bench = read_bench(place.config, self.limits, Settings())
-        self.full_power = 1000.0
+        self.full_power, self.tolerance = 1000.0, Settings().tolerance
         self.world = World(place.world)
         self._published: Point | None = None
         self._doing: str | None = None
@@ -186,10 +187,15 @@ class GantryBase(AnyGantry):
         line = f"G21G91G94G38.3{way}F{feed:.3f}"
         with self._telling(f"touch on the way to {axis} {to:g} mm (`{line}`)"):
             contact = await self._probe(goal, line)
-        if contact is None:
-            words = f"{self._name()} went to {axis} {to:g} mm, and its probe touched nothing"
-            raise ActionFailed("NoContact", words, "yes")
-        return self._place(contact)
+            stands = await self._machine() if contact is None else contact
+        if contact is not None:
+            return self._place(contact)
+        if abs(stands[machine_axis] - end) > 2 * self.tolerance:
+            at = f"{axis} {self._place(stands)[axis]:g} mm instead of {to:g} mm"
+            words = f"{self._name()}: its probe touched nothing, and it stands at {at}"
+            raise ActionFailed("WrongPlace", words, "yes")
+        words = f"{self._name()} went to {axis} {to:g} mm, and its probe touched nothing"
+        raise ActionFailed("NoContact", words, "yes")
 
     async def _switch(self, goal: GoalContext, output: str, on: bool, power: float) -> None:
         await self._ready()
@@ -210,17 +216,18 @@ class GantryBase(AnyGantry):
         self._check_connected("override")
         wanted = (feed, rapid)
         with self._telling("override"):
-            for byte in override_bytes(feed, rapid):
-                await self._at_once(bytes([byte]))
-                # Each sets a flag: two of one kind before GRBL has looked are one.
-                await self._look()
-                await asyncio.sleep(OVERRIDE_S)
-            for _ in range(OVERRIDE_LOOKS):
-                await self._look()
-                told = self._overrides()[:2]
-                if all(w in (None, t) for w, t in zip(wanted, told, strict=False)) and told:
-                    return {}
-                await asyncio.sleep(OVERRIDE_S)
+            for pause_s in OVERRIDE_S:
+                for byte in override_bytes(feed, rapid):
+                    await self._at_once(bytes([byte]))
+                    # Each sets a flag: two of one kind before GRBL has looked are one.
+                    await self._look()
+                    await asyncio.sleep(pause_s)
+                for _ in range(OVERRIDE_LOOKS):
+                    await self._look()
+                    told = self._overrides()[:2]
+                    if all(w in (None, t) for w, t in zip(wanted, told, strict=False)) and told:
+                        return {}
+                    await asyncio.sleep(OVERRIDE_S[0])
             raise GrblFault(f"it reports {self._overrides()} %")
 
     async def go_to_zero(

@@ -48,7 +48,6 @@ class OpenBuilds(JogRules):
         self.known = self.control = Control(
             str(config.get("url", "http://localhost:3000")), telnet if config.get("ip") else usb
         )
-        self.tolerance = Settings().tolerance
         self._keeper: asyncio.Task[None] | None = None
         self._reattaching = False
 

@@ -66,7 +66,9 @@ class Peer:
         self.zero_where_homed = False  # built with HOMING_FORCE_SET_ORIGIN
         self.offset = [0.0, 0.0, 0.0]
         self.surface = None  # machine Z at which the probe touches
+        self.probes_half = False  # it ends half way, as real firmware whose step buffer ran dry
         self.feed = self.rapid = 100
+        self.loop_s = 0.002  # how long it may be until its loop comes round to a flag
         self.outputs = set()
         self._said = 0
         self._flagged = {}
@@ -265,7 +267,7 @@ class Peer:
             self._go_on()
 
     def _override(self, value):
-        if time.monotonic() - self._flagged.get(value, 0.0) < 0.002:
+        if time.monotonic() - self._flagged.get(value, 0.0) < self.loop_s:
             return  # a flag that is set already: the real one's loop has not come round to it
         self._flagged[value] = time.monotonic()
         change = {0x91: 10, 0x92: -10, 0x93: 1, 0x94: -1}
@@ -421,6 +423,8 @@ class Peer:
                 **values,
                 "Z": self.surface - (0 if 91 not in codes else self._target({}, [])[2]),
             }
+        elif self.probes_half:
+            values = {**values, "Z": values["Z"] / 2}
         self._queue(values, codes, values["F"])
 
         def ended():

@@ -62,6 +62,20 @@ def test_touch_finds_the_surface_and_says_where_it_touched(peer, gantry, played)
     assert peer.place[2] == pytest.approx(-30, abs=0.01)
 
 
+def test_touch_that_ended_on_its_way_has_not_touched_nothing(peer, gantry, played):
+    peer.probes_half = True
+
+    async def story(driver):
+        with pytest.raises(ActionFailed, match="touched nothing, and it stands at z 67") as missed:
+            await driver.touch(GoalContext("a"), to=50.0, feed=2000)
+        return missed.value
+
+    assert (played(gantry(peer), story).name, peer.place[2]) == (
+        "WrongPlace",
+        pytest.approx(-22.5, abs=0.01),
+    )
+
+
 def test_touch_that_meets_nothing_says_so_and_the_place_is_still_trusted(peer, gantry, played):
     async def story(driver):
         with pytest.raises(ActionFailed) as missed:
@@ -104,6 +118,15 @@ def test_an_override_is_seen_in_the_reports(peers, gantry, played, fluid):
         return status["feed_override"], status["rapid_override"], status["machine_x"]
 
     assert played(gantry(peer), story) == (137, 25, pytest.approx(-805, abs=0.006))
+
+
+def test_an_override_of_which_steps_were_lost_is_made_again_and_slower(peer, gantry, played):
+    async def story(driver):
+        peer.loop_s = 0.08
+        await driver.override(GoalContext("a"), feed=137)
+        return (await driver.status())["feed_override"]
+
+    assert played(gantry(peer), story) == 137
 
 
 @pytest.mark.parametrize(("feed", "data"), [(100, b"\x90"), (85, b"\x90\x92\x94\x94\x94\x94\x94")])
