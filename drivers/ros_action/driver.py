@@ -15,7 +15,7 @@ from uuid import uuid4
 
 from ...system.tasks import end, spawn
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
-from .bridge import ABORTED, CANCELED, Bridge, Gone, Rejected, Sent, Values
+from .bridge import ABORTED, CANCELED, SUCCEEDED, Bridge, Gone, Rejected, Sent, Values
 from .config import Config, RosGoal, RosStatus, read_config
 from .field_path import gap
 from .own_goals import OwnGoals
@@ -68,8 +68,9 @@ class RosAction(Driver):
     async def safe(self) -> None:
         """Cancel what this driver has under way, wait for its end, go to the contract's safe state.
 
-        Also what an earlier session left behind; where the connection could not choose the id of
-        such a goal, every goal of its action is cancelled. Goals of others go on.
+        Also what an earlier session left behind, and what was lost from sight; where the connection
+        could not choose the id of such a goal, every goal of its action is cancelled. Goals of others
+        go on.
         """
         for id, name in list(self._own.left.items()):
             ros = self._config.actions.get(name)
@@ -105,12 +106,14 @@ class RosAction(Driver):
             self._sent[sent.ended] = sent
             sent.ended.add_done_callback(self._over)
             status, result = await self._until_ended(ros, sent, goal)
+            self._own.end(id)
         except Rejected as fault:
             self._own.end(id)
             raise ActionFailed("Rejected", f"{ros.action}: {fault}", "no") from fault
-        except Gone as fault:  # it may still be under way there: it stays on the list of own goals
+        except Gone as fault:
             raise ActionFailed("Lost", f"{ros.action}: {fault}", "unknown") from fault
-        self._own.end(id)
+        finally:
+            self._own.lose(id)  # it may still be under way there
         if status == CANCELED and goal.cancelled.is_set():
             raise ActionCanceled
         if status == CANCELED:
@@ -118,6 +121,11 @@ class RosAction(Driver):
             raise ActionFailed("Stopped", words, "unknown")
         if status == ABORTED:
             raise self._failure(name, ros, result)
+        if status != SUCCEEDED:  # as 0, where the server was started again, or has forgotten it
+            words = (
+                f"{ros.action} ended with the status {status}, which says nothing of what happened"
+            )
+            raise ActionFailed("Lost", words, "unknown")
         return self._returned(ros, result)
 
     async def _called(self, ros: RosGoal, message: Values) -> Values:
@@ -154,6 +162,8 @@ class RosAction(Driver):
             return await asyncio.shield(sent.ended)
         finally:
             self._sent.pop(sent.ended, None)
+            if not sent.ended.done() and self._bridge.connected:
+                sent.cancel()  # nobody waits for it any more; a stop makes sure
             await end(cancelled)
 
     def _silent(self) -> str:
@@ -190,7 +200,8 @@ class RosAction(Driver):
 
     def _heard(self, topic: RosStatus, message: Values) -> None:
         told = {name: spot.get(message) for name, spot in topic.fields.items()}
-        self._status |= {name: value for name, value in told.items() if value is not None}
+        kept = {name: value for name, value in self._status.items() if name not in told}
+        self._status = kept | {name: value for name, value in told.items() if value is not None}
         self._heard_at[topic.topic] = time.monotonic()
         self._told.set()
 

@@ -1,4 +1,4 @@
-"""Goals that the driver has under way, on disk: what a session that was killed left behind."""
+"""Goals that the driver has under way, on disk: what was lost from sight, or left by a killed session."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,10 @@ FILE = "goals.json"
 
 
 class OwnGoals:
-    """Id -> action of the contract; written before a goal is sent. `left`: of earlier sessions."""
+    """Id -> action of the contract; written before a goal is sent.
+
+    `left`: of earlier sessions, and those of this one that nobody follows any more.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / FILE
@@ -26,6 +29,11 @@ class OwnGoals:
         self._now.pop(id, None)
         self.left.pop(id, None)
         self._write()
+
+    def lose(self, id: bytes) -> None:
+        """Nobody follows it any more, and it has not ended as far as is known."""
+        if id in self._now:
+            self.left[id] = self._now.pop(id)
 
     def _read(self) -> dict[bytes, str]:
         try:

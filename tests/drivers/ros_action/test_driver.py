@@ -133,8 +133,8 @@ def test_a_bridge_that_is_not_there_is_a_sentence(tmp_path):
 class Answers(Bridge):
     """A robot that does at once whatever it is sent; `sent` is what arrived."""
 
-    def __init__(self):
-        self.sent = []
+    def __init__(self, answer=(4, {"final": {"x": 0.1, "y": 0.1}})):
+        self.sent, self.answer = [], answer
 
     async def open(self): ...
     async def close(self): ...
@@ -152,7 +152,7 @@ class Answers(Bridge):
     def send(self, action, type, goal, feedback, id):
         self.sent.append(json.loads(json.dumps(goal)))
         ended = asyncio.get_running_loop().create_future()
-        ended.set_result((4, {"final": {"x": 0.1, "y": 0.1}}))
+        ended.set_result(self.answer)
         return Sent(ended, lambda: None)
 
 
@@ -174,6 +174,35 @@ def test_no_goal_is_given_a_parameter_of_an_earlier_one(tmp_path):
 
     assert first["motion"] == {"acceleration": 0.2, "speed": 0.5}
     assert second == {"frame": "bench", "motion": {"acceleration": 0.2}, "target": {"x": 2.0}}
+
+
+def opened(tmp_path, answer):
+    driver = RosAction(Place("arm", changed(), {}, tmp_path, tmp_path, CONTRACT))
+    driver._bridge = Answers(answer)
+    return driver
+
+
+def test_a_goal_of_which_the_server_knows_nothing_any_more_has_not_succeeded(tmp_path):
+    async def main():
+        driver = opened(tmp_path, (0, {"final": {"x": 0.0, "y": 0.0}}))
+        with pytest.raises(ActionFailed, match="ended with the status 0") as failed:
+            await driver.reach(GoalContext("first"), x=1000)
+        return failed.value
+
+    failed = asyncio.run(main())
+
+    assert (failed.name, failed.happened) == ("Lost", "unknown")
+
+
+def test_a_value_that_the_robot_does_not_know_any_more_is_not_the_last_one(tmp_path):
+    async def main():
+        driver = opened(tmp_path, None)
+        (topic,) = driver._config.status
+        driver._heard(topic, {"pose": {"x": 0.1, "y": 0.2}})
+        driver._heard(topic, {"pose": {"x": float("nan"), "y": 0.3}})
+        return await driver.status()
+
+    assert asyncio.run(main()) == {"y": pytest.approx(300)}
 
 
 def changed(**more):

@@ -155,12 +155,29 @@ def test_a_robot_that_is_gone_is_noticed_within_seconds(device, robot):
             began = time.monotonic()
             with pytest.raises(ActionFailed, match="its action server is gone") as fault:
                 await driving
-            return fault.value, time.monotonic() - began
+            took_s = time.monotonic() - began
+            await base.safe()
+            return fault.value, took_s
 
     fault, took_s = asyncio.run(story())
 
     assert (fault.name, fault.happened) == ("Lost", "unknown")
     assert took_s < 8
+    assert robot.cancelled[-1] == "all of /navigate_to_pose/_action/cancel_goal"
+
+
+def test_a_goal_whose_action_was_broken_off_is_cancelled(device, robot):
+    async def story():
+        async with device("base") as base:
+            driving = asyncio.create_task(base.go_to(goal()[0], x=1.0, y=6.0, heading=0.0))
+            await arrived(robot)
+            driving.cancel()
+            await asyncio.gather(driving, return_exceptions=True)
+            await base.safe()
+
+    asyncio.run(story())
+
+    assert robot.cancelled
 
 
 def test_a_topic_that_falls_silent_is_a_fault_of_the_device(device, robot):
