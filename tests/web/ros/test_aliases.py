@@ -46,6 +46,22 @@ ros:
     /arm/go: gantry.move_to
   launch: {greet: ./greet.yaml, single_sample_mapping: ./grid.yaml}
 """
+CAMERA = """
+name: paper
+simulated: true
+devices:
+  gantry: {contract: gantry@1, driver: sim_gantry, config: {clock: fast, homed: true}}
+  camera:
+    contract: depth_camera@1
+    driver: sim_depth_camera
+    config:
+      clock: fast
+      core: 3
+      place: {x: 200, y: -200, z: 620, tilt: 33}
+      board: {columns: 9, rows: 6, square: 25, x: 100, y: 300}
+      stones: [[350, 400, 60, 40, 25], [400, 300, 30, 30, 12]]
+ros: {aliases: {/move_gantry: gantry, /detect_samples: camera}}
+"""
 GRID = """
 labrun: 1
 name: grid
@@ -108,6 +124,28 @@ def test_a_point_is_measured_as_the_papers_tree_does_it(talk, paper):
     found = dict(zip(areas["values"]["peak_range"], areas["values"]["peak_area"], strict=True))
     assert {"Li", "K"} <= set(found)
     assert all(area >= 0 for area in found.values())
+
+
+@pytest.mark.slow
+def test_samples_are_detected_as_the_papers_newer_tree_asks_and_keep_their_ids(roslibpy, tmp_path):
+    (tmp_path / "lab.yaml").write_text(CAMERA)
+    served = serve(tmp_path, lab=tmp_path / "lab.yaml")
+    calibrate = {"x": 100, "y": 300, "columns": 9, "rows": 6, "square": 25}
+    early, _, once, again = roslibpy(
+        served.url,
+        goal("/detect_samples", "DetectSamples"),
+        {"do": "goal", "name": "/camera/calibrate", "args": calibrate,
+         "type": "labrun_interfaces/action/DepthCameraCalibrate"},
+        goal("/detect_samples", "DetectSamples"),
+        goal("/detect_samples", "DetectSamples"),
+    )  # fmt: skip
+
+    assert served.end() == 0
+    assert "NotCalibrated" in early["feedback"][-1]["feedback"]
+    assert [sorted(told["values"]["ids"]) for told in (once, again)] == [[1, 2, 3], [1, 2, 3]]
+    places = {round(loc["x_g"], 2): loc for loc in once["values"]["gantry_locs"]}
+    assert places[0.38]["y_g"] == pytest.approx(0.42, abs=0.005)
+    assert places[0.38]["z_g"] == pytest.approx(0.025, abs=0.003)
 
 
 def test_the_zero_is_set_and_places_count_from_it(roslib1, paper):

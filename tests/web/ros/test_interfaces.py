@@ -174,6 +174,7 @@ def test_a_value_of_another_type_names_its_place():
         from_ros(message, {"p": {"y": 1}})
 
 
+SAMPLES = ["BoundingBox[] boxes", "int32[] ids", "GantryLocation[] gantry_locs"]
 PAPER = {
     "msg/GantryStatus": ["string work", "float32 x", "float32 y", "float32 z"],
     "srv/MoveGantry": ["string cmd", "---", "string response"],
@@ -189,8 +190,13 @@ PAPER = {
     "action/AnalyzeSpectrum": [
         "---", "string[] peak_range", "float32[] peak_area", "---", "string feedback",
     ],
+    "msg/BoundingBox": ["float32 x", "float32 y", "float32 w", "float32 h"],
+    "msg/GantryLocation": ["float32 x_g", "float32 y_g", "float32 z_g"],
+    "msg/SampleDetectionRes": SAMPLES,
+    "action/DetectSamples": ["---", *SAMPLES, "---", "string feedback"],
 }  # fmt: skip
-"""Living-Minerals-Lab/mini_platform at 5cbf1ce, src/custom_interfaces, without comments."""
+"""src/custom_interfaces, without comments: Living-Minerals-Lab/mini_platform at 5cbf1ce, and what
+ever53339/AECP_ROS2 at 349c5d0 has beyond that."""
 
 
 def test_the_papers_package_is_field_for_field_that_of_its_repository(tmp_path):

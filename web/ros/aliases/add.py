@@ -9,6 +9,7 @@ from ..interfaces.names import TOPIC
 from ..offers.device_action import DeviceAction
 from . import (
     analyze_spectrum,
+    detect_samples,
     export_spectrum,
     gantry_status,
     is_analytical_dev_rdy,
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 PAPER = (
     move_gantry, gantry_status, set_zero, take_measurement, export_spectrum, analyze_spectrum,
-    is_gantry_rdy, is_analytical_dev_rdy, z300_status,
+    is_gantry_rdy, is_analytical_dev_rdy, z300_status, detect_samples,
 )  # fmt: skip
 """Each has its NAME, the CONTRACT of the device that it needs, and `add`."""
 

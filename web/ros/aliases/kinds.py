@@ -1,7 +1,8 @@
 """The paper's `custom_interfaces`, field for field.
 
-Living-Minerals-Lab/mini_platform, `src/custom_interfaces`, at 5cbf1ce. What labrun has to say beyond
-these fields is in the feedback, in the log, and in the results of its own actions.
+Living-Minerals-Lab/mini_platform, `src/custom_interfaces`, at 5cbf1ce, and what AECP_ROS2 at 349c5d0 adds
+to it for the camera. What labrun has to say beyond these fields is in the feedback, in the log, and in
+the results of its own actions.
 """
 
 from ....schemas.lab import Lab
@@ -53,18 +54,28 @@ LAUNCH_REQUEST = _service(
     (text("cmd"), text("package"), text("file_name"), text("args")),
     (text("message"), Field("is_launched", "bool", "is_launched"), text("file_name")),
 )
+BOUNDING_BOX = Message(P, "BoundingBox", (_float("x"), _float("y"), _float("w"), _float("h")))
+GANTRY_LOCATION = Message(P, "GantryLocation", (_float("x_g"), _float("y_g"), _float("z_g")))
+SAMPLES = (
+    Field("boxes", "BoundingBox", "boxes", array="[]", message=BOUNDING_BOX),
+    Field("ids", "int32", "ids", array="[]"),
+    Field("gantry_locs", "GantryLocation", "gantry_locs", array="[]", message=GANTRY_LOCATION),
+)
+DETECT_SAMPLES = _action("DetectSamples", (), SAMPLES, "feedback")
+SAMPLE_DETECTION = Message(P, "SampleDetectionRes", SAMPLES)
 
 
 PAPER_KINDS: tuple[Message | ActionKind | ServiceKind, ...] = (
     MOVE_GANTRY, TAKE_MEASUREMENT, EXPORT_SPECTRUM, ANALYZE_SPECTRUM, GANTRY_STATUS, SET_ZERO,
-    IS_RDY, MOVE_GANTRY_CALL, LAUNCH_REQUEST,
+    IS_RDY, MOVE_GANTRY_CALL, LAUNCH_REQUEST, DETECT_SAMPLES, BOUNDING_BOX, GANTRY_LOCATION,
+    SAMPLE_DETECTION,
 )  # fmt: skip
 """All of the paper's package: its fields, their types and their order are the wire format."""
 
 
 NAMES = (
     "/move_gantry", "/take_measurement", "/export_spectrum", "/analyze_spectrum", "/gantry_status",
-    "/set_zero", "/is_gantry_rdy", "/is_analytical_dev_rdy",
+    "/set_zero", "/is_gantry_rdy", "/is_analytical_dev_rdy", "/detect_samples",
 )  # fmt: skip
 
 
