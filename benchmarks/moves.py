@@ -66,11 +66,12 @@ async def main(moves: int, rounds: int, port: str) -> None:
             times["driver"].append(took)
             await driver.close()
             with Serial(port, 115200, timeout=5) as serial:
-                await asyncio.sleep(2.0)
+                serial.timeout = 120
+                serial.read_until(b"Grbl")  # it boots, and loses what is sent before
+                await asyncio.sleep(0.5)
                 serial.read(serial.in_waiting)
                 serial.write(b"$H\n")
-                while serial.readline().strip() != b"ok":
-                    pass
+                serial.read_until(b"ok")
                 bare(serial, [b"G21G90G94G53G0X-804.0000\n", b"G4P0\n"])
                 times["bare loop"].append(bare(serial, written))
     for name, found in times.items():

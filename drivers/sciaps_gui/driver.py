@@ -137,7 +137,7 @@ class SciapsGui(Driver):
         shot = self._begun(goal, await self._cache_before())
         self._measuring = True
         try:
-            await self._press(shot, aim)
+            await self._press(goal, shot, aim)
             return await self._watched(goal, shot)
         finally:
             self._measuring = False
@@ -160,9 +160,14 @@ class SciapsGui(Driver):
                 "measure", "Rejected", f"{fault}; nothing was clicked", "no"
             ) from fault
 
-    async def _press(self, shot: Shot, aim: Any) -> None:
+    async def _press(self, goal: GoalContext, shot: Shot, aim: Any) -> None:
+        def press() -> None:
+            if goal.cancelled.is_set():  # a stop came while it waited, looked and aimed
+                raise NotClicked("it was stopped")
+            self.program.press(aim)
+
         try:
-            await self.on_screen(lambda: self.program.press(aim))
+            await self.on_screen(press)
         except NotClicked as fault:
             self._shot_log.denied(shot)
             raise self.failed(

@@ -183,9 +183,8 @@ class WindowProgram(Driver):
                 raise self._failed(
                     name, "Rejected", f"{word} {filled}: it was not recorded", happened
                 )
-            act = functools.partial(self._program.step, word, filled, self.settings.dialog_s)
             try:
-                await self._on_screen(act)
+                await self._on_screen(functools.partial(self._step, goal, word, filled))
             except (Trouble, NoScreen, NotClicked) as fault:
                 error, words = failure_of(fault)
                 happened = "no" if not done and word in HARMLESS_IF_FAILED else "unknown"
@@ -193,6 +192,12 @@ class WindowProgram(Driver):
                     self._log.denied(begun)
                 words = f"at `{word} {filled}`: {words}" + await self._picture()
                 raise self._failed(name, error, words, happened) from fault
+
+    def _step(self, goal: GoalContext, word: str, filled: str) -> None:
+        if goal.cancelled.is_set():
+            raise NotClicked("it was stopped")
+        assert self._program is not None
+        self._program.step(word, filled, self.settings.dialog_s)
 
     async def _names(self, name: str, proof: Proof | None, texts: dict[str, Any]) -> set[str]:
         if proof is None or proof.new is None:

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from labrun.drivers.driver import GoalContext
+from labrun.drivers.driver import ActionFailed, GoalContext
 from labrun.drivers.find import check_driver, find_driver
 from labrun.schemas.contracts import shipped_contracts
 
@@ -142,6 +142,26 @@ def test_a_goal_that_was_stopped_before_its_click_is_not_clicked(gui):
 
     assert (failure.name, failure.happened) == ("Rejected", "no")
     assert analyser.shots() == 0
+
+
+@pytest.mark.slow
+def test_a_goal_that_is_stopped_while_it_aims_is_not_clicked(gui):
+    analyser = gui.start()
+
+    async def story(driver):
+        goal, aim = GoalContext("g"), driver.program.aim
+
+        def aim_and_be_stopped(*given):
+            found = aim(*given)
+            goal.cancelled.set()
+            return found
+
+        driver.program.aim = aim_and_be_stopped
+        with pytest.raises(ActionFailed, match="it was stopped; nothing was clicked") as caught:
+            await driver.measure(goal)
+        return caught.value.happened
+
+    assert (gui.play(story), analyser.shots()) == ("no", 0)
 
 
 def test_an_old_shot_that_was_not_exported_cannot_be_any_more(gui):

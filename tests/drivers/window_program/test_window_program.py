@@ -102,6 +102,20 @@ def test_a_goal_is_one_pass_of_its_steps_and_its_file_is_the_new_one(recorder):
 
 
 @pytest.mark.slow
+def test_a_goal_that_is_stopped_after_a_look_does_no_further_step(recorder):
+    analyser = recorder.gui.start()
+
+    async def story(driver):
+        goal = GoalContext("g1")
+        goal.tell = lambda progress, message: goal.cancelled.set()  # as its first step is told
+        with pytest.raises(ActionFailed, match="it was stopped") as caught:
+            await driver.fire(goal)
+        return caught.value.happened
+
+    assert (recorder.play(story), analyser.shots()) == ("no", 0)
+
+
+@pytest.mark.slow
 def test_steps_without_their_proof_are_unknown_and_the_probe_finds_a_late_one(recorder):
     analyser = recorder.gui.start(measure_s=12.0)
     recorder.config["actions"]["fire"]["within_s"] = 2
