@@ -67,7 +67,7 @@ class SciapsGui(Driver):
     async def close(self) -> None:
         if self._program is not None:
             self._program.halted = True
-            self._program.close()
+            await asyncio.to_thread(self._program.close)
             self._shot_log.close()
 
     @property

@@ -82,7 +82,7 @@ class WindowProgram(Driver):
     async def close(self) -> None:
         if self._program is not None:
             self._program.halted = True
-            self._program.close()
+            await asyncio.to_thread(self._program.close)
             self._log.close()
 
     async def safe(self) -> None:

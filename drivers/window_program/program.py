@@ -23,6 +23,7 @@ from .windows import NoScreen, Windows
 LOOK_S = 0.15
 PING_S = 1.0
 CHANGE_S = 1.0
+CLOSE_S = 10.0
 
 State = Literal["idle", "busy", "dialog", "error", "hung"]
 
@@ -61,7 +62,10 @@ class Program:
         self._lock = threading.RLock()
 
     def close(self) -> None:
-        self._windows.close()
+        """Once a look that is under way has ended; one that does not end is left to the process."""
+        if self._lock.acquire(timeout=CLOSE_S):
+            self._windows.close()
+            self._lock.release()
 
     def alone(self, act: Callable[[], object]) -> object:
         """Do something while no other thread looks or clicks."""

@@ -1,6 +1,8 @@
 """The driver against a real program on a real screen: one click a goal, whole files, safe deletion."""
 
+import asyncio
 import re
+import time
 
 import pytest
 
@@ -144,7 +146,26 @@ def test_a_goal_that_was_stopped_before_its_click_is_not_clicked(gui):
     assert analyser.shots() == 0
 
 
-@pytest.mark.slow
+def test_it_is_closed_when_a_look_that_is_under_way_has_ended(gui):
+    """The connection to the screen is the looking thread's: without it, it would wait for ever."""
+    gui.start()
+
+    async def story():
+        driver = gui.driver()
+        await driver.open()
+
+        def slowly():
+            time.sleep(0.5)
+            return driver.program.seen()
+
+        looking = asyncio.create_task(driver.on_screen(slowly))
+        await asyncio.sleep(0.1)
+        await driver.close()
+        return (await looking).state
+
+    assert asyncio.run(story()) == "idle"
+
+
 def test_a_goal_that_is_stopped_while_it_aims_is_not_clicked(gui):
     analyser = gui.start()
 
