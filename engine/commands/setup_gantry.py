@@ -200,7 +200,7 @@ def _lab(config: dict[str, Any], bench: Bench, firmware: str) -> str:
     lines = [f"      {name}: {_yaml(value)}" for name, value in config.items()]
     ranges = zip(bench.axes, bench.low, bench.high, strict=True)
     limits = ", ".join(
-        f"{axis}: {{minimum: {low:g}, maximum: {high:g}}}" for axis, low, high in ranges
+        f"{axis}: {{minimum: {low + 0.0:g}, maximum: {high + 0.0:g}}}" for axis, low, high in ranges
     )
     return "\n".join(
         [

@@ -98,6 +98,7 @@ def test_from_a_cable_to_a_lab_that_works(terminal, peer, tmp_path):
         "port": peer.path, "home_first": True, "axes": {"x": "Y", "y": "-X", "z": "-Z"},
     }  # fmt: skip
     assert (device.limits["x"].maximum, device.limits["y"].maximum) == (725, 805)
+    assert "-0," not in (tmp_path / "lab.yaml").read_text()
     assert peer.settings[20] == 1
     assert "$130=810.000" in (tmp_path / "lab.settings.txt").read_text()
     check_driver(find_driver(device.driver, tmp_path), lab.contracts[device.contract])
