@@ -12,7 +12,7 @@ from .bench import LETTERS
 from .controller import ASK, Controller
 from .faults import GrblFault, Silent
 from .report import Point, Report
-from .stopping import stop
+from .stopping import finished, stop
 
 POLL_S = 0.1
 SILENCE_S = 2.5
@@ -52,7 +52,7 @@ class Move:
         try:
             await self._wait(self.controller.say(line))
             await self.wait_until_still()
-            self._check_not_ended()
+            await self._check_not_ended()
             return await self._verify(end)
         except Silent:
             await _try_to_stop(self.controller)
@@ -66,7 +66,7 @@ class Move:
         sent = self.controller.send(line)
         try:
             await self._wait(sent.answer)
-            self._check_not_ended()
+            await self._check_not_ended()
             await self.controller.ask("G90")  # for other programs
             await self.wait_until_still()
         except Silent:
@@ -77,9 +77,10 @@ class Move:
             raise
         return sent.told
 
-    def _check_not_ended(self) -> None:
+    async def _check_not_ended(self) -> None:
         """GRBL answers the line that a stop's reset has broken off with `ok`, too."""
         if self.ended():
+            await finished(self.controller)
             raise Ended
 
     async def wait_until_still(self) -> None:
