@@ -19,9 +19,10 @@ def make(folder: Path) -> list[Path]:
     """Draw the maps of the run in `folder`; returns the files written, none if there is nothing to map.
 
     Reads `data.csv` (and `data-NAME.csv`): coordinates are the columns `x` and `y`, or `x_mm` and
-    `y_mm` with their unit; elements are the columns named by a chemical symbol. Empty cells are
-    holes. An area becomes `element_maps.png`, a line `line_scan.png`, with the sample's name if there
-    are several. Raises OSError if a figure cannot be written.
+    `y_mm` with their unit; elements are the columns named by a chemical symbol, `Li_wt_percent` and the
+    like are concentrations. Empty cells are holes. An area becomes `element_maps.png`, a line
+    `line_scan.png`, and `concentrations.png` either, with the sample's name if there are several.
+    Raises OSError if a figure cannot be written.
     """
     try:
         points = gather(folder, tables=False)
@@ -29,7 +30,7 @@ def make(folder: Path) -> list[Path]:
         return []
     there = [name for name, area in points.area.items() if np.isfinite(area).any()]
     elements = sorted(there, key=BY_NUMBER.split().index)  # pyright: ignore
-    if not elements or not _worth_it(points):
+    if not (elements or points.contents) or not _worth_it(points):
         return []
     from ..figures.paper import paper, save
     from .choices import MapChoices

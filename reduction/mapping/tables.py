@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from ..maps.classes.classify import NONE, Classes
+from ..maps.points.contents import ERROR, FLAGS, HIGH, LOW, VALUE, Contents
 from ..maps.points.points import Points
 from ..maps.points.scales import UNITS, on_scale
 from .choices import MapChoices
+from .sample_figures import concentrations_shown
 
 MAPS, CLASSES, SUMMARY, RECORD = "maps.csv", "classes.csv", "class_summary.csv", "map.json"
 DIGITS = 7
@@ -20,19 +22,35 @@ VERSIONS = ("labrun", "numpy", "scipy", "matplotlib")
 
 
 def write_maps(points: Points, elements: list[str], choices: MapChoices, folder: Path) -> Path:
-    """One row per point and element: coordinates, the value on the requested scale, and the area."""
+    """One row per point and element: coordinates, the value on the requested scale, the area, and the
+    concentration where a calibration was used."""
     x, y = (f"{axis}_{points.unit}" for axis in "xy")
     head = ["sample", "point", x, y, "element", "line_nm", "value", "area", "area_err"]
+    calibrated = concentrations_shown(points, choices)
+    head += [VALUE, ERROR, LOW, HIGH, FLAGS] if calibrated else []
     rows = []
-    for element in elements:
-        value = on_scale(points, element, choices.scale)
-        area, error = points.area[element], points.area_error[element]
+    for element in dict.fromkeys([*elements, *calibrated]):
+        shown = element in elements
+        nothing = np.full(len(points), np.nan)
+        value = on_scale(points, element, choices.scale) if shown else nothing
+        area = points.area.get(element, nothing)
+        error = points.area_error.get(element, nothing)
         line = points.line_nm.get(element, float("nan"))
         rows += [
-            [*_point(points, at), element, cell(line), *map(cell, (value[at], area[at], error[at]))]
+            [
+                *_point(points, at), element, cell(line),
+                *map(cell, (value[at], area[at], error[at])),
+                *(_content(points.contents.get(element), at) if calibrated else ()),
+            ]
             for at in range(len(points))
-        ]
+        ]  # fmt: skip
     return _write(folder / MAPS, head, rows)
+
+
+def _content(one: Contents | None, at: int) -> list[str]:
+    if one is None:
+        return [""] * 5
+    return [*map(cell, (one.value[at], one.error[at], one.low[at], one.high[at])), one.flags[at]]
 
 
 def write_classes(points: Points, classes: Classes, folder: Path) -> list[Path]:
@@ -68,6 +86,10 @@ def write_record(
         "elements": {e: _plain(points.line_nm.get(e)) for e in elements},
         "scale": choices.scale,
         "unit_of_values": UNITS[choices.scale],
+        "concentrations": {
+            element: points.contents[element].counts()
+            for element in concentrations_shown(points, choices)
+        },
         "classes": None if classes is None else _classes(classes),
         "notes": notes,
         "inputs": {
