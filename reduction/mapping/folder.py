@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..maps.checks import read_checks
 from ..maps.classes.classify import Classes, classify
 from ..maps.points.gather import gather
 from ..maps.points.points import Points
@@ -46,6 +47,7 @@ def map_folder(folder: Path, out: Path, choices: MapChoices | None = None) -> Ma
     except ValueError as fault:
         notes.append(f"no classes: {fault}")
     notes += _about_places(points)
+    notes += [one.sentence for one in read_checks(folder)]
     notes += [
         f"{e}: {n} of {len(points)} points are above the standards of the calibration; what their "
         "curves say is in maps.csv"

@@ -3,12 +3,14 @@
 import csv
 import hashlib
 import json
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..maps.checks import Checks
 from ..maps.classes.classify import NONE, Classes
 from ..maps.points.contents import ERROR, FLAGS, HIGH, LOW, VALUE, Contents
 from ..maps.points.points import Points
@@ -17,6 +19,7 @@ from .choices import MapChoices
 from .sample_figures import concentrations_shown
 
 MAPS, CLASSES, SUMMARY, RECORD = "maps.csv", "classes.csv", "class_summary.csv", "map.json"
+CHECKS = "checks.csv"
 DIGITS = 7
 VERSIONS = ("labrun", "numpy", "scipy", "matplotlib")
 
@@ -71,6 +74,22 @@ def write_classes(points: Points, classes: Classes, folder: Path) -> list[Path]:
         for s in classes.summary
     ]
     return [_write(folder / CLASSES, head, rows), _write(folder / SUMMARY, long, summary)]
+
+
+def write_checks(checks: Sequence[Checks], folder: Path) -> Path:
+    """One row per standard and element: what was found and known, and whether the calibration holds."""
+    head = ["standard", "element", "checks", "wt_percent", "wt_percent_err", "wt_percent_known"]
+    head += ["off_in_errors", "drift_percent", "drift_chance", "holds", "verdict"]
+    rows = []
+    for one in checks:
+        drift = (float("nan"),) * 2 if one.drift is None else (100 * one.drift[0], one.drift[1])
+        mean = one.values.mean() if len(one.values) else float("nan")
+        off = float("nan") if one.off is None else one.off
+        rows.append([
+            one.standard, one.element, len(one.found), *map(cell, (mean, one.error_of_one, one.known)),
+            *map(cell, (off, *drift)), "yes" if one.holds else "no", one.sentence,
+        ])  # fmt: skip
+    return _write(folder / CHECKS, head, rows)
 
 
 def write_record(

@@ -7,12 +7,13 @@ import numpy as np
 
 from ...spectrum.fault import Unreadable
 from ...spectrum.spectrum import FloatArray, IntArray
+from .columns import read_columns
 from .contents import Contents, joined, taken
 from .join import join
 from .points import Points, merged
 from .predominant import predominant_peaks
 from .reduced import Reduced, read_reduced
-from .rows import KEY, Rows, read_rows
+from .rows import KEY, STANDARD, Rows, read_rows
 
 ROWS = "data.csv"
 MORE_ROWS = "data-*.csv"
@@ -70,13 +71,21 @@ def _tables(folder: Path) -> tuple[list[Rows], list[str]]:
             try:
                 found.append(read_rows(path))
             except Unreadable as fault:
-                notes.append(str(fault))
+                if not _of_checks(path):
+                    notes.append(str(fault))
     for rows in found:
         notes += rows.notes
         lost = int(np.sum(~rows.placed))
         if lost:
             notes.append(f"{rows.columns.path.name}: {lost} of {len(rows)} rows have no place")
     return [rows for rows in found if rows.placed.any()], notes
+
+
+def _of_checks(path: Path) -> bool:
+    try:
+        return STANDARD in read_columns(path)
+    except Unreadable:
+        return False
 
 
 def _nothing(folder: Path) -> str:

@@ -12,6 +12,7 @@ from .columns import Columns, read_columns
 from .contents import Contents, of_rows
 
 KEY, SAMPLE = "key", "sample"
+STANDARD = "standard"  # a column of check standards, which are nowhere in a map
 
 
 @dataclass(frozen=True, slots=True, eq=False)
