@@ -41,6 +41,7 @@ def concentrations_figure(
     if not maps:
         raise ValueError("there is no map to draw")
     import matplotlib
+    from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
 
     first = next(iter(maps.values())).value
@@ -61,7 +62,7 @@ def concentrations_figure(
             panel = place(figure, at, bottom, wide, height)
             scale = usable(robust_limits(shown.values))
             for flat, colour in ((one.below, BELOW_COLOUR), (one.above, ABOVE_COLOUR)):
-                flat_colour = matplotlib.colors.ListedColormap([colour])
+                flat_colour = ListedColormap([colour])
                 draw_cells(panel, flat, flat_colour, 0.0, 1.0)
             mesh = draw_cells(
                 panel, shown, matplotlib.colormaps[colours], scale.lowest, scale.highest

@@ -95,24 +95,23 @@ def taken(contents: Contents, at: IntArray) -> Contents:
     """The contents at these places, shape of `at`; unknown where one is -1."""
     there = at >= 0
     numbers = (contents.value, contents.error, contents.low, contents.high)
-    return Contents(
-        *(np.where(there, one[at], np.nan) for one in numbers),
-        np.where(there, contents.flags[at], ""),
-    )
+    value, error, low, high = (np.where(there, one[at], np.nan) for one in numbers)
+    return Contents(value, error, low, high, np.where(there, contents.flags[at], ""))
+
+
+def _unknown(n: int) -> Contents:
+    value, error, low, high = (np.full(n, np.nan) for _ in range(4))
+    return Contents(value, error, low, high, np.full(n, "", dtype=object))
 
 
 def joined(parts: Sequence[tuple[Contents | None, int]]) -> Contents:
     """One after the other, each with its length; None is unknown."""
-    nothing = Contents(*(np.full(1, np.nan) for _ in range(4)), np.array([""], dtype=object))
-    whole = [
-        taken(nothing, np.full(n, -1)) if one is None else one for one, n in parts
-    ]  # fmt: skip
-    return Contents(
-        *(
-            np.concatenate([getattr(one, name) for one in whole])
-            for name in ("value", "error", "low", "high", "flags")
-        )
+    whole = [_unknown(n) if one is None else one for one, n in parts]
+    value, error, low, high, flags = (
+        np.concatenate([getattr(one, name) for one in whole])
+        for name in ("value", "error", "low", "high", "flags")
     )
+    return Contents(value, error, low, high, flags)
 
 
 def averaged(contents: Contents, which: IntArray) -> Contents:
@@ -122,9 +121,7 @@ def averaged(contents: Contents, which: IntArray) -> Contents:
     a group has no value the mean has none, and the ends are those that hold all.
     """
     n = int(which.max()) + 1
-    found = Contents(
-        *(np.full(n, np.nan) for _ in range(4)), np.full(n, "", dtype=object)
-    )  # fmt: skip
+    found = _unknown(n)
     for group in range(n):
         own = np.flatnonzero((which == group) & contents.known)
         if not len(own):
