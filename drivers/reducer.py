@@ -3,7 +3,9 @@
 import asyncio
 import os
 from concurrent.futures import ThreadPoolExecutor
+from hashlib import sha256
 from importlib import import_module
+from pathlib import Path
 from typing import Any, ClassVar
 
 from .driver import ActionFailed, Driver, GoalContext, Place
@@ -40,8 +42,9 @@ class Reducer(Driver):
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def reduce(
-        self, goal: GoalContext, *, spectrum: str, elements: list[str] | None = None
-    ) -> dict[str, Any]:
+        self, goal: GoalContext, *, spectrum: str, elements: list[str] | None = None,
+        calibration: str | None = None,
+    ) -> dict[str, Any]:  # fmt: skip
         if self._warming is not None and not self._warming.done():
             # Only one thread imports and compiles: two could deadlock, one with numba's lock, one
             # with Python's lock on a module that is being imported.
@@ -50,8 +53,11 @@ class Reducer(Driver):
         sent = goal.files.get("spectrum")
         source = spectrum if sent is None else sent.data
         try:
+            known = None if calibration is None else _text(goal, calibration)
             loop = asyncio.get_running_loop()
-            return await loop.run_in_executor(self._threads, _reduce, source, elements)
+            return await loop.run_in_executor(self._threads, _reduce, source, elements, known)
+        except _WrongCalibration as fault:
+            raise ActionFailed("WrongCalibration", f"{calibration}: {fault}") from fault
         except (OSError, ValueError) as fault:
             raise ActionFailed("Unreadable", f"{spectrum}: {fault}") from fault
 
@@ -61,9 +67,42 @@ def most_at_once() -> int:
     return max(1, min(os.cpu_count() or 1, MOST_AT_ONCE))
 
 
-def _reduce(source: str | bytes, elements: list[str] | None) -> dict[str, Any]:
+class _WrongCalibration(Exception):
+    """The text says why."""
+
+
+def _text(goal: GoalContext, path: str) -> str:
+    sent = goal.files.get("calibration")
+    try:
+        return (Path(path).read_bytes() if sent is None else sent.data).decode("utf-8-sig")
+    except OSError as fault:
+        raise _WrongCalibration(fault.strerror or str(fault)) from fault
+    except UnicodeDecodeError:
+        raise _WrongCalibration("it is not text") from None
+
+
+def _reduce(
+    source: str | bytes, elements: list[str] | None, calibration: str | None
+) -> dict[str, Any]:
     reduction = import_module(REDUCTION)
-    return reduction.reduce_spectrum(reduction.read_spectrum(source), elements).to_dict()
+    if calibration is None:
+        return reduction.reduce_spectrum(reduction.read_spectrum(source), elements).to_dict()
+    room = import_module(f"{REDUCTION}.calibration.calibration")
+    try:
+        known = room.read_calibration(calibration)
+    except room.CalibrationFault as fault:
+        raise _WrongCalibration(str(fault)) from fault
+    if known.card.response_sha256 is not None:
+        raise _WrongCalibration(
+            "it was made with a --response, which a run does not divide out; make one without, or use "
+            "it with `labrun reduce` after the run"
+        )
+    shots = reduction.read_shots(source)
+    if other := known.other_axis(shots.wavelength_nm):
+        raise _WrongCalibration(f"it was made with another instrument: {other}")
+    reduce_shots = import_module(f"{REDUCTION}.calibration.reduced_shots").reduce_shots
+    found = reduce_shots(shots, known, elements).to_dict(elements)
+    return {**found, "calibration_sha256": sha256(calibration.encode()).hexdigest()}
 
 
 def _warm_up() -> None:

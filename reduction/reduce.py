@@ -1,7 +1,7 @@
 """Reduce one spectrum: channels, background, peaks, elements, plasma; one file per step."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,9 @@ from .elements.elements import (
     with_hydrogen,
 )
 from .elements.evidence import Evidence, evidence
+from .elements.far_off import IN_GAS, SOLID, shifts
 from .elements.identify import Identified, identify
-from .elements.offsets import Offsets
+from .elements.offsets import FURTHEST_NM, Offsets
 from .elements.state import PlasmaState, plasma_state
 from .lines.lines import of_lines
 from .peaks.pitch import fit_at_pitch
@@ -28,6 +29,11 @@ from .spectrum.spectrum import FloatArray, Medium, Spectrum
 
 FIRST_LINE_NM, LAST_LINE_NM = 190.0, 961.0  # of the line table
 FAR_OFF_NM = 0.1  # an offset that is worth a word
+STRONGEST, ENOUGH = (
+    25,
+    0.3,
+)  # peaks, and the part of their light, explained by an axis that is right
+BETTER, LEAST_WEIGHT = 1.5, 60.0  # evidence with a moved axis: times that without, and at least
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,10 +107,54 @@ def reduce_spectrum(
 
     elements: symbols whose predominant peak is wanted, DEFAULT_ELEMENTS if None. medium: of the
     instrument's wavelengths; decided by the lines if None. A peak must exceed five times the noise,
-    or three times at the predominant line of a requested element. Raises ValueError for an element
+    or three times at the predominant line of a requested element. An axis that is far off is
+    moved, with a note, where that explains the spectrum. Raises ValueError for an element
     without lines in the table and for a spectrum without a good channel.
     """
     asked = DEFAULT_ELEMENTS if elements is None else tuple(elements)
+    found = _reduced(spectrum, asked, medium)
+    if _explained(found) >= ENOUGH or not len(found.peaks):
+        return found
+    least, best = max(BETTER * _weight(found), LEAST_WEIGHT), found
+    for common in (SOLID, IN_GAS):
+        moved = shifts(spectrum.wavelength_nm, found.peaks, common)
+        x = spectrum.wavelength_nm + moved
+        if np.abs(moved).max() <= FURTHEST_NM or np.any(np.diff(x) <= 0):
+            continue
+        other = _reduced(replace(spectrum, wavelength_nm=x), asked, medium)
+        if _weight(other) >= max(least, _weight(best)):
+            note = _moved(spectrum.wavelength_nm, moved)
+            best = replace(other, notes=(note, *other.notes))
+    return best
+
+
+def _weight(found: Reduction) -> float:
+    return 0.0 if found.identified is None else found.identified.indexed.total
+
+
+def _explained(found: Reduction) -> float:
+    """The part of the strongest peaks' light that the elements found explain."""
+    if found.identified is None or not len(found.peaks):
+        return 0.0
+    area = found.peaks.area
+    bright = np.argsort(-area)[:STRONGEST]
+    taken = np.clip(found.identified.indexed.taken[bright], 0.0, area[bright])
+    return float(taken.sum() / max(area[bright].sum(), 1e-300))
+
+
+def _moved(x: FloatArray, moved: FloatArray) -> str:
+    ends = np.flatnonzero(np.diff(moved)) + 1
+    parts = [
+        f"{by[0]:+.2f} nm from {own[0]:.1f} to {own[-1]:.1f} nm"
+        for own, by in zip(np.split(x, ends), np.split(moved, ends), strict=True)
+    ]
+    return (
+        "the wavelengths are far off; by the strongest lines of common elements they were moved "
+        f"{', '.join(parts)}, and are given so: calibrate the spectrometer"
+    )
+
+
+def _reduced(spectrum: Spectrum, asked: tuple[str, ...], medium: Medium | None) -> Reduction:
     x = spectrum.wavelength_nm
     shared = noise_shared(spectrum.intensity)
     bad = mark_bad(spectrum.intensity, alone=shared == 1)

@@ -53,7 +53,7 @@ def find_file(
 def place_of(protocol: Path, name: str) -> Path:
     """The path that a name in a protocol means: the run's own copy where there is one."""
     for folder in (protocol.parent, protocol.parent.parent):
-        kept = _kept(folder)
+        kept = kept_names(folder)
         if kept is not None:
             own = protocol.relative_to(folder).as_posix()
             copy = kept.get(own, {}).get(name)
@@ -61,7 +61,8 @@ def place_of(protocol: Path, name: str) -> Path:
     return protocol.parent / name
 
 
-def _kept(folder: Path) -> dict[str, dict[str, str]] | None:
+def kept_names(folder: Path) -> dict[str, dict[str, str]] | None:
+    """By protocol in a run's folder, what each name in it means there; None if it is no such folder."""
     try:
         kept = json.loads((folder / USED).read_text(encoding="utf-8"))
     except (OSError, ValueError):

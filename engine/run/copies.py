@@ -1,4 +1,5 @@
-"""The files that a protocol names, copied into the run's folder: other protocols, tables, functions.
+"""The files that a protocol names, copied into the run's folder: other protocols, tables, functions,
+and what is sent to devices.
 
 `used.json` says what each name means there, so that resume needs nothing from outside.
 """
@@ -8,6 +9,7 @@ from pathlib import Path
 
 from ..language.own_functions import OwnFunction
 from ..language.used_files import COPIES, USED
+from ..survey.sent_files import sent_files
 from ..survey.survey import Survey
 
 
@@ -23,6 +25,8 @@ class Copying:
         """Copy what the protocol of this name in the folder uses."""
         meaning = self.meaning.setdefault(name, {})
         for written, path in survey.tables.opened.items():
+            meaning[written] = self.file(path)
+        for written, path in sent_files(survey).items():
             meaning[written] = self.file(path)
         for function in survey.functions.values():
             if isinstance(function, OwnFunction):

@@ -97,17 +97,13 @@ def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
     if settings.calibration is None:
         reduction = reduce_spectrum(spectrum, settings.elements, settings.medium)
     else:
-        from ..calibration.calibration import asked_for, read_calibration
+        from ..calibration.calibration import read_calibration
+        from ..calibration.reduced_shots import reduce_shots
 
         known = read_calibration(settings.calibration)
-        asked = asked_for(known.elements, settings.elements)
-        reduction = reduce_spectrum(spectrum, asked, settings.medium)
-        x = spectrum.wavelength_nm
-        reduction = replace(reduction, notes=(*reduction.notes, *known.notes(x, reduction)))
-        each = [reduction]
-        if len(shots) > 1:
-            each = [reduce_spectrum(seen(one), asked, settings.medium) for one in shots.each()]
-        contents = known.concentrations(x, each)
+        found = reduce_shots(shots, known, settings.elements, settings.medium, seen)
+        reduction = replace(found.reduction, notes=(*found.reduction.notes, *found.doubts))
+        contents = found.contents
     rows = packed(rows_of(spectrum, reduction, settings.elements, contents))
     said = reduction.evidence.values()
     return Done(

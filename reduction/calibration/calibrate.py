@@ -18,6 +18,7 @@ from .standards import Standards
 LEAST_STANDARDS, LEAST_BENT = 3, 5
 BENT_BETTER, LINE_BETTER = 0.9, 0.7  # of the error with a straight curve, with the predominant line
 LEAST_SLOPE, LEAST_OF_OTHERS = 3.0, 5.0  # standard errors; of lines that are tried beside that one
+BELOW_NOTHING = 3.0  # standard errors of a blank's signal
 MOST_VARIED = 0.1  # relative spread of an internal standard's own concentration
 
 
@@ -219,6 +220,13 @@ def _curve(
         return (
             f"its line does not grow with the concentration: {slope:.3g} ± {error:.2g} from 0 to "
             f"{curve.highest:.4g} wt %; choose another line with --line"
+        )
+    blank, blank_error = curve.coefficients[0], curve.covariance[0][0] ** 0.5
+    if blank < -BELOW_NOTHING * np.hypot(blank_error, floor):
+        return (
+            f"a sample without it would show less than nothing, {blank:.3g} ± {blank_error:.2g}: the "
+            "curve bends upwards there, or something is subtracted; add standards of little of it, or "
+            "choose another line with --line"
         )
     if curve.lod() > curve.highest:
         return (

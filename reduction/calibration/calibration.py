@@ -170,7 +170,8 @@ def _told(one: ElementCalibration, each: Sequence[Reduction]) -> Concentration:
     if estimate.wt_percent >= 0.999 * curve.top:
         return Concentration(None, None, estimate.low, None, (above,))
     flags = ["below LOQ"] if estimate.wt_percent < curve.loq(shots, noise) else []
-    flags += [above] if estimate.wt_percent > curve.highest else []
+    beyond = estimate.wt_percent - estimate.error > curve.highest
+    flags += [above] if beyond else []
     return Concentration(estimate.wt_percent, estimate.error, estimate.low, high, tuple(flags))
 
 

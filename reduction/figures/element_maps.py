@@ -66,7 +66,7 @@ def element_maps_figure(
     for index, (name, element_map) in enumerate(maps.items()):
         left, bottom, width, height = layout.at(index)
         panel = place(figure, left, bottom, width, height)
-        scale = _limits(element_map, (limits or {}).get(name))
+        scale = usable((limits or {}).get(name) or robust_limits(element_map.values))
         mesh = draw_cells(panel, element_map, colours, scale.lowest, scale.highest)
         panel.set_title(name, pad=3)
         holes |= bool(np.isnan(element_map.values).any())
@@ -76,7 +76,7 @@ def element_maps_figure(
             write(figure, left + width / 2, bottom - 0.035, said, fontsize=5.5, color=QUIET,
                   ha="center", va="top")  # fmt: skip
         else:
-            _own_bar(figure, mesh, left, bottom, width, scale)
+            draw_own_bar(figure, mesh, left, bottom, width, scale)
     if title:
         write(figure, MARGIN_IN, layout.size[1] - MARGIN_IN, title, fontweight="bold", va="top")
     label = COLOUR_LABEL + (f" ({below_in})" if below_in else "")
@@ -84,12 +84,13 @@ def element_maps_figure(
     return figure
 
 
-def _limits(element_map: ElementMap, given: Limits | None) -> Limits:
-    found = given or robust_limits(element_map.values)
+def usable(found: Limits) -> Limits:
+    """The same, or one of width 1 where the values are all alike."""
     return found if found.highest > found.lowest else Limits(found.lowest, found.lowest + 1.0)
 
 
-def _own_bar(figure: Figure, mesh, left, bottom, width, scale: Limits) -> None:
+def draw_own_bar(figure: Figure, mesh, left, bottom, width, scale: Limits) -> None:
+    """A colour bar below the panel at left, bottom (inches), with the ends of its scale."""
     left, width = min(left, left + (width - LEAST_BAR_IN) / 2), max(width, LEAST_BAR_IN)
     bar = figure.colorbar(
         mesh, cax=place(figure, left, bottom - 0.1, width, 0.06), orientation="horizontal",

@@ -34,11 +34,14 @@ def line_scan_figure(
     errors: Mapping[str, FloatArray] | None = None,
     labels: FloatArray | None = None,
     scale: str = "area (counts nm)",
+    least: Mapping[str, FloatArray] | None = None,
+    most: Mapping[str, FloatArray] | None = None,
 ) -> Figure:
     """way: distance along the line, shape (n,); values by title, shape (n,), NaN is a gap.
 
-    errors: standard errors, NaN where unknown; labels: classes from 0, below 0 for none. Raises
-    ValueError without values.
+    errors: standard errors, NaN where unknown; labels: classes from 0, below 0 for none. least,
+    most: where only a lower or an upper end is known, drawn as a triangle that points away from it.
+    Raises ValueError without values.
     """
     if not values:
         raise ValueError("there is nothing to draw along the line")
@@ -56,7 +59,9 @@ def line_scan_figure(
     for row, (name, value) in enumerate(values.items()):
         bottom = height - TOP_IN - (row + 1) * STRIP_IN - row * GAP_IN
         axes = place(figure, LEFT_IN, bottom, across, STRIP_IN)
-        _profile(axes, way[order], value[order], None if errors is None else errors[name][order])
+        ends = [None if one is None else one[name][order] for one in (least, most)]
+        told = None if errors is None else errors[name][order]
+        _profile(axes, way[order], value[order], told, *ends)
         axes.set_xlim(*limits)
         axes.text(0.008, 0.93, name, transform=axes.transAxes, va="top", ha="left")
         last = row == len(values) - 1 and labels is None
@@ -76,7 +81,10 @@ def line_scan_figure(
     return figure
 
 
-def _profile(axes, way: FloatArray, value: FloatArray, error: FloatArray | None) -> None:
+def _profile(
+    axes, way: FloatArray, value: FloatArray, error: FloatArray | None,
+    least: FloatArray | None = None, most: FloatArray | None = None,
+) -> None:  # fmt: skip
     import matplotlib
     from matplotlib.ticker import MaxNLocator
 
@@ -88,7 +96,13 @@ def _profile(axes, way: FloatArray, value: FloatArray, error: FloatArray | None)
     if error is not None and np.isfinite(error[known]).any():
         axes.errorbar(way[known], value[known], yerr=np.nan_to_num(error[known]), fmt="none",
                       ecolor=INK, elinewidth=0.5, zorder=2)  # fmt: skip
-    top = float(np.nanmax(value)) if known.any() else 1.0
-    low = min(float(np.nanmin(value)) if known.any() else 0.0, 0.0)
+    for end, mark in ((least, "^"), (most, "v")):
+        if end is not None:
+            axes.plot(way, end, mark, color=QUIET, markersize=2.6, markerfacecolor="none",
+                      markeredgewidth=0.5, zorder=3)  # fmt: skip
+    drawn = np.concatenate([one for one in (value, least, most) if one is not None])
+    drawn = drawn[np.isfinite(drawn)]
+    top = float(drawn.max()) if len(drawn) else 1.0
+    low = min(float(drawn.min()) if len(drawn) else 0.0, 0.0)
     axes.set_ylim(low - 0.06 * (top - low or 1), top + 0.34 * (top - low or 1))
     axes.yaxis.set_major_locator(MaxNLocator(nbins=3, prune="upper"))

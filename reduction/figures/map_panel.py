@@ -75,13 +75,15 @@ def scale_bar(figure: Figure, x: float, y: float, scale: float, unit: str, most:
     return end
 
 
-def hole_key(figure: Figure, x: float, y: float, text: str = "not measured") -> float:
-    """A grey square with what it means, its lower left corner at x, y inches; where it ends."""
+def hole_key(
+    figure: Figure, x: float, y: float, text: str = "not measured", colour: str = HOLE
+) -> float:
+    """A square, grey for holes, with what it means, its lower left corner at x, y inches; where it ends."""
     from matplotlib.patches import Rectangle
 
     across, up = figure.get_size_inches()
     figure.add_artist(
-        Rectangle((x / across, y / up), 0.1 / across, 0.1 / up, facecolor=HOLE, edgecolor=INK,
+        Rectangle((x / across, y / up), 0.1 / across, 0.1 / up, facecolor=colour, edgecolor=INK,
                   linewidth=0.4, transform=figure.transFigure)
     )  # fmt: skip
     write(figure, x + 0.14, y + 0.05, text, fontsize=SMALL, va="center")

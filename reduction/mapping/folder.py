@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ..maps.checks import read_checks
 from ..maps.classes.classify import Classes, classify
 from ..maps.points.gather import gather
 from ..maps.points.points import Points
-from .choices import MapChoices, elements_to_show
+from .choices import MapChoices, Shown, elements_to_show
 from .figures import draw_figures
+from .sample_figures import concentrations_shown
 from .tables import write_classes, write_maps, write_record
 
 
@@ -36,7 +38,7 @@ def map_folder(folder: Path, out: Path, choices: MapChoices | None = None) -> Ma
         known = any(np.isfinite(area).any() for area in points.area.values())
         what = "every area in it is 0" if known else "it has no numeric area"
         raise ValueError(f"{folder} has nothing to map: {what}")
-    shown = elements_to_show(points, choices)
+    shown = elements_to_show(points, choices) if points.area else Shown([])
     notes = [*points.notes, *shown.notes]
     classes = None
     try:
@@ -45,6 +47,13 @@ def map_folder(folder: Path, out: Path, choices: MapChoices | None = None) -> Ma
     except ValueError as fault:
         notes.append(f"no classes: {fault}")
     notes += _about_places(points)
+    notes += [one.sentence for one in read_checks(folder)]
+    notes += [
+        f"{e}: {n} of {len(points)} points are above the standards of the calibration; what their "
+        "curves say is in maps.csv"
+        for e in concentrations_shown(points, choices)
+        if (n := points.contents[e].counts()["above_range"])
+    ]
     out.mkdir(parents=True, exist_ok=True)
     written = [write_maps(points, shown.elements, choices, out)]
     if classes is not None:

@@ -1,10 +1,11 @@
-"""Draw the element maps of a run from the rows that it collected."""
+"""Draw the element maps of a run, and the charts of its check standards, from the rows that it collected."""
 
 from pathlib import Path
 
 import numpy as np
 
 from ..lines.symbols import BY_NUMBER
+from ..maps.checks import read_checks
 from ..maps.points.gather import ROWS, gather
 from ..maps.points.points import Points
 from ..spectrum.fault import Unreadable
@@ -12,6 +13,7 @@ from ..spectrum.fault import Unreadable
 __all__ = ["FIGURE", "ROWS", "make"]
 
 FIGURE = "element_maps.png"  # of a run with one sample
+CHART = "checks.png"
 LEAST_OF_A_LINE = 3  # points below which a line is not worth a figure
 
 
@@ -19,17 +21,37 @@ def make(folder: Path) -> list[Path]:
     """Draw the maps of the run in `folder`; returns the files written, none if there is nothing to map.
 
     Reads `data.csv` (and `data-NAME.csv`): coordinates are the columns `x` and `y`, or `x_mm` and
-    `y_mm` with their unit; elements are the columns named by a chemical symbol. Empty cells are
-    holes. An area becomes `element_maps.png`, a line `line_scan.png`, with the sample's name if there
-    are several. Raises OSError if a figure cannot be written.
+    `y_mm` with their unit; elements are the columns named by a chemical symbol, `Li_wt_percent` and the
+    like are concentrations. Empty cells are holes. An area becomes `element_maps.png`, a line
+    `line_scan.png`, and `concentrations.png` either, with the sample's name if there are several;
+    check standards become `checks.csv` and `checks.png`.
+    Raises OSError if a figure cannot be written.
     """
+    return [*_maps(folder), *_checks(folder)]
+
+
+def _checks(folder: Path) -> list[Path]:
+    """What the run's check standards read, as a table of verdicts and as charts; nothing without."""
+    from .tables import write_checks
+
+    checks = read_checks(folder)
+    if not checks:
+        return []
+    from ..figures.control_chart import control_chart
+    from ..figures.paper import paper, save
+
+    with paper():
+        return [write_checks(checks, folder), save(control_chart(checks), folder / CHART)]
+
+
+def _maps(folder: Path) -> list[Path]:
     try:
         points = gather(folder, tables=False)
     except Unreadable:
         return []
     there = [name for name, area in points.area.items() if np.isfinite(area).any()]
     elements = sorted(there, key=BY_NUMBER.split().index)  # pyright: ignore
-    if not elements or not _worth_it(points):
+    if not (elements or points.contents) or not _worth_it(points):
         return []
     from ..figures.paper import paper, save
     from .choices import MapChoices

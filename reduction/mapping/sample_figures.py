@@ -6,11 +6,14 @@ from functools import partial
 
 import numpy as np
 
+from ..figures.concentrations import ContentMaps, concentrations_figure
 from ..figures.element_maps import element_maps_figure
 from ..figures.line_scan import line_scan_figure
 from ..figures.paper import short
 from ..figures.robust import robust_limits
+from ..lines.symbols import BY_NUMBER
 from ..maps.classes.classify import Classes
+from ..maps.points.contents import Contents
 from ..maps.points.points import Points
 from ..maps.points.scales import on_scale
 from ..maps.scattered import along_line, map_of
@@ -27,15 +30,29 @@ def sample_figures(
     points: Points, elements: list[str], classes: Classes | None, choices: MapChoices,
     title: str = "",
 ) -> Iterator[Drawn]:  # fmt: skip
-    """The element maps of each sample, or the profile along its line; nothing for a single point."""
+    """The element maps of each sample, or the profile along its line, and the same in wt % where a
+    calibration was used; nothing for a single point."""
+    calibrated = concentrations_shown(points, choices)
     for sample, own in samples_of(points).items():
         way = along_line(points.x[own], points.y[own])
         name = _slug(sample)
-        if way is not None:
+        area = way is None and np.sum(own) > 1
+        said = " ".join(filter(None, (title, sample)))
+        if way is not None and elements:
             yield f"line_scan{name}", partial(_line, points, elements, classes, choices, own, way)
-        elif np.sum(own) > 1:
-            said = " ".join(filter(None, (title, sample)))
+        elif area and elements:
             yield f"element_maps{name}", partial(_elements, points, elements, choices, own, said)
+        if way is not None and calibrated:
+            yield f"concentrations{name}", partial(_line_of, points, calibrated, own, way)
+        elif area and calibrated:
+            yield f"concentrations{name}", partial(_concentrations, points, calibrated, own, said)
+
+
+def concentrations_shown(points: Points, choices: MapChoices) -> list[str]:
+    """The calibrated elements that are shown: those asked for, else all that were measured."""
+    there = [e for e, one in points.contents.items() if one.known.any()]
+    there.sort(key=BY_NUMBER.split().index)  # pyright: ignore[reportArgumentType]
+    return [e for e in there if choices.elements is None or e in choices.elements]
 
 
 def samples_of(points: Points) -> dict[str, BoolArray]:
@@ -73,6 +90,41 @@ def _line(points: Points, elements, classes, choices: MapChoices, own: BoolArray
         errors = {_title(points, e): points.area_error[e][own] for e in elements}
     label = None if classes is None else classes.label[own].astype(np.float64)
     return line_scan_figure(way, values, points.unit, errors, label, LINE_LABELS[choices.scale])
+
+
+def _concentrations(points: Points, elements: list[str], own: BoolArray, said: str):
+    def drawn(values: FloatArray):
+        return map_of(points.x[own], points.y[own], values[own])
+
+    maps = {}
+    for element in elements:
+        one = points.contents[element]
+        maps[element] = ContentMaps(
+            drawn(np.where(one.covered, one.value, np.nan)), drawn(np.where(one.covered, one.error, np.nan)),
+            drawn(np.where(one.below & ~one.above, 1.0, np.nan)), drawn(np.where(one.above, 1.0, np.nan)),
+        )  # fmt: skip
+    return concentrations_figure(maps, said, points.unit)
+
+
+def _line_of(points: Points, elements: list[str], own: BoolArray, way: FloatArray):
+    values, errors, least, most = {}, {}, {}, {}
+    for element in elements:
+        one: Contents = points.contents[element]
+        name = rf"$\bf{{{element}}}$"
+        values[name] = np.where(one.covered, one.value, np.nan)[own]
+        errors[name] = one.error[own]
+        least[name] = np.where(one.above, one.low, np.nan)[own]
+        most[name] = np.where(one.below & ~one.above, one.high, np.nan)[own]
+    return line_scan_figure(
+        way,
+        values,
+        points.unit,
+        errors,
+        None,
+        "wt %;  \u25bd at most,  \u25b3 at least",
+        least,
+        most,
+    )
 
 
 def _title(points: Points, element: str) -> str:

@@ -3,36 +3,57 @@
 import csv
 import hashlib
 import json
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..maps.checks import Checks
 from ..maps.classes.classify import NONE, Classes
+from ..maps.points.contents import ERROR, FLAGS, HIGH, LOW, VALUE, Contents
 from ..maps.points.points import Points
 from ..maps.points.scales import UNITS, on_scale
 from .choices import MapChoices
+from .sample_figures import concentrations_shown
 
 MAPS, CLASSES, SUMMARY, RECORD = "maps.csv", "classes.csv", "class_summary.csv", "map.json"
+CHECKS = "checks.csv"
 DIGITS = 7
 VERSIONS = ("labrun", "numpy", "scipy", "matplotlib")
 
 
 def write_maps(points: Points, elements: list[str], choices: MapChoices, folder: Path) -> Path:
-    """One row per point and element: coordinates, the value on the requested scale, and the area."""
+    """One row per point and element: coordinates, the value on the requested scale, the area, and the
+    concentration where a calibration was used."""
     x, y = (f"{axis}_{points.unit}" for axis in "xy")
     head = ["sample", "point", x, y, "element", "line_nm", "value", "area", "area_err"]
+    calibrated = concentrations_shown(points, choices)
+    head += [VALUE, ERROR, LOW, HIGH, FLAGS] if calibrated else []
     rows = []
-    for element in elements:
-        value = on_scale(points, element, choices.scale)
-        area, error = points.area[element], points.area_error[element]
+    for element in dict.fromkeys([*elements, *calibrated]):
+        shown = element in elements
+        nothing = np.full(len(points), np.nan)
+        value = on_scale(points, element, choices.scale) if shown else nothing
+        area = points.area.get(element, nothing)
+        error = points.area_error.get(element, nothing)
         line = points.line_nm.get(element, float("nan"))
         rows += [
-            [*_point(points, at), element, cell(line), *map(cell, (value[at], area[at], error[at]))]
+            [
+                *_point(points, at), element, cell(line),
+                *map(cell, (value[at], area[at], error[at])),
+                *(_content(points.contents.get(element), at) if calibrated else ()),
+            ]
             for at in range(len(points))
-        ]
+        ]  # fmt: skip
     return _write(folder / MAPS, head, rows)
+
+
+def _content(one: Contents | None, at: int) -> list[str]:
+    if one is None:
+        return [""] * 5
+    return [*map(cell, (one.value[at], one.error[at], one.low[at], one.high[at])), one.flags[at]]
 
 
 def write_classes(points: Points, classes: Classes, folder: Path) -> list[Path]:
@@ -55,6 +76,22 @@ def write_classes(points: Points, classes: Classes, folder: Path) -> list[Path]:
     return [_write(folder / CLASSES, head, rows), _write(folder / SUMMARY, long, summary)]
 
 
+def write_checks(checks: Sequence[Checks], folder: Path) -> Path:
+    """One row per standard and element: what was found and known, and whether the calibration holds."""
+    head = ["standard", "element", "checks", "wt_percent", "wt_percent_err", "wt_percent_known"]
+    head += ["off_in_errors", "drift_percent", "drift_chance", "holds", "verdict"]
+    rows = []
+    for one in checks:
+        drift = (float("nan"),) * 2 if one.drift is None else (100 * one.drift[0], one.drift[1])
+        mean = one.values.mean() if len(one.values) else float("nan")
+        off = float("nan") if one.off is None else one.off
+        rows.append([
+            one.standard, one.element, len(one.found), *map(cell, (mean, one.error_of_one, one.known)),
+            *map(cell, (off, *drift)), "yes" if one.holds else "no", one.sentence,
+        ])  # fmt: skip
+    return _write(folder / CHECKS, head, rows)
+
+
 def write_record(
     points: Points, elements: list[str], classes: Classes | None, choices: MapChoices,
     notes: list[str], written: list[Path], folder: Path, out: Path,
@@ -68,6 +105,10 @@ def write_record(
         "elements": {e: _plain(points.line_nm.get(e)) for e in elements},
         "scale": choices.scale,
         "unit_of_values": UNITS[choices.scale],
+        "concentrations": {
+            element: points.contents[element].counts()
+            for element in concentrations_shown(points, choices)
+        },
         "classes": None if classes is None else _classes(classes),
         "notes": notes,
         "inputs": {

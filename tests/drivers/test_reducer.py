@@ -3,6 +3,7 @@
 import asyncio
 import hashlib
 import threading
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from labrun.drivers.reducer import Reducer, most_at_once
 from labrun.drivers.simulated.twins.minerals import ELEMENTS, atom_fractions
 from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.schemas.messages import FileContent
+
+CALIBRATION = files("labrun.protocols").joinpath("simulated.calibration").read_text()
 
 
 def played(folder: Path, story):
@@ -58,7 +61,7 @@ class TestReducer(KeepsContract):
         driver=f"{Path(__file__).with_name('patient_reducer.py')}:PatientReducer",
         slow={"pause": 2.5},
         good={"reduce": {"spectrum": "s.csv", "elements": ["Li", "K"]}},
-        files={"spectrum": made_up()},
+        files={"spectrum": made_up(), "calibration": b"{}"},
         bad={"reduce": [{"spectrum": "s.csv", "elements": ["lithium"]}]},
         lasting="reduce",
     )
@@ -116,6 +119,44 @@ def test_a_heap_of_spectra_waits_its_turn_while_the_loop_goes_on(tmp_path, spodu
     assert turns > 12
     assert 1 <= most <= most_at_once()
     assert len(set(peaks)) == 1
+
+
+def calibrated(folder: Path, spectrum: bytes, text: str) -> dict:
+    async def story(driver):
+        goal = goal_with(spectrum)
+        goal.files["calibration"] = FileContent(path="c", sha256="", data=text.encode())
+        return await driver.reduce(
+            goal, spectrum="s.csv", elements=["Li", "K", "Rb"], calibration="c.calibration"
+        )
+
+    return played(folder, story)
+
+
+def test_with_a_calibration_a_spectrum_has_concentrations(tmp_path, spodumene):
+    result = calibrated(tmp_path, spodumene, CALIBRATION)
+    li = {name: result[name]["Li"] for name in result if name.startswith("wt_percent")}
+
+    assert li["wt_percent"] == pytest.approx(3.7, rel=0.25)
+    assert li["wt_percent_low"] < li["wt_percent"] < li["wt_percent_high"]
+    assert result["wt_percent"]["K"] is None and result["wt_percent_high"]["K"] < 0.5
+    assert result["wt_percent_flags"]["K"] == "below LOD"
+    assert result["wt_percent_flags"]["Rb"] == "not calibrated"
+    assert list(result["areas"]) == ["Li", "K", "Rb"]
+    assert result["calibration_sha256"] == hashlib.sha256(CALIBRATION.encode()).hexdigest()
+    assert result["doubts"] == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("{}", "no calibration as `labrun calibrate standards` writes it"),
+        (CALIBRATION.replace('"channels": 22800', '"channels": 2048'), "another instrument: 22,800 channels"),
+        (CALIBRATION.replace('"response_sha256": null', '"response_sha256": "a"'), "with a --response"),
+    ],
+)  # fmt: skip
+def test_a_calibration_that_does_not_fit_is_refused(tmp_path, spodumene, text, why):
+    with pytest.raises(ActionFailed, match=f"WrongCalibration: c.calibration: .*{why}"):
+        calibrated(tmp_path, spodumene, text)
 
 
 @pytest.mark.parametrize("data", [b"", b"wavelength,intensity\n", b"\x00\xff\xfe", b"1\n2\n3\n"])

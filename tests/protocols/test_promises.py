@@ -54,6 +54,29 @@ def numbers(rows, column):
 
 
 @pytest.mark.slow
+def test_a_calibrated_map_ends_in_weight_per_cent_and_keeps_its_calibration(tmp_path):
+    ran = Ran(tmp_path, "calibrated_map.yaml", "-p", "pitch=1 mm", "-p", "every=4")
+    rows, checks = ran.rows(), ran.rows("data-scan-1-then-check.csv")
+    mineral = {
+        shot["goal"].split("/")[3]: shot["mineral"]
+        for shot in ran.truth("libs", "shot")
+        if "/shoot/" in shot["goal"]
+    }
+
+    assert ran.outputs == {} and len(rows) == 9
+    for row in rows:
+        if mineral[row["key"]] == "spodumene":
+            assert 2 < float(row["Li_wt_percent"]) < 5.5
+        else:  # some at the edge of a grain
+            assert row["Li_wt_percent_flags"] == "below LOD" or float(row["Li_wt_percent"]) < 1
+    assert [row["point"] for row in checks] == ["0", "4", "8"]
+    assert all(2 < float(row["Li_wt_percent"]) < 5.5 for row in checks)
+    assert (ran.folder / "concentrations.png").stat().st_size > 10_000
+    kept = (ran.folder / "used" / "1-simulated.calibration").read_bytes()
+    assert kept == (PROTOCOLS / "simulated.calibration").read_bytes()
+
+
+@pytest.mark.slow
 def test_multi_sample_maps_every_core_of_its_table(tmp_path):
     ran = Ran(tmp_path, "multi_sample.yaml")
     cores, points = ran.rows(), ran.rows("data-cores-scan-scan.csv")

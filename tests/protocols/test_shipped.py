@@ -31,8 +31,8 @@ SMALL = {
     "find_and_scan": {"pitch": "20 mm"},
 }
 RUN_ELSEWHERE = {
-    "adaptive_map", "calibrate_camera", "find_and_scan", "multi_sample", "two_station", "wavelength_check",
-    "weigh_and_dispense",
+    "adaptive_map", "calibrate_camera", "calibrated_map", "find_and_scan", "multi_sample", "two_station",
+    "wavelength_check", "weigh_and_dispense",
 }  # fmt: skip
 """That these run, and deliver what they promise, is tested in test_promises.py."""
 

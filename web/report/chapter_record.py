@@ -14,6 +14,8 @@ from .html import Html, code, folded, join, paragraph, section, table, tag, text
 from .report_data import ReportData
 
 ROWS_SHOWN = 12
+CHECKS = "checks.csv"
+"""What check standards say of a calibration: made from the rows, and as worth reading."""
 CELL_SHOWN = 200
 FIGURE_SHOWN = 4_000_000
 LISTED_OPEN = 8
@@ -54,7 +56,8 @@ def _outputs(data: ReportData) -> Html:
 
 def _tables(data: ReportData) -> Iterator[str]:
     for file in data.inventory.files:
-        if file.path.startswith("data") and file.path.endswith(".csv") and "/" not in file.path:
+        own = file.path.startswith("data") or file.path == CHECKS
+        if own and file.path.endswith(".csv") and "/" not in file.path:
             yield file.path
 
 

@@ -7,11 +7,13 @@ import numpy as np
 
 from ...spectrum.fault import Unreadable
 from ...spectrum.spectrum import FloatArray, IntArray
+from .columns import read_columns
+from .contents import Contents, joined, taken
 from .join import join
 from .points import Points, merged
 from .predominant import predominant_peaks
 from .reduced import Reduced, read_reduced
-from .rows import KEY, Rows, read_rows
+from .rows import KEY, STANDARD, Rows, read_rows
 
 ROWS = "data.csv"
 MORE_ROWS = "data-*.csv"
@@ -45,13 +47,13 @@ def gather(folder: Path, *, tables: bool = True) -> Points:
         return _from_spectra(reduced, notes) if reduced else _never()
     parts = [_part(rows, reduced, notes) for rows in found]
     if reduced is None:
-        if not any(rows.area for rows in found):
+        if not any(rows.area or rows.contents for rows in found):
             raise Unreadable(
                 f"{found[0].columns.path} has no column of an element; " + _nothing(folder)
             )
         notes.append(_nothing(folder) + "; what the rows hold themselves is drawn")
     elif all((part.at < 0).all() for part in parts):
-        if not any(rows.area for rows in found):
+        if not any(rows.area or rows.contents for rows in found):
             return _from_spectra(reduced, notes)
         reduced = None
     return merged(_together(parts, reduced, notes))
@@ -69,13 +71,21 @@ def _tables(folder: Path) -> tuple[list[Rows], list[str]]:
             try:
                 found.append(read_rows(path))
             except Unreadable as fault:
-                notes.append(str(fault))
+                if not _of_checks(path):
+                    notes.append(str(fault))
     for rows in found:
         notes += rows.notes
         lost = int(np.sum(~rows.placed))
         if lost:
             notes.append(f"{rows.columns.path.name}: {lost} of {len(rows)} rows have no place")
     return [rows for rows in found if rows.placed.any()], notes
+
+
+def _of_checks(path: Path) -> bool:
+    try:
+        return STANDARD in read_columns(path)
+    except Unreadable:
+        return False
 
 
 def _nothing(folder: Path) -> str:
@@ -110,7 +120,7 @@ def _part(rows: Rows, reduced: Reduced | None, notes: list[str]) -> _Part:
 
 def _instead(rows: Rows) -> str:
     """What is drawn where rows and spectra could not be joined."""
-    if rows.area:
+    if rows.area or rows.contents:
         return "what the rows hold themselves is drawn"
     return "there are classes of the spectra, and no maps"
 
@@ -126,6 +136,7 @@ def _from_spectra(reduced: Reduced, notes: list[str]) -> Points:
         nowhere,
         "mm",
         np.arange(n),
+        {},
         {},
         reduced,
         notes,
@@ -151,7 +162,12 @@ def _together(parts: list[_Part], reduced: Reduced | None, notes: list[str]) -> 
     x, y = (np.concatenate([getattr(part.rows, axis) for part in parts]) for axis in "xy")
     inputs = [part.rows.columns.path for part in parts]
     unit = parts[0].rows.unit
-    return _with_tables(name, sample, x, y, unit, at, area, reduced, notes, inputs)
+    calibrated = sorted({element for part in parts for element in part.rows.contents})
+    contents = {
+        e: joined([(part.rows.contents.get(e), len(part.rows)) for part in parts])
+        for e in calibrated
+    }
+    return _with_tables(name, sample, x, y, unit, at, area, contents, reduced, notes, inputs)
 
 
 def _table_name(rows: Rows) -> str:
@@ -172,14 +188,15 @@ def _collected(rows: Rows, element: str) -> FloatArray:
 
 
 def _with_tables(
-    name, sample, x, y, unit, at, area, reduced: Reduced | None, notes, inputs
-) -> Points:
+    name, sample, x, y, unit, at, area, contents: dict[str, Contents], reduced: Reduced | None, notes,
+    inputs,
+) -> Points:  # fmt: skip
     n = len(name)
     nothing = np.full(n, np.nan)
     if reduced is None:
         return Points(
             name, sample, x, y, unit, area, dict.fromkeys(area, nothing), {}, nothing, nothing,
-            nothing, nothing, np.full(n, -1), None, notes, inputs,
+            nothing, nothing, np.full(n, -1), None, notes, inputs, contents,
         )  # fmt: skip
     found = predominant_peaks(reduced)
     from_tables = {e: _spread(peak.area, at) for e, peak in found.items()}
@@ -197,6 +214,7 @@ def _with_tables(
         {e: peak.line_nm for e, peak in found.items()}, _spread(_total(reduced), at),
         _spread(reduced.temperature_k, at), _spread(reduced.temperature_error_k, at),
         _spread(reduced.log10_ne, at), at, reduced, notes, [*inputs, *reduced.paths],
+        contents | {e: taken(one, at) for e, one in reduced.contents.items()},
     )  # fmt: skip
 
 

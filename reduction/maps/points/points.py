@@ -7,6 +7,7 @@ import numpy as np
 
 from ...spectrum.spectrum import BoolArray, FloatArray, IntArray
 from ..maps import SAME_PLACE_DECIMALS
+from .contents import Contents, averaged
 from .reduced import Reduced
 
 
@@ -18,7 +19,8 @@ class Points:
     area_error by element, counts nm: 0 where no peak stands, NaN where nothing was measured.
     line_nm: the line that stands for an element, where it is known. total: of all peaks, NaN where
     unknown. spectrum: index into the tables `reduced`, -1 for none. notes: sentences about what was
-    compared and what was left out. inputs: the files that were read.
+    compared and what was left out. inputs: the files that were read. contents: by element, where a
+    calibration was used.
     """
 
     name: list[str]
@@ -37,6 +39,7 @@ class Points:
     reduced: Reduced | None
     notes: list[str] = field(default_factory=list)
     inputs: list[Path] = field(default_factory=list)
+    contents: dict[str, Contents] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.name)
@@ -51,6 +54,8 @@ class Points:
         known = np.isfinite(self.total)
         for area in self.area.values():
             known |= np.isfinite(area)
+        for contents in self.contents.values():
+            known |= contents.known
         return known
 
     @property
@@ -59,6 +64,8 @@ class Points:
         bright = self.total > 0
         for area in self.area.values():
             bright |= area > 0
+        for contents in self.contents.values():
+            bright |= contents.value > 0
         return bright
 
     def of_sample(self, sample: str) -> BoolArray:
@@ -92,6 +99,7 @@ def merged(points: Points) -> Points:
         points.line_nm, _mean(points.total, which), _mean(points.temperature_k, which),
         _error_of_mean(points.temperature_error_k, which), _mean(points.log10_ne, which),
         points.spectrum[first], points.reduced, [*points.notes, note], points.inputs,
+        {e: averaged(one, which) for e, one in points.contents.items()},
     )  # fmt: skip
 
 

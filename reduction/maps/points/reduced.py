@@ -1,6 +1,6 @@
 """Read the tables of `labrun reduce`: peaks, elements, plasma, and the outcome of each file."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from ...spectrum.fault import Unreadable
 from ...spectrum.spectrum import BoolArray, FloatArray, IntArray, TextArray
 from .columns import Columns, read_columns
+from .contents import Contents, of_spectra
 
 WANTED = {
     "peaks": ("spectrum", "center_nm", "area", "area_err", "element"),
@@ -37,7 +38,7 @@ class Reduced:
     """The tables of reduced spectra; arrays of shape (n,) are in the order of `spectra`.
 
     failed: spectra that could not be reduced. peaks and elements are None where there is no such
-    table, and so are the columns of the plasma NaN.
+    table, and so are the columns of the plasma NaN. contents: by element, of calibrated ones.
     """
 
     spectra: list[str]
@@ -50,6 +51,7 @@ class Reduced:
     li_cation_fraction: FloatArray
     li_cation_fraction_error: FloatArray
     paths: list[Path]
+    contents: dict[str, Contents] = field(default_factory=dict)
 
 
 def read_reduced(folder: Path) -> Reduced | None:
@@ -79,7 +81,7 @@ def read_reduced(folder: Path) -> Reduced | None:
         _spread(plasma, spectra, "temperature_err"), _spread(plasma, spectra, "log10_ne"),
         _spread(plasma, spectra, "li_cation_fraction"),
         _spread(plasma, spectra, "li_cation_fraction_err"),
-        [table.path for table in tables.values()],
+        [table.path for table in tables.values()], _contents(tables.get("elements"), spectra),
     )  # fmt: skip
 
 
@@ -107,6 +109,10 @@ def _spread(table: Columns | None, spectra: dict[str, int], name: str) -> FloatA
     if table is not None:
         values[_at(table, spectra)] = table.numbers(name)
     return values
+
+
+def _contents(table: Columns | None, spectra: dict[str, int]) -> dict[str, Contents]:
+    return {} if table is None else of_spectra(table, _at(table, spectra), len(spectra))
 
 
 def _records(table: Columns | None, spectra: dict[str, int]) -> Records | None:

@@ -9,8 +9,10 @@ from ...lines.symbols import SYMBOLS
 from ...spectrum.fault import Unreadable
 from ...spectrum.spectrum import BoolArray, FloatArray
 from .columns import Columns, read_columns
+from .contents import Contents, of_rows
 
 KEY, SAMPLE = "key", "sample"
+STANDARD = "standard"  # a column of check standards, which are nowhere in a map
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,7 +20,7 @@ class Rows:
     """Rows of one table: x, y of shape (n,) in `unit`, NaN where there is no place.
 
     sample: of each row, '' where there is but one. area: element -> counts nm as the run collected
-    it, NaN where the cell is empty. notes: sentences on what was odd.
+    it, NaN where the cell is empty; contents likewise. notes: sentences on what was odd.
     """
 
     columns: Columns
@@ -27,6 +29,7 @@ class Rows:
     unit: str
     sample: list[str]
     area: dict[str, FloatArray]
+    contents: dict[str, Contents]
     notes: list[str]
 
     def __len__(self) -> int:
@@ -63,7 +66,7 @@ def read_rows(path: Path) -> Rows:
     notes = [_odd(columns, name) for name in (*named, *elements) if columns.odd(name)]
     return Rows(
         columns, x, y, units.pop() or "mm", _samples(columns),
-        {name: columns.numbers(name) for name in elements}, notes,
+        {name: columns.numbers(name) for name in elements}, of_rows(columns), notes,
     )  # fmt: skip
 
 

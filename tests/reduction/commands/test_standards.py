@@ -123,6 +123,8 @@ def test_an_internal_standard_makes_up_for_the_light(labrun, place):
         ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--line", "Li"), "write it as Li=610.36"),
         ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--normalise", "Xy"), "write none, light, or"),
         ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--curve", "bent"), "straight or quadratic"),
+        ("sample,Li (ppm)\nS0,2000\nS1,2200\nS2,2500\nS3,3000\nS4,4000\nS5,5000\n", ("spectra",),
+         "Li: a sample without it would show less than nothing"),
         ("sample,Li (ppm),Si (%)\nS0,0,20\nS1,9,30\n", ("spectra/S0_0.csv", "--normalise", "Si"),
          "Si cannot be the internal standard: the standards have 20 to 30 wt %"),
     ],

@@ -5,6 +5,7 @@ from labrun.reduction import Spectrum, element_map, reduce_spectrum
 from labrun.reduction.figures.boltzmann import boltzmann_figure
 from labrun.reduction.figures.class_map import class_map_figure
 from labrun.reduction.figures.class_scatter import class_scatter_figure
+from labrun.reduction.figures.concentrations import ContentMaps, concentrations_figure
 from labrun.reduction.figures.element_maps import element_maps_figure
 from labrun.reduction.figures.fit_window import fit_figure, window_around
 from labrun.reduction.figures.line_scan import line_scan_figure
@@ -223,6 +224,43 @@ def test_no_text_of_element_maps_covers_another(own_bars, nx, ny, n, overlaps):
         figure = element_maps_figure(maps, "2026-11-21_map", own_bars=own_bars)
 
         assert overlaps(figure) == []
+
+
+@pytest.mark.parametrize(("nx", "ny", "n"), [(14, 8, 7), (21, 51, 3), (3, 40, 2), (40, 3, 1)])
+def test_what_is_below_a_limit_above_the_standards_or_not_measured_looks_different(
+    nx, ny, n, overlaps
+):
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(nx) * 0.2, np.arange(ny) * 0.2))
+    where = np.arange(len(x)) % 4
+
+    def drawn(values):
+        return element_map(x, y, values)
+
+    one = ContentMaps(
+        drawn(np.where(where == 0, 1.234 + x, np.nan)), drawn(np.where(where == 0, 0.01 + y, np.nan)),
+        drawn(np.where(where == 1, 1.0, np.nan)), drawn(np.where(where == 2, 1.0, np.nan)),
+    )  # fmt: skip
+    with paper():
+        figure = concentrations_figure({f"E{k}": one for k in range(n)}, "2026-11-21_map")
+        said = texts(figure)
+
+        assert overlaps(figure) == []
+        assert {"below LOD", "above the standards", "not measured"} <= set(said)
+        assert len(colours_of_cells(figure, nx * ny)) == 4
+
+
+def colours_of_cells(figure, cells):
+    """How the first map shows the first four cells of its lowest row."""
+    panel = figure.axes[0]
+    shown = {}
+    for mesh in [m for m in panel.collections if m.get_array() is not None]:
+        values = np.ma.ravel(mesh.get_array())
+
+        assert len(values) == cells
+        for at in (k for k in range(4) if not np.ma.getmaskarray(values)[k]):
+            shown[at] = mesh.to_rgba(values)[at]
+    hole = [(*panel.get_facecolor(),)] * (4 - len(shown))
+    return {tuple(colour) for colour in shown.values()} | set(hole)
 
 
 def test_classes_are_named_beside_their_map_and_above_their_plane(overlaps):

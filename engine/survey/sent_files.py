@@ -1,0 +1,56 @@
+"""Files beside a protocol that its actions send to devices, such as a calibration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...schemas import protocol as p
+from ..language.fold import fold
+from ..language.used_files import FileFault, find_file
+from ..language.value import Value
+from .spots import Spot
+
+if TYPE_CHECKING:
+    from .survey import Survey
+
+LARGEST = 50_000_000
+"""Bytes that go along with a goal."""
+
+
+def known_text(spot: Spot) -> str | None:
+    """The text of an argument, if it is known before the run and the same in every iteration."""
+    value = spot.value
+    if not isinstance(value, Value) or spot.inferred()[1]:
+        return None
+    folded = fold(value, spot.env.folding())
+    found = folded.value if folded.known and not folded.loops else None
+    return found if isinstance(found, str) and found else None
+
+
+def sent_files(survey: Survey) -> dict[str, Path]:
+    """By the names that the protocol gives them; those that the run itself makes are none of them."""
+    read: dict[str, Spot] = {}
+    written: set[str] = set()
+    for at in survey.steps:
+        if not isinstance(at.step, p.Do):
+            continue
+        role, _, action = at.step.do.partition(".")
+        bound = survey.roles.get(role)
+        found = bound.contract.actions.get(action) if bound is not None else None
+        if found is None:
+            continue
+        for names, into in zip(found.path_params(), (True, False), strict=True):
+            for spot in (at.arguments[name] for name in names if name in at.arguments):
+                text = known_text(spot)
+                if text is not None and into:
+                    read.setdefault(text, spot)
+                elif text is not None:
+                    written.add(text)
+    files = {}
+    for name in read.keys() - written:
+        try:
+            files[name] = find_file(survey.source.path, name, LARGEST, survey.opened.folders)[0]
+        except FileFault:
+            continue  # a step may make it; if none does, the goal says that it is not there
+    return dict(sorted(files.items()))
