@@ -74,9 +74,9 @@ def _map_headers(head: models.MapHead) -> dict[str, str]:
 
 
 @router.get("/runs/{id}/spectra")
-async def list_spectra(id: str, app_state: TheSite) -> models.Spectra:
-    """The spectra of a run, each with its iteration."""
-    return await app_state.results.spectra(id)
+async def list_spectra(id: str, app_state: TheSite, sample: str = "") -> models.Spectra:
+    """The spectra of a run, each with its iteration; with `sample` only those of it."""
+    return await app_state.results.spectra(id, sample)
 
 
 @router.get("/runs/{id}/axes/{axis}", response_class=Float32Response, responses=BINARY)
