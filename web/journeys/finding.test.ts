@@ -43,6 +43,8 @@ describe('runs', () => {
 
     await search.fill('colour:red')
     await page.getByRole('alert').getByText('there is no colour:').waitFor()
+
+    expect(await list.count()).toBe(0)
     await page.getByText('How to search').click()
     await picture(page, 'finding-help')
 

@@ -161,6 +161,17 @@ def test_points_are_measured_again_by_the_runs_own_protocol(done, wait_for):
     assert page.post(f"/runs/{id}/again", json={"keys": ["9,9"]}).status_code == 422
 
 
+def test_a_run_is_downloaded_as_nexus_and_another_format_is_refused(done):
+    page, id = done
+    pytest.importorskip("h5py")
+    answer = page.get(f"/runs/{id}/export/nexus")
+    wrong = page.get(f"/runs/{id}/export/excel")
+
+    assert answer.content.startswith(b"\x89HDF")
+    assert f'filename="{id}.nxs"' in answer.headers["content-disposition"]
+    assert wrong.status_code == 404 and "mcap, nexus" in wrong.json()["hint"]
+
+
 def test_a_run_is_found_labelled_and_compared_with_what_it_came_to(done):
     page, id = done
     kept = page.put(f"/runs/{id}/labels", json={"sample": "K 9", "tags": ["good"], "note": ""})

@@ -41,11 +41,12 @@ export function useFound(find: Ref<string>) {
   void ask()
 
   const runs = computed<Found[]>(() => {
+    if (failure.value && find.value.trim()) return [] // what was found before is not what is sought now
     const live = connection.bench.runs
     const found = (told.value?.runs ?? []).map((run) => ({ ...(run as Found), ...live[(run as Found).id] }))
-    if (find.value.trim()) return sortedRuns(found, '')
+    if (find.value.trim()) return sortedRuns(found)
     const known = new Set(found.map((run) => run.id))
-    return sortedRuns([...found, ...Object.values(live).filter((run) => !known.has(run.id))], '')
+    return sortedRuns([...found, ...Object.values(live).filter((run) => !known.has(run.id))])
   })
   const all = computed(() => Math.max(told.value?.all ?? 0, Object.keys(connection.bench.runs).length))
   const total = computed(() => told.value?.total ?? 0)
