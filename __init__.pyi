@@ -5,7 +5,7 @@ from .engine.python_api.checking import check, rehearse
 from .engine.python_api.faults import ActionFailed, ProtocolFault, Refused
 from .engine.python_api.lab import Lab, lab
 from .engine.python_api.protocol import Protocol
-from .engine.python_api.recorded_run import RecordedRun, load, runs
+from .engine.python_api.recorded_run import RecordedRun, compare, load, runs, values
 from .engine.python_api.running import LiveRun, arun, run, start
 from .reduction.spectrum.read import read_spectrum
 
@@ -20,6 +20,7 @@ __all__ = [
     "Refused",
     "arun",
     "check",
+    "compare",
     "lab",
     "load",
     "read_spectrum",
@@ -28,4 +29,5 @@ __all__ = [
     "runs",
     "start",
     "steps",
+    "values",
 ]  # fmt: skip

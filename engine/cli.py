@@ -15,7 +15,7 @@ GROUPS = {
         "new", "check", "problem", "explain", "words", "preview", "graph", "fmt", "schema",
     ),
     "Run it": ("run", "rehearse", "pause", "continue", "abort", "answer", "resume", "torture"),
-    "Look at runs": ("runs", "report", "export"),
+    "Look at runs": ("runs", "compare", "label", "report", "export"),
     "Devices": (
         "devices", "setup", "status", "stop", "call", "calibrate-camera", "locate", "record-buttons",
         "find-buttons",

@@ -1,52 +1,111 @@
-"""`labrun runs`: what was run, when, and how it ended."""
+"""`labrun runs`: what was run, when, and how it ended; found again by words, values, days."""
 
 import json as jsonlib
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .options import RUNS, Runs
+from ..exit_status import PROBLEMS
+from .options import RUNS, Runs, say
 
+if TYPE_CHECKING:
+    from ..index.entry import Entry
+
+Find = Annotated[
+    str,
+    typer.Option(
+        "--find",
+        metavar="TEXT",
+        help='Which: "core sample:K17 pitch<0.2mm outcome:failed since:7d -tag:bad".',
+    ),
+]
+Value = Annotated[
+    str,
+    typer.Option(
+        "--value", metavar="NAME", help="An output, parameter or TABLE.COLUMN over these runs."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print a JSON list of objects.")]
 
 
-def runs(runs: Runs = RUNS, json: Json = False) -> None:
+def runs(runs: Runs = RUNS, find: Find = "", value: Value = "", json: Json = False) -> None:
     """List the runs, oldest first."""
-    from ..run.folder import all_runs
+    from ..index.index import find_runs
+    from ..index.wanted import NotUnderstood
 
-    rows = [row(folder) for folder in all_runs(runs)]
-    if json:
-        typer.echo(jsonlib.dumps(rows, indent=1))
-        return
-    if not rows:
-        typer.echo(f"no runs in {runs}")
-    for line in rows:
+    try:
+        entries = find_runs(runs, find)
+    except NotUnderstood as fault:
+        say(f"--find {fault}")
+        raise typer.Exit(PROBLEMS) from None
+    if value:
+        _over_runs(entries, value, json)
+    elif json:
+        typer.echo(jsonlib.dumps([row(entry, runs) for entry in entries], indent=1))
+    else:
+        _list(entries, runs, find)
+
+
+def _list(entries: "list[Entry]", runs: Path, find: str) -> None:
+    if not entries:
+        typer.echo(f"no runs in {runs}{f' for {find}' if find else ''}")
+    for entry in entries:
+        line = row(entry, runs)
         typer.echo(f"{line['run']:<44} {line['word']:<12} {_more(line)}".rstrip())
 
 
 def _more(line: dict[str, Any]) -> str:
-    return ", ".join(part for part in (line["points"], line["reason"]) if part)
+    told = [", ".join(line["samples"][:3]), line["points"], line["reason"], *line["tags"]]
+    return ", ".join(part for part in told if part)
 
 
-def row(folder: Path) -> dict[str, Any]:
+def row(entry: "Entry", runs: Path) -> dict[str, Any]:
     """One run as a row; its fate is `interrupted` if its engine vanished without recording an end."""
-    from ...schemas.journal import ended_as
     from ..journal.journal import JournalFault
     from ..run.summary import summary_of
 
-    try:
-        told = summary_of(folder)
-    except JournalFault as fault:
-        unknown = {"plan": None, "measured": 0, "failed": 0, "left": None}
-        told = {"run": folder.name, "protocol": "", "fate": "unreadable", "reason": str(fault)}
-        return {**told, "word": "unreadable", "done": 0, "holes": 0, "points": "", **unknown}
-    reason = told.reason
-    if told.fate == "interrupted":
-        reason = f"continue with `labrun resume {folder.name}`"
-    points = told.points
+    points = entry.points
+    if entry.fate == "running":  # the index does not follow a journal that grows
+        try:
+            points = summary_of(runs / entry.run).points
+        except (JournalFault, OSError):
+            points = entry.points
     return {
-        "run": folder.name, "protocol": told.protocol, "fate": told.fate, "reason": reason,
-        "word": ended_as(told.fate, told.holes), "done": points.measured + points.failed,
-        "holes": told.holes, "points": points.words(told.holes), **points.model_dump(),
+        "run": entry.run, "protocol": entry.protocol, "fate": entry.fate, "reason": entry.reason,
+        "word": entry.word, "began": entry.began, "person": entry.person,
+        "samples": entry.samples.splitlines(), "tags": entry.tags.splitlines(), "note": entry.note,
+        "done": points.measured + points.failed,
+        "holes": entry.holes, "points": points.words(entry.holes), **points.model_dump(),
     }  # fmt: skip
+
+
+def _over_runs(entries: "list[Entry]", name: str, json: bool) -> None:
+    """A number over runs, with its limits."""
+    from ..index.control_chart import chart, names
+    from ..language.suggest import did_you_mean
+
+    made = chart(entries, name)
+    if not made.points:
+        known = names(entries)
+        say(
+            f"--value {name}: none of {len(entries)} runs has it{did_you_mean(name, known)}; "
+            f"there is {', '.join(known[:20]) or 'no number in any of them'}"
+        )
+        raise typer.Exit(PROBLEMS)
+    if json:
+        rows = [
+            {"run": entry.run, "began": entry.began, "value": number, "out": made.is_out(number)}
+            for entry, number in made.points
+        ]
+        limits = {"low": made.low, "mean": made.mean, "high": made.high}
+        told = {"name": name, "unit": made.unit, **limits, "runs": rows}
+        typer.echo(jsonlib.dumps(told, indent=1))
+        return
+    for entry, number in made.points:
+        out = "  outside of the limits" if made.is_out(number) else ""
+        typer.echo(f"{entry.run:<44} {number:>14.6g} {made.unit}{out}".rstrip())
+    if made.mean is not None:
+        typer.echo(
+            f"mean {made.mean:.6g}, limits {made.low:.6g} to {made.high:.6g} {made.unit}".rstrip()
+        )

@@ -2,19 +2,24 @@
 
 import html
 from base64 import b64encode
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pydantic import ValidationError
+
 from ...schemas import journal as j
+from ...schemas.labels import Labels
+from ...schemas.model import first_fault
 from ...schemas.quantity import is_quantity, quantity_text
 from ...schemas.summary import Summary
 from ...system.cells import bare
 from ...system.extras import not_installed
 from ..journal.encode import decode
 from ..journal.journal import Records
-from ..run.folder import JOURNAL, FolderFault, all_runs, find_run
+from ..run.folder import JOURNAL, FolderFault, find_run
+from ..run.labels import labelled, read_labels, write_labels
 from ..run.rows import suffix
 from ..run.summary import summary_of
 from .faults import Refused
@@ -22,6 +27,10 @@ from .faults import Refused
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+    from ..index.comparison import Comparison
+    from ..index.control_chart import Chart
+    from ..index.entry import Entry
 
 KEY = "key"
 
@@ -116,6 +125,22 @@ class RecordedRun:
         made.attrs.update(run=self.id, protocol=self.summary.protocol, fate=self.fate)
         return made
 
+    @property
+    def labels(self) -> Labels:
+        """Sample, tags and note that people have given it."""
+        return read_labels(self.folder)
+
+    def label(
+        self, *, sample: str | None = None, tags: Iterable[str] = (), note: str | None = None
+    ) -> Labels:
+        """Give it a sample, tags (`-word` removes one) or a note; raises Refused, OSError."""
+        try:
+            made = labelled(self.labels, sample=sample, tags=tags, note=note)
+        except ValidationError as fault:
+            raise Refused(first_fault(fault)) from None
+        write_labels(self.folder, made)
+        return made
+
     def _rows(self) -> Iterator[j.IterationEnded]:
         return (r for r in self.journal.of("iteration") if r.row is not None)  # type: ignore[union-attr,misc]
 
@@ -176,6 +201,33 @@ def load(run: str | Path = "last", runs: str | Path = "runs") -> RecordedRun:
         raise Refused(str(fault)) from None
 
 
-def runs(folder: str | Path = "runs") -> list[RecordedRun]:
-    """The runs in a folder, oldest first."""
-    return [RecordedRun(one) for one in all_runs(Path(folder))]
+def runs(folder: str | Path = "runs", *, find: str = "") -> list[RecordedRun]:
+    """The runs in a folder, oldest first; those that `labrun runs --find` lists. Raises Refused."""
+    return [RecordedRun(Path(folder) / entry.run) for entry in _found(folder, find)]
+
+
+def compare(*names: str | Path | RecordedRun, runs: str | Path = "runs") -> "Comparison":
+    """Two to eight runs beside each other, as `labrun compare` shows them; `print` it. Raises Refused."""
+    from ..index.comparison import MOST, compare_runs
+
+    if not 2 <= len(names) <= MOST:
+        raise Refused(f"name two to {MOST} runs")
+    there = [one if isinstance(one, RecordedRun) else load(one, runs) for one in names]
+    return compare_runs([one.folder for one in there])
+
+
+def values(name: str, runs: str | Path = "runs", *, find: str = "") -> "Chart":
+    """A number over runs with its limits: an output, a parameter, or the mean of TABLE.COLUMN."""
+    from ..index.control_chart import chart
+
+    return chart(_found(runs, find), name)
+
+
+def _found(folder: str | Path, find: str) -> "list[Entry]":
+    from ..index.index import find_runs
+    from ..index.wanted import NotUnderstood
+
+    try:
+        return find_runs(Path(folder), find)
+    except NotUnderstood as fault:
+        raise Refused(str(fault)) from None

@@ -13,6 +13,7 @@ from ...schemas.summary import Summary
 from ...system.files import write_whole
 from ..journal.history import History, read_history
 from ..journal.journal import Records
+from .came_to import brief, samples, values
 from .folder import JOURNAL, is_live
 
 FILE = "summary.json"
@@ -61,6 +62,9 @@ def _summary(folder: Path, history: History) -> Summary:
         fate="interrupted" if finished is None else finished.fate,
         reason="" if finished is None else finished.reason,
         holes=history.hole_count, resumes=history.resumes, points=history.points(),
+        params=brief(history.params), devices=sorted(set(history.roles.values())),
+        samples=samples(folder, history.params),
+        values=values(folder, finished.outputs if finished is not None else {}),
     )  # fmt: skip
 
 

@@ -34,9 +34,11 @@ from ..local.workers import Workers
 from ..models.results import Reduction
 from ..models.settings import About, Settings
 from ..models.updates import Notice
+from ..notify.notifying import Notifying
 from ..results.again import Again
 from ..results.reducing import Reducing
 from ..results.results import Results
+from ..runs.finding import Finding
 from ..runs.launching import Launching
 from ..runs.resuming import Resuming
 from ..runs.run_commands import RunCommands
@@ -85,6 +87,7 @@ class AppState:
 
         self.runs = runs = Runs(options.runs, timings, updates, folder)
         self.commands = RunCommands(runs)
+        self.finding = Finding(runs)
         self.results = Results(runs, workers.fits)
         self.again = Again(runs)
         self.reducing = Reducing(runs.place, runs.is_live, self._reduced)
@@ -116,6 +119,10 @@ class AppState:
             self.library, self.text_check, links, runs, state / "launches", served.path,
             self.settings.read, partial(updates.touch, "launches"),
         )  # fmt: skip
+        self.notifying = Notifying(
+            self.settings.read, runs.followed, links.states, options.runs,
+            self._tell,
+        )  # fmt: skip
         world = state / "bench" / "servers" / "world"
         self.trouble = Trouble(links, world) if options.demo else None
 
@@ -125,6 +132,7 @@ class AppState:
         await self.runs.open()
         self.launching.open()
         self.device_links.open()
+        self.notifying.open()
 
     async def close(self) -> None:
         """Stop the axes first; runs and their engines continue."""
@@ -133,7 +141,7 @@ class AppState:
         await self.acting.close()
         self.arming.disarm()
         for part in (
-            self.device_links, self.launching, self.runs, self.overview, self.reducing,
+            self.notifying, self.device_links, self.launching, self.runs, self.overview, self.reducing,
             self._workers, self.updates,
         ):  # fmt: skip
             await part.close()

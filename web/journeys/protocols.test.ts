@@ -218,7 +218,12 @@ describe('the editor', () => {
     await step.getByRole('radio', { name: 'Plate' }).check()
     await step.getByText('96 wells, 9 mm apart').waitFor()
     await step.getByRole('radio', { name: 'Table' }).check()
-    await step.getByLabel('CSV file').setInputFiles({ name: 'places.csv', mimeType: 'text/csv', buffer: Buffer.from('place,x (mm),y (mm)\nA,1,2\nB,3,4\n') })
+    const dropped = await page.evaluateHandle(() => {
+      const data = new DataTransfer()
+      data.items.add(new File(['place,x (mm),y (mm)\nA,1,2\nB,3,4\n'], 'places.csv', { type: 'text/csv' }))
+      return data
+    })
+    await step.getByText('or drop it here').dispatchEvent('drop', { dataTransfer: dropped })
     await step.getByText('2 rows: place, x, y').waitFor()
     await picture(page, 'building-table')
     await sound(page)

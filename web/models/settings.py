@@ -1,16 +1,51 @@
 """Settings of the bench, and the session of a browser."""
 
-from typing import Annotated
+import re
+from typing import Annotated, Literal
 
-from pydantic import Field, StringConstraints
+from pydantic import Field, StringConstraints, model_validator
 
 from .base import ApiModel
 
 Line = Annotated[str, StringConstraints(max_length=300)]
 
 
+Event = Literal["question", "failed", "done", "device_lost"]
+Hour = Annotated[str, StringConstraints(pattern=r"^(([01]\d|2[0-3]):[0-5]\d)?$")]
+
+
+class Receiver(ApiModel):
+    """Who hears of what. `chat`: an incoming hook that takes `{"text": ...}`; `webhook`: a program."""
+
+    kind: Literal["mail", "chat", "webhook"]
+    to: Annotated[str, StringConstraints(min_length=3, max_length=500)]
+    events: list[Event] = Field(max_length=4)
+
+    @model_validator(mode="after")
+    def _is_an_address(self) -> "Receiver":
+        if self.kind == "mail" and not re.fullmatch(r"[^@\s<>,]+@[^@\s<>,]+", self.to):
+            raise ValueError(f"{self.to} is not a mail address")
+        if self.kind != "mail" and not self.to.startswith(("http://", "https://")):
+            raise ValueError(f"{self.to}: the address of a {self.kind} begins with https://")
+        return self
+
+
+class Mail(ApiModel):
+    """The server that takes mail; the password is in a file that only this account can read."""
+
+    host: Line = "localhost"
+    port: int = Field(default=25, ge=1, le=65535)
+    tls: bool = False
+    user: Line = ""
+    password_file: Line = ""
+    sender: Line = ""
+
+
 class Settings(ApiModel):
-    """What can be set; each of `checklists` is shown before a run with that danger."""
+    """What can be set; each of `checklists` is shown before a run with that danger.
+
+    Between `quiet_from` and `quiet_to` (hours of this machine's clock) messages wait.
+    """
 
     bench: Line = "bench"
     operators: list[Line] = Field(default_factory=list, max_length=200)
@@ -25,6 +60,17 @@ class Settings(ApiModel):
     step_sizes_mm: list[Annotated[float, Field(gt=0, le=100)]] = Field(
         default_factory=lambda: [0.1, 1.0, 10.0], min_length=1, max_length=8
     )
+    receivers: list[Receiver] = Field(default_factory=list, max_length=20)
+    mail: Mail = Field(default_factory=Mail)
+    quiet_from: Hour = ""
+    quiet_to: Hour = ""
+
+
+class TestMessage(ApiModel):
+    """A receiver to try, with settings that may not be saved yet."""
+
+    receiver: Receiver
+    mail: Mail
 
 
 class About(ApiModel):

@@ -9,6 +9,7 @@ from typing import Any
 
 from fastapi.responses import FileResponse, Response, StreamingResponse
 
+from ...engine.run.came_to import SAMPLE
 from ...engine.run.folder import LAB
 from ...engine.run.names import FileFault, inside
 from ..local.refusal import Refusal, not_found
@@ -143,10 +144,12 @@ class Results:
 
     # --- spectra
 
-    async def spectra(self, id: str) -> models.Spectra:
-        """Every spectrum in the journal, in order of arrival."""
+    async def spectra(self, id: str, sample: str = "") -> models.Spectra:
+        """Every spectrum in the journal, in order of arrival; of one sample if its table names any."""
         run = await self._runs.opened(id)
         heads = spectra_of(run)
+        if sample:
+            heads = await asyncio.to_thread(_of_sample, self._runs.place(id), heads, sample)
         axis = None
         for head in heads[:1]:
             read = await asyncio.to_thread(self._spectra.read, self._inside(id, head.file))
@@ -227,6 +230,24 @@ def spectra_of(run: OpenRun) -> list[models.SpectrumHead]:
             models.SpectrumHead(file=file, loop=loop or None, key=full or None, index=index)
         )
     return heads
+
+
+def _of_sample(
+    folder: Path, heads: list[models.SpectrumHead], sample: str
+) -> list[models.SpectrumHead]:
+    """Those of rows in which the column `sample` says so; all where no table has one."""
+    tables = [read_table(folder, name) for name in table_names(folder)]
+    told = [table.columns for table in tables if SAMPLE in table.columns and "key" in table.columns]
+    rows = [row for one in told for row in zip(one["key"], one[SAMPLE], strict=True)]
+    keys = {key for key, name in rows if name == sample}
+    return [one for one in heads if _is_in(one.key or "", keys)] if told else heads
+
+
+def _is_in(key: str, keys: set[str]) -> bool:
+    """True for one of the keys, or an iteration within one."""
+    while key and key not in keys:
+        key = key.rpartition("/")[0]
+    return bool(key)
 
 
 def chosen(run: OpenRun, asked: models.Selection) -> list[str]:

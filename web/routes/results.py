@@ -6,6 +6,7 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from ..models import results as models
+from ..results.exporting import exported
 from .binary import BINARY, Float32Response, kept_for_ever
 from .state import TheSite
 
@@ -28,6 +29,12 @@ async def get_file(id: str, file: str, app_state: TheSite) -> Response:
 async def get_zip(id: str, app_state: TheSite) -> StreamingResponse:
     """The run's folder as a zip, without working state and without the lab's tokens."""
     return app_state.results.zip(id)
+
+
+@router.get("/runs/{id}/export/{format}")
+async def export_run(id: str, format: str, app_state: TheSite) -> Response:
+    """The run as NeXus, MCAP, or a plug-in's format, as `labrun export` writes it."""
+    return await exported(app_state.runs.place(id), format)
 
 
 @router.get("/runs/{id}/tables")
@@ -74,9 +81,9 @@ def _map_headers(head: models.MapHead) -> dict[str, str]:
 
 
 @router.get("/runs/{id}/spectra")
-async def list_spectra(id: str, app_state: TheSite) -> models.Spectra:
-    """The spectra of a run, each with its iteration."""
-    return await app_state.results.spectra(id)
+async def list_spectra(id: str, app_state: TheSite, sample: str = "") -> models.Spectra:
+    """The spectra of a run, each with its iteration; with `sample` only those of it."""
+    return await app_state.results.spectra(id, sample)
 
 
 @router.get("/runs/{id}/axes/{axis}", response_class=Float32Response, responses=BINARY)

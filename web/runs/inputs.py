@@ -1,18 +1,15 @@
 """A run's inputs, from its own folder: protocol, roles, parameters, the starter's remarks."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
 from ...engine.check import Checked, check_file
 from ...engine.run.folder import ASKED, LAB, FolderFault, protocol_file
+from ...engine.run.labels import LAUNCH, read_object
 from ..models.runs import Launch
 from .outline import Outline
-
-LAUNCH = "launch.json"
 
 
 @dataclass(slots=True)
@@ -35,7 +32,7 @@ class Inputs:
 def read_inputs(folder: Path) -> Inputs:
     """Read and check a run's own copies; missing ones are left empty."""
     place = _newest(folder)
-    asked = read_mapping(place / ASKED) or read_mapping(folder / ASKED)
+    asked = read_object(place / ASKED) or read_object(folder / ASKED)
     try:
         path = protocol_file(place)
         text = path.read_text(encoding="utf-8", errors="replace")
@@ -57,15 +54,6 @@ def _newest(folder: Path) -> Path:
         return folder
     numbered = [path for path in changes.iterdir() if path.name.isdecimal()]
     return max(numbered, key=lambda path: int(path.name), default=folder)
-
-
-def read_mapping(path: Path) -> dict[str, Any]:
-    """A JSON object in a file; empty if it cannot be read."""
-    try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-        return told if isinstance(told, dict) else {}
-    except (OSError, ValueError):
-        return {}
 
 
 def read_launch(folder: Path) -> Launch:

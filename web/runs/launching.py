@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ...engine.control.server import FILE
+from ...engine.run.labels import LAUNCH
 from ...system.files import remove, write_whole
 from ...system.process import alive
 from ...system.tasks import end, spawn
@@ -28,7 +29,6 @@ from ..models.protocols import CheckText, Hazard
 from ..models.runs import Launch, LaunchState, ResumeRun, StartRun
 from ..models.settings import Settings
 from .engine import UP_S, last_words, run_told, start_engine
-from .inputs import LAUNCH
 from .open_run import OpenRun
 from .runs import Runs
 

@@ -5,10 +5,11 @@ from typing import cast
 
 from ...engine.journal.journal import JournalFault
 from ...engine.run.folder import ASKED
+from ...engine.run.labels import read_object
 from ...engine.run.summary import summary_of
 from ...schemas.journal import ended_as
 from ..models.runs import Fate, RunSummary
-from .inputs import read_launch, read_mapping
+from .inputs import read_launch
 
 
 def quick_summary(folder: Path) -> RunSummary | None:
@@ -25,7 +26,7 @@ def quick_summary(folder: Path) -> RunSummary | None:
     points, launch = told.points, read_launch(folder)
     return RunSummary(
         id=folder.name, protocol=told.protocol,
-        file=str(read_mapping(folder / ASKED).get("file", "")),
+        file=str(read_object(folder / ASKED).get("file", "")),
         fate=cast(Fate, told.fate), word=ended_as(told.fate, told.holes), reason=told.reason, live=False,
         began_at=told.began, ended_at=told.ended,
         done=points.measured + points.failed, measured=points.measured, failed=points.failed,

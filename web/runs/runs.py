@@ -88,6 +88,10 @@ class Runs:
         summaries |= {id: self._named(summary(run)) for id, run in self._open.items()}
         return sorted(summaries.values(), key=lambda run: run.began_at, reverse=True)
 
+    def followed(self) -> list[RunSummary]:
+        """Those that are open: every live one is, and one that has just ended."""
+        return [self._named(summary(run)) for run in self._open.values()]
+
     async def summaries(self) -> list[RunSummary]:
         """All of them, after a scan of the folder."""
         await self._scan()

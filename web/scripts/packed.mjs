@@ -4,7 +4,7 @@ import { join } from 'node:path'
 import { brotliCompressSync, constants, gzipSync } from 'node:zlib'
 
 const TEXT = /\.(js|css|html|svg|json|webmanifest)$/
-const SMALLEST = 1024
+const SMALLEST = 256
 
 /** A plug-in of the build. */
 export function packed() {

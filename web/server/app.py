@@ -13,12 +13,12 @@ from ..access.fault import answer_fault
 from ..local import refusal
 from ..models.base import Fault
 from ..models.updates import Notice, Patch, RunLog, RunPatch, Snapshot, WatchedRun
-from ..routes import check, demo, devices, protocols, results, runs, session
+from ..routes import check, demo, devices, finding, protocols, results, runs, session
 
 API = "/api/v1"
 FAMILIES = (
     session.router, protocols.router, check.router, devices.router, devices.commands,
-    runs.router, runs.commands, results.router, demo.commands,
+    runs.router, runs.commands, results.router, finding.router, demo.commands,
 )  # fmt: skip
 FAULTS: dict[int | str, dict[str, Any]] = {
     "4XX": {"model": Fault, "description": "Nothing was done; the fault states why."}

@@ -3,6 +3,7 @@
 import json
 
 from labrun.engine.commands.runs import row
+from labrun.engine.index.entry import entry_of
 from labrun.engine.journal import journal as journal_module
 from labrun.engine.run.summary import FILE, kept_summary, summary_of
 from labrun.web.runs.quick import quick_summary
@@ -25,7 +26,7 @@ def test_a_run_that_fails_keeps_its_size(own_device):
     told = []
     ran = own_device().run(SCAN.replace("MOST", "2"), watch=lambda e: told.append(e))
 
-    listed, quick = row(ran.folder), quick_summary(ran.folder)
+    listed, quick = row(entry_of(ran.folder), ran.folder.parent), quick_summary(ran.folder)
     assert numbers(listed) == numbers(ran.finished.points.model_dump()) == (7, 4, 2, 1)
     assert (quick.total, quick.measured, quick.failed, quick.left) == (7, 4, 2, 1)
     assert told[-1].data["points"] == listed["points"] == "4 of 7 measured, 2 failed, 1 left"
@@ -37,8 +38,15 @@ def test_success_with_holes_is_its_own_word(own_device, capsys):
 
     quick = quick_summary(ran.folder)
     assert ran.status == 0
-    assert row(ran.folder)["word"] == quick.word == "succeeded with 3 holes"
-    assert (quick.fate, row(ran.folder)["fate"]) == ("succeeded", "succeeded")
+    assert (
+        row(entry_of(ran.folder), ran.folder.parent)["word"]
+        == quick.word
+        == "succeeded with 3 holes"
+    )
+    assert (quick.fate, row(entry_of(ran.folder), ran.folder.parent)["fate"]) == (
+        "succeeded",
+        "succeeded",
+    )
     assert "The run succeeded with 3 holes." in (ran.folder / "report.html").read_text()
 
 
@@ -46,7 +54,7 @@ def test_the_list_of_runs_reads_no_journal(own_device, monkeypatch):
     ran = own_device().run(SCAN.replace("MOST", "3"))
     monkeypatch.setattr(journal_module, "RECORD", None)  # whoever parses a record fails
 
-    assert row(ran.folder)["measured"] == 4
+    assert row(entry_of(ran.folder), ran.folder.parent)["measured"] == 4
 
 
 def test_a_summary_that_is_not_the_journals_counts_for_nothing(own_device):
@@ -64,7 +72,7 @@ def test_a_run_that_was_killed_is_read_once(own_device):
     ran = device.run(SCAN.replace("MOST", "3"))
     device.kill_after('"kind":"iteration","loop":"main/scan","index":2')
 
-    first = row(ran.folder)
+    first = row(entry_of(ran.folder), ran.folder.parent)
     assert (first["fate"], numbers(first)) == ("interrupted", (7, 3, 0, 4))
     assert kept_summary(ran.folder).fate == "interrupted"
     assert quick_summary(ran.folder) is None  # the page opens it, to say more
@@ -75,5 +83,5 @@ def test_a_torn_journal_has_no_summary_beside_it(own_device):
     with (ran.folder / "journal.jsonl").open("a") as file:
         file.write('{"n":')
 
-    assert row(ran.folder)["measured"] == 4
+    assert row(entry_of(ran.folder), ran.folder.parent)["measured"] == 4
     assert kept_summary(ran.folder) is None

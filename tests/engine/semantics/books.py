@@ -4,6 +4,7 @@ import asyncio
 from collections import Counter
 
 from labrun.engine.commands.runs import row
+from labrun.engine.index.entry import entry_of
 from labrun.engine.journal.history import read_history
 from labrun.engine.journal.journal import Follower, read_records
 from labrun.web.library.timings import Timings
@@ -19,7 +20,7 @@ LOOP = "main/all"
 def everywhere(folder):
     """Where -> plan, measured, failed, left; the holes are among them, as a fifth."""
     history = read_history(read_records(folder / "journal.jsonl"))
-    told, digest, line = history.points(), read_digest(folder), row(folder)
+    told, digest, line = history.points(), read_digest(folder), row(entry_of(folder), folder.parent)
     api, page = asyncio.run(_served(folder))
     return {
         "journal": (told.plan, told.measured, told.failed, told.left, history.hole_count),

@@ -159,3 +159,37 @@ def test_points_are_measured_again_by_the_runs_own_protocol(done, wait_for):
     assert checked["ok"], checked["problems"]
     assert points["key"] == ["0,0", "2,1"] and points["x_mm"] == [0, 2]
     assert page.post(f"/runs/{id}/again", json={"keys": ["9,9"]}).status_code == 422
+
+
+def test_a_run_is_downloaded_as_nexus_and_another_format_is_refused(done):
+    page, id = done
+    pytest.importorskip("h5py")
+    answer = page.get(f"/runs/{id}/export/nexus")
+    wrong = page.get(f"/runs/{id}/export/excel")
+
+    assert answer.content.startswith(b"\x89HDF")
+    assert f'filename="{id}.nxs"' in answer.headers["content-disposition"]
+    assert wrong.status_code == 404 and "mcap, nexus" in wrong.json()["hint"]
+
+
+def test_a_run_is_found_labelled_and_compared_with_what_it_came_to(done):
+    page, id = done
+    kept = page.put(f"/runs/{id}/labels", json={"sample": "K 9", "tags": ["good"], "note": ""})
+    wrong = page.put(f"/runs/{id}/labels", json={"tags": ["two words"]})
+    found = page.get("/found", params={"find": "tag:good pitch=1mm"}).json()
+    meant = page.get("/found", params={"find": "colour:red"})
+    numbers = page.get("/found/numbers", params={"name": "data.Li", "find": "tag:good"}).json()
+    compared = page.get("/compared", params={"run": [id, id]}).json()
+    of_sample = page.get("/samples/K 9").json()
+    samples = {one["name"] for one in page.get("/samples").json()}
+
+    assert kept.json()["tags"] == ["good"] and wrong.status_code == 422
+    assert [run["id"] for run in found["runs"]] == [id] == [run["id"] for run in of_sample]
+    assert found["runs"][0]["samples"] == ["K 9", "core17"] and {"K 9", "core17"} <= samples
+    assert found["runs"][0]["total"] == 6 and "data.Li" in found["numbers"]
+    assert meant.status_code == 422 and "there is no colour" in meant.json()["message"]
+    assert numbers["runs"][0]["value"] == 3.0 and numbers["mean"] is None
+    assert compared["params"] == {} and compared["values"]["data.Li"] == [3.0, 3.0]
+    assert page.get("/compared", params={"run": [id]}).status_code == 422
+    assert page.get("/compared", params={"run": [id, "../x"]}).status_code == 404
+    assert len(page.get(f"/runs/{id}/spectra", params={"sample": "K 9"}).json()["spectra"]) == 6

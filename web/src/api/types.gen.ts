@@ -24,6 +24,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/compared": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Compared Runs
+         * @description Two to eight runs beside each other.
+         */
+        get: operations["compared_runs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/control": {
         parameters: {
             query?: never;
@@ -301,6 +321,46 @@ export interface paths {
          * @description The protocol as P = [A1, ..., AT].
          */
         post: operations["explain_protocol"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/found": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Found Runs
+         * @description Runs for which a search holds (as `labrun runs --find`), newest first.
+         */
+        get: operations["found_runs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/found/numbers": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Found Numbers
+         * @description One number over those runs, with its limits: an output, a parameter, TABLE.COLUMN.
+         */
+        get: operations["found_numbers"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -707,6 +767,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{id}/export/{format}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Export Run
+         * @description The run as NeXus, MCAP, or a plug-in's format, as `labrun export` writes it.
+         */
+        get: operations["export_run"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{id}/files": {
         parameters: {
             query?: never;
@@ -760,6 +840,30 @@ export interface paths {
          */
         get: operations["get_fit"];
         put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{id}/labels": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Labels
+         * @description Sample, tags and note that people gave a run.
+         */
+        get: operations["get_labels"];
+        /**
+         * Put Labels
+         * @description Change them; nothing that was measured changes.
+         */
+        put: operations["put_labels"];
         post?: never;
         delete?: never;
         options?: never;
@@ -1039,7 +1143,7 @@ export interface paths {
         };
         /**
          * List Spectra
-         * @description The spectra of a run, each with its iteration.
+         * @description The spectra of a run, each with its iteration; with `sample` only those of it.
          */
         get: operations["list_spectra"];
         put?: never;
@@ -1151,6 +1255,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/samples": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Samples
+         * @description Every sample that a run was measured on, the latest first.
+         */
+        get: operations["list_samples"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/samples/{sample}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Sample Runs
+         * @description The runs of one sample, newest first.
+         */
+        get: operations["sample_runs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/schema": {
         parameters: {
             query?: never;
@@ -1217,6 +1361,26 @@ export interface paths {
          */
         put: operations["put_settings"];
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/settings/test": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Test Message
+         * @description Send a test to a receiver; 502 says why it could not be delivered.
+         */
+        post: operations["test_message"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1811,6 +1975,52 @@ export interface components {
             unit: string | null;
         };
         /**
+         * Compared
+         * @description Runs beside each other: every list has one item for each, in the order of `runs`.
+         */
+        Compared: {
+            /** Failures */
+            failures: {
+                [key: string]: number[];
+            };
+            /**
+             * Lines
+             * @description A diff with the first run's protocol.
+             */
+            lines: string[][];
+            /**
+             * Params
+             * @description Those that differ; empty where a run has none.
+             */
+            params: {
+                [key: string]: string[];
+            };
+            /** Runs */
+            runs: components["schemas"]["FoundRun"][];
+            /**
+             * Same
+             * @description How many parameters do not differ.
+             */
+            same: number;
+            /**
+             * Seconds
+             * @description Median of each action that worked.
+             */
+            seconds: {
+                [key: string]: (number | null)[];
+            };
+            /** Took S */
+            took_s: (number | null)[];
+            /** Units */
+            units: {
+                [key: string]: string;
+            };
+            /** Values */
+            values: {
+                [key: string]: (number | null)[];
+            };
+        };
+        /**
          * ControlState
          * @description The current holder; each command extends `ends_at`.
          */
@@ -2070,6 +2280,134 @@ export interface components {
              * @enum {string}
              */
             severity: "error" | "warning";
+        };
+        /**
+         * FoundRun
+         * @description A run with what it is found by.
+         */
+        FoundRun: {
+            /** Began At */
+            began_at: string;
+            /**
+             * Done
+             * @description Iterations of the outermost loops that have ended.
+             */
+            done: number;
+            /** Ended At */
+            ended_at?: string | null;
+            /**
+             * Eta
+             * @description It will end between these times (20th to 80th percentile).
+             */
+            eta?: [
+                string,
+                string
+            ] | null;
+            /**
+             * Failed
+             * @default 0
+             */
+            failed: number;
+            /**
+             * Fate
+             * @enum {string}
+             */
+            fate: "starting" | "running" | "paused" | "succeeded" | "failed" | "aborted" | "interrupted" | "unreadable";
+            /**
+             * File
+             * @description The file it was started from.
+             */
+            file: string;
+            /**
+             * Holes
+             * @default 0
+             */
+            holes: number;
+            /** Id */
+            id: string;
+            /**
+             * Left
+             * @description total = measured + failed + left.
+             */
+            left?: number | null;
+            /** Live */
+            live: boolean;
+            /**
+             * Measured
+             * @description Those of them that have succeeded.
+             * @default 0
+             */
+            measured: number;
+            /** Note */
+            note: string;
+            /**
+             * Now
+             * @default
+             */
+            now: string;
+            /**
+             * Operator
+             * @default
+             */
+            operator: string;
+            /**
+             * Protocol
+             * @description The protocol's name.
+             */
+            protocol: string;
+            /**
+             * Questions
+             * @default 0
+             */
+            questions: number;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /**
+             * Resumes
+             * @default 0
+             */
+            resumes: number;
+            /** Samples */
+            samples: string[];
+            /** Tags */
+            tags: string[];
+            /**
+             * Total
+             * @description How many the plan has, if that is known.
+             */
+            total?: number | null;
+            /**
+             * Word
+             * @description The fate in words: `succeeded with 8 holes`.
+             * @default
+             */
+            word: string;
+        };
+        /**
+         * FoundRuns
+         * @description Some of the runs for which a search holds, newest first.
+         */
+        FoundRuns: {
+            /**
+             * All
+             * @description How many runs there are without a search.
+             */
+            all: number;
+            /**
+             * Numbers
+             * @description Names for `values` that some of these runs have.
+             */
+            numbers: string[];
+            /** Runs */
+            runs: components["schemas"]["FoundRun"][];
+            /**
+             * Total
+             * @description How many there are, in all.
+             */
+            total: number;
         };
         /**
          * GoalError
@@ -2384,6 +2722,42 @@ export interface components {
             title: string;
             /** Total */
             total: number | null;
+        };
+        /**
+         * Mail
+         * @description The server that takes mail; the password is in a file that only this account can read.
+         */
+        Mail: {
+            /**
+             * Host
+             * @default localhost
+             */
+            host: string;
+            /**
+             * Password File
+             * @default
+             */
+            password_file: string;
+            /**
+             * Port
+             * @default 25
+             */
+            port: number;
+            /**
+             * Sender
+             * @default
+             */
+            sender: string;
+            /**
+             * Tls
+             * @default false
+             */
+            tls: boolean;
+            /**
+             * User
+             * @default
+             */
+            user: string;
         };
         /**
          * MapHead
@@ -2979,6 +3353,21 @@ export interface components {
             };
         };
         /**
+         * Receiver
+         * @description Who hears of what. `chat`: an incoming hook that takes `{"text": ...}`; `webhook`: a program.
+         */
+        Receiver: {
+            /** Events */
+            events: ("question" | "failed" | "done" | "device_lost")[];
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "mail" | "chat" | "webhook";
+            /** To */
+            to: string;
+        };
+        /**
          * Reduction
          * @description State of the reduction of a run's spectra to peaks, plasma, maps and classes.
          */
@@ -3411,6 +3800,24 @@ export interface components {
             word: string;
         };
         /**
+         * RunLabels
+         * @description What people say of a run beside its protocol.
+         */
+        RunLabels: {
+            /**
+             * Note
+             * @default
+             */
+            note: string;
+            /**
+             * Sample
+             * @default
+             */
+            sample: string;
+            /** Tags */
+            tags?: string[];
+        };
+        /**
          * RunLog
          * @description Event `log`: new lines of a watched run.
          */
@@ -3419,6 +3826,40 @@ export interface components {
             lines: components["schemas"]["LogLine"][];
             /** Run */
             run: string;
+        };
+        /**
+         * RunNumber
+         * @description A number that a run came to; `out` beyond the limits.
+         */
+        RunNumber: {
+            /** Began At */
+            began_at: string;
+            /** Out */
+            out: boolean;
+            /** Protocol */
+            protocol: string;
+            /** Run */
+            run: string;
+            /** Value */
+            value: number;
+        };
+        /**
+         * RunNumbers
+         * @description One number over runs, oldest first; no limits for fewer than three.
+         */
+        RunNumbers: {
+            /** High */
+            high: number | null;
+            /** Low */
+            low: number | null;
+            /** Mean */
+            mean: number | null;
+            /** Name */
+            name: string;
+            /** Runs */
+            runs: components["schemas"]["RunNumber"][];
+            /** Unit */
+            unit: string;
         };
         /**
          * RunPatch
@@ -3537,6 +3978,18 @@ export interface components {
             word: string;
         };
         /**
+         * Sample
+         * @description A sample, and how often it was measured.
+         */
+        Sample: {
+            /** Last At */
+            last_at: string;
+            /** Name */
+            name: string;
+            /** Runs */
+            runs: number;
+        };
+        /**
          * SaveConflict
          * @description 409: somebody else saved meanwhile. `base` is null if that version is not kept.
          */
@@ -3625,6 +4078,8 @@ export interface components {
         /**
          * Settings
          * @description What can be set; each of `checklists` is shown before a run with that danger.
+         *
+         *     Between `quiet_from` and `quiet_to` (hours of this machine's clock) messages wait.
          */
         Settings: {
             /**
@@ -3636,8 +4091,21 @@ export interface components {
             checklists?: {
                 [key: string]: string[];
             };
+            mail?: components["schemas"]["Mail"];
             /** Operators */
             operators?: string[];
+            /**
+             * Quiet From
+             * @default
+             */
+            quiet_from: string;
+            /**
+             * Quiet To
+             * @default
+             */
+            quiet_to: string;
+            /** Receivers */
+            receivers?: components["schemas"]["Receiver"][];
             /** Step Sizes Mm */
             step_sizes_mm?: number[];
         };
@@ -3849,6 +4317,14 @@ export interface components {
             summary: string;
         };
         /**
+         * TestMessage
+         * @description A receiver to try, with settings that may not be saved yet.
+         */
+        TestMessage: {
+            mail: components["schemas"]["Mail"];
+            receiver: components["schemas"]["Receiver"];
+        };
+        /**
          * Thrown
          * @description A protocol in the trash, from which it can be restored.
          */
@@ -4036,6 +4512,37 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["CheckedText"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    compared_runs: {
+        parameters: {
+            query: {
+                run: string[];
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Compared"];
                 };
             };
             /** @description Nothing was done; the fault states why. */
@@ -4524,6 +5031,71 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Explained"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    found_runs: {
+        parameters: {
+            query?: {
+                find?: string;
+                offset?: number;
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FoundRuns"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    found_numbers: {
+        parameters: {
+            query: {
+                name: string;
+                find?: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunNumbers"];
                 };
             };
             /** @description Nothing was done; the fault states why. */
@@ -5304,6 +5876,38 @@ export interface operations {
             };
         };
     };
+    export_run: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+                format: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
     list_files: {
         parameters: {
             query?: never;
@@ -5396,6 +6000,72 @@ export interface operations {
                 };
                 content: {
                     "application/octet-stream": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    get_labels: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunLabels"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    put_labels: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RunLabels"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunLabels"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };
@@ -5860,7 +6530,9 @@ export interface operations {
     };
     list_spectra: {
         parameters: {
-            query?: never;
+            query?: {
+                sample?: string;
+            };
             header?: never;
             path: {
                 id: string;
@@ -6053,6 +6725,66 @@ export interface operations {
             };
         };
     };
+    list_samples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Sample"][];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    sample_runs: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                sample: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FoundRun"][];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
     lab_schema: {
         parameters: {
             query?: never;
@@ -6224,6 +6956,39 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["AllSettings"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    test_message: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TestMessage"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Answer"];
                 };
             };
             /** @description Nothing was done; the fault states why. */

@@ -18,6 +18,7 @@ export type GoalState = Received<'GoalState'>
 export type JogState = Received<'JogState'>
 export type ControlState = Received<'ControlState'>
 export type RunSummary = Received<'RunSummary'>
+export type FoundRun = Received<'FoundRun'>
 export type RunDetail = Received<'RunDetail'>
 export type LaunchState = Received<'LaunchState'>
 export type Snapshot = Received<'Snapshot'>

@@ -36,6 +36,14 @@ export const routes: RouteRecordRaw[] = [
     component: () => import('../results/RunResultsPage.vue'), meta: { title: 'Results', place: 'results' },
   },
   {
+    path: '/compare', name: 'compare',
+    component: () => import('../results/ComparePage.vue'), meta: { title: 'Compare', place: 'results' },
+  },
+  {
+    path: '/samples/:sample(.*)?', name: 'samples', props: true,
+    component: () => import('../results/SamplesPage.vue'), meta: { title: 'Samples', place: 'results' },
+  },
+  {
     path: '/settings', name: 'settings',
     component: () => import('../settings/SettingsPage.vue'), meta: { title: 'Settings', place: 'settings' },
   },

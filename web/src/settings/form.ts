@@ -3,7 +3,7 @@ import type { Settings } from '../api/types'
 
 export interface Form { bench: string; operators: string; sizes: string; checklists: { danger: string; lines: string }[] }
 
-export function formOf(settings: Settings): Form {
+export function formOf(settings: Pick<Settings, 'bench' | 'operators' | 'step_sizes_mm' | 'checklists'>): Form {
   return {
     bench: settings.bench,
     operators: settings.operators.join('\n'),
