@@ -11,7 +11,8 @@ import warnings
 from pathlib import Path
 
 from labrun.engine.lab.lab import load_lab
-from labrun.engine.new.device.from_pymeasure import pymeasure_device
+from labrun.engine.new.device.entry import entry_text
+from labrun.engine.new.device.sources import described
 
 
 def classes():
@@ -42,7 +43,9 @@ def main():
         for name in names:
             path = Path(folder) / "lab.yaml"
             try:
-                path.write_text(f"devices:\n{pymeasure_device('device', name)}", "utf-8")
+                path.write_text(
+                    f"devices:\n{entry_text('device', described(f'pymeasure:{name}'))}", "utf-8"
+                )
                 lab, problems = load_lab(path)
             except Exception as fault:
                 print(f"{name}: {type(fault).__name__}: {fault}")

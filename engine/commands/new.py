@@ -33,7 +33,7 @@ From = Annotated[
     str | None,
     typer.Option(
         "--from",
-        metavar="LIBRARY:CLASS",
+        metavar="SOURCE",
         help="For a device: what a library knows of it, such as pymeasure:keithley.Keithley2000.",
     ),
 ]
@@ -85,16 +85,11 @@ def _new_protocol(name: str, template: str, lab: Path | None) -> None:
 
 
 def _device_from(name: str, source: str) -> None:
-    from ..new.device.from_pymeasure import pymeasure_device
+    from ..new.device.entry import entry_text
     from ..new.device.make import LAB, device_name
+    from ..new.device.sources import described
 
-    library, _, instrument = source.partition(":")
-    if library != "pymeasure" or not instrument:
-        raise CannotMake(
-            f"{source!r}: a device can be made from pymeasure:MODULE.CLASS, such as "
-            "pymeasure:keithley.Keithley2000"
-        )
-    entry = pymeasure_device(device_name(name), instrument)
+    entry = entry_text(device_name(name), described(source))
     if Path(LAB).exists():
         print(f"{LAB} already exists; add these lines to its `devices`:\n\n{entry}", end="")
         return

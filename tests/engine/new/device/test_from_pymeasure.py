@@ -10,7 +10,7 @@ from labrun.engine.new.protocol import CannotMake
 
 
 def test_another_library_is_refused_with_a_sentence():
-    with pytest.raises(CannotMake, match=r"made from pymeasure:MODULE\.CLASS"):
+    with pytest.raises(CannotMake, match=r"made from pymeasure:keithley\.Keithley2000"):
         _device_from("meter", "dmm")
 
 
