@@ -1,14 +1,54 @@
-"""A lab entry as text, from what a source knows of an instrument: an action a line."""
+"""A lab entry and a contract test as text, from what a source knows of an instrument."""
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
+from fnmatch import fnmatchcase
 from typing import Any
 
+from ..protocol import CannotMake
+from .render import class_name
 from .sources import Described
 
 SPOKEN = {"on", "off", "yes", "no", "y", "n", "true", "false", "null"}
 """Words that YAML may read as something else."""
 UNSURE = "# Below, `effect` is a guess: say `idempotent` or `pure` where twice does no harm."
+
+
+TEST = '''"""{Words}: its twin keeps the contract that {lab} says."""
+
+from pathlib import Path
+
+from labrun.drivers.contract_tests import Case, KeepsContract
+
+
+class TestSim{Class}(KeepsContract):
+    case = Case.of_lab(Path(__file__).parent / "{lab}", "{name}")
+'''
+
+
+def test_text(name: str, lab: str) -> str:
+    """The contract test of a device whose lab entry says its actions."""
+    words = name.replace("_", " ").capitalize()
+    return TEST.format(name=name, lab=lab, Words=words, Class=class_name(name))
+
+
+def only(known: Described, patterns: str) -> Described:
+    """With the actions whose names fit one of these patterns, `read_*,move`; raises CannotMake."""
+    wanted = [one.strip() for one in patterns.split(",")]
+    kept = {n: s for n, s in known.actions.items() if any(fnmatchcase(n, one) for one in wanted)}
+    lost = [one for one in wanted if not any(fnmatchcase(n, one) for n in known.actions)]
+    if lost or not kept:
+        raise CannotMake(f"no action fits {', '.join(lost)}; there is {', '.join(known.actions)}")
+    gone = known.actions.keys() - kept.keys()
+    config = {
+        key: value
+        for key, value in known.config.items()
+        if not (isinstance(value, str) and value in gone)
+    }
+    if safe := [one for one in config.pop("safe_state", []) if one in kept]:
+        config["safe_state"] = safe
+    return replace(known, actions=kept, config=config, unsure=known.unsure & kept.keys())
 
 
 def entry_text(name: str, known: Described) -> str:

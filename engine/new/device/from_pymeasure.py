@@ -9,25 +9,20 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from ....drivers.bridges.pymeasure import instrument_class
+from ....drivers.bridges.library import instrument_class
+from ....drivers.bridges.pymeasure import PACKAGE
 from ..protocol import CannotMake
+from .metadata import choices, is_number, method, unit_in
 from .sources import Described
 
-UNITS = {
-    "V": "V|[Vv]olts?", "A": "A|[Aa]mps?|[Aa]mperes?", "ohm": "[Oo]hms?|Ω", "Hz": "Hz|[Hh]ertz",
-    "s": "s|[Ss]ec(?:ond)?s?", "K": "K|[Kk]elvins?", "degC": "°C|deg(?:rees)? ?C(?:elsius)?|[Cc]elsius",
-    "W": "W|[Ww]atts?", "T": "T|[Tt]esla", "deg": "deg(?:rees)?", "m": "m|met(?:er|re)s?", "nm": "nm",
-    "mm": "mm", "kHz": "kHz", "MHz": "MHz", "GHz": "GHz", "mV": "mV", "mA": "mA", "percent": "%|percent",
-}  # fmt: skip
 KINDS = {"boolean": r"\bbool", "string": r"\bstr(ing)?\b", "array": r"\barray\b|\blist\b"}
-BRACKETS = re.compile(r"\(([^)]+)\)")
 
 
 def describe(source: str) -> Described:
     """The instrument behind `pymeasure:MODULE.CLASS`; raises CannotMake."""
     instrument = source.partition(":")[2]
     try:
-        found = instrument_class(instrument)
+        found = instrument_class("PyMeasure", PACKAGE, instrument)
     except OSError as fault:
         raise CannotMake(str(fault)) from fault
     actions = dict(_actions(found))
@@ -54,7 +49,7 @@ def _actions(found: type) -> Iterator[tuple[str, dict[str, Any]]]:
         one = inspect.getattr_static(found, name)
         if isinstance(one, property):
             yield from _property(name, one)
-        elif inspect.isfunction(one) and (said := _method(name, one)) is not None:
+        elif inspect.isfunction(one) and (said := method(name, one)) is not None:
             yield name, said
 
 
@@ -80,56 +75,15 @@ def _defaults(function: Any) -> dict[str, Any]:
 def _schema(given: dict[str, Any], words: str) -> dict[str, Any]:
     allowed, validator = given.get("values"), getattr(given.get("validator"), "__name__", "")
     if isinstance(allowed, dict):
-        return _choices(list(allowed))
+        return choices(list(allowed))
     if isinstance(allowed, (list, tuple, range)) and len(allowed):
-        if validator.endswith("range") and all(_is_number(one) for one in allowed):
+        if validator.endswith("range") and all(is_number(one) for one in allowed):
             limits = {"minimum": min(allowed), "maximum": max(allowed)}
             limits = {name: one for name, one in limits.items() if math.isfinite(one)}
-            return {"type": "number", **_unit(words), **limits}
+            return {"type": "number", **unit_in(words), **limits}
         if "discrete" in validator or given.get("map_values"):
-            return {**_choices(list(allowed)), **_unit(words)}
+            return {**choices(list(allowed)), **unit_in(words)}
     for kind, sign in KINDS.items():
         if re.search(sign, words):
             return {"type": kind}
-    return {"type": "number", **_unit(words)}
-
-
-def _choices(choices: list[Any]) -> dict[str, Any]:
-    if set(choices) <= {True, False} and all(isinstance(one, bool) for one in choices):
-        return {"type": "boolean"}
-    numbers = all(_is_number(one) for one in choices)
-    kept = [c for c in choices if isinstance(c, str) or _is_number(c)]
-    return {
-        "type": "number" if numbers else "string",
-        "enum": kept if numbers else [str(c) for c in kept],
-    }
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-def _unit(words: str) -> dict[str, str]:
-    """The unit that its documentation names: `in Volts`, `(V)`."""
-    for text in (*re.findall(r"\bin (\S+?)[,.;)]?(?=\s|$)", words), *BRACKETS.findall(words)):
-        for unit, names in UNITS.items():
-            if re.fullmatch(names, text):
-                return {"unit": unit}
-    return {}
-
-
-def _method(name: str, one: Any) -> dict[str, Any] | None:
-    """A method whose parameters are numbers, texts or booleans; any other needs Python."""
-    params: dict[str, Any] = {}
-    for param in list(inspect.signature(one).parameters.values())[1:]:
-        if param.kind in (param.VAR_KEYWORD, param.VAR_POSITIONAL, param.POSITIONAL_ONLY):
-            return None
-        needed = param.default is param.empty
-        kinds = {bool: "boolean", int: "number", float: "number", str: "string"}
-        kind = kinds.get(param.annotation if needed else type(param.default))
-        if needed:
-            params[param.name] = {"type": kind or "number"}
-        elif kind is not None:
-            params[param.name] = {"type": kind, "default": param.default}
-    said = {"params": params} if params else {}
-    return {"call": name, **said, "effect": "once"}
+    return {"type": "number", **unit_in(words)}

@@ -22,6 +22,9 @@ class Source(NamedTuple):
 
 SOURCES = {
     "pymeasure": Source("from_pymeasure", "pymeasure:keithley.Keithley2000"),
+    "qcodes": Source("from_qcodes", "qcodes:Keithley.Keithley2450"),
+    "ophyd": Source("from_ophyd", "ophyd:sim.SynAxis"),
+    "pylabrobot": Source("from_pylabrobot", "pylabrobot:heating_shaking.HeaterShaker"),
 }
 """Scheme, which is what stands before the first colon -> its module."""
 
