@@ -41,7 +41,10 @@ class SaidTwin(Twin):
         for name, action in self.actions.items():
             for field, schema in action.returns.get("properties", {}).items():
                 self.now.setdefault(self._key(name, field), plain(field, schema))
-            setattr(self, name, functools.partial(self._do, name))
+
+    def method(self, action: str) -> Any:
+        """An action may be called as something of the driver's own is: `open`, `status`."""
+        return functools.partial(self._do, action)
 
     def _key(self, action: str, field: str) -> str:
         """A value has the name of the property that is read or set, where there is one."""

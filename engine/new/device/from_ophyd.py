@@ -33,7 +33,7 @@ def describe(source: str) -> Described:
     try:
         found = instrument_class("ophyd", PACKAGE, instrument)
         actions, needs_prefix = asyncio.run(_known(found, prefix))
-    except (OSError, TypeError, ValueError, TimeoutError) as fault:
+    except Exception as fault:  # whatever a class raises that wants more than a name
         raise CannotMake(f"{instrument}: {fault}") from fault
     if not actions:
         raise CannotMake(f"{instrument} has no signals of its own, and nothing moves it")

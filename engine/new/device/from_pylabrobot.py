@@ -39,9 +39,14 @@ def describe(source: str) -> Described:
         raise CannotMake(f"{name} is not a class of machines of PyLabRobot")
     base = {*dir(machine), *dir(resource)}
     actions = dict(_actions(found, base))
-    backends = _backends(found, name)
-    config: dict[str, Any] = {"instrument": name, "backend": backends[0], "timeout": "5 min"}
-    notes = {"backend": f"prints what it is told; others: {', '.join(backends[1:]) or 'none'}"}
+    if not actions:
+        raise CannotMake(f"{name} has no methods that could be actions")
+    config: dict[str, Any] = {"instrument": name, "timeout": "5 min"}
+    notes = {}
+    if "backend" in inspect.signature(found).parameters:
+        config["backend"], *others = _backends(found, name)
+        prints = "prints what it is told; " if "Chatterbox" in config["backend"] else ""
+        notes["backend"] = f"{prints}others: {', '.join(others) or 'none'}"
     options, lacking = _options(found)
     if lacking:
         raise CannotMake(

@@ -9,6 +9,7 @@ import inspect
 import logging
 import math
 import re
+import time
 from collections.abc import Iterator
 from contextlib import redirect_stdout
 from itertools import product
@@ -22,8 +23,9 @@ from .metadata import choices, is_number, method, unit
 from .sources import Described
 
 Actions = dict[str, dict[str, Any]]
-ANSWERS = ("0", "1", "50", "VOLT", "SCPI", "0,0,0,0,0,0", '"SIN,1,1,0"')
-"""What constructors ask for: numbers, the frequency of the mains, a mode, a list."""
+ANSWERS = ("0", "1", "50", "VOLT", "SCPI", "", "0,0,0,0,0,0", "a,b,c,d", '"SIN,1,1,0"', "520,1EU")
+"""What constructors ask for: numbers, the frequency of the mains, a mode, the model, a list, an option."""
+TRIED_S = 6.0
 RESOURCES = ("GPIB0::1::INSTR", "TCPIP0::127.0.0.1::7020::SOCKET")
 LEFT_OUT = {"IDN", "timeout"}
 
@@ -77,8 +79,12 @@ def _tried(found: Any, visa: Any) -> list[tuple[Actions, dict[str, Any]]]:
     made: list[tuple[Actions, dict[str, Any]]] = []
     faults: list[Exception] = []
     models = re.findall(r"(?=([A-Z]*\d\w*))", found.__name__)[:3] or [found.__name__]
+    models += [re.sub(r"T?P$", r"-\g<0>", model) for model in models]
+    until = time.monotonic() + TRIED_S
     for answer, model, resource in product(ANSWERS, dict.fromkeys(models), RESOURCES):
-        silent = _Silent(model, answer)
+        if time.monotonic() > until:
+            break
+        silent = _Silent(model, answer or model, until)
         try:
             with patch.object(visa, "_open_resource", lambda *_, s=silent: s):
                 instrument = found("described", resource)
@@ -98,14 +104,16 @@ class _Silent:
     resource_name, session, timeout = RESOURCES[0], None, 5000.0
     read_termination = write_termination = "\n"
 
-    def __init__(self, model: str, answer: str) -> None:
-        self.model, self.answer, self.asked = model, answer, ""
+    def __init__(self, model: str, answer: str, until: float) -> None:
+        self.model, self.answer, self.until, self.asked = model, answer, until, ""
 
     def write(self, text: str = "", *_: Any, **__: Any) -> int:
         self.asked = text
         return len(text)
 
     def query(self, text: str, *_: Any, **__: Any) -> str:
+        if time.monotonic() > self.until:  # a constructor that waits for something
+            raise TimeoutError(f"it asks {text} without end")
         idn = "*idn?" in text.lower()
         return f"QCoDeS,{self.model},0,0" if idn else self.answer
 
@@ -186,7 +194,8 @@ def _schema(one: Any) -> dict[str, Any] | None:
             return found
     if with_unit or getattr(one, "get_parser", None) in (float, int):
         return {"type": "number", **with_unit}
-    text = isinstance(getattr(one, "get_cmd", None), str) or isinstance(one.cache._value, str)
+    known = getattr(one.cache, "_value", None)
+    text = isinstance(getattr(one, "get_cmd", None), str) or isinstance(known, str)
     return {"type": "string" if text else "number"}
 
 

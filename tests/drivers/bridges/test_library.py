@@ -37,17 +37,17 @@ def config(monkeypatch):
 
 def test_it_blocks_in_a_thread_of_its_own_and_is_stopped_beside_it(config, ask):
     async def story(made):
-        await made.set_speed(GoalContext("run/1"), speed=4.5)
+        await made.method("set_speed")(GoalContext("run/1"), speed=4.5)
         goal = GoalContext("run/2")
-        moving = asyncio.create_task(made.move(goal, to=50.0, lasts=100.0))
+        moving = asyncio.create_task(made.method("move")(goal, to=50.0, lasts=100.0))
         await asyncio.sleep(0.1)  # the loop goes on meanwhile
         goal.cancelled.set()
         begun = time.monotonic()
         with pytest.raises(ActionCanceled):
             await moving
         took_s = time.monotonic() - begun
-        again = await made.moves(GoalContext("run/3"))
-        return took_s, again, await made.speed(GoalContext("run/4"))
+        again = await made.method("moves")(GoalContext("run/3"))
+        return took_s, again, await made.method("speed")(GoalContext("run/4"))
 
     took_s, moves, speed = ask("ophyd", config, story)
 
@@ -58,8 +58,8 @@ def test_it_blocks_in_a_thread_of_its_own_and_is_stopped_beside_it(config, ask):
 def test_what_does_not_return_in_time_is_a_timeout_and_it_is_opened_anew(config, ask):
     async def story(made):
         with pytest.raises(ActionFailed, match=r"has not returned within 0\.3 s") as fault:
-            await made.hang(GoalContext("run/1"), to=1.0, lasts=1.0)
-        return fault.value, await made.moves(GoalContext("run/2"))
+            await made.method("hang")(GoalContext("run/1"), to=1.0, lasts=1.0)
+        return fault.value, await made.method("moves")(GoalContext("run/2"))
 
     failure, moves = ask("ophyd", config, story)
 

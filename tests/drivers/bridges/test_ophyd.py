@@ -33,8 +33,8 @@ def test_a_motor_of_either_library_moves_and_is_read(tmp_path, once, ask, source
     config = written(tmp_path, source)
 
     async def story(motor):
-        await motor.move(GoalContext("run/move/1"), **{given: 2.5})
-        return await motor.read(GoalContext("run/read/1"))
+        await motor.method("move")(GoalContext("run/move/1"), **{given: 2.5})
+        return await motor.method("read")(GoalContext("run/read/1"))
 
     assert config["actions"]["move"]["effect"] == "idempotent"
     assert config["safe_state"] == ["stop"]
@@ -47,14 +47,14 @@ def test_a_cancelled_move_stops_where_it_is(tmp_path, ask):
 
     async def story(motor):
         goal = GoalContext("run/move/1")
-        moving = asyncio.create_task(motor.move(goal, new_position=100.0))
+        moving = asyncio.create_task(motor.method("move")(goal, new_position=100.0))
         await asyncio.sleep(0.4)
         goal.cancelled.set()
         with pytest.raises(ActionCanceled):
             await moving
-        first = await motor.read(GoalContext("run/read/1"))
+        first = await motor.method("read")(GoalContext("run/read/1"))
         await asyncio.sleep(0.3)
-        return first["value"], (await motor.read(GoalContext("run/read/2")))["value"]
+        return first["value"], (await motor.method("read")(GoalContext("run/read/2")))["value"]
 
     where, later = ask("ophyd", config, story)
 

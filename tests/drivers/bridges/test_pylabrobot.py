@@ -61,11 +61,11 @@ def test_a_heater_shaker_is_told_what_its_contract_says(tmp_path, once):
 
 def test_liquid_is_moved_by_names_on_the_deck(handler, ask, capfd):
     async def story(made):
-        await made.pick_up_tips(GoalContext("run/1"), **TIPS)
-        await made.aspirate(GoalContext("run/2"), **WELLS)
+        await made.method("pick_up_tips")(GoalContext("run/1"), **TIPS)
+        await made.method("aspirate")(GoalContext("run/2"), **WELLS)
         with pytest.raises(ActionFailed, match=r"there is no plate\.Z1"):
-            await made.dispense(GoalContext("run/3"), resources=["plate.Z1"], vols=[1.0])
-        await made.dispense(GoalContext("run/4"), **WELLS)
+            await made.method("dispense")(GoalContext("run/3"), resources=["plate.Z1"], vols=[1.0])
+        await made.method("dispense")(GoalContext("run/4"), **WELLS)
 
     ask("pylabrobot", handler, story)
     printed = capfd.readouterr().out

@@ -40,9 +40,9 @@ def test_units_ranges_choices_and_effects_are_the_librarys(config):
 
 def test_it_is_read_and_set_through_the_library(config, ask):
     async def story(made):
-        await made.set_output_1_output_range(GoalContext("run/1"), output_range="medium")
-        chosen = await made.read_output_1_output_range(GoalContext("run/2"))
-        return chosen | await made.read_A_temperature(GoalContext("run/3"))
+        await made.method("set_output_1_output_range")(GoalContext("run/1"), output_range="medium")
+        chosen = await made.method("read_output_1_output_range")(GoalContext("run/2"))
+        return chosen | await made.method("read_A_temperature")(GoalContext("run/3"))
 
     assert ask("qcodes", config, story) == {"output_range": "medium", "temperature": 100.0}
 

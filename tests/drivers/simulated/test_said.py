@@ -18,10 +18,10 @@ def test_what_is_set_is_read_back_and_a_count_goes_up(tmp_path):
     async def story():
         twin = find_driver("sim_pymeasure", Path())(Place("dmm", config, {}, tmp_path, tmp_path))
         await twin.open()
-        await twin.set_range(GoalContext("run/1"), range=2.5)
-        await twin.fire(GoalContext("run/2"))
+        await twin.method("set_range")(GoalContext("run/1"), range=2.5)
+        await twin.method("fire")(GoalContext("run/2"))
         found = [
-            await getattr(twin, n)(GoalContext("r")) for n in ("read_range", "shots", "last_once")
+            await twin.method(n)(GoalContext("r")) for n in ("read_range", "shots", "last_once")
         ]
         await twin.close()
         return found
