@@ -83,6 +83,10 @@ class Driver:
     def __init__(self, place: Place) -> None:
         self.place = place
 
+    def method(self, action: str) -> Any:
+        """What does an action: the method of its name."""
+        return getattr(self, action)
+
     async def open(self) -> None:
         """Connect to the hardware; raises OSError with the reason if that fails."""
 

@@ -15,6 +15,8 @@ from ..schemas.contracts import shipped_contracts
 from ..system.extras import missing, not_installed
 from .driver import Driver
 
+BRIDGES = ("scpi", "text", "modbus", "http", "pymeasure", "qcodes", "ophyd", "pylabrobot")
+"""Drivers whose config says the actions; each has a twin, `sim_scpi`, that takes the same config."""
 SHIPPED = {
     "sim_gantry": "labrun.drivers.simulated.gantry:SimGantry",
     "sim_libs": "labrun.drivers.simulated.libs:SimLibs",
@@ -28,13 +30,10 @@ SHIPPED = {
     "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",
     "aecp": "labrun.drivers.aecp.driver:Aecp",
     "sciaps_gui": "labrun.drivers.sciaps_gui.driver:SciapsGui",
-    "scpi": "labrun.drivers.bridges.scpi:Scpi",
-    "text": "labrun.drivers.bridges.text:Text",
-    "modbus": "labrun.drivers.bridges.modbus:Modbus",
-    "http": "labrun.drivers.bridges.http:Http",
-    "pymeasure": "labrun.drivers.bridges.pymeasure:Pymeasure",
     "window_program": "labrun.drivers.window_program.driver:WindowProgram",
     "ros_action": "labrun.drivers.ros_action.driver:RosAction",
+    **{name: f"labrun.drivers.bridges.{name}:{name.capitalize()}" for name in BRIDGES},
+    **{f"sim_{name}": f"labrun.drivers.simulated.said:Sim{name.capitalize()}" for name in BRIDGES},
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds others."""
 

@@ -17,6 +17,9 @@ EXTRAS = {
     "visa": ("pyvisa",),
     "modbus": ("pymodbus",),
     "pymeasure": ("pymeasure",),
+    "qcodes": ("qcodes",),
+    "pylabrobot": ("pylabrobot",),
+    "ophyd": ("ophyd", "ophyd_async"),
 }
 """Extra -> the libraries that labrun imports from it, as pyproject.toml has them."""
 

@@ -78,8 +78,16 @@ NEEDS = {
     "pymeasure": Need(
         lambda: find_spec("pymeasure") is not None, "pip install 'labrun[pymeasure]' pyvisa-sim"
     ),
+    "qcodes": Need(
+        lambda: find_spec("qcodes") is not None, "pip install 'labrun[qcodes]' pyvisa-sim"
+    ),
+    "ophyd": Need(lambda: find_spec("ophyd") is not None, "pip install 'labrun[ophyd]' caproto"),
+    "bluesky": Need(lambda: find_spec("bluesky") is not None, "pip install bluesky"),
+    "pylabrobot": Need(
+        lambda: find_spec("pylabrobot") is not None, "pip install 'labrun[pylabrobot]'"
+    ),
 }
-LIBRARIES = {"pymeasure"}
+LIBRARIES = {"pymeasure", "qcodes", "ophyd", "pylabrobot", "bluesky"}
 """Of instruments: each is tested in an environment of its own, so that labrun's stays small."""
 BY_FIXTURE = {"screen": "screen", "node_modules": "node"}
 """Fixture -> what every test that uses it needs."""

@@ -50,7 +50,12 @@ class Bridge(Driver):
         self._looked_at = float("-inf")
         self._look: asyncio.Task[None] | None = None
         for name in self.contract_kept.actions:
-            setattr(self, name, functools.partial(self._do, name))
+            if not hasattr(self, name):
+                setattr(self, name, functools.partial(self._do, name))
+
+    def method(self, action: str) -> Any:
+        """An action may be called as something of the driver's own is: `open`, `abort`, `status`."""
+        return functools.partial(self._do, action)
 
     async def ready(self, timeout_s: float) -> None:
         """Be connected to the instrument that it was; raises OSError."""

@@ -4,8 +4,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ruamel.yaml import YAML
+
 from ...schemas.contract import Contract
 from ...schemas.contracts import read_contract, shipped_contracts
+from ...schemas.good_calls import good_call, lasting, slow_clock
+from ...schemas.lab import Lab
 from ..find import find_driver
 
 Params = dict[str, Any]
@@ -30,7 +34,7 @@ class Case:
     config: Params = field(default_factory=dict)
     slow: Params = field(default_factory=dict)
     limits: Params = field(default_factory=dict)
-    contract: Path | None = None
+    contract: Path | Contract | None = None
     device: str = "device"
     needs: dict[str, list[str]] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
@@ -39,6 +43,21 @@ class Case:
 
     def read_contract(self) -> Contract:
         """The contract that the driver claims to keep."""
+        if isinstance(self.contract, Contract):
+            return self.contract
         if self.contract is not None:
             return read_contract(self.contract)
         return shipped_contracts()[find_driver(self.driver, Path()).contract]
+
+    @classmethod
+    def of_lab(cls, lab: Path, device: str) -> "Case":
+        """The twin of a device whose lab entry says its actions, with calls that its contract allows."""
+        entry = Lab.model_validate(YAML(typ="safe", pure=True).load(lab)).devices[device]
+        model = find_driver(str(entry.driver), lab.parent).config_model  # type: ignore[attr-defined]
+        contract = model.model_validate(entry.config).contract(entry.contract)
+        return cls(
+            driver=f"sim_{entry.driver}", config={**entry.config, "clock": "fast"},
+            slow={"clock": slow_clock(contract)}, contract=contract, device=device,
+            good={name: good_call(action) for name, action in contract.actions.items()},
+            lasting=lasting(contract),
+        )  # fmt: skip

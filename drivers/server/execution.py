@@ -109,7 +109,7 @@ class Execution:
         """Call the driver, and turn whatever it does into an ending."""
         self._interruptible = True
         try:
-            result = await getattr(driver, self.goal.action)(self.context, **self.goal.params)
+            result = await driver.method(self.goal.action)(self.context, **self.goal.params)
             return self._answered(result, arguments)
         except ActionFailed as failure:
             happened = failure.happened or self.action.happened(failure.name)

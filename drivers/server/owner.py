@@ -178,7 +178,7 @@ class Owner:
                 await self._driver.safe()
             else:
                 for action in self._contract.safe_state:
-                    await getattr(self._driver, action)(GoalContext(f"safe:{action}"))
+                    await self._driver.method(action)(GoalContext(f"safe:{action}"))
         except Exception as fault:  # whatever it is, the device is then not known to be safe
             LOG.exception("%s could not be made safe", self.device)
             return False, f"{self.device} may not be safe: {type(fault).__name__}: {fault}"

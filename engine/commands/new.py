@@ -33,8 +33,14 @@ From = Annotated[
     str | None,
     typer.Option(
         "--from",
-        metavar="LIBRARY:CLASS",
+        metavar="SOURCE",
         help="For a device: what a library knows of it, such as pymeasure:keithley.Keithley2000.",
+    ),
+]
+Only = Annotated[
+    str | None,
+    typer.Option(
+        "--only", metavar="PATTERNS", help="Of what the source has, these actions: 'read_*,move'."
     ),
 ]
 
@@ -45,9 +51,12 @@ def new(
     contract: Contract = None,
     lab: Lab = None,
     source: From = None,
+    only: Only = None,
 ) -> None:
     """Write NAME.yaml, a protocol that checks clean; with `device`, a driver and all it needs."""
     try:
+        if only is not None and source is None:
+            raise CannotMake("--only chooses of what --from finds")
         if len(name) == 2 and name[0] == "device":
             if template is not None or lab is not None:
                 raise CannotMake(
@@ -56,7 +65,7 @@ def new(
             if source is None:
                 _new_device(name[1], contract)
             elif contract is None:
-                _device_from(name[1], source)
+                _device_from(name[1], source, only)
             else:
                 raise CannotMake("--from says the contract; leave out --contract")
         elif len(name) > 1:
@@ -84,26 +93,29 @@ def _new_protocol(name: str, template: str, lab: Path | None) -> None:
     _say_next(path, made.binds, lab)
 
 
-def _device_from(name: str, source: str) -> None:
-    from ..new.device.from_pymeasure import pymeasure_device
+def _device_from(name: str, source: str, patterns: str | None) -> None:
+    from ..new.device.entry import entry_text, only, test_text
     from ..new.device.make import LAB, device_name
+    from ..new.device.sources import described
 
-    library, _, instrument = source.partition(":")
-    if library != "pymeasure" or not instrument:
-        raise CannotMake(
-            f"{source!r}: a device can be made from pymeasure:MODULE.CLASS, such as "
-            "pymeasure:keithley.Keithley2000"
-        )
-    entry = pymeasure_device(device_name(name), instrument)
+    known = described(source)
+    known = known if patterns is None else only(known, patterns)
+    entry, test = entry_text(device_name(name), known), Path(f"test_{name}.py")
+    if test.exists():
+        raise CannotMake(f"{test} already exists; choose another name, or move it away")
+    _write(test, test_text(name, LAB))
     if Path(LAB).exists():
         print(f"{LAB} already exists; add these lines to its `devices`:\n\n{entry}", end="")
         return
     _write(Path(LAB), f"devices:\n{entry}")
+    where = ", ".join(f"`{key}`" for key in known.notes if key in known.config)
     print(
-        f"{LAB} is written. Say its `resource`, look at the effects, leave out what you do not "
-        "need. Next:"
+        f"{LAB} is written, with {len(known.actions)} actions. Say {where or 'where it is'}, look at the "
+        "effects, leave out what you do not need. Next:"
     )
     print(f"  labrun devices {name} --lab {LAB}")
+    print(f"  labrun call {name}.ACTION --lab {LAB}     # `driver: sim_{known.driver}` is its twin")
+    print(f"  pytest {test}")
 
 
 def _new_device(name: str, contract: str | None) -> None:

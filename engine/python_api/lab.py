@@ -1,6 +1,7 @@
 """`labrun.lab`: the devices of a lab, one action at a time, as `labrun call` does them."""
 
 import asyncio
+import functools
 import inspect
 import secrets
 import shutil
@@ -160,7 +161,7 @@ class _Session:
         self._folder = tempfile.mkdtemp(prefix="labrun-call-")
         self._has_picture = False
         self._connected: dict[str, Connections] = {}
-        self._cancel: Callable[[str], object] | None = None
+        self._cancels: dict[str, Callable[[str], object]] = {}
         self._loop = asyncio.new_event_loop()
         self._thread = Work("lab", self._loop.run_forever)
 
@@ -169,12 +170,18 @@ class _Session:
         done = asyncio.run_coroutine_threadsafe(self._call(device, name, arguments), self._loop)
 
         def interrupted() -> None:
-            if self._cancel is None:  # the device is being reached: nothing has been sent
+            if not self.cancel(device, "Ctrl-C"):  # being reached: nothing has been sent
                 done.cancel()
                 raise KeyboardInterrupt
-            self._loop.call_soon_threadsafe(self._cancel, "Ctrl-C")
 
         return result(done, interrupted=interrupted)
+
+    def cancel(self, device: str, why: str) -> bool:
+        """Cancel what a device does; False if it does nothing."""
+        cancel = self._cancels.get(device)
+        if cancel is not None:
+            self._loop.call_soon_threadsafe(cancel, why)
+        return cancel is not None
 
     async def _call(self, device: str, name: str, arguments: dict[str, Any]) -> Called:
         role = role_of(self._lab, device)
@@ -186,7 +193,7 @@ class _Session:
                 )
             called = await do_action(
                 self._connected[device].clients[device], role.contract, device, name, arguments,
-                f"{self._owner}/{name}/{self._count}", hear=self._hear, say=print,
+                f"{self._owner}/{name}/{self._count}", hear=functools.partial(self._hear, device), say=print,
             )  # fmt: skip
         except NotReached as fault:
             raise Refused(f"{fault}. Nothing was sent.") from None
@@ -198,11 +205,11 @@ class _Session:
             await self._connected.pop(device).close()
         return called
 
-    def _hear(self, cancel: Callable[[str], object]) -> Callable[[], None]:
-        self._cancel = cancel
+    def _hear(self, device: str, cancel: Callable[[str], object]) -> Callable[[], None]:
+        self._cancels[device] = cancel
 
         def forget() -> None:
-            self._cancel = None
+            self._cancels.pop(device, None)
 
         return forget
 

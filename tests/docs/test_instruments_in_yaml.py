@@ -4,10 +4,14 @@ import re
 from pathlib import Path
 
 from labrun.drivers.bridges.http import HttpAction, HttpConfig
+from labrun.drivers.bridges.library import LibraryAction
 from labrun.drivers.bridges.line_bridge import LineAction
 from labrun.drivers.bridges.lines import LineConfig
 from labrun.drivers.bridges.modbus import ModbusAction, ModbusConfig, Register
-from labrun.drivers.bridges.pymeasure import PymeasureAction, PymeasureConfig
+from labrun.drivers.bridges.ophyd import OphydConfig
+from labrun.drivers.bridges.pylabrobot import PylabrobotConfig
+from labrun.drivers.bridges.pymeasure import PymeasureConfig
+from labrun.drivers.bridges.qcodes import QcodesConfig
 from labrun.drivers.bridges.scpi import ScpiAction, ScpiConfig
 from labrun.drivers.bridges.text import TextAction, TextConfig
 from labrun.engine.lab.lab import load_lab
@@ -30,7 +34,7 @@ def test_every_key_is_on_the_page():
     models = (
         *(LineAction, LineConfig, ScpiConfig, ScpiAction, TextConfig, TextAction),
         *(ModbusAction, ModbusConfig, Register, HttpAction, HttpConfig),
-        *(PymeasureAction, PymeasureConfig),
+        *(LibraryAction, PymeasureConfig, QcodesConfig, OphydConfig, PylabrobotConfig),
     )
     keys = {key for model in models for key in model.model_fields}
 

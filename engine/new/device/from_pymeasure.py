@@ -9,71 +9,60 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from ....drivers.bridges.pymeasure import instrument_class
+from ....drivers.bridges.library import instrument_class
+from ....drivers.bridges.pymeasure import PACKAGE
 from ..protocol import CannotMake
+from .metadata import choices, is_number, method, unit_in
+from .sources import Described
 
-UNITS = {
-    "V": "V|[Vv]olts?", "A": "A|[Aa]mps?|[Aa]mperes?", "ohm": "[Oo]hms?|Ω", "Hz": "Hz|[Hh]ertz",
-    "s": "s|[Ss]ec(?:ond)?s?", "K": "K|[Kk]elvins?", "degC": "°C|deg(?:rees)? ?C(?:elsius)?|[Cc]elsius",
-    "W": "W|[Ww]atts?", "T": "T|[Tt]esla", "deg": "deg(?:rees)?", "m": "m|met(?:er|re)s?", "nm": "nm",
-    "mm": "mm", "kHz": "kHz", "MHz": "MHz", "GHz": "GHz", "mV": "mV", "mA": "mA", "percent": "%|percent",
-}  # fmt: skip
 KINDS = {"boolean": r"\bbool", "string": r"\bstr(ing)?\b", "array": r"\barray\b|\blist\b"}
-SPOKEN = {"on", "off", "yes", "no", "y", "n", "true", "false", "null"}
-"""Words that YAML may read as something else."""
-BRACKETS = re.compile(r"\(([^)]+)\)")
 
 
-def pymeasure_device(name: str, instrument: str) -> str:
-    """The lab entry of a device; raises CannotMake."""
+def describe(source: str) -> Described:
+    """The instrument behind `pymeasure:MODULE.CLASS`; raises CannotMake."""
+    instrument = source.partition(":")[2]
     try:
-        found = instrument_class(instrument)
+        found = instrument_class("PyMeasure", PACKAGE, instrument)
     except OSError as fault:
         raise CannotMake(str(fault)) from fault
-    actions = list(_actions(found))
+    actions = dict(_actions(found))
     if not actions:
         raise CannotMake(
             f"{instrument} has no properties or methods of its own, only channels: name them by hand, "
             "as `get: ch_1.voltage`"
         )
-    lines = [
-        f"  {name}:",
-        "    driver: pymeasure",
-        "    config:",
-        f"      instrument: {instrument}",
-        '      resource: "GPIB0::22::INSTR"     # where it is, as VISA names it',
-        "      actions:",
-        *(f"        {line}" for line in actions),
-    ]
-    return "\n".join(lines) + "\n"
+    return Described(
+        driver="pymeasure",
+        config={"instrument": instrument, "resource": "GPIB0::22::INSTR"},
+        notes={"resource": "where it is, as VISA names it"},
+        actions=actions,
+        unsure=frozenset(name for name, said in actions.items() if "call" in said),
+    )
 
 
-def _actions(found: type) -> Iterator[str]:
+def _actions(found: type) -> Iterator[tuple[str, dict[str, Any]]]:
     from pymeasure.instruments import Instrument  # pyright: ignore[reportMissingImports]
 
     base = set(dir(Instrument))
     names = [name for name in dir(found) if not name.startswith("_") and name not in base]
-    attributes = {name: inspect.getattr_static(found, name) for name in names}
-    for name, one in attributes.items():
+    for name in names:
+        one = inspect.getattr_static(found, name)
         if isinstance(one, property):
             yield from _property(name, one)
-    methods = {n: one for n, one in attributes.items() if inspect.isfunction(one)}
-    lines = [line for n, one in methods.items() if (line := _method(n, one)) is not None]
-    if lines:
-        yield "# Methods are `once` until you have looked: say `idempotent` where twice does no harm."
-        yield from lines
+        elif inspect.isfunction(one) and (said := method(name, one)) is not None:
+            yield name, said
 
 
-def _property(name: str, one: property) -> Iterator[str]:
+def _property(name: str, one: property) -> Iterator[tuple[str, dict[str, Any]]]:
     given, words = _defaults(one.fset), " ".join((one.__doc__ or "").split())
     schema = _schema(given, words)
     gettable = one.fget is not None and _defaults(one.fget).get("get_command", "") is not None
     settable = one.fset is not None and given.get("set_command", "") is not None
     if gettable:
         plain = {k: v for k, v in schema.items() if k in ("type", "unit", "items")}
-        yield f"read_{name}: {{get: {name}, returns: {{{name}: {_flow(plain)}}}}}"
+        yield f"read_{name}", {"get": name, "returns": {name: plain}}
     if settable:
-        yield f"set_{name}: {{set: {name}, params: {{{name}: {_flow(schema)}}}, effect: idempotent}}"
+        yield f"set_{name}", {"set": name, "params": {name: schema}, "effect": "idempotent"}
 
 
 def _defaults(function: Any) -> dict[str, Any]:
@@ -86,73 +75,15 @@ def _defaults(function: Any) -> dict[str, Any]:
 def _schema(given: dict[str, Any], words: str) -> dict[str, Any]:
     allowed, validator = given.get("values"), getattr(given.get("validator"), "__name__", "")
     if isinstance(allowed, dict):
-        return _choices(list(allowed))
+        return choices(list(allowed))
     if isinstance(allowed, (list, tuple, range)) and len(allowed):
-        if validator.endswith("range") and all(_is_number(one) for one in allowed):
+        if validator.endswith("range") and all(is_number(one) for one in allowed):
             limits = {"minimum": min(allowed), "maximum": max(allowed)}
             limits = {name: one for name, one in limits.items() if math.isfinite(one)}
-            return {"type": "number", **_unit(words), **limits}
+            return {"type": "number", **unit_in(words), **limits}
         if "discrete" in validator or given.get("map_values"):
-            return {**_choices(list(allowed)), **_unit(words)}
+            return {**choices(list(allowed)), **unit_in(words)}
     for kind, sign in KINDS.items():
         if re.search(sign, words):
             return {"type": kind}
-    return {"type": "number", **_unit(words)}
-
-
-def _choices(choices: list[Any]) -> dict[str, Any]:
-    if set(choices) <= {True, False} and all(isinstance(one, bool) for one in choices):
-        return {"type": "boolean"}
-    numbers = all(_is_number(one) for one in choices)
-    kept = [c for c in choices if isinstance(c, str) or _is_number(c)]
-    return {
-        "type": "number" if numbers else "string",
-        "enum": kept if numbers else [str(c) for c in kept],
-    }
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-def _unit(words: str) -> dict[str, str]:
-    """The unit that its documentation names: `in Volts`, `(V)`."""
-    for text in (*re.findall(r"\bin (\S+?)[,.;)]?(?=\s|$)", words), *BRACKETS.findall(words)):
-        for unit, names in UNITS.items():
-            if re.fullmatch(names, text):
-                return {"unit": unit}
-    return {}
-
-
-def _method(name: str, one: Any) -> str | None:
-    """A method whose parameters are numbers, texts or booleans; any other needs Python."""
-    params: dict[str, Any] = {}
-    for param in list(inspect.signature(one).parameters.values())[1:]:
-        if param.kind in (param.VAR_KEYWORD, param.VAR_POSITIONAL, param.POSITIONAL_ONLY):
-            return None
-        needed = param.default is param.empty
-        kinds = {bool: "boolean", int: "number", float: "number", str: "string"}
-        kind = kinds.get(param.annotation if needed else type(param.default))
-        if needed:
-            params[param.name] = {"type": kind or "number"}
-        elif kind is not None:
-            params[param.name] = {"type": kind, "default": param.default}
-    said = (
-        f", params: {{{', '.join(f'{n}: {_flow(s)}' for n, s in params.items())}}}"
-        if params
-        else ""
-    )
-    return f"{name}: {{call: {name}{said}, effect: once}}"
-
-
-def _flow(data: Any) -> str:
-    """Data as YAML on one line."""
-    import json
-
-    if isinstance(data, dict):
-        return "{" + ", ".join(f"{key}: {_flow(value)}" for key, value in data.items()) + "}"
-    return json.dumps(data) if not isinstance(data, str) or not data.isidentifier() else _word(data)
-
-
-def _word(text: str) -> str:
-    return f'"{text}"' if text.lower() in SPOKEN else text
+    return {"type": "number", **unit_in(words)}

@@ -1,6 +1,7 @@
 """Methods of a new driver and of its twin, one for each action of the contract."""
 
 from ....schemas.contract import Action, Contract
+from ....schemas.good_calls import duration_s
 from . import parts
 
 SEND_FILES = """\
@@ -51,7 +52,7 @@ def twin_action(name: str, action: Action) -> str:
     lines = [
         f"    async def {name}({parts.signature(action)}):",
         f'        with self.failing("{name}", goal):',
-        f"            await self._take(goal, {parts.duration_s(action):g})",
+        f"            await self._take(goal, {duration_s(action):g})",
     ]
     if action.effect == "once":
         lines.append(f'            self.truth.append("{name}", goal=goal.id)')

@@ -6,6 +6,7 @@ from string import Template
 from typing import Any
 
 from ....schemas.contract import Contract
+from ....schemas.good_calls import good_call, lasting, slow_clock
 from . import parts, pieces
 
 
@@ -31,7 +32,7 @@ def device_text(name: str, contract: Contract) -> str:
 
 def lab_text(name: str, contract: Contract, contract_file: str | None) -> str:
     """A lab with only this device."""
-    simple = [n for n, a in contract.actions.items() if not parts.good_call(a)]
+    simple = [n for n, a in contract.actions.items() if not good_call(a)]
     quiet = min(simple or contract.actions, key=lambda n: contract.actions[n].effect != "pure")
     own = "" if contract_file is None else f"contracts: [./{contract_file}]\n"
     more = {"quiet": quiet, "contracts": own, "device": device_text(name, contract).rstrip()}
@@ -52,7 +53,7 @@ def _words(name: str, contract: Contract, contract_file: str | None) -> dict[str
     actions = contract.actions
     sends = any(action.path_params()[0] for action in actions.values())
     gets = any(action.returned_paths() for action in actions.values())
-    longest = parts.lasting(contract)
+    longest = lasting(contract)
     base64 = [word for word, used in (("b64decode", gets), ("b64encode", sends)) if used]
     base64_import = f"from base64 import {', '.join(base64)}\n" if base64 else ""
     sha_import = "from hashlib import sha256\n" if gets else ""
@@ -61,7 +62,7 @@ def _words(name: str, contract: Contract, contract_file: str | None) -> dict[str
         "contract": contract.type,
         "action": longest,
         "lasting": longest,
-        "slow": f"{parts.slow_clock(contract):g}",
+        "slow": f"{slow_clock(contract):g}",
         "base64_driver": base64_import,
         "sha_driver": sha_import,
         "message_import": message if gets else "",
@@ -78,7 +79,7 @@ def _words(name: str, contract: Contract, contract_file: str | None) -> dict[str
             "from base64 import b64decode\n" if sends else ""),
         "sha_import": "from hashlib import sha256\n" if sends else "",
         "test_message_import": message if sends else "",
-        "good": _entries({n: parts.good_call(a) for n, a in actions.items()}, 4),
+        "good": _entries({n: good_call(a) for n, a in actions.items()}, 4),
         "contract_file": "None" if contract_file is None else f'HERE / "{contract_file}"',
         "files": pieces.sent_files(contract),
         "take_files": pieces.TAKE_FILES if sends else "",

@@ -50,7 +50,7 @@ def once(ask):
 
     def run(driver, config, action, **values):
         async def story(made):
-            return await getattr(made, action)(GoalContext("run/x/1"), **values)
+            return await made.method(action)(GoalContext("run/x/1"), **values)
 
         return ask(driver, config, story)
 

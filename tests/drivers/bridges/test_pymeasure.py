@@ -4,6 +4,8 @@ import pytest
 
 from labrun.drivers.driver import ActionFailed
 from labrun.engine.lab.lab import load_lab
+from labrun.engine.new.device.entry import entry_text
+from labrun.engine.new.device.sources import described
 
 pytestmark = [
     pytest.mark.needs("pymeasure"),
@@ -34,10 +36,8 @@ resources:
 @pytest.fixture
 def config(tmp_path):
     """The config that is written for a Keithley 2000, at the simulator."""
-    from labrun.engine.new.device.from_pymeasure import pymeasure_device
-
     (tmp_path / "sim.yaml").write_text(SIMULATED, "utf-8")
-    entry = pymeasure_device("dmm", "keithley.Keithley2000")
+    entry = entry_text("dmm", described("pymeasure:keithley.Keithley2000"))
     (tmp_path / "lab.yaml").write_text(f"devices:\n{entry}", "utf-8")
     lab, problems = load_lab(tmp_path / "lab.yaml")
 

@@ -4,20 +4,20 @@ from importlib.util import find_spec
 
 import pytest
 
-from labrun.engine.commands.new import _device_from
 from labrun.engine.new.device.from_pymeasure import _schema
+from labrun.engine.new.device.sources import described
 from labrun.engine.new.protocol import CannotMake
 
 
 def test_another_library_is_refused_with_a_sentence():
-    with pytest.raises(CannotMake, match=r"made from pymeasure:MODULE\.CLASS"):
-        _device_from("meter", "dmm")
+    with pytest.raises(CannotMake, match=r"made from pymeasure:keithley\.Keithley2000"):
+        described("dmm")
 
 
 @pytest.mark.skipif(find_spec("pymeasure") is not None, reason="PyMeasure is installed here")
 def test_without_the_library_it_says_what_brings_it():
     with pytest.raises(CannotMake, match=r'pip install "labrun\[pymeasure\]"'):
-        _device_from("meter", "pymeasure:a.B")
+        described("pymeasure:a.B")
 
 
 def truncated_range():

@@ -1,0 +1,235 @@
+"""What bridges to the field's Python libraries share: `get`, `set` and `call` of one instrument.
+
+A library that blocks has a thread of its own, an asynchronous one runs on the server's loop.
+`labrun new device NAME --from ...` writes the actions of a class of instruments.
+"""
+
+import asyncio
+import contextlib
+import inspect
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from enum import Enum
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, ClassVar
+
+from pydantic import Field, model_validator
+
+from ...schemas.contract import Action, Effect, Name
+from ...system.extras import not_installed
+from ..driver import ActionFailed, GoalContext
+from .answers import INFINITE, BadAnswer, none_for, value
+from .bridge import ABORTED_S, Bridge, Values
+from .by_action import ByAction
+from .config import ActionConfig
+from .line_bridge import NUMBER_ERRORS
+from .lines import NoAnswer
+
+FAILED = {"Failed": ("unknown", "The library or the instrument says that it failed")}
+"""For libraries whose exceptions are about the action, not about the connection."""
+
+
+class Refused(ValueError):
+    """The library would not take a value, and nothing was sent."""
+
+
+class LibraryAction(ActionConfig):
+    """One of `get: voltage`, `set: voltage_range` (its one parameter) and `call: reset`."""
+
+    get: str | None = None
+    set: str | None = None
+    call: str | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> "LibraryAction":
+        if len([one for one in (self.get, self.set, self.call) if one is not None]) != 1:
+            raise ValueError("it needs one of `get: property`, `set: property` and `call: method`")
+        if self.set is not None and len(self.params) > 1:
+            raise ValueError("a property is set to one parameter")
+        return self
+
+    def guessed_effect(self) -> Effect:
+        return "pure" if self.get is not None else "once"
+
+
+class LibraryConfig(ByAction):
+    """What the config of every library's driver has."""
+
+    own_errors = NUMBER_ERRORS  # type: ignore[assignment]
+
+    instrument: str = Field(pattern=r"^[A-Za-z]\w*(\.\w+)+$")
+    options: dict[str, Any] = Field(default_factory=dict)
+    actions: dict[Name, LibraryAction] = Field(min_length=1)
+    status: list[str] = Field(default_factory=list)
+
+
+def instrument_class(library: str, package: str, name: str) -> Any:
+    """`keithley.Keithley2000` of a library's package, or what a module has by its whole name.
+
+    Raises OSError with the way on.
+    """
+    module, _, wanted = name.rpartition(".")
+    inside, first = f"{package}.{module}", package.partition(".")[0]
+    try:
+        there = import_module(inside if _is_there(inside) else module)
+    except ImportError as fault:
+        if not _is_there(first) and fault.name == module.partition(".")[0]:
+            fault = ImportError(name=first)  # a module of the library that is not installed
+        why = not_installed(fault) or f"{library} has no instruments of {module!r}: {fault}"
+        raise OSError(why) from fault
+    found = getattr(there, wanted, None)
+    if found is None:
+        known = sorted(n for n, one in vars(there).items() if isinstance(one, type))
+        raise OSError(f"{library}'s {module} has no {wanted}; it has {', '.join(known) or 'none'}")
+    return found
+
+
+def _is_there(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+class Library(Bridge):
+    """Implements whichever contract its lab says or names."""
+
+    library: ClassVar[str]
+    """As people write it."""
+    on_loop: bool = False
+    """True if it is asynchronous: it then runs on the server's loop."""
+    stops_beside: ClassVar[bool] = False
+    """True if another thread may call its `abort` while the first is still waiting."""
+    _instrument: Any = None
+    _thread: ThreadPoolExecutor | None = None
+
+    def connect(self) -> Any:
+        """The instrument, opened; raises what the library raises. May be awaitable."""
+        raise NotImplementedError
+
+    def disconnect(self, instrument: Any) -> Any:
+        """Close it; may be awaitable."""
+
+    def get(self, path: str) -> Any:
+        """The value of a property, `ch_1.voltage` for a channel's."""
+        return last_of(self._instrument, path)
+
+    def set(self, path: str, value: Any) -> Any:
+        """Set a property; raises Refused if the library does not take the value."""
+        owner, _, name = path.rpartition(".")
+        setattr(last_of(self._instrument, owner), name, value)
+
+    def call(self, path: str, values: Values, action: Action) -> Any:
+        """Call a method; what it returns is read as `returns`."""
+        return last_of(self._instrument, path)(**values)
+
+    async def ready(self, timeout_s: float) -> None:
+        if self._instrument is not None:
+            return
+        if not self.on_loop:
+            self._thread = ThreadPoolExecutor(1, f"{self.library} {self.place.device}")
+        try:
+            self._instrument = await self._run(self.connect)
+        except Exception as fault:
+            await self.drop()
+            resource = getattr(self.config, "resource", None)
+            where = f" at {resource}" if resource else ""
+            raise OSError(f"{self.config.instrument}{where}: {fault}") from fault
+
+    async def _run(self, work: Callable[..., Any], *given: Any, beside: bool = False) -> Any:
+        if self.on_loop:
+            found = work(*given)
+        else:
+            thread = None if beside else self._thread
+            found = await asyncio.get_running_loop().run_in_executor(thread, work, *given)
+        return await found if inspect.isawaitable(found) else found
+
+    async def drop(self) -> None:
+        instrument, self._instrument = self._instrument, None
+        thread, self._thread = self._thread, None
+        if instrument is not None and thread is None:
+            with contextlib.suppress(Exception):  # it is given up, whatever the library raises
+                async with asyncio.timeout(ABORTED_S):
+                    await self._run(self.disconnect, instrument)
+        if thread is not None:
+            if instrument is not None:  # it is closed once what still blocks has returned
+                thread.submit(self.disconnect, instrument)
+            thread.shutdown(wait=False)
+
+    async def perform(
+        self, said: LibraryAction, action: Action, values: Values, goal: GoalContext
+    ) -> Values:
+        if self._instrument is None:
+            raise OSError("the connection was closed")
+        limit_s = self.timeout_s(said)
+        beside = goal.id == "abort" and self.stops_beside
+        try:
+            async with asyncio.timeout(limit_s):
+                found = await self._run(self._do_it, said, action, values, beside=beside)
+        except TimeoutError as fault:
+            raise NoAnswer(f"{self.library} has not returned within {limit_s:g} s") from fault
+        except Refused as fault:
+            raise ActionFailed("Rejected", f"{said.set or said.call}: {fault}", "no") from fault
+        except (ValueError, LookupError) as fault:
+            raise BadAnswer(f"{self.library} cannot read the answer: {fault}") from fault
+        except ActionFailed:
+            raise
+        except Exception as fault:  # VISA's, the adapters' and the instruments' own
+            if "VI_ERROR_TMO" in str(fault) or "imeout" in type(fault).__name__:
+                raise NoAnswer(f"the instrument was silent ({fault})") from fault
+            raise OSError(f"{type(fault).__name__}: {fault}") from fault
+        return returned(found, action.returns.get("properties", {}), self.library)
+
+    def _do_it(self, said: LibraryAction, action: Action, values: Values) -> Any:
+        if said.get is not None:
+            return self.get(said.get)
+        if said.set is not None:
+            return self.set(said.set, next(iter(values.values())))
+        return self.call(str(said.call), values, action)
+
+
+def last_of(there: Any, path: str) -> Any:
+    """What a dotted path leads to: `ch_1.voltage`."""
+    for name in path.split(".") if path else ():
+        there = there[int(name)] if name.isdigit() else getattr(there, name)
+    return there
+
+
+def returned(found: Any, returns: dict[str, Any], library: str) -> Values:
+    """What a library returned, as a contract's `returns`: by name, in order, or the only one."""
+    if isinstance(found, tuple) and len(found) == len(returns) > 1:
+        found = dict(zip(returns, found, strict=True))
+    whole = found if isinstance(found, dict) else dict.fromkeys(list(returns)[:1], found)
+    if lacking := [name for name in returns if name not in whole]:
+        raise BadAnswer(f"{library} returned {found!r}, which has no {lacking[0]}")
+    return {name: plain(whole[name], schema) for name, schema in returns.items()}
+
+
+def plain(found: Any, schema: dict[str, Any]) -> Any:
+    """A library's value as JSON has it; raises BadAnswer or NoNumber."""
+    if hasattr(found, "tolist"):  # numpy's, arrays and numbers
+        found = found.tolist()
+    if hasattr(found, "magnitude"):  # pint's
+        from ...schemas.quantity import magnitude_in
+
+        found = magnitude_in(found, schema.get("unit", ""))
+    if isinstance(found, Enum):
+        found = found.value if isinstance(found, (str, int)) else found.name
+    if isinstance(found, (list, tuple)):
+        return [plain(one, schema.get("items", {})) for one in found]
+    if isinstance(found, float) and math.isnan(found):
+        return none_for("NotANumber", "it has no number", schema)
+    if isinstance(found, float) and abs(found) >= INFINITE * (1 - 1e-6):
+        return none_for("Overload", f"{found:g} is beyond its range", schema)
+    kinds = schema.get("type", "number")
+    if isinstance(found, str):  # a library hands on the text of what it cannot read as a number
+        return value(found, schema)
+    if kinds == "string" and isinstance(found, (bool, int, float)):
+        return str(found)
+    if found is None and "null" not in kinds:
+        raise BadAnswer(f"it returned nothing, where {kinds} is expected")
+    if found is not None and not isinstance(found, (bool, int, float, str)):
+        raise BadAnswer(f"it returned {found!r}, where {kinds} is expected")
+    return bool(found) if kinds == "boolean" and isinstance(found, (int, float)) else found

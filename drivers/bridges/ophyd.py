@@ -1,0 +1,110 @@
+"""Devices of ophyd and ophyd-async, EPICS through them: `get` and `set` are signals, `call` methods.
+
+Classes of ophyd by their short names (`sim.SynAxis`), others by their whole ones (`ophyd.EpicsMotor`,
+`ophyd_async.sim.SimMotor`, or a function of your own that returns a device). Devices of ophyd
+block, those of ophyd-async run on the server's loop.
+"""
+
+import re
+from collections.abc import Awaitable
+from typing import Any, ClassVar
+
+from ...schemas.contract import Action
+from ..driver import ActionFailed
+from .bridge import Values
+from .library import FAILED, Library, LibraryConfig, Refused, instrument_class, last_of
+
+PACKAGE, NAME = "ophyd", "device"
+
+
+class OphydConfig(LibraryConfig):
+    """The config of `driver: ophyd`; `prefix` is that of the device's names in EPICS."""
+
+    own_errors: ClassVar = {**LibraryConfig.own_errors, **FAILED}
+
+    prefix: str | None = None
+
+
+class Ophyd(Library):
+    """Implements whichever contract its lab says or names."""
+
+    config_model: ClassVar = OphydConfig
+    library: ClassVar = "ophyd"
+    stops_beside: ClassVar = True
+
+    def connect(self) -> Any:
+        found = instrument_class(self.library, PACKAGE, self.config.instrument)
+        made = made_device(found, self.config.prefix, self.config.options)
+        self.versions = {"instrument": type(made).__name__}
+        self.on_loop = hasattr(made, "connect")
+        if self.on_loop:
+            return self._connected(made)
+        if hasattr(made, "wait_for_connection"):
+            made.wait_for_connection(timeout=self.timeout_s(None))
+        return made
+
+    async def _connected(self, made: Any) -> Any:
+        await made.connect(timeout=self.timeout_s(None))
+        return made
+
+    def disconnect(self, instrument: Any) -> None:
+        if not self.on_loop and instrument.name == NAME:  # not one that its module has made
+            instrument.destroy()
+
+    def get(self, path: str) -> Any:
+        signal = last_of(self._instrument, path)
+        return signal.get_value() if self.on_loop else signal.get()
+
+    def set(self, path: str, value: Any) -> Any:
+        return last_of(self._instrument, path).set(value)
+
+    def _do_it(self, said: Any, action: Action, values: Values) -> Any:
+        """What it returns, once a status says that it is done."""
+        try:
+            found = super()._do_it(said, action, values)
+            if isinstance(found, Awaitable):
+                return self._awaited(found)
+            if hasattr(found, "wait") and hasattr(found, "done"):
+                found = found.wait(timeout=self.timeout_s(said))
+            return readings(found, self._instrument.name)
+        except Exception as fault:
+            raise known_fault(fault) from fault
+
+    async def _awaited(self, found: Awaitable[Any]) -> Any:
+        try:
+            return readings(await found, self._instrument.name)
+        except Exception as fault:
+            raise known_fault(fault) from fault
+
+
+def made_device(found: Any, prefix: str | None, options: dict[str, Any]) -> Any:
+    """A device of a class or from a function; one with `prefix` is of EPICS."""
+    if not callable(found):  # a device that its module has made, as `ophyd.sim.motor`
+        return found
+    return found(*([] if prefix is None else [prefix]), **{"name": NAME, **options})
+
+
+def readings(found: Any, name: str) -> Any:
+    """`{"device_x": {"value": 1, ...}}` as `{"x": 1}`; what has the device's own name is `value`."""
+    if not (
+        isinstance(found, dict)
+        and all(isinstance(v, dict) and "value" in v for v in found.values())
+    ):
+        return found
+    return {field(one, name): reading["value"] for one, reading in found.items()}
+
+
+def field(reading: str, name: str) -> str:
+    """The name of a reading, without that of its device."""
+    plain = reading.removeprefix(name).strip("_-") or "value"
+    return re.sub(r"\W", "_", plain)
+
+
+def known_fault(fault: Exception) -> Exception:
+    """A limit is looked at before anything is sent; a status that failed says so."""
+    kind = type(fault).__name__
+    if "Limit" in kind:
+        return Refused(str(fault))
+    if kind in ("UnknownStatusFailure", "RuntimeError", "FailedStatus"):
+        return ActionFailed("Failed", str(fault) or kind)
+    return fault

@@ -1,0 +1,90 @@
+"""A lab entry and a contract test as text, from what a source knows of an instrument."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from fnmatch import fnmatchcase
+from typing import Any
+
+from ..protocol import CannotMake
+from .render import class_name
+from .sources import Described
+
+SPOKEN = {"on", "off", "yes", "no", "y", "n", "true", "false", "null"}
+"""Words that YAML may read as something else."""
+UNSURE = "# Below, `effect` is a guess: say `idempotent` or `pure` where twice does no harm."
+
+
+TEST = '''"""{Words}: its twin keeps the contract that {lab} says."""
+
+from pathlib import Path
+
+from labrun.drivers.contract_tests import Case, KeepsContract
+
+
+class TestSim{Class}(KeepsContract):
+    case = Case.of_lab(Path(__file__).parent / "{lab}", "{name}")
+'''
+
+
+def test_text(name: str, lab: str) -> str:
+    """The contract test of a device whose lab entry says its actions."""
+    words = name.replace("_", " ").capitalize()
+    return TEST.format(name=name, lab=lab, Words=words, Class=class_name(name))
+
+
+def only(known: Described, patterns: str) -> Described:
+    """With the actions whose names fit one of these patterns, `read_*,move`; raises CannotMake."""
+    wanted = [one.strip() for one in patterns.split(",")]
+    kept = {n: s for n, s in known.actions.items() if any(fnmatchcase(n, one) for one in wanted)}
+    lost = [one for one in wanted if not any(fnmatchcase(n, one) for n in known.actions)]
+    if lost or not kept:
+        raise CannotMake(f"no action fits {', '.join(lost)}; there is {', '.join(known.actions)}")
+    gone = known.actions.keys() - kept.keys()
+    config = {
+        key: value
+        for key, value in known.config.items()
+        if not (isinstance(value, str) and value in gone)
+    }
+    if safe := [one for one in config.pop("safe_state", []) if one in kept]:
+        config["safe_state"] = safe
+    return replace(known, actions=kept, config=config, unsure=known.unsure & kept.keys())
+
+
+def entry_text(name: str, known: Described) -> str:
+    """The lines of a lab for this device."""
+    return "".join(f"  {line}\n" for line in _lines(name, known))
+
+
+def _lines(name: str, known: Described) -> Iterator[str]:
+    yield f"{name}:"
+    yield f"  driver: {known.driver}"
+    yield "  config:"
+    for key, value in known.config.items():
+        note = f"     # {known.notes[key]}" if key in known.notes else ""
+        yield f"    {key}: {flow(value)}{note}"
+    yield "    actions:"
+    for action, said in known.actions.items():
+        if action not in known.unsure:
+            yield f"      {action}: {flow(said)}"
+    if known.unsure:
+        yield f"      {UNSURE}"
+    for action, said in known.actions.items():
+        if action in known.unsure:
+            yield f"      {action}: {flow(said)}"
+
+
+def flow(data: Any) -> str:
+    """Data as YAML on one line."""
+    if isinstance(data, dict):
+        return "{" + ", ".join(f"{_key(key)}: {flow(value)}" for key, value in data.items()) + "}"
+    if isinstance(data, (list, tuple)):
+        return "[" + ", ".join(flow(one) for one in data) + "]"
+    return _key(data) if isinstance(data, str) else json.dumps(data)
+
+
+def _key(text: Any) -> str:
+    plain = str(text).replace(".", "").replace("-", "_")
+    if not plain.isidentifier() or str(text)[0] in "-." or plain.lower() in SPOKEN:
+        return json.dumps(str(text))
+    return str(text)

@@ -1,0 +1,55 @@
+"""What a device can be made from: `labrun new device NAME --from SCHEME:...`, a module each.
+
+A module's `describe(source)` takes the whole text behind `--from`, returns what is known of the
+instrument, and raises CannotMake with a sentence.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from ...language.suggest import did_you_mean
+from ..protocol import CannotMake
+
+
+class Source(NamedTuple):
+    """The module beside this one, and an example that a refusal shows."""
+
+    module: str
+    example: str
+
+
+SOURCES = {
+    "pymeasure": Source("from_pymeasure", "pymeasure:keithley.Keithley2000"),
+    "qcodes": Source("from_qcodes", "qcodes:Keithley.Keithley2450"),
+    "ophyd": Source("from_ophyd", "ophyd:sim.SynAxis"),
+    "pylabrobot": Source("from_pylabrobot", "pylabrobot:heating_shaking.HeaterShaker"),
+}
+"""Scheme, which is what stands before the first colon -> its module."""
+
+
+@dataclass(frozen=True, slots=True)
+class Described:
+    """An instrument as its source knows it, in the words of a lab entry.
+
+    `config` is without `actions`. `notes` explain keys of `config` that only the reader can say;
+    `unsure` are the actions whose effect nobody knows but the reader.
+    """
+
+    driver: str
+    config: Mapping[str, Any]
+    actions: Mapping[str, Mapping[str, Any]]
+    notes: Mapping[str, str] = field(default_factory=dict)
+    unsure: frozenset[str] = frozenset()
+
+
+def described(source: str) -> Described:
+    """What its module knows of a source; raises CannotMake."""
+    scheme = source.partition(":")[0]
+    if scheme not in SOURCES or scheme == source:
+        examples = ", ".join(one.example for one in SOURCES.values())
+        raise CannotMake(
+            f"{source!r}{did_you_mean(scheme, SOURCES)}: a device can be made from {examples}"
+        )
+    return import_module(f".{SOURCES[scheme].module}", __package__).describe(source)

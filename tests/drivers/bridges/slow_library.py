@@ -1,0 +1,44 @@
+"""Stands for a library that blocks: a motor that counts its moves, and can be stopped beside them."""
+
+import threading
+
+
+class LimitError(ValueError):
+    """Where the library refuses, before anything moves."""
+
+
+class Motor:
+    """`speed` is a signal; a move lasts as long as it is told to."""
+
+    def __init__(self, name):
+        self.name = name
+        self.moves = 0
+        self._stopped = threading.Event()
+        self.speed = Signal(1.0)
+
+    def set(self, to, lasts):
+        if to > 100:
+            raise LimitError(f"{to} is beyond 100")
+        self.moves += 1
+        self._stopped.clear()
+        if self._stopped.wait(lasts):
+            raise RuntimeError("it was stopped")
+
+    def stop(self):
+        self._stopped.set()
+
+    def read(self):
+        return {f"{self.name}_moves": {"value": self.moves, "timestamp": 0.0}}
+
+
+class Signal:
+    """A value that is read and set."""
+
+    def __init__(self, value):
+        self.value = value
+
+    def get(self):
+        return self.value
+
+    def set(self, value):
+        self.value = value

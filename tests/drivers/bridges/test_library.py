@@ -1,0 +1,99 @@
+"""What every library's driver does: its own thread, limits, a stop beside what runs, an end of every wait."""
+
+import asyncio
+import sys
+import time
+
+import pytest
+
+from labrun.drivers.bridges.library import plain, returned
+from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+
+from . import slow_library
+
+CONFIG = {
+    "instrument": "slow_library.Motor",
+    "abort": "stop",
+    "timeout": 5,
+    "actions": {
+        "move": {
+            "call": "set", "params": {"to": {"unit": "mm"}, "lasts": {"unit": "s"}}, "cancel": True,
+        },
+        "hang": {"call": "set", "params": {"to": {}, "lasts": {}}, "timeout": 0.3},
+        "stop": {"call": "stop", "effect": "idempotent"},
+        "moves": {"call": "read", "effect": "pure", "returns": {"moves": {"type": "integer"}}},
+        "speed": {"get": "speed", "returns": {"speed": {"unit": "mm/s"}}},
+        "set_speed": {"set": "speed", "params": {"speed": {}}, "effect": "idempotent"},
+        "nonsense": {"get": "moves", "returns": {"moves": {}}},
+    },
+}  # fmt: skip
+
+
+@pytest.fixture
+def config(monkeypatch):
+    monkeypatch.setitem(sys.modules, "slow_library", slow_library)
+    return CONFIG
+
+
+def test_it_blocks_in_a_thread_of_its_own_and_is_stopped_beside_it(config, ask):
+    async def story(made):
+        await made.method("set_speed")(GoalContext("run/1"), speed=4.5)
+        goal = GoalContext("run/2")
+        moving = asyncio.create_task(made.method("move")(goal, to=50.0, lasts=100.0))
+        await asyncio.sleep(0.1)  # the loop goes on meanwhile
+        goal.cancelled.set()
+        begun = time.monotonic()
+        with pytest.raises(ActionCanceled):
+            await moving
+        took_s = time.monotonic() - begun
+        again = await made.method("moves")(GoalContext("run/3"))
+        return took_s, again, await made.method("speed")(GoalContext("run/4"))
+
+    took_s, moves, speed = ask("ophyd", config, story)
+
+    assert took_s < 2
+    assert moves == {"moves": 1} and speed == {"speed": 4.5}
+
+
+def test_what_does_not_return_in_time_is_a_timeout_and_it_is_opened_anew(config, ask):
+    async def story(made):
+        with pytest.raises(ActionFailed, match=r"has not returned within 0\.3 s") as fault:
+            await made.method("hang")(GoalContext("run/1"), to=1.0, lasts=1.0)
+        return fault.value, await made.method("moves")(GoalContext("run/2"))
+
+    failure, moves = ask("ophyd", config, story)
+
+    assert (failure.name, failure.happened) == ("Timeout", "unknown")
+    assert moves == {"moves": 0}
+
+
+def test_a_limit_of_the_library_says_that_nothing_happened(config, once):
+    with pytest.raises(ActionFailed, match="beyond 100") as fault:
+        once("ophyd", config, "move", to=200.0, lasts=0.0)
+
+    assert (fault.value.name, fault.value.happened) == ("Rejected", "no")
+
+
+def test_what_the_config_names_wrongly_is_a_failure_not_a_traceback(config, once):
+    with pytest.raises(ActionFailed, match="'int' object has no attribute 'get'"):
+        once("ophyd", config, "nonsense")
+    with pytest.raises(OSError, match="ophyd's slow_library has no Moter"):
+        once("ophyd", {**config, "instrument": "slow_library.Moter"}, "moves")
+
+
+@pytest.mark.parametrize(
+    ("found", "returns", "made"),
+    [
+        ((1.0, 2.0), {"x": {"type": "number"}, "y": {"type": "number"}}, {"x": 1.0, "y": 2.0}),
+        ("12.5 V", {"v": {"type": "number", "unit": "V"}}, {"v": 12.5}),
+        (3, {"text": {"type": "string"}}, {"text": "3"}),
+        (1, {"on": {"type": "boolean"}}, {"on": True}),
+    ],
+)
+def test_what_is_returned_is_read_as_the_contract_says(found, returns, made):
+    assert returned(found, returns, "ophyd") == made
+
+
+def test_nothing_is_no_number():
+    with pytest.raises(ValueError, match="it returned nothing, where number is expected"):
+        plain(None, {"type": "number"})

@@ -1,0 +1,50 @@
+"""A stock RunEngine runs a plan on a lab's devices: documents come out, and lease and ledger hold."""
+
+import pytest
+
+import labrun
+from labrun.engine.python_api.bluesky import Movable, Readable
+
+pytestmark = [pytest.mark.filterwarnings("default")]
+
+
+@pytest.fixture
+def bench():
+    with labrun.lab(yes=True) as lab:
+        yield lab
+
+
+def test_it_is_read_and_moved_as_bluesky_does(bench):
+    gantry = Movable(bench.gantry, "move_to", "x", name="x")
+    with pytest.raises(ValueError, match="x has not moved yet"):
+        gantry.read()
+    ended = []
+    status = gantry.set("12 mm")
+    status.add_callback(ended.append)
+    status.wait(20)
+    beyond = gantry.set("12 m")
+
+    assert ended == [status] and status.success
+    assert gantry.read()["x_x"]["value"] == pytest.approx(12, abs=0.1)
+    assert gantry.describe()["x_x"]["units"] == "mm"
+    assert "x" in str(beyond.exception(20)) and not beyond.success
+    with pytest.raises(ValueError, match="tare of balance is not pure"):
+        Readable(bench.balance, "tare")
+
+
+@pytest.mark.needs("bluesky")
+def test_a_stock_run_engine_scans_and_documents_come_out(bench):
+    from bluesky import RunEngine
+    from bluesky.plans import scan
+
+    documents = []
+    gantry = Movable(bench.gantry, "move_to", "x", name="x")
+    RunEngine({})(
+        scan([Readable(bench.balance, "weigh")], gantry, 10, 30, 3),
+        lambda kind, document: documents.append((kind, document)),
+    )
+    events = [document["data"] for kind, document in documents if kind == "event"]
+
+    assert [kind for kind, _ in documents] == ["start", "descriptor", *["event"] * 3, "stop"]
+    assert [event["x_x"] for event in events] == pytest.approx([10, 20, 30], abs=0.1)
+    assert documents[-1][1]["exit_status"] == "success"
