@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pydantic import Field, field_validator, model_validator
 
 from ...schemas.contract import Action, Effect, Name
+from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
 from .answers import BadAnswer, value
 from .bridge import Bridge, Values
@@ -144,12 +145,14 @@ class Http(Bridge):
         return {name: _found(data, name, said, schema) for name, schema in returns.items()}
 
     def _refuse(self, what: str, said: HttpAction, status: int, text: str) -> None:
-        if status < 300:
-            return
         words = f"{what} and answered with status {status}: {text[:200].strip()}"
         for name, error in {**self.config.errors, **said.errors}.items():
-            if error.code == status:
+            if (error.code, error.answer) == (None, None) or error.code not in (None, status):
+                continue
+            if error.answer is None or regular_expression(error.answer).search(text):
                 raise ActionFailed(name, words, error.happened)
+        if status < 300:
+            return
         if status < 500:
             raise ActionFailed("Refused", words, "no")
         raise ActionFailed("DeviceError", words, "unknown")

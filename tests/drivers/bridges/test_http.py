@@ -67,6 +67,38 @@ def test_what_takes_time_is_waited_for_and_can_be_stopped(peer, ask):
     assert there.done("dispense")[0]["given"] == "run/x/1"
 
 
+def test_a_job_is_asked_for_by_the_number_that_it_got(peer, ask):
+    """And what the device says with status 200 is a failure all the same, if the lab names it."""
+    there = peer("http_peer.py")
+    number = {"type": "integer"}
+    start = {
+        "post": "/jobs", "body": {"fails": "{fails}"}, "params": {"fails": {"default": False}},
+        "returns": {"number": {**number, "at": "job.id"}}, "until": {"do": "job", "state": "done"},
+    }  # fmt: skip
+    job = {
+        "get": "/jobs/{number}",
+        "params": {"number": number},
+        "returns": {"state": {"type": "string"}},
+    }
+    lid = {
+        "Lid": {"answer": "lid is open", "happened": "no"},
+        "Gone": {"answer": "NO_JOB", "happened": "no"},
+    }
+    said = config(there.where, errors=lid)
+    said["actions"] = {**ACTIONS, "start": start, "job": job}
+
+    async def story(driver):
+        first = await driver.start(GoalContext("run/x/1"))
+        with pytest.raises(ActionFailed) as gone:
+            await driver.job(GoalContext("run/x/2"), number=77)
+        with pytest.raises(ActionFailed) as failed:
+            await driver.start(GoalContext("run/x/3"), fails=True)
+        return first, gone.value.name, (failed.value.name, failed.value.happened)
+
+    assert ask("http", said, story) == ({"number": 1}, "Gone", ("Lid", "unknown"))
+    assert len(there.done("job")) == 2
+
+
 def test_refusals_have_names(peer, once):
     said = config(peer("http_peer.py").where)
     with pytest.raises(

@@ -248,3 +248,42 @@ def test_what_was_cut_off_is_known_by_a_count_or_not_at_all(peer, ask, counts, a
     ask("scpi", said, cut)
 
     assert ask("scpi", said, probe) == {"goal_id": answer}
+
+
+def test_a_pulse_does_not_go_out_when_its_range_is_refused(peer, once):
+    """And what is refused after something was sent may have happened."""
+    there = peer()
+    pulse = {"write": ["VOLT:RANG {range:g}", "DISP {range:g}"], "params": {"range": {"unit": "V"}}}
+    then = {
+        "write": ["DISP 1", "VOLT:RANG 5000"],
+        "errors": {"TooHigh": {"code": -222, "happened": "no"}},
+    }
+    said = config(there.where, actions={"pulse": pulse, "then": then})
+    with pytest.raises(ActionFailed) as refused:
+        once("scpi", said, "pulse", range=5000.0)
+    assert there.done("dispense") == []
+    with pytest.raises(ActionFailed) as late:
+        once("scpi", said, "then")
+
+    assert (refused.value.name, refused.value.happened) == ("ExecutionError", "no")
+    assert (late.value.name, late.value.happened) == ("TooHigh", "unknown")
+    assert len(there.done("dispense")) == 1
+
+
+def test_a_comma_within_quotes_is_part_of_a_text(peer, once):
+    words = {"x": {"type": "number"}, "words": {"type": "string"}, "n": {"type": "integer"}}
+    said = config(peer().where, actions={"words": {"query": "WORDS?", "returns": words}})
+
+    assert once("scpi", said, "words") == {"x": 1.5, "words": "none, or so", "n": 2}
+
+
+def test_nothing_is_sent_when_the_count_before_it_is_silent(peer, once):
+    there = peer(error_query=False)
+    dispense = {"write": "DISP 1", "count": "silent"}
+    silent = {"query": "ABOR?", "returns": {"n": {"type": "integer"}}, "timeout": 0.3}
+    said = config(there.where, actions={"silent": silent, "dispense": dispense}, error_query=False)
+    with pytest.raises(ActionFailed, match="nothing was sent") as failed:
+        once("scpi", said, "dispense")
+
+    assert (failed.value.name, failed.value.happened) == ("Lost", "no")
+    assert there.done("dispense") == []
