@@ -207,6 +207,8 @@ class Bridge(Driver):
     async def _attempt(self, name: str, goal: GoalContext, values: Values) -> Values:
         """Perform it; what changes nothing is tried again after a missing or wrong answer."""
         said, action = self._said[name], self.contract_kept.actions[name]
+        schemas = action.param_schemas()
+        values = {n: s["default"] for n, s in schemas.items() if "default" in s} | values
         for again in (action.effect == "pure", False):
             try:
                 result = await self.perform(said, action, values, goal)
@@ -287,8 +289,9 @@ class Bridge(Driver):
 
 def doubtful(failure: ActionFailed) -> ActionFailed:
     """A refusal that came when something had been sent before: then it may have happened."""
-    happened = "unknown" if failure.happened in ("no", None) else failure.happened
-    return ActionFailed(failure.name, failure.message, happened)
+    return ActionFailed(
+        failure.name, failure.message, "yes" if failure.happened == "yes" else "unknown"
+    )
 
 
 def _by_count(before: Values, now: Values) -> str:
