@@ -171,7 +171,9 @@ class Library(Bridge):
         except TimeoutError as fault:
             raise NoAnswer(f"{self.library} has not returned within {limit_s:g} s") from fault
         except Refused as fault:
-            raise ActionFailed("Rejected", f"{said.set or said.call}: {fault}", "no") from fault
+            raise ActionFailed(
+                "Rejected", f"{said.get or said.set or said.call}: {fault}", "no"
+            ) from fault
         except (ValueError, LookupError) as fault:
             raise BadAnswer(f"{self.library} cannot read the answer: {fault}") from fault
         except ActionFailed:

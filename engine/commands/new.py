@@ -110,8 +110,8 @@ def _device_from(name: str, source: str, patterns: str | None) -> None:
     _write(Path(LAB), f"devices:\n{entry}")
     where = ", ".join(f"`{key}`" for key in known.notes if key in known.config)
     print(
-        f"{LAB} is written, with {len(known.actions)} actions. Say {where or 'where it is'}, look at the "
-        "effects, leave out what you do not need. Next:"
+        f"{LAB} is written, with {len(known.actions)} actions. {f'Say {where}, look' if where else 'Look'} "
+        "at the effects, leave out what you do not need. Next:"
     )
     print(f"  labrun devices {name} --lab {LAB}")
     print(f"  labrun call {name}.ACTION --lab {LAB}     # `driver: sim_{known.driver}` is its twin")

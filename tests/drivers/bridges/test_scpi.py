@@ -6,6 +6,9 @@ import struct
 import pytest
 
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+from labrun.engine.lab.lab import load_lab
+from labrun.engine.new.device.entry import entry_text
+from labrun.engine.new.device.sources import described
 
 VOLTAGE = {"query": "MEAS:VOLT:DC?", "returns": {"voltage": {"type": "number", "unit": "V"}}}
 RANGE = {
@@ -287,3 +290,24 @@ def test_nothing_is_sent_when_the_count_before_it_is_silent(peer, once):
 
     assert (failed.value.name, failed.value.happened) == ("Lost", "no")
     assert there.done("dispense") == []
+
+
+@pytest.mark.parametrize("knows", [True, False])
+def test_a_lab_entry_is_written_from_what_the_instrument_says_of_itself(peer, tmp_path, knows):
+    known = described(f"visa:{peer(help=knows).where}")
+    (tmp_path / "lab.yaml").write_text(f"devices:\n{entry_text('dmm', known)}", "utf-8")
+    lab, problems = load_lab(tmp_path / "lab.yaml")
+    effects = {name: one.effect for name, one in lab.contracts["dmm@1"].actions.items()}
+    said = {
+        "abort": "once", "read_measure_voltage_dc": "pure", "read_voltage_range": "pure",
+        "set_voltage_range": "idempotent",
+    }  # fmt: skip
+
+    assert problems == []
+    assert lab.lab.devices["dmm"].config["idn"] == "DM-1"
+    assert effects == {
+        "identity": "pure",
+        "reset": "once",
+        "last_once": "pure",
+        **(said if knows else {}),
+    }

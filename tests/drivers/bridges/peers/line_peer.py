@@ -20,7 +20,16 @@ HABITS = {
     "over": "tcp", "banner": "", "banner_s": 0.0, "echo": False, "prompt": "", "end": "\n",
     "unit": "", "chatter": "", "work_s": 0.0, "answer_s": 0.0, "idn": "ACME,DM-1,0042,1.0",
     "closes": False, "error_query": True, "checksum": False, "login": False, "deaf": 0, "noise": "",
+    "help": False,
 }  # fmt: skip
+
+HELP = b""":ABORt/nquery/
+*IDN?/qonly/
+:MEASure:VOLTage:DC?/qonly/
+:VOLTage:RANGe
+:SYSTem:ERRor?/qonly/
+:OUTPut[:STATe]
+"""
 
 
 class Instrument:
@@ -85,6 +94,8 @@ class Instrument:
                 return "+9.91000000E+37"
             case "LIST?":
                 return "1.0,2.5,-3E0"
+            case "SYST:HELP:HEAD?" if self.habits["help"]:
+                return b"#3%03d" % len(HELP) + HELP
             case "WORDS?":
                 return '1.5,"none, or so",2'
             case "PAIR?":
