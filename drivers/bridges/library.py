@@ -232,6 +232,8 @@ def plain(found: Any, schema: dict[str, Any]) -> Any:
         return str(found)
     if found is None and "null" not in kinds:
         raise BadAnswer(f"it returned nothing, where {kinds} is expected")
+    if isinstance(found, bool) and kinds in ("number", "integer"):
+        raise BadAnswer(f"it returned {found!r}, where a {kinds} is expected")
     if found is not None and not isinstance(found, (bool, int, float, str)):
         raise BadAnswer(f"it returned {found!r}, where {kinds} is expected")
     return bool(found) if kinds == "boolean" and isinstance(found, (int, float)) else found

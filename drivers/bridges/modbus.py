@@ -228,7 +228,7 @@ class Modbus(Bridge):
     async def _write(self, name: str, value: Any, said: ModbusAction, *, first: bool) -> None:
         one: Register = self.config.registers[name]
         if one.is_bit:
-            await self._ask(name, "write_coil", said, first, one.coil, bool(value))
+            await self._put(name, "write_coil", said, first, one.coil, bool(value))
             return
         kind = _kind(self._client, one)
         if one.type != "string":
@@ -240,9 +240,18 @@ class Modbus(Bridge):
             words = f"{name}: {value!r} does not fit into {one.type}: {fault}"
             raise ActionFailed("IllegalValue", words, "no" if first else "unknown") from fault
         if len(words) == 1:
-            await self._ask(name, "write_register", said, first, one.holding, words[0])
+            await self._put(name, "write_register", said, first, one.holding, words[0])
         else:
             await self._ask(name, "write_registers", said, first, one.holding, words)
+
+    async def _put(self, name: str, call: str, said: Any, first: bool, at: Any, value: Any) -> None:
+        """Write one by the function for one; by that for several, if the device has no other."""
+        try:
+            await self._ask(name, call, said, first, at, value)
+        except ActionFailed as failure:
+            if failure.name != "IllegalFunction":
+                raise
+            await self._ask(name, f"{call}s", said, first, at, [value])
 
     def _ordered(self, words: list[int], one: Register) -> list[int]:
         """Registers as the specification has them, highest first, or as this device has them.

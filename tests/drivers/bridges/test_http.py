@@ -1,6 +1,7 @@
 """A shaker with an HTTP interface, in a process of its own."""
 
 import asyncio
+from urllib.parse import quote
 
 import pytest
 
@@ -113,6 +114,31 @@ def test_refusals_have_names(peer, once):
     assert (fast.value.name, fast.value.happened) == ("TooFast", "no")
     assert (broken.value.name, broken.value.happened) == ("DeviceError", "unknown")
     assert missing.value.name == "BadAnswer"
+
+
+def test_an_answer_that_is_no_number_has_a_name(peer, ask):
+    odd = {
+        '{"x": NaN}': "NotANumber", '{"x": 1e999}': "Overload", '{"x": "--"}': "NotANumber",
+        '{"x": null}': "BadAnswer", '{"x": true}': "BadAnswer", '{"x": {"a": 1}}': "BadAnswer",
+        "parsnips": "BadAnswer", "12.5 mL": 12500, "12.5": 12.5,
+    }  # fmt: skip
+    names = {f"odd_{number}": text for number, text in enumerate(odd)}
+    said = config(peer("http_peer.py").where, abort=None)
+    said["actions"] = {
+        name: {"get": f"/odd/{quote(text)}", "returns": {"x": {"unit": "uL"}}}
+        for name, text in names.items()
+    }
+
+    async def story(driver):
+        told = {}
+        for name, text in names.items():
+            try:
+                told[text] = (await getattr(driver, name)(GoalContext("run/1")))["x"]
+            except ActionFailed as failure:
+                told[text] = failure.name
+        return told
+
+    assert ask("http", said, story) == odd
 
 
 def test_one_that_is_not_there_is_said(once):

@@ -111,6 +111,13 @@ def test_a_device_that_refuses_questions_while_it_works_is_not_asked_to_work_aga
     assert len(there.done("dispense")) == 3
 
 
+def test_one_that_writes_only_several_registers_is_written_so(peer, once):
+    there = peer("modbus_peer.py", several=True)
+    once("modbus", config(there.where), "heat", to=100.0)
+
+    assert [one["values"] for one in there.done("write")] == [[1000]]
+
+
 def test_refusals_have_names(peer, once):
     said = config(peer("modbus_peer.py").where)
     with pytest.raises(

@@ -67,6 +67,11 @@ async def get_job(request):
     return web.json_response({"state": "done" if jobs[number][0] > 2 else "running"})
 
 
+async def odd(request):
+    """What a path says, as an answer."""
+    return web.Response(text=request.match_info["text"])
+
+
 async def stop(request):
     state["busy"] = False
     done("stop")
@@ -86,6 +91,7 @@ async def main():
     app.router.add_get("/api/broken", broken)
     app.router.add_post("/api/jobs", post_job)
     app.router.add_get("/api/jobs/{number}", get_job)
+    app.router.add_get("/api/odd/{text:.*}", odd)
     runner = web.AppRunner(app)
     await runner.setup()
     site = web.TCPSite(runner, "127.0.0.1", 0)

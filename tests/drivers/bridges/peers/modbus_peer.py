@@ -31,6 +31,8 @@ async def act(function, start, address, count, registers, values):
         registers[:6] = [2153, state["doses"], state["busy"], 0, *NAN]
         registers[6:10] = [0x0000, 0xC03F, 0x4F56, 0x454E]
         return ExcCodes.DEVICE_BUSY if state["busy"] and habits.get("rude") else None
+    if function in (5, 6) and habits.get("several"):
+        return ExcCodes.ILLEGAL_FUNCTION
     if function == 5 and values and values[0]:
         state["busy"] = 1
         asyncio.get_running_loop().call_later(habits.get("work_s", 0.1), dosed)
