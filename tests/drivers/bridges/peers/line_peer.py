@@ -87,6 +87,7 @@ class Instrument:
             case "INIT":
                 self.aborted.clear()
                 self.sweeping = time.monotonic() + self.habits["work_s"]
+                self.done("init")
                 return None
             case "OVER?":
                 return "+9.90000000E+37"
