@@ -15,7 +15,18 @@ from ..schemas.contracts import shipped_contracts
 from ..system.extras import missing, not_installed
 from .driver import Driver
 
-BRIDGES = ("scpi", "text", "modbus", "http", "pymeasure", "qcodes", "ophyd", "pylabrobot")
+BRIDGES = (
+    "scpi",
+    "text",
+    "modbus",
+    "http",
+    "pymeasure",
+    "qcodes",
+    "ophyd",
+    "pylabrobot",
+    "sila2",
+    "opcua",
+)
 """Drivers whose config says the actions; each has a twin, `sim_scpi`, that takes the same config."""
 SHIPPED = {
     "sim_gantry": "labrun.drivers.simulated.gantry:SimGantry",

@@ -9,6 +9,7 @@ from .model import Model
 from .quantity import Duration, seconds
 
 Number = int | float | str
+HIDDEN = "***"
 
 
 class Limit(Model):
@@ -88,6 +89,21 @@ class Lab(Model):
     def stop_grace_s(self) -> float:
         """How long a device may take to become safe, and then to close, when its server ends."""
         return seconds(self.stop_grace)
+
+
+def without_secrets(lab: dict[str, Any]) -> dict[str, Any]:
+    """A lab as it was read, without what only its owner may know: it is changed in place."""
+    for device in (lab.get("devices") or {}).values():
+        device.pop("token", None)
+        config = device.get("config") or {}
+        if "password" in config:
+            config["password"] = HIDDEN
+        config |= (
+            {"headers": dict.fromkeys(config["headers"], HIDDEN)} if config.get("headers") else {}
+        )
+        for step in config.get("login") or ():
+            step |= {"send": HIDDEN} if "send" in step else {}
+    return lab
 
 
 def _named(name: Any, device: Any) -> Any:

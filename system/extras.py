@@ -19,6 +19,8 @@ EXTRAS = {
     "pymeasure": ("pymeasure",),
     "qcodes": ("qcodes",),
     "pylabrobot": ("pylabrobot",),
+    "sila2": ("sila2",),
+    "opcua": ("asyncua",),
     "ophyd": ("ophyd", "ophyd_async"),
 }
 """Extra -> the libraries that labrun imports from it, as pyproject.toml has them."""

@@ -86,8 +86,12 @@ NEEDS = {
     "pylabrobot": Need(
         lambda: find_spec("pylabrobot") is not None, "pip install 'labrun[pylabrobot]'"
     ),
+    "sila2": Need(
+        lambda: find_spec("sila2") is not None, "pip install 'labrun[sila2]' cryptography"
+    ),
+    "asyncua": Need(lambda: find_spec("asyncua") is not None, "pip install 'labrun[opcua]'"),
 }
-LIBRARIES = {"pymeasure", "qcodes", "ophyd", "pylabrobot", "bluesky"}
+LIBRARIES = {"pymeasure", "qcodes", "ophyd", "pylabrobot", "bluesky", "sila2", "asyncua"}
 """Of instruments: each is tested in an environment of its own, so that labrun's stays small."""
 BY_FIXTURE = {"screen": "screen", "node_modules": "node"}
 """Fixture -> what every test that uses it needs."""

@@ -30,6 +30,10 @@ UNITS = {
 TRUE, FALSE = {"1", "on", "true", "yes"}, {"0", "off", "false", "no"}
 
 
+FIELD = re.compile(r"""(?:^|[,;])(\s*(?:"(?:[^"]|"")*"|'[^']*')\s*(?=[,;]|$)|[^,;]*)""")
+"""One of several values; a comma within quotes is part of a text."""
+
+
 class BadAnswer(ValueError):
     """An answer that is not what the contract returns, with the reason."""
 
@@ -70,7 +74,7 @@ def values(text: str, returns: Mapping[str, Any], pattern: Any) -> dict[str, Any
 def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
     if len(returns) <= 1:
         return {name: value(text, schema) for name, schema in returns.items()}
-    left = re.split(r"[,;]", text)
+    left = FIELD.findall(text)
     found = {}
     for name, schema in returns.items():
         if not left:
@@ -96,7 +100,7 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
             raise BadAnswer(f"{plain!r} is neither on nor off")
         return word in TRUE
     quoted = len(plain) > 1 and plain[0] == plain[-1] and plain[0] in "\"'"
-    return plain[1:-1] if quoted else plain
+    return plain[1:-1].replace(plain[0] * 2, plain[0]) if quoted else plain
 
 
 def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int | None:

@@ -25,6 +25,8 @@ ABORTED_S = 2.0
 STATUS_S = 1.5
 COUNT_S, COUNT_AGAIN_S = 45.0, 0.25
 """How long a probe watches a count; it has 60 s."""
+PASSING = ("Busy", "DeviceBusy", "Lost", "Timeout")
+"""Failures of a question that may be answered a moment later."""
 Values = dict[str, Any]
 
 
@@ -179,10 +181,7 @@ class Bridge(Driver):
             await self.ready(self.timeout_s(None))
             once = action.effect == "once"
             if once:
-                count = None
-                if said.count is not None:
-                    count = await self._attempt(said.count, GoalContext(f"count:{goal.id}"), {})
-                self.record.begin(goal.id, name, count)
+                self.record.begin(goal.id, name, await self._counted(said.count, goal))
         except OSError as fault:
             await self.drop()
             raise self.failed("Lost", name, f"{fault}; nothing was sent", "no") from fault
@@ -196,38 +195,56 @@ class Bridge(Driver):
             self.record.ended(goal.id, "yes", result)
         return result
 
+    async def _counted(self, name: str | None, goal: GoalContext) -> Values | None:
+        """The count before a `once` action, of which nothing has been sent yet."""
+        try:
+            if name is not None:
+                return await self._attempt(name, GoalContext(f"count:{goal.id}"), {})
+        except ActionFailed as failure:
+            raise OSError(failure.message) from failure
+        return None
+
     async def _attempt(self, name: str, goal: GoalContext, values: Values) -> Values:
-        """Perform it; what changes nothing is tried again if the connection broke meanwhile."""
+        """Perform it; what changes nothing is tried again after a missing or wrong answer."""
         said, action = self._said[name], self.contract_kept.actions[name]
+        schemas = action.param_schemas()
+        values = {n: s["default"] for n, s in schemas.items() if "default" in s} | values
         for again in (action.effect == "pure", False):
             try:
                 result = await self.perform(said, action, values, goal)
                 if said.until is not None:
-                    await self._until(said, goal)
+                    await self._until(said, goal, {**values, **result})
                 return result
             except NoNumber as fault:
                 raise self.failed(fault.name, name, str(fault), "yes") from fault
             except BadAnswer as fault:
-                raise self.failed("BadAnswer", name, str(fault)) from fault
+                failure = self.failed("BadAnswer", name, str(fault))
             except NoAnswer as fault:
-                await self.drop()
-                raise self.failed("Timeout", name, str(fault), "unknown") from fault
+                failure = self.failed("Timeout", name, str(fault), "unknown")
             except OSError as fault:
-                await self.drop()
-                if not again:
-                    raise self.failed("Lost", name, str(fault), "unknown") from fault
-                with contextlib.suppress(OSError):  # the second attempt says it
-                    await self.ready(self.timeout_s(None))
-        raise AssertionError("the second attempt returns or raises")
+                failure = self.failed("Lost", name, str(fault), "unknown")
+            await self.drop()
+            if not again:
+                break
+            with contextlib.suppress(OSError):  # the second attempt says it
+                await self.ready(self.timeout_s(None))
+        raise failure
 
-    async def _until(self, said: ActionConfig, goal: GoalContext) -> None:
+    async def _until(self, said: ActionConfig, goal: GoalContext, known: Values) -> None:
         """Ask until the instrument says that it is done; raises NoAnswer when the time is up."""
         wanted = {n: v for n, v in (said.until or {}).items() if n != "do"}
         asked, clock = str((said.until or {})["do"]), asyncio.get_running_loop().time
+        needed = self.contract_kept.actions[asked].param_schemas()
+        given = {name: value for name, value in known.items() if name in needed}
         until = clock() + self.timeout_s(said)
         while True:
             await asyncio.sleep(seconds(self.config.poll))  # it may need a moment to begin
-            told = await self._attempt(asked, GoalContext(f"until:{goal.id}"), {})
+            try:
+                told = await self._attempt(asked, GoalContext(f"until:{goal.id}"), given)
+            except ActionFailed as failure:  # of the question, not of what was asked to be done
+                if failure.name not in PASSING or clock() >= until:
+                    raise doubtful(failure) from failure
+                continue
             if all(told.get(name) == value for name, value in wanted.items()):
                 return
             goal.feedback(None, ", ".join(f"{name} {value}" for name, value in told.items()))
@@ -268,6 +285,13 @@ class Bridge(Driver):
             await self.ready(self.timeout_s(None))
         except OSError as fault:
             raise self.failed("Lost", name, str(fault), "no") from fault
+
+
+def doubtful(failure: ActionFailed) -> ActionFailed:
+    """A refusal that came when something had been sent before: then it may have happened."""
+    return ActionFailed(
+        failure.name, failure.message, "yes" if failure.happened == "yes" else "unknown"
+    )
 
 
 def _by_count(before: Values, now: Values) -> str:

@@ -17,7 +17,7 @@ class ByAction(BridgeConfig):
     def faults(self, contract: Contract, *, apart: bool) -> Iterator[ConfigFault]:
         yield from super().faults(contract, apart=apart)
         if self.abort is not None:
-            yield from self._named(("abort",), self.abort, needs_none=True)
+            yield from self._named(("abort",), self.abort)
 
 
 def filled(data: Any, given: Mapping[str, Any], params: Mapping[str, Any], goal: str) -> Any:

@@ -4,7 +4,7 @@ Every bridge has the same keys for what an action is; how it is done (`query`, `
 are the bridge's own. A contract may also stand apart: then `params` and `returns` may be left out.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
@@ -176,7 +176,7 @@ class BridgeConfig(Model):
                 yield ConfigFault(("actions", name), message, True)
         for key, names in (("safe_state", self.safe_state), ("status", self.status_actions())):
             for index, name in enumerate(names):
-                yield from self._named((key, index), name, needs_none=True)
+                yield from self._named((key, index), name)
 
     def _action_faults(
         self, name: str, said: ActionConfig, action: Action, *, apart: bool
@@ -196,9 +196,10 @@ class BridgeConfig(Model):
                 yield ConfigFault((part,), message, True)
         for key in ("probe", "count"):
             if getattr(said, key) not in (None, LAST_ONCE):
-                yield from self._named((key,), getattr(said, key), needs_none=True)
+                yield from self._named((key,), getattr(said, key))
         if said.until is not None:
-            yield from self._until_faults(said.until)
+            known = {*action.param_schemas(), *action.returns.get("properties", {})}
+            yield from self._until_faults(said.until, known)
         if said.cancel and self.abort is None:
             message = "to cancel it, the instrument must be told to: give the config an `abort`"
             yield ConfigFault(("cancel",), message)
@@ -208,7 +209,8 @@ class BridgeConfig(Model):
             for message in template_faults(text, action.param_schemas()):
                 yield ConfigFault((key,), message)
 
-    def _until_faults(self, until: dict[str, Any]) -> Iterator[ConfigFault]:
+    def _until_faults(self, until: dict[str, Any], known: set[str]) -> Iterator[ConfigFault]:
+        """`known` are the values that the action has, which the question may need."""
         asked, fields = until.get("do"), [name for name in until if name != "do"]
         if not isinstance(asked, str) or not fields:
             message = (
@@ -216,7 +218,7 @@ class BridgeConfig(Model):
             )
             yield ConfigFault(("until",), message)
             return
-        yield from self._named(("until", "do"), asked, needs_none=True)
+        yield from self._named(("until", "do"), asked, known=known)
         returned = self.said()[asked].returns if asked in self.said() else {}
         for name in fields:
             if returned and name not in returned:
@@ -227,14 +229,17 @@ class BridgeConfig(Model):
                 )
 
     def _named(
-        self, path: tuple[str | int, ...], name: str, *, needs_none: bool
+        self, path: tuple[str | int, ...], name: str, *, known: Collection[str] = ()
     ) -> Iterator[ConfigFault]:
         said = self.said()
         if name not in said:
             yield ConfigFault(path, f"there is no action {name}; there is {_listed(said)}")
-        elif needs_none and any("default" not in s for s in said[name].params.values()):
-            needed = _listed(n for n, s in said[name].params.items() if "default" not in s)
-            yield ConfigFault(path, f"{name} is called without parameters, but it needs {needed}")
+            return
+        needs = [n for n, s in said[name].params.items() if "default" not in s and n not in known]
+        if needs:
+            without = f"without {needs[0]}" if known else "without parameters"
+            message = f"{name} is called {without}, but it needs {_listed(needs)}"
+            yield ConfigFault(path, message)
 
 
 def typed(schema: JsonSchema) -> JsonSchema:

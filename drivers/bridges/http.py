@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pydantic import Field, field_validator, model_validator
 
 from ...schemas.contract import Action, Effect, Name
+from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
-from .answers import BadAnswer, value
+from .answers import BadAnswer
 from .bridge import Bridge, Values
 from .by_action import ByAction, filled, texts
 from .config import ActionConfig
+from .library import plain
 from .lines import NoAnswer
 from .template import fill
 
@@ -140,16 +142,24 @@ class Http(Bridge):
         try:
             data = json.loads(text) if returns else None
         except ValueError as fault:
-            raise BadAnswer(f"{what} and answered {text[:80]!r}, which is no JSON") from fault
+            if (
+                len(returns) != 1
+                or not text.strip()
+                or any("at" in s for s in said.returns.values())
+            ):
+                raise BadAnswer(f"{what} and answered {text[:80]!r}, which is no JSON") from fault
+            data = text  # a single value, as some devices answer
         return {name: _found(data, name, said, schema) for name, schema in returns.items()}
 
     def _refuse(self, what: str, said: HttpAction, status: int, text: str) -> None:
-        if status < 300:
-            return
         words = f"{what} and answered with status {status}: {text[:200].strip()}"
         for name, error in {**self.config.errors, **said.errors}.items():
-            if error.code == status:
+            if (error.code, error.answer) == (None, None) or error.code not in (None, status):
+                continue
+            if error.answer is None or regular_expression(error.answer).search(text):
                 raise ActionFailed(name, words, error.happened)
+        if status < 300:
+            return
         if status < 500:
             raise ActionFailed("Refused", words, "no")
         raise ActionFailed("DeviceError", words, "unknown")
@@ -164,4 +174,4 @@ def _found(data: Any, name: str, said: HttpAction, schema: dict[str, Any]) -> An
             data = data[int(part)] if isinstance(data, list) else data[part]
         except (KeyError, IndexError, ValueError, TypeError) as fault:
             raise BadAnswer(f"the answer has no {at or name}: {str(data)[:80]}") from fault
-    return value(data, schema) if isinstance(data, str) else data
+    return plain(data, schema)

@@ -171,7 +171,9 @@ class Library(Bridge):
         except TimeoutError as fault:
             raise NoAnswer(f"{self.library} has not returned within {limit_s:g} s") from fault
         except Refused as fault:
-            raise ActionFailed("Rejected", f"{said.set or said.call}: {fault}", "no") from fault
+            raise ActionFailed(
+                "Rejected", f"{said.get or said.set or said.call}: {fault}", "no"
+            ) from fault
         except (ValueError, LookupError) as fault:
             raise BadAnswer(f"{self.library} cannot read the answer: {fault}") from fault
         except ActionFailed:
@@ -230,6 +232,8 @@ def plain(found: Any, schema: dict[str, Any]) -> Any:
         return str(found)
     if found is None and "null" not in kinds:
         raise BadAnswer(f"it returned nothing, where {kinds} is expected")
+    if isinstance(found, bool) and kinds in ("number", "integer"):
+        raise BadAnswer(f"it returned {found!r}, where a {kinds} is expected")
     if found is not None and not isinstance(found, (bool, int, float, str)):
         raise BadAnswer(f"it returned {found!r}, where {kinds} is expected")
     return bool(found) if kinds == "boolean" and isinstance(found, (int, float)) else found

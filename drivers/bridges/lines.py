@@ -12,6 +12,7 @@ from ...schemas.quantity import seconds
 from ..driver import Place
 from ..serial_io.port import read_port
 from .channel import Channel, Network, Serial, Visa
+from .checksum import Checksum
 from .config import Time, pattern, time
 from .resource import Resource, read_resource
 
@@ -26,6 +27,18 @@ class Terminator(Model):
     read: str | None = None
 
 
+class Login(Model):
+    """One exchange before anything else: what is said first, and what is sent then."""
+
+    after: str | None = None
+    send: str | None = None
+
+    @field_validator("after")
+    @classmethod
+    def _is_a_pattern(cls, value: str | None) -> str | None:
+        return pattern(value)
+
+
 class LineConfig(Model):
     """Where the instrument is, and its habits."""
 
@@ -35,6 +48,8 @@ class LineConfig(Model):
     echo: bool = False
     prompt: str | None = None
     banner: str | None = None
+    login: list[Login] = Field(default_factory=list)
+    checksum: Checksum | None = None
     ignore: str | None = None
     pause: Time | None = None
     visa_library: str = "@py"
@@ -99,17 +114,25 @@ class Lines:
             raise OSError(str(fault)) from fault
 
     async def _pass_banner(self, timeout_s: float) -> None:
+        until = asyncio.get_running_loop().time() + timeout_s
         if self._config.banner is not None:
-            wanted = regular_expression(self._config.banner)
-            until = asyncio.get_running_loop().time() + timeout_s
-            while not wanted.search(self._decoded(self.channel.received)):
-                if not await self.channel.more(until - asyncio.get_running_loop().time()):
-                    said = self._decoded(self.channel.received).strip() or "nothing"
-                    raise NoAnswer(
-                        f"{self} did not greet with {wanted.pattern!r}, but with {said!r}"
-                    )
+            await self._said(self._config.banner, until, "greet with")
+        for step in self._config.login:
+            if step.after is not None:
+                await self._said(step.after, until, "say")
+            if step.send is not None:
+                self.channel.received.clear()
+                await self.at_once(step.send)
         if self.resource.kind != "visa":  # which is only read when it has been asked
             await self.quiet(CALM_S)
+
+    async def _said(self, words: str, until: float, verb: str) -> None:
+        """Wait for words that need no line end; raises NoAnswer."""
+        wanted = regular_expression(words)
+        while not wanted.search(self._decoded(self.channel.received)):
+            if not await self.channel.more(until - asyncio.get_running_loop().time()):
+                said = self._decoded(self.channel.received).strip() or "nothing"
+                raise NoAnswer(f"{self} did not {verb} {words!r}, but {said!r}")
 
     async def quiet(self, calm_s: float, most: int = 20) -> None:
         """Drop what has come, until nothing comes any more for a moment."""
@@ -133,7 +156,9 @@ class Lines:
 
     async def at_once(self, text: str) -> None:
         """Send a line without waiting for anybody's turn: an abort."""
-        await self.channel.write(self._encoded(text) + self._end.write.encode("latin-1"))
+        line, sums = self._encoded(text), self._config.checksum
+        whole = line if sums is None else sums.added(line)
+        await self.channel.write(whole + self._end.write.encode("latin-1"))
 
     async def finish(self, text: str, timeout_s: float) -> str:
         """After a line without an answer: its echo, and all up to the prompt, which is returned."""
@@ -166,7 +191,17 @@ class Lines:
             if line is None:
                 await self._more(until)
             elif line.strip() and not (self._ignore and self._ignore.search(line)):
-                return line
+                return self._checked(line)
+
+    def _checked(self, line: str) -> str:
+        """The line without its checksum; raises NoAnswer if that is another line's."""
+        sums = self._config.checksum
+        if sums is None or not sums.answers:
+            return line
+        kept = sums.taken(self._encoded(line.strip("\r\n")))
+        if kept is None:
+            raise NoAnswer(f"sent {line[:80]!r}, and its checksum is not that of the line")
+        return self._decoded(kept)
 
     def _taken_line(self) -> str | None:
         buffer = self.channel.received
@@ -191,7 +226,8 @@ class Lines:
                 kept = [one for one in told if one.strip() and one.strip() != prompt]
                 # A device that echoes at its prompt shows both in one line.
                 kept = [one.strip().removeprefix(prompt).strip() for one in kept]
-                return [o for o in kept if o and not (self._ignore and self._ignore.search(o))]
+                kept = [o for o in kept if o and not (self._ignore and self._ignore.search(o))]
+                return [self._checked(one) for one in kept]
             await self._more(until)
 
     async def block(self, text: str, timeout_s: float) -> bytes:

@@ -51,6 +51,8 @@ class Register(Model):
     scale: float = 1.0
     offset: float = 0.0
     length: int = Field(default=8, gt=0, le=125)
+    bit: int | None = Field(default=None, ge=0, le=15)
+    word_order: Literal["big", "little"] | None = None
 
     @model_validator(mode="after")
     def _one_table(self) -> "Register":
@@ -58,6 +60,8 @@ class Register(Model):
             raise ValueError("it is in one table: holding: 10, input: 10, coil: 10 or discrete: 10")
         if not self.scale:
             raise ValueError("its scale is 0, so it has no value")
+        if self.bit is not None and (self.is_bit or self.type != "uint16"):
+            raise ValueError("a `bit` is one of the 16 of an `input` or `holding` register")
         return self
 
     def _tables(self) -> list[str]:
@@ -73,7 +77,7 @@ class Register(Model):
 
     @property
     def writable(self) -> bool:
-        return self.table in ("holding", "coil")
+        return self.table in ("holding", "coil") and self.bit is None
 
 
 class ModbusAction(ActionConfig):
@@ -108,6 +112,7 @@ class ModbusConfig(ByAction):
     resource: str
     unit: int = Field(default=1, ge=0, le=255)
     word_order: Literal["big", "little"] = "big"
+    byte_order: Literal["big", "little"] = "big"
     framer: Literal["socket", "rtu", "ascii"] | None = None
     baud: int = Field(default=9600, gt=0)
     bits: Literal[7, 8] = 8
@@ -134,8 +139,13 @@ class ModbusConfig(ByAction):
                     if one not in self.registers:
                         yield ConfigFault(path, f"there is no register {one}; there is {known}")
                     elif key == "write" and not self.registers[one].writable:
-                        yield ConfigFault(path, f"{one} is in the table of {self.registers[one].table} "
-                                          "registers, which can only be read")  # fmt: skip
+                        table = self.registers[one].table
+                        what = (
+                            f"is a bit of a {table} register: write the whole"
+                            if table == "holding"
+                            else f"is in the table of {table} registers, which can only be read"
+                        )
+                        yield ConfigFault(path, f"{one} {what}")
             if name in contract.actions:
                 returns = contract.actions[name].returns.get("properties", {})
                 for one in set(returns) - set(said.reads):
@@ -196,15 +206,19 @@ class Modbus(Bridge):
 
     async def _read(self, name: str, said: ModbusAction) -> Any:
         one: Register = self.config.registers[name]
+        first = not said.write
         address = getattr(one, one.table)
         if one.is_bit:
             calls = {"coil": "read_coils", "discrete": "read_discrete_inputs"}
-            return (await self._ask(name, calls[one.table], said, True, address, count=1)).bits[0]
+            return (await self._ask(name, calls[one.table], said, first, address, count=1)).bits[0]
         kind = _kind(self._client, one)
         count = one.length if one.type == "string" else kind.value[1]
         call = f"read_{one.table}_registers"
-        words = (await self._ask(name, call, said, True, address, count=count)).registers
-        value = self._client.convert_from_registers(words, kind, word_order=self.config.word_order)
+        words = (await self._ask(name, call, said, first, address, count=count)).registers
+        if one.bit is not None:
+            return bool(words[0] >> one.bit & 1)
+        words = self._ordered(words, one)
+        value = self._client.convert_from_registers(words, kind)
         if isinstance(value, str):
             return value.rstrip("\0 ")
         if one.type.startswith("float") and value != value:
@@ -214,23 +228,40 @@ class Modbus(Bridge):
     async def _write(self, name: str, value: Any, said: ModbusAction, *, first: bool) -> None:
         one: Register = self.config.registers[name]
         if one.is_bit:
-            await self._ask(name, "write_coil", said, first, one.coil, bool(value))
+            await self._put(name, "write_coil", said, first, one.coil, bool(value))
             return
         kind = _kind(self._client, one)
         if one.type != "string":
             number = (float(value) - one.offset) / one.scale
             value = number if one.type.startswith("float") else round(number)
         try:
-            words = self._client.convert_to_registers(
-                value, kind, word_order=self.config.word_order
-            )
+            words = self._ordered(self._client.convert_to_registers(value, kind), one)
         except Exception as fault:  # struct.error and the library's own, for what does not fit
             words = f"{name}: {value!r} does not fit into {one.type}: {fault}"
             raise ActionFailed("IllegalValue", words, "no" if first else "unknown") from fault
         if len(words) == 1:
-            await self._ask(name, "write_register", said, first, one.holding, words[0])
+            await self._put(name, "write_register", said, first, one.holding, words[0])
         else:
             await self._ask(name, "write_registers", said, first, one.holding, words)
+
+    async def _put(self, name: str, call: str, said: Any, first: bool, at: Any, value: Any) -> None:
+        """Write one by the function for one; by that for several, if the device has no other."""
+        try:
+            await self._ask(name, call, said, first, at, value)
+        except ActionFailed as failure:
+            if failure.name != "IllegalFunction":
+                raise
+            await self._ask(name, f"{call}s", said, first, at, [value])
+
+    def _ordered(self, words: list[int], one: Register) -> list[int]:
+        """Registers as the specification has them, highest first, or as this device has them.
+
+        A text has no highest word, but its two letters may lie the other way round.
+        """
+        if self.config.byte_order == "little" and one.type not in ("int16", "uint16"):
+            words = [word >> 8 | (word & 0xFF) << 8 for word in words]
+        order = one.word_order or self.config.word_order
+        return words[::-1] if order == "little" and one.type != "string" else words
 
     async def _ask(
         self, name: str, call: str, said: Any, first: bool, *given: Any, **more: Any

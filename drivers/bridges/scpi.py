@@ -16,7 +16,7 @@ from ...schemas.messages import FileContent
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
 from .answers import BadAnswer, values
-from .bridge import Values
+from .bridge import Values, doubtful
 from .config import pattern
 from .line_bridge import NUMBER_ERRORS, LineAction, LineBridge, LineBridgeConfig
 from .lines import NoAnswer
@@ -141,21 +141,20 @@ class Scpi(LineBridge):
         query = fill(said.query, values, params, goal.id) if said.query is not None else None
         timeout_s, sent = self.timeout_s(said), " ".join([*texts, query or ""]).strip()
         result: Values = {}
+        self.out = 0
         try:
-            for text in texts:
-                await self.lines.send(text)
+            for number, text in enumerate(texts):
+                if number:  # a pulse must not go out at the level of before
+                    await self._refuse_errors(said, texts[number - 1])
+                await self.put(text)
                 self.refuse(text, await self.lines.finish(text, timeout_s), said)
             if said.wait:
                 await self._completed(timeout_s)
             if query is not None:
-                await self.lines.send(query)
+                await self.put(query)
                 result = await self._answered(query, said, action, values, goal)
-        except NoAnswer as fault:
+        except (NoAnswer, BadAnswer) as fault:
             await self._explain(said, sent, fault)
-            raise
-        except BadAnswer as fault:
-            await self._explain(said, sent, fault)
-            await self.drop()  # the right answer may still come
             raise
         await self._refuse_errors(said, sent)
         return result
@@ -210,20 +209,21 @@ class Scpi(LineBridge):
         return found
 
     async def _refuse_errors(self, said: ScpiAction, sent: str) -> None:
+        """Raise what is in the queue; of several commands others may have been carried out."""
         found = await self._errors()
         if not found:
             return
         code, _ = found[0]
         words = "; ".join(f"{number} {text}".strip() for number, text in found)
         told = f"{self.place.device} was sent {sent!r} and reports {words}"
-        named = {**self.config.errors, **said.errors}
-        for name, error in named.items():
+        name = _class_of(code)
+        happened: Happened = "no" if code in NOT_DONE or name == "CommandError" else "unknown"
+        for named, error in {**self.config.errors, **said.errors}.items():
             if error.code == code:
-                raise ActionFailed(name, told, error.happened)
-        kind = _class_of(code)
-        single = len(said.writes) <= 1 and ";" not in sent and not (said.writes and said.query)
-        refused = code in NOT_DONE or kind == "CommandError"
-        raise ActionFailed(kind, told, "no" if refused and single else "unknown")
+                name, happened = named, error.happened
+                break
+        failure = ActionFailed(name, told, happened)
+        raise failure if self.out <= 1 and ";" not in sent else doubtful(failure)
 
     async def _explain(self, said: ScpiAction, sent: str, fault: Exception) -> None:
         """Where no answer came, the error queue may say why: an unknown query is not answered."""

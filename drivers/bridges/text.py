@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 
 from ...schemas.contract import Action, Name
 from ...schemas.patterns import regular_expression
-from ..driver import GoalContext
+from ..driver import ActionFailed, GoalContext
 from .answers import BadAnswer
 from .bridge import Values
 from .config import pattern
@@ -77,6 +77,9 @@ class Text(LineBridge):
                 f"{self.lines}: {fault}; is another device there, or are its terminator or baud rate "
                 f"others?"
             ) from fault
+        except ActionFailed as failure:
+            await self.drop()
+            raise OSError(failure.message) from failure
         self.versions = {name: str(value) for name, value in told.items()}
 
     async def perform(
@@ -84,26 +87,24 @@ class Text(LineBridge):
     ) -> Values:
         params = action.param_schemas()
         texts = [fill(text, values, params, goal.id) for text in said.sends]
+        self.out = 0
         for text in texts:
-            await self.lines.send(text)
+            await self.put(text)
             if text is not texts[-1]:
-                await self.lines.finish(text, self.timeout_s(said))
+                self.refuse(text, await self.lines.finish(text, self.timeout_s(said)), said)
         last = texts[-1] if texts else ""
         result: Values = {}
         answered = said.answer is not None or bool(action.returns.get("properties"))
-        try:
-            if answered:
-                if not texts:
-                    self.lines.channel.received.clear()
-                result = await self.heard(last, said, action, goal)
-            else:
-                self.refuse(last, await self.lines.finish(last, self.timeout_s(said)), said)
-                await self._listen_for_errors(last, said)
-            if said.done is not None:
-                await self._until_done(said, last)
-        except BadAnswer:
-            await self.drop()  # the right answer may still come
-            raise
+        if answered:
+            if not texts:
+                self.lines.channel.received.clear()
+            result = await self.heard(last, said, action, goal)
+        else:
+            self.refuse(last, await self.lines.finish(last, self.timeout_s(said)), said)
+            await self._listen_for_errors(last, said)
+        if said.done is not None:
+            self.out += answered  # it has been accepted: what is reported now is no refusal
+            await self._until_done(said, last)
         return result
 
     async def _listen_for_errors(self, sent: str, said: TextAction) -> None:

@@ -16,6 +16,7 @@ from ...system.process import AT_ONCE, PLEASE_END, Process, alive, start_python,
 from ..server.server_file import FILE, fingerprint
 from ..server.settings import ServerSettings
 from .client import DeviceClient
+from .environment import fault_of
 from .link import ServerUnreachable
 
 SETTINGS = "server_settings.json"
@@ -150,6 +151,8 @@ async def start_server(
         server = await _start_or_adopt(config, folder, timeout_s, say)
     except OSError as fault:
         words = f"{fault.strerror or fault}: {fault.filename or folder}"
+        if (python := config.get("python")) is not None and fault.filename == python:
+            words = await fault_of(python) or words
         raise ServerFailed(f"the device server cannot be started: {words}") from fault
     server.stop_grace_s, server.say = config.get("stop_grace_s", server.stop_grace_s), say
     return server
@@ -196,10 +199,15 @@ async def _start(settings: Path, log: Path, timeout_s: float, python: str | None
         raise
     if said.get("ready"):
         return RunningServer(process, str(said["url"]), list(said["devices"]), process.pid)
-    await stop(process, END_S)
+    if not said:  # its end is only just coming, and no signal must come between
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(END_S):
+                await process.wait()
+    if process.returncode is None:
+        await stop(process, END_S)
     reason = said.get("error") or f"it exited at once; the end of its log: {_tail(log)}"
-    if python is not None and "No module named" in reason:
-        reason += f"; its environment needs labrun, too: `{python} -m pip install labrun`"
+    if python is not None and (fault := await fault_of(python)) is not None:
+        reason = f"{fault}; {reason}"
     failed = ServerFailed(f"the device server did not start: {reason}")
     failed.again = bool(said.get("again"))
     raise failed

@@ -37,6 +37,10 @@ From = Annotated[
         help="For a device: what a library knows of it, such as pymeasure:keithley.Keithley2000.",
     ),
 ]
+Speaks = Annotated[
+    str | None,
+    typer.Option("--speaks", metavar="scpi|lines", help="For a device that needs no Python."),
+]
 Only = Annotated[
     str | None,
     typer.Option(
@@ -52,6 +56,7 @@ def new(
     lab: Lab = None,
     source: From = None,
     only: Only = None,
+    speaks: Speaks = None,
 ) -> None:
     """Write NAME.yaml, a protocol that checks clean; with `device`, a driver and all it needs."""
     try:
@@ -62,7 +67,11 @@ def new(
                 raise CannotMake(
                     "--template and --lab are for protocols; a device takes --contract"
                 )
-            if source is None:
+            if speaks is not None:
+                if contract is not None or source is not None:
+                    raise CannotMake("--speaks says the contract; leave out --contract and --from")
+                _speaking_device(name[1], speaks)
+            elif source is None:
                 _new_device(name[1], contract)
             elif contract is None:
                 _device_from(name[1], source, only)
@@ -70,10 +79,9 @@ def new(
                 raise CannotMake("--from says the contract; leave out --contract")
         elif len(name) > 1:
             raise CannotMake(f"give one name; a name with spaces in quotes: {' '.join(name)!r}")
-        elif contract is not None or source is not None:
-            raise CannotMake(
-                f"{'--contract' if contract else '--from'} is for devices: labrun new device {name[0]}"
-            )
+        elif contract is not None or source is not None or speaks is not None:
+            option = "--contract" if contract else "--from" if source else "--speaks"
+            raise CannotMake(f"{option} is for devices: labrun new device {name[0]}")
         else:
             _new_protocol(name[0], template or "grid_scan", lab)
     except CannotMake as fault:
@@ -94,28 +102,50 @@ def _new_protocol(name: str, template: str, lab: Path | None) -> None:
 
 
 def _device_from(name: str, source: str, patterns: str | None) -> None:
-    from ..new.device.entry import entry_text, only, test_text
+    from ..new.device.entry import entry_text, only
     from ..new.device.make import LAB, device_name
     from ..new.device.sources import described
 
     known = described(source)
     known = known if patterns is None else only(known, patterns)
-    entry, test = entry_text(device_name(name), known), Path(f"test_{name}.py")
+    if not _write_said(name, entry_text(device_name(name), known)):
+        return
+    where = ", ".join(f"`{key}`" for key in known.notes if key in known.config)
+    print(
+        f"{LAB} is written, with {len(known.actions)} actions. {f'Say {where}, look' if where else 'Look'} "
+        "at the effects, leave out what you do not need. Next:"
+    )
+    print(f"  labrun devices {name} --lab {LAB}")
+    print(f"  labrun call {name}.ACTION --lab {LAB}     # `driver: sim_{known.driver}` is its twin")
+    print(f"  pytest test_{name}.py")
+
+
+def _speaking_device(name: str, language: str) -> None:
+    from ..new.device.make import LAB, device_name
+    from ..new.device.render import speaking_text
+
+    if language not in ("scpi", "lines"):
+        raise CannotMake(f"--speaks {language}: a device speaks scpi or lines")
+    if _write_said(name, speaking_text(device_name(name), language)):
+        print(f"{LAB} is written. Say where it is, and make its actions those of yours. Next:")
+        print(f"  labrun devices {name} --lab {LAB}")
+        print(f"  pytest test_{name}.py     # of its twin")
+
+
+def _write_said(name: str, entry: str) -> bool:
+    """A lab with a device that is said there, and its contract test; False if there is a lab already."""
+    from ..new.device.entry import test_text
+    from ..new.device.make import LAB
+
+    test = Path(f"test_{name}.py")
     if test.exists():
         raise CannotMake(f"{test} already exists; choose another name, or move it away")
     _write(test, test_text(name, LAB))
     if Path(LAB).exists():
         print(f"{LAB} already exists; add these lines to its `devices`:\n\n{entry}", end="")
-        return
+        return False
     _write(Path(LAB), f"devices:\n{entry}")
-    where = ", ".join(f"`{key}`" for key in known.notes if key in known.config)
-    print(
-        f"{LAB} is written, with {len(known.actions)} actions. Say {where or 'where it is'}, look at the "
-        "effects, leave out what you do not need. Next:"
-    )
-    print(f"  labrun devices {name} --lab {LAB}")
-    print(f"  labrun call {name}.ACTION --lab {LAB}     # `driver: sim_{known.driver}` is its twin")
-    print(f"  pytest {test}")
+    return True
 
 
 def _new_device(name: str, contract: str | None) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from ...schemas import journal as j
+from ...schemas.lab import without_secrets
 from ...system.extras import not_installed
 from ...system.files import replace_whole
 from ..journal.journal import JournalFault, read_records
@@ -81,9 +82,7 @@ def _write(writer: Any, folder: Path) -> None:
 def _without_tokens(lab: Path) -> bytes:
     """The run's copy of its lab, which an export is passed on with: the tokens are its owner's."""
     data = YAML(typ="safe", pure=True).load(lab.read_text(encoding="utf-8"))
-    for device in data["devices"].values():
-        device.pop("token", None)
-    return json.dumps(data, indent=1, ensure_ascii=False).encode()  # which is YAML
+    return json.dumps(without_secrets(data), indent=1, ensure_ascii=False).encode()  # which is YAML
 
 
 def _messages(record: j.JournalRecord, sent: dict[str, str]) -> Iterator[Message]:

@@ -106,7 +106,7 @@ def test_every_extra_that_brings_a_library_of_labrun_is_known():
     assert EXTRAS.keys() == PROJECT["optional-dependencies"].keys() - {"all", "test"}
 
 
-IN_ENVIRONMENTS_OF_THEIR_OWN = {"pymeasure", "qcodes", "ophyd", "pylabrobot"}
+IN_ENVIRONMENTS_OF_THEIR_OWN = {"pymeasure", "qcodes", "ophyd", "pylabrobot", "sila2", "opcua"}
 
 
 @pytest.mark.parametrize("extra", sorted(EXTRAS.keys() - IN_ENVIRONMENTS_OF_THEIR_OWN))

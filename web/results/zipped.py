@@ -9,6 +9,7 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from ...engine.run.folder import LAB
+from ...schemas.lab import without_secrets
 from ..report.files import is_working, walk
 
 PIECE = 256 * 1024
@@ -66,12 +67,10 @@ def _file(archive: zipfile.ZipFile, sink: _Sink, folder: Path, name: str) -> Ite
 
 
 def without_tokens(text: str) -> str:
-    """A lab file without device tokens; unchanged if there were none."""
-    if "token" not in text:
+    """A lab file without tokens, passwords, headers and logins; unchanged if there were none."""
+    if not any(word in text for word in ("token", "password", "headers", "login")):
         return text
     data = YAML(typ="safe", pure=True).load(text)
-    for device in (data or {}).get("devices", {}).values():
-        device.pop("token", None)
     out = io.StringIO()
-    YAML(typ="safe", pure=True).dump(data, out)
+    YAML(typ="safe", pure=True).dump(without_secrets(data or {}), out)
     return "# tokens were removed\n" + out.getvalue()

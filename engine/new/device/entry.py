@@ -62,7 +62,11 @@ def _lines(name: str, known: Described) -> Iterator[str]:
     yield "  config:"
     for key, value in known.config.items():
         note = f"     # {known.notes[key]}" if key in known.notes else ""
-        yield f"    {key}: {flow(value)}{note}"
+        if isinstance(value, dict) and any(isinstance(one, dict) for one in value.values()):
+            yield f"    {key}:{note}"
+            yield from (f"      {_key(name)}: {flow(one)}" for name, one in value.items())
+        else:
+            yield f"    {key}: {flow(value)}{note}"
     yield "    actions:"
     for action, said in known.actions.items():
         if action not in known.unsure:

@@ -30,6 +30,11 @@ def device_text(name: str, contract: Contract) -> str:
     return _render("device", _names(name) | {"contract": contract.type})
 
 
+def speaking_text(name: str, language: str) -> str:
+    """The lines of a lab for a device that is said there, in SCPI or in lines."""
+    return _render(f"speaks_{language}", _names(name))
+
+
 def lab_text(name: str, contract: Contract, contract_file: str | None) -> str:
     """A lab with only this device."""
     simple = [n for n, a in contract.actions.items() if not good_call(a)]

@@ -25,6 +25,10 @@ SOURCES = {
     "qcodes": Source("from_qcodes", "qcodes:Keithley.Keithley2450"),
     "ophyd": Source("from_ophyd", "ophyd:sim.SynAxis"),
     "pylabrobot": Source("from_pylabrobot", "pylabrobot:heating_shaking.HeaterShaker"),
+    "sila2": Source("from_sila2", "sila2://10.0.0.9:50052"),
+    "opc.tcp": Source("from_opcua", "opc.tcp://10.0.0.9:4840"),
+    "visa": Source("from_visa", "visa:GPIB0::22::INSTR"),
+    "modbus": Source("from_modbus", "modbus:registers.csv"),
 }
 """Scheme, which is what stands before the first colon -> its module."""
 

@@ -29,6 +29,7 @@ VOLT, CELSIUS = {"type": "number", "unit": "V"}, {"type": "number", "unit": "deg
         ("ON", {"type": "boolean"}, True),
         ("0", {"type": "boolean"}, False),
         ('"DM 1"', {"type": "string"}, "DM 1"),
+        ('"3"" pan"', {"type": "string"}, '3" pan'),
         ("1, 2;3 4", {"type": "array", "items": {"type": "integer"}}, [1, 2, 3, 4]),
         ("50 %", {"type": "number", "unit": "percent"}, 50.0),
         ("9.9E37", {"type": ["number", "null"]}, None),

@@ -1,6 +1,7 @@
 """A shaker with an HTTP interface, in a process of its own."""
 
 import asyncio
+from urllib.parse import quote
 
 import pytest
 
@@ -67,6 +68,38 @@ def test_what_takes_time_is_waited_for_and_can_be_stopped(peer, ask):
     assert there.done("dispense")[0]["given"] == "run/x/1"
 
 
+def test_a_job_is_asked_for_by_the_number_that_it_got(peer, ask):
+    """And what the device says with status 200 is a failure all the same, if the lab names it."""
+    there = peer("http_peer.py")
+    number = {"type": "integer"}
+    start = {
+        "post": "/jobs", "body": {"fails": "{fails}"}, "params": {"fails": {"default": False}},
+        "returns": {"number": {**number, "at": "job.id"}}, "until": {"do": "job", "state": "done"},
+    }  # fmt: skip
+    job = {
+        "get": "/jobs/{number}",
+        "params": {"number": number},
+        "returns": {"state": {"type": "string"}},
+    }
+    lid = {
+        "Lid": {"answer": "lid is open", "happened": "no"},
+        "Gone": {"answer": "NO_JOB", "happened": "no"},
+    }
+    said = config(there.where, errors=lid)
+    said["actions"] = {**ACTIONS, "start": start, "job": job}
+
+    async def story(driver):
+        first = await driver.start(GoalContext("run/x/1"))
+        with pytest.raises(ActionFailed) as gone:
+            await driver.job(GoalContext("run/x/2"), number=77)
+        with pytest.raises(ActionFailed) as failed:
+            await driver.start(GoalContext("run/x/3"), fails=True)
+        return first, gone.value.name, (failed.value.name, failed.value.happened)
+
+    assert ask("http", said, story) == ({"number": 1}, "Gone", ("Lid", "unknown"))
+    assert len(there.done("job")) == 2
+
+
 def test_refusals_have_names(peer, once):
     said = config(peer("http_peer.py").where)
     with pytest.raises(
@@ -81,6 +114,31 @@ def test_refusals_have_names(peer, once):
     assert (fast.value.name, fast.value.happened) == ("TooFast", "no")
     assert (broken.value.name, broken.value.happened) == ("DeviceError", "unknown")
     assert missing.value.name == "BadAnswer"
+
+
+def test_an_answer_that_is_no_number_has_a_name(peer, ask):
+    odd = {
+        '{"x": NaN}': "NotANumber", '{"x": 1e999}': "Overload", '{"x": "--"}': "NotANumber",
+        '{"x": null}': "BadAnswer", '{"x": true}': "BadAnswer", '{"x": {"a": 1}}': "BadAnswer",
+        "parsnips": "BadAnswer", "12.5 mL": 12500, "12.5": 12.5,
+    }  # fmt: skip
+    names = {f"odd_{number}": text for number, text in enumerate(odd)}
+    said = config(peer("http_peer.py").where, abort=None)
+    said["actions"] = {
+        name: {"get": f"/odd/{quote(text)}", "returns": {"x": {"unit": "uL"}}}
+        for name, text in names.items()
+    }
+
+    async def story(driver):
+        told = {}
+        for name, text in names.items():
+            try:
+                told[text] = (await getattr(driver, name)(GoalContext("run/1")))["x"]
+            except ActionFailed as failure:
+                told[text] = failure.name
+        return told
+
+    assert ask("http", said, story) == odd
 
 
 def test_one_that_is_not_there_is_said(once):

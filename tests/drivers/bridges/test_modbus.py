@@ -1,5 +1,7 @@
 """A furnace by Modbus: pymodbus serves it in a process of its own."""
 
+import asyncio
+
 import pytest
 
 from labrun.drivers.driver import ActionFailed, GoalContext
@@ -10,6 +12,10 @@ REGISTERS = {
     "doses": {"input": 1},
     "busy": {"input": 2},
     "broken": {"input": 4, "type": "float32"},
+    "turned": {"input": 6, "type": "float32"},
+    "word": {"input": 8, "type": "string", "length": 2},
+    "third": {"input": 6, "bit": 3},
+    "seventh": {"input": 7, "bit": 14},
     "target": {"holding": 10, "type": "int16", "scale": 0.1},
     "gain": {"holding": 20, "type": "float32"},
     "nowhere": {"holding": 500},
@@ -63,6 +69,53 @@ def test_a_dose_is_waited_for_and_counted(peer, ask):
 
     assert told == ({"doses": 1}, {"goal_id": "run/x/1"})
     assert len(there.done("dispense")) == 1
+
+
+def test_words_and_bytes_may_be_turned_round_but_not_a_text(peer, once):
+    upright = {"upright": {"input": 4, "type": "uint32", "word_order": "big"}}
+    names = ["upright", "turned", "word", "third", "seventh"]
+    kinds = [{"type": kind} for kind in ("integer", "number", "string", "boolean", "boolean")]
+    said = config(peer("modbus_peer.py").where, word_order="little", byte_order="little")
+    said["registers"] = {**REGISTERS, **upright}
+    both = {"read": names, "returns": dict(zip(names, kinds, strict=True))}
+    plain = {**said, "byte_order": "big", "actions": {"word": {**both, "read": "word"}}}
+    plain["actions"]["word"]["returns"] = {"word": {"type": "string"}}
+
+    told = once("modbus", {**said, "actions": {"both": both}}, "both")
+
+    assert told.pop("upright") == 0xC07F0000
+    assert told == {"turned": 1.5, "word": "VONE", "third": False, "seventh": True}
+    assert once("modbus", plain, "word") == {"word": "OVEN"}
+
+
+def test_a_device_that_refuses_questions_while_it_works_is_not_asked_to_work_again(peer, ask):
+    """Busy for a while, and then a question that it does not know: both say nothing of the dose."""
+    there = peer("modbus_peer.py", work_s=0.4, rude=True)
+    wrong = {"lost": {"read": "nowhere", "returns": {"nowhere": {"type": "integer"}}}}
+    until = {"dose_b": {**ACTIONS["dose"], "until": {"do": "lost", "nowhere": 1}}}
+    then = {"dose_c": {"write": {"start": True}, "read": "nowhere", "count": "doses"}}
+    said = config(there.where)
+    said["actions"] = {**ACTIONS, **wrong, **until, **then}
+
+    async def story(driver):
+        await driver.dose(GoalContext("run/x/1"))
+        fates = []
+        for action in (driver.dose_b, driver.dose_c):
+            with pytest.raises(ActionFailed) as failed:
+                await action(GoalContext("run/x/2"))
+            fates.append((failed.value.name, failed.value.happened))
+            await asyncio.sleep(1)
+        return fates
+
+    assert ask("modbus", said, story) == [("IllegalAddress", "unknown")] * 2
+    assert len(there.done("dispense")) == 3
+
+
+def test_one_that_writes_only_several_registers_is_written_so(peer, once):
+    there = peer("modbus_peer.py", several=True)
+    once("modbus", config(there.where), "heat", to=100.0)
+
+    assert [one["values"] for one in there.done("write")] == [[1000]]
 
 
 def test_refusals_have_names(peer, once):

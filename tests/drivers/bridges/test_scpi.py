@@ -6,6 +6,9 @@ import struct
 import pytest
 
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+from labrun.engine.lab.lab import load_lab
+from labrun.engine.new.device.entry import entry_text
+from labrun.engine.new.device.sources import described
 
 VOLTAGE = {"query": "MEAS:VOLT:DC?", "returns": {"voltage": {"type": "number", "unit": "V"}}}
 RANGE = {
@@ -164,7 +167,7 @@ def test_a_long_action_ends_when_it_is_aborted(peer, ask):
     async def story(driver):
         goal = GoalContext("run/x/1")
         sweep = asyncio.ensure_future(driver.sweep(goal))
-        await asyncio.sleep(0.3)
+        await asyncio.to_thread(there.soon, "init")
         goal.cancelled.set()
         with pytest.raises(ActionCanceled):
             await sweep
@@ -173,7 +176,7 @@ def test_a_long_action_ends_when_it_is_aborted(peer, ask):
     said = config(there.where, abort="ABOR", actions={"sweep": SWEEP})
 
     assert ask("scpi", said, story) == {"voltage": 1.25}
-    assert [one["done"] for one in there.done()][1:] == ["abort"]
+    assert [one["done"] for one in there.done()][1:] == ["init", "abort"]
 
 
 def test_a_broken_line_costs_a_reading_nothing_and_a_command_is_not_repeated(peer, ask):
@@ -248,3 +251,63 @@ def test_what_was_cut_off_is_known_by_a_count_or_not_at_all(peer, ask, counts, a
     ask("scpi", said, cut)
 
     assert ask("scpi", said, probe) == {"goal_id": answer}
+
+
+def test_a_pulse_does_not_go_out_when_its_range_is_refused(peer, once):
+    """And what is refused after something was sent may have happened."""
+    there = peer()
+    pulse = {"write": ["VOLT:RANG {range:g}", "DISP {range:g}"], "params": {"range": {"unit": "V"}}}
+    then = {
+        "write": ["DISP 1", "VOLT:RANG 5000"],
+        "errors": {"TooHigh": {"code": -222, "happened": "no"}},
+    }
+    said = config(there.where, actions={"pulse": pulse, "then": then})
+    with pytest.raises(ActionFailed) as refused:
+        once("scpi", said, "pulse", range=5000.0)
+    assert there.done("dispense") == []
+    with pytest.raises(ActionFailed) as late:
+        once("scpi", said, "then")
+
+    assert (refused.value.name, refused.value.happened) == ("ExecutionError", "no")
+    assert (late.value.name, late.value.happened) == ("TooHigh", "unknown")
+    assert len(there.done("dispense")) == 1
+
+
+def test_a_comma_within_quotes_is_part_of_a_text(peer, once):
+    words = {"x": {"type": "number"}, "words": {"type": "string"}, "n": {"type": "integer"}}
+    said = config(peer().where, actions={"words": {"query": "WORDS?", "returns": words}})
+
+    assert once("scpi", said, "words") == {"x": 1.5, "words": "none, or so", "n": 2}
+
+
+def test_nothing_is_sent_when_the_count_before_it_is_silent(peer, once):
+    there = peer(error_query=False)
+    dispense = {"write": "DISP 1", "count": "silent"}
+    silent = {"query": "ABOR?", "returns": {"n": {"type": "integer"}}, "timeout": 0.3}
+    said = config(there.where, actions={"silent": silent, "dispense": dispense}, error_query=False)
+    with pytest.raises(ActionFailed, match="nothing was sent") as failed:
+        once("scpi", said, "dispense")
+
+    assert (failed.value.name, failed.value.happened) == ("Lost", "no")
+    assert there.done("dispense") == []
+
+
+@pytest.mark.parametrize("knows", [True, False])
+def test_a_lab_entry_is_written_from_what_the_instrument_says_of_itself(peer, tmp_path, knows):
+    known = described(f"visa:{peer(help=knows).where}")
+    (tmp_path / "lab.yaml").write_text(f"devices:\n{entry_text('dmm', known)}", "utf-8")
+    lab, problems = load_lab(tmp_path / "lab.yaml")
+    effects = {name: one.effect for name, one in lab.contracts["dmm@1"].actions.items()}
+    said = {
+        "abort": "once", "read_measure_voltage_dc": "pure", "read_voltage_range": "pure",
+        "set_voltage_range": "idempotent",
+    }  # fmt: skip
+
+    assert problems == []
+    assert lab.lab.devices["dmm"].config["idn"] == "DM-1"
+    assert effects == {
+        "identity": "pure",
+        "reset": "once",
+        "last_once": "pure",
+        **(said if knows else {}),
+    }

@@ -2,6 +2,7 @@
 
 import pytest
 
+from labrun.drivers.bridges.checksum import Checksum
 from labrun.drivers.driver import ActionFailed, GoalContext
 
 VOLTAGE = {"send": "MEAS:VOLT:DC?", "effect": "pure", "returns": {"voltage": {"unit": "V"}}}
@@ -10,6 +11,11 @@ GO = {
     "done": r"DONE at .* mm", "returns": {"count": {"type": "integer"}}, "timeout": "5 s",
     "errors": {"Jam": {"answer": "ERR JAMMED", "happened": "no", "summary": "free it by hand"}},
 }  # fmt: skip
+LOGIN = [
+    {"after": "login: ", "send": "lab"},
+    {"after": "password: ", "send": "secret"},
+    {"after": "welcome"},
+]
 ERRORS = {"Unknown": {"answer": r"^\?1", "happened": "no"}}
 
 
@@ -29,6 +35,8 @@ def config(where, **more):
         ({"chatter": "T=21.5 C"}, {}),
         ({"banner": "PUMP 3000 ready", "banner_s": 0.3}, {"banner": "ready"}),
         ({"echo": True, "end": "\r\n"}, {"echo": True}),
+        ({"echo": True, "checksum": True}, {"echo": True, "checksum": {"of": "xor", "after": "*"}}),
+        ({"login": True}, {"login": LOGIN}),
     ],
 )
 def test_a_reading_and_a_move_that_takes_time(peer, once, habits, said):
@@ -72,6 +80,50 @@ def test_an_answer_that_is_none_says_what_came(peer, once):
         once("text", config(peer(name="b").where, actions={"voltage": silent}), "voltage")
 
     assert (odd.value.name, nothing.value.name) == ("BadAnswer", "Timeout")
+
+
+def test_a_login_that_is_refused_is_said(peer, once):
+    wrong = [LOGIN[0], {"after": "password: ", "send": "else"}, {"after": "welcome"}]
+    with pytest.raises(OSError, match=r"did not say 'welcome', but 'go away") as refused:
+        once("text", config(peer(login=True).where, login=wrong, timeout=0.3), "voltage")
+
+    assert "else" not in str(refused.value)
+
+
+def test_an_answer_with_a_wrong_checksum_is_none(peer, once):
+    """What the instrument has done is then not known, and is not done again."""
+    there = peer(error_query=False, checksum=True, noise="~")
+    said = config(there.where, checksum={"of": "xor", "after": "*"})
+    with pytest.raises(ActionFailed, match="its checksum is not that of the line") as garbled:
+        once("text", said, "go", to=5)
+
+    assert (garbled.value.name, garbled.value.happened) == ("Timeout", "unknown")
+    assert len(there.done("go")) == 1
+
+
+@pytest.mark.parametrize(
+    ("of", "form", "line"),
+    [
+        ("sum", "03d", "1230030902=?112"),
+        ("complement", "02X", "1230030902=?90"),
+        ("crc16", "04X", "123456789" + "4B37"),
+        ("ccitt", "04X", "123456789" + "29B1"),
+        ("xmodem", "04X", "123456789" + "31C3"),
+    ],
+)
+def test_checksums_are_those_of_their_specifications(of, form, line):
+    """Sum: as a gauge's manual has it; CRC: the check values of Greg Cook's catalogue."""
+    said, size = Checksum(of=of, form=form), len(format(0, form))
+
+    assert said.added(line[:-size].encode()) == line.encode()
+    assert said.taken(line.encode()) == line[:-size].encode()
+    assert said.taken(line.replace("3", "4", 1).encode()) is None
+
+
+def test_a_reading_whose_datagram_is_lost_is_asked_for_once_more(peer, once):
+    said = config(peer(over="udp", deaf=1).where, timeout=1)
+
+    assert once("text", said, "voltage") == {"voltage": 1.25}
 
 
 def test_another_instrument_is_known_by_its_hello(peer, once):

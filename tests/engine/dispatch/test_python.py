@@ -2,12 +2,14 @@
 
 import asyncio
 import json
+import re
 import subprocess
 import sys
 import sysconfig
 
 import pytest
 
+from labrun import __version__
 from labrun.drivers.client.launch import ServerFailed, start_server
 from labrun.engine.dispatch.connect import server_config
 from labrun.engine.lab.lab import load_lab
@@ -83,8 +85,28 @@ def test_an_environment_without_labrun_or_without_python_is_named(lab):
     ):
         asyncio.run(start_server(config(folder), folder / "servers" / "there"))
     (folder / "lab.yaml").write_text(LAB.replace("ENV", "./nowhere"))
-    with pytest.raises(ServerFailed, match=r"No such file or directory: .*nowhere/bin/python"):
+    with pytest.raises(ServerFailed, match=r"nowhere/bin/python`.*\(No such file or directory\)"):
         asyncio.run(start_server(config(folder), folder / "servers" / "other"))
+
+
+@pytest.mark.posix("a shell script is no program there")
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        ("echo hello", r"`, which the lab names, is no Python"),
+        ("echo python 3 9 0.1.0", r"is Python 3\.9, and labrun needs 3\.11"),
+        ("echo python 3 12 0.0.9", rf"has labrun 0\.0\.9, and this is {re.escape(__version__)}"),
+    ],
+)
+def test_another_python_or_another_labrun_is_named(lab, answer, words):
+    folder, _ = lab
+    script = folder / "odd" / "bin" / "python"
+    script.parent.mkdir(parents=True)
+    script.write_text(f"#!/bin/sh\ncase $1 in -c) {answer};; *) exit 2;; esac\n")
+    script.chmod(0o755)
+    (folder / "lab.yaml").write_text(LAB.replace("ENV", "./odd"))
+    with pytest.raises(ServerFailed, match=words):
+        asyncio.run(start_server(config(folder), folder / "servers" / "there"))
 
 
 def test_python_is_for_a_driver(tmp_path):

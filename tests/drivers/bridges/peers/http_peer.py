@@ -8,6 +8,7 @@ from pathlib import Path
 from aiohttp import web
 
 folder, habits = Path(sys.argv[1]), json.loads(Path(sys.argv[2]).read_text("utf-8"))
+jobs = {}
 state = {"speed": 0, "count": 0, "busy": False}
 
 
@@ -46,6 +47,31 @@ async def work(given):
     state["busy"] = False
 
 
+async def post_job(request):
+    """It has a number, by which it is asked for; `fails`: then it says so with status 200."""
+    number = len(jobs) + 1
+    jobs[number] = [0, (await request.json()).get("fails", False)]
+    done("job", number=number)
+    return web.json_response({"job": {"id": number}}, status=201)
+
+
+async def get_job(request):
+    number = int(request.match_info["number"])
+    if number not in jobs:
+        return web.json_response(
+            {"error": {"code": "NO_JOB", "message": "no such job"}}, status=404
+        )
+    jobs[number][0] += 1
+    if jobs[number][1]:
+        return web.json_response({"status": "error", "message": "the lid is open"})
+    return web.json_response({"state": "done" if jobs[number][0] > 2 else "running"})
+
+
+async def odd(request):
+    """What a path says, as an answer."""
+    return web.Response(text=request.match_info["text"])
+
+
 async def stop(request):
     state["busy"] = False
     done("stop")
@@ -63,6 +89,9 @@ async def main():
     app.router.add_post("/api/shake", shake)
     app.router.add_post("/api/stop", stop)
     app.router.add_get("/api/broken", broken)
+    app.router.add_post("/api/jobs", post_job)
+    app.router.add_get("/api/jobs/{number}", get_job)
+    app.router.add_get("/api/odd/{text:.*}", odd)
     runner = web.AppRunner(app)
     await runner.setup()
     site = web.TCPSite(runner, "127.0.0.1", 0)

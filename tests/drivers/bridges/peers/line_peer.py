@@ -5,7 +5,9 @@ are those of real instruments: banner, echo, prompt, terminators, slow answers, 
 """
 
 import contextlib
+import functools
 import json
+import operator
 import os
 import socket
 import sys
@@ -17,8 +19,17 @@ from pathlib import Path
 HABITS = {
     "over": "tcp", "banner": "", "banner_s": 0.0, "echo": False, "prompt": "", "end": "\n",
     "unit": "", "chatter": "", "work_s": 0.0, "answer_s": 0.0, "idn": "ACME,DM-1,0042,1.0",
-    "closes": False, "error_query": True,
+    "closes": False, "error_query": True, "checksum": False, "login": False, "deaf": 0, "noise": "",
+    "help": False,
 }  # fmt: skip
+
+HELP = b""":ABORt/nquery/
+*IDN?/qonly/
+:MEASure:VOLTage:DC?/qonly/
+:VOLTage:RANGe
+:SYSTem:ERRor?/qonly/
+:OUTPut[:STATe]
+"""
 
 
 class Instrument:
@@ -28,6 +39,7 @@ class Instrument:
         self.folder, self.habits = folder, {**HABITS, **habits}
         self.lock, self.aborted = threading.Lock(), threading.Event()
         self.errors, self.count, self.range, self.output, self.sweeping = [], 0, 10.0, False, None
+        self.heard = 0
         self.done("on")
 
     def done(self, what, **more):
@@ -75,6 +87,7 @@ class Instrument:
             case "INIT":
                 self.aborted.clear()
                 self.sweeping = time.monotonic() + self.habits["work_s"]
+                self.done("init")
                 return None
             case "OVER?":
                 return "+9.90000000E+37"
@@ -82,6 +95,10 @@ class Instrument:
                 return "+9.91000000E+37"
             case "LIST?":
                 return "1.0,2.5,-3E0"
+            case "SYST:HELP:HEAD?" if self.habits["help"]:
+                return b"#3%03d" % len(HELP) + HELP
+            case "WORDS?":
+                return '1.5,"none, or so",2'
             case "PAIR?":
                 return "0.5,ON"
             case "CURV?":
@@ -123,6 +140,9 @@ class Link:
         self.instrument, self.habits, self._write = instrument, instrument.habits, write
         self._left, self._queue, self._there = b"", [], threading.Event()
         threading.Thread(target=self._work, daemon=True).start()
+        self._asked = ["login: ", "password: "] if self.habits["login"] else []
+        if self._asked:
+            self.write(self._asked[0].encode())
         if self.habits["banner"]:
             time.sleep(self.habits["banner_s"])
             self.say(self.habits["banner"])
@@ -131,7 +151,9 @@ class Link:
             threading.Thread(target=self._chat, daemon=True).start()
 
     def say(self, text):
-        self.write(text.encode("latin-1") + self.habits["end"].encode())
+        for line in text.split(self.habits["end"]):
+            sums = "*" + xor(line + self.habits["noise"]) if self.habits["checksum"] else ""
+            self.write((line + sums).encode("latin-1") + self.habits["end"].encode())
 
     def write(self, data):
         with contextlib.suppress(OSError):  # nobody listens; what it has begun it still does
@@ -162,14 +184,38 @@ class Link:
             self._there.clear()
             while self._queue:
                 text = self._queue.pop(0)
+                self.instrument.heard += 1
+                if self.instrument.heard <= self.habits["deaf"]:
+                    continue
+                if self._asked:
+                    self._enter(text)
+                    continue
                 if self.habits["echo"]:
-                    self.say(text)
+                    self.write(text.encode("latin-1") + self.habits["end"].encode())
+                if self.habits["checksum"]:
+                    text, _, sums = text.rpartition("*")
+                    if sums != xor(text):
+                        self.say("?2 checksum")
+                        continue
                 answer = self.instrument.answer(text)
                 if isinstance(answer, bytes):
                     self.write(answer + self.habits["end"].encode())
                 elif answer is not None:
                     self.say(answer)
                 self.prompt()
+
+    def _enter(self, text):
+        """Two questions without line ends, which are sent while it waits."""
+        wanted = {"login: ": "lab", "password: ": "secret"}[self._asked.pop(0)]
+        if text != wanted:
+            self.say("go away")
+            self._asked = ["login: ", "password: "]
+        self.write(self._asked[0].encode() if self._asked else b"welcome\n")
+
+
+def xor(text):
+    """The bytes of a text, in exclusive or: two digits."""
+    return f"{functools.reduce(operator.xor, text.encode('latin-1'), 0):02X}"
 
 
 def over_tcp(instrument, port):

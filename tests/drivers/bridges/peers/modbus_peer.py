@@ -1,7 +1,8 @@
 """A furnace as pymodbus serves it, in a process of its own; what it does is in FOLDER/done.jsonl.
 
 Holding 10: set point in 0.1 degC; 20-21: float32; coil 0: dose (one dose each time it is set).
-Input 0: temperature, int16, 0.1 degC; 1: doses; 2: busy; 4-5: NaN. Discrete 0: door.
+Input 0: temperature, int16, 0.1 degC; 1: doses; 2: busy; 4-5: NaN; 6-7: 1.5 as float32, each pair of bytes
+and of words turned round; 8-9: OVEN. Discrete 0: door. It may be too busy to answer (`rude`).
 """
 
 import asyncio
@@ -10,6 +11,7 @@ import struct
 import sys
 from pathlib import Path
 
+from pymodbus.constants import ExcCodes
 from pymodbus.server import ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
@@ -27,11 +29,16 @@ async def act(function, start, address, count, registers, values):
     """Called for every request: 5 sets a coil, 6 and 16 write registers, 4 reads inputs."""
     if function == 4:
         registers[:6] = [2153, state["doses"], state["busy"], 0, *NAN]
-    elif function == 5 and values and values[0]:
+        registers[6:10] = [0x0000, 0xC03F, 0x4F56, 0x454E]
+        return ExcCodes.DEVICE_BUSY if state["busy"] and habits.get("rude") else None
+    if function in (5, 6) and habits.get("several"):
+        return ExcCodes.ILLEGAL_FUNCTION
+    if function == 5 and values and values[0]:
         state["busy"] = 1
         asyncio.get_running_loop().call_later(habits.get("work_s", 0.1), dosed)
     elif function in (6, 16) and values is not None:
         done("write", address=address, values=list(values))
+    return None
 
 
 def dosed():
@@ -46,7 +53,7 @@ async def main():
         [SimData(0, values=[False] * 16, datatype=bits)],
         [SimData(0, values=[True] * 16, datatype=bits)],
         [SimData(0, values=[0] * 40, datatype=words)],
-        [SimData(0, values=[0] * 8, datatype=words)],
+        [SimData(0, values=[0] * 10, datatype=words)],
     )
     server = ModbusTcpServer(SimDevice(1, tables, action=act), address=("127.0.0.1", 0))
     serving = asyncio.get_running_loop().create_task(server.serve_forever())

@@ -48,6 +48,22 @@ def test_four_files_and_a_lab_are_written_and_what_comes_next_is_said(tmp_path):
     assert lab is not None and lab.lab.devices["hot_plate"].contract == "hot_plate@1"
 
 
+@pytest.mark.parametrize("language", ["scpi", "lines"])
+def test_a_device_that_speaks_needs_no_python(tmp_path, language):
+    new(tmp_path, "hot_plate", "--speaks", language)
+    lab, problems = load_lab(tmp_path / "lab.yaml")
+    effects = {n: a.effect for n, a in lab.contracts["hot_plate@1"].actions.items()}
+    lines = [line for path in tmp_path.iterdir() for line in path.read_text("utf-8").splitlines()]
+
+    assert problems == []
+    assert effects == {
+        "read_level": "pure", "shots": "pure", "set_level": "idempotent", "off": "idempotent",
+        "fire": "once", "last_once": "pure",
+    }  # fmt: skip
+    assert {path.name for path in tmp_path.iterdir()} == {"lab.yaml", "test_hot_plate.py"}
+    assert len(lines) < 120
+
+
 @pytest.mark.parametrize("contract", ["own", *SHIPPED])
 def test_what_is_written_is_clean_and_keeps_the_shape_of_its_contract(tmp_path, contract):
     new(tmp_path, "hot_plate", *([] if contract == "own" else ["--contract", contract]))
@@ -164,6 +180,7 @@ def test_a_contract_that_will_not_do_is_refused_with_a_sentence(contract, words)
     ("words", "said"),
     [
         (("device", "x", "--template", "single"), "a device takes --contract"),
+        (("device", "plate", "--speaks", "latin"), "a device speaks scpi or lines"),
         (("scan", "--contract", "gantry@1"), "labrun new device scan"),
         (("scan", "--from", "pymeasure:a.B"), "--from is for devices: labrun new device scan"),
         (("device", "x", "--from", "a:B", "--contract", "gantry@1"), "leave out --contract"),

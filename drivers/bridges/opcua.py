@@ -1,0 +1,127 @@
+"""OPC UA servers: `get` and `set` are variables, `call` methods, by their names or node ids.
+
+Names are browse names from Objects on, `DeviceSet/Oven/Temperature/CurrentValue`, as OPC UA LADS
+(OPC 30500-1) has them; the number of a namespace may stand before one, `2:Oven`, and may change with the
+server's next start. `labrun new device NAME --from opc.tcp://host:port` writes the actions of a server.
+"""
+
+from typing import Any, ClassVar
+
+from pydantic import Field, field_validator
+
+from ...schemas.contract import Action, Name
+from ..driver import ActionFailed
+from .bridge import Values
+from .by_action import ByAction
+from .library import FAILED, Library, LibraryAction, Refused
+from .line_bridge import NUMBER_ERRORS
+from .opcua_nodes import arguments, connected, native, node_at, typed, variant
+from .sila2 import plain_name
+
+REFUSALS = (
+    "BadArgumentsMissing", "BadAttributeIdInvalid", "BadInvalidArgument", "BadInvalidState",
+    "BadMethodInvalid", "BadNodeIdInvalid", "BadNodeIdUnknown", "BadNotExecutable", "BadNotSupported",
+    "BadNotWritable", "BadOutOfRange", "BadTooManyArguments", "BadTypeMismatch",
+    "BadUserAccessDenied", "BadWriteNotSupported",
+)  # fmt: skip
+"""Status codes (OPC 10000-4) by which the server has looked at a request, and has not done it."""
+LOST = ("Connection", "Session", "SecureChannel", "Communication", "Shutdown", "ServerHalted")
+
+
+class OpcuaConfig(ByAction):
+    """The config of `driver: opcua`; `security` is the library's string of policy, mode and files."""
+
+    own_errors = {**NUMBER_ERRORS, **FAILED}  # type: ignore[assignment] # noqa: RUF012
+
+    url: str
+    user: str | None = None
+    password: str | None = None
+    security: str | None = None
+    actions: dict[Name, LibraryAction] = Field(min_length=1)
+    status: list[str] = Field(default_factory=list)
+
+    @field_validator("url")
+    @classmethod
+    def _is_an_address(cls, value: str) -> str:
+        if not value.startswith(("opc.tcp://", "opc.wss://")):
+            raise ValueError(f"{value!r} is no address such as opc.tcp://10.0.0.9:4840")
+        return value
+
+    @property
+    def instrument(self) -> str:
+        """What a failure to connect names."""
+        return self.url
+
+
+class Opcua(Library):
+    """Implements whichever contract its lab says or names."""
+
+    config_model: ClassVar = OpcuaConfig
+    library: ClassVar = "OPC UA"
+    on_loop = True
+
+    async def connect(self) -> Any:
+        said: OpcuaConfig = self.config
+        client = await connected(
+            said.url, self.timeout_s(None), said.user, said.password, said.security
+        )
+        self._nodes: dict[str, Any] = {}
+        server = client.get_node("i=2261")  # Server_ServerStatus_BuildInfo_ProductName
+        self.versions = {"server": str(await server.read_value())}
+        return client
+
+    async def disconnect(self, instrument: Any) -> None:
+        await instrument.disconnect()
+
+    async def get(self, path: str) -> Any:
+        try:
+            return native(await (await self._node(path)).read_value())
+        except Exception as fault:
+            raise self._failure(path, fault) from fault
+
+    async def set(self, path: str, value: Any) -> None:
+        try:
+            node = await self._node(path)
+            kind = await node.read_data_type_as_variant_type()
+            await node.write_value(typed(value, kind), kind)
+        except Exception as fault:
+            raise self._failure(path, fault) from fault
+
+    async def call(self, path: str, values: Values, action: Action) -> Any:
+        try:
+            method = await self._node(path)
+            owner = await self._node(path.rpartition("/")[0]) if "/" in path else None
+            owner = owner or await method.get_parent()
+            given = {plain_name(name): value for name, value in values.items()}
+            inputs = await arguments(self._instrument, method, "InputArguments")
+            lacking = [name for name, _ in inputs if plain_name(name) not in given]
+            if lacking:
+                raise Refused(f"the method needs {', '.join(lacking)}")
+            put = [variant(given[plain_name(name)], kind) for name, kind in inputs]
+            found = await owner.call_method(method.nodeid, *put)
+            outputs = await arguments(self._instrument, method, "OutputArguments")
+        except Exception as fault:
+            raise self._failure(path, fault) from fault
+        told = found if len(outputs) > 1 else [found]
+        named = {plain_name(n): native(v) for (n, _), v in zip(outputs, told, strict=False)}
+        returns = action.returns.get("properties", {})
+        return {name: named[plain_name(name)] for name in returns if plain_name(name) in named}
+
+    async def _node(self, path: str) -> Any:
+        """The node of a path, or of an id as `ns=2;s=Oven`; raises Refused."""
+        if path not in self._nodes:
+            self._nodes[path] = await node_at(self._instrument, path)
+        return self._nodes[path]
+
+    def _failure(self, path: str, fault: Exception) -> Exception:
+        kind = type(fault).__name__
+        if isinstance(fault, (Refused, OSError)):  # a TimeoutError is an OSError, and stays one
+            return fault
+        if kind in REFUSALS:
+            return Refused(f"the server refused it: {fault} ({kind})")
+        if "Timeout" in kind:
+            return TimeoutError(str(fault))
+        if any(one in kind for one in LOST):
+            return ConnectionError(f"{kind}: {fault}")
+        words = f"{self.place.device} was asked for {path}: {fault} ({kind})"
+        return ActionFailed("Failed", words, "unknown")

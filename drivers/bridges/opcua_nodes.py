@@ -1,0 +1,102 @@
+"""The nodes of an OPC UA server: found by name, with their arguments and types, by asyncua."""
+
+import asyncio
+import datetime
+import logging
+from typing import Any
+
+from ...system.extras import not_installed
+from .library import Refused
+
+LONGEST_S = 3600.0
+"""The library's own patience; how long is waited is said by each action."""
+HIERARCHICAL, HAS_PROPERTY = 33, 46
+
+
+async def connected(
+    url: str, timeout_s: float, user: str | None, password: str | None, security: str | None
+) -> Any:
+    """A connected client; raises OSError or the library's own."""
+    try:
+        from asyncua import Client  # pyright: ignore[reportMissingImports]
+    except ImportError as fault:
+        raise OSError(not_installed(fault) or str(fault)) from fault
+    logging.getLogger("asyncua").setLevel(logging.ERROR)  # what servers grant is its own matter
+    client = Client(url, timeout=LONGEST_S)
+    if user is not None:
+        client.set_user(user)
+        client.set_password(password or "")
+    async with asyncio.timeout(timeout_s):
+        if security is not None:
+            await client.set_security_string(security)
+        await client.connect()
+    return client
+
+
+async def node_at(client: Any, path: str) -> Any:
+    """The node of a path from Objects on, or of a node id; raises Refused with what is there."""
+    if path.startswith(("ns=", "i=", "s=", "g=", "b=")):
+        return client.get_node(path)
+    there, gone = client.nodes.objects, "Objects"
+    for part in path.removeprefix("Objects/").split("/"):
+        space, _, name = part.rpartition(":")
+        refs = await there.get_references(refs=HIERARCHICAL, direction=0)  # forward
+        found = [
+            one for one in refs
+            if one.BrowseName.Name == name and space in ("", str(one.BrowseName.NamespaceIndex))
+        ]  # fmt: skip
+        if not found:
+            known = ", ".join(dict.fromkeys(one.BrowseName.Name for one in refs)) or "nothing"
+            raise Refused(f"{gone} has no {part}; it has {known[:300]}")
+        there, gone = client.get_node(found[0].NodeId), name
+    return there
+
+
+async def arguments(client: Any, method: Any, which: str) -> list[tuple[str, Any]]:
+    """Name and type of a method's arguments."""
+    from asyncua.common.ua_utils import data_type_to_variant_type  # pyright: ignore[reportMissingImports]
+
+    found = [
+        r for r in await method.get_references(refs=HAS_PROPERTY) if r.BrowseName.Name == which
+    ]
+    if not found:
+        return []
+    told = await client.get_node(found[0].NodeId).read_value()
+    types = [await data_type_to_variant_type(client.get_node(one.DataType)) for one in told]
+    return [(one.Name, kind) for one, kind in zip(told, types, strict=True)]
+
+
+def variant(value: Any, kind: Any) -> Any:
+    """A value with its type; raises Refused."""
+    from asyncua import ua  # pyright: ignore[reportMissingImports]
+
+    return ua.Variant(typed(value, kind), kind)
+
+
+def typed(value: Any, kind: Any) -> Any:
+    """A value as a VariantType has it; raises Refused."""
+    if isinstance(value, list):
+        return [typed(one, kind) for one in value]
+    if kind.name in ("Float", "Double"):
+        return float(value)
+    if "Int" in kind.name or kind.name in ("Byte", "SByte"):
+        if int(value) != value:
+            raise Refused(f"{value} is not a whole number")
+        return int(value)
+    if kind.name == "LocalizedText":
+        from asyncua import ua  # pyright: ignore[reportMissingImports]
+
+        return ua.LocalizedText(str(value))
+    return value
+
+
+def native(found: Any) -> Any:
+    """OPC UA's types as data."""
+    if isinstance(found, list):
+        return [native(one) for one in found]
+    if isinstance(found, datetime.datetime):
+        return found.isoformat()
+    for name in ("Text", "Name"):  # LocalizedText, QualifiedName
+        if hasattr(found, name):
+            return getattr(found, name) or ""
+    return found if found is None or isinstance(found, (bool, int, float, str)) else str(found)

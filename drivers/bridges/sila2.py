@@ -1,0 +1,149 @@
+"""SiLA 2 servers: `get` is a property (`Shaking.Speed`), `call` a command (`Shaking.SetSpeed`).
+
+SiLA 2 Part A 1.1. What an observable command returns is asked for by its execution's UUID until it
+is there, over a broken connection, too. `labrun new device NAME --from sila2://host:port` writes the
+actions of a server's features.
+"""
+
+import os
+import time
+from pathlib import Path
+from typing import Any, ClassVar
+
+from pydantic import Field, field_validator
+
+from ...schemas.contract import Action, Name
+from ...system.extras import not_installed
+from ..driver import ActionFailed
+from .bridge import Values
+from .by_action import ByAction
+from .library import FAILED, Library, LibraryAction, Refused
+from .line_bridge import NUMBER_ERRORS
+from .resource import read_resource
+
+REFUSALS = ("ValidationError", "CommandExecutionNotAccepted", "InvalidMetadata")
+LOOK_S, LOOK_AT_MOST_S = 0.05, 0.5
+
+
+class Sila2Config(ByAction):
+    """The config of `driver: sila2`: `url: sila2://10.0.0.9:50052`, and how it is encrypted."""
+
+    own_errors = {**NUMBER_ERRORS, **FAILED}  # type: ignore[assignment] # noqa: RUF012
+
+    url: str
+    insecure: bool = False
+    root_certs: str | None = None
+    actions: dict[Name, LibraryAction] = Field(min_length=1)
+    status: list[str] = Field(default_factory=list)
+
+    @field_validator("url")
+    @classmethod
+    def _is_an_address(cls, value: str) -> str:
+        read_resource(value.removeprefix("sila2://"))
+        if not value.startswith("sila2://"):
+            raise ValueError(f"{value!r} is no address such as sila2://10.0.0.9:50052")
+        return value
+
+    @property
+    def instrument(self) -> str:
+        """What a failure to connect names."""
+        return self.url
+
+
+class Sila2(Library):
+    """Implements whichever contract its lab says or names."""
+
+    config_model: ClassVar = Sila2Config
+    library: ClassVar = "SiLA"
+    stops_beside: ClassVar = True
+
+    def connect(self) -> Any:
+        said: Sila2Config = self.config
+        client = connected(said.url, insecure=said.insecure, root_certs=said.root_certs)
+        service = client.SiLAService
+        names = ("ServerName", "ServerType", "ServerVersion", "ServerUUID")
+        self.versions = {name: str(getattr(service, name).get()) for name in names}
+        return client
+
+    def disconnect(self, instrument: Any) -> None:
+        instrument.close()
+
+    def get(self, path: str) -> Any:
+        return native(self._of(path).get())
+
+    def set(self, path: str, value: Any) -> None:
+        raise Refused("a property of SiLA is never set; a command sets it: `call: Feature.Command`")
+
+    def call(self, path: str, values: Values, action: Action) -> Any:
+        command, client = self._of(path), self._instrument
+        inner = command._wrapped_command
+        params = {plain_name(one._identifier): one._identifier for one in inner.parameters}
+        given = {params.get(plain_name(name), name): value for name, value in values.items()}
+        try:
+            answer = command(**given)
+            if hasattr(answer, "get_responses"):
+                answer = self._finished(answer, client)
+        except Exception as fault:
+            raise self._failure(path, fault, action) from fault
+        told = {plain_name(name): value for name, value in native(answer).items()}
+        returns = action.returns.get("properties", {})
+        return {name: told[plain_name(name)] for name in returns if plain_name(name) in told}
+
+    def _of(self, path: str) -> Any:
+        feature, _, name = path.partition(".")
+        found = getattr(getattr(self._instrument, feature, None), name, None)
+        if found is None:
+            known = ", ".join(self._instrument._features)
+            raise ActionFailed("Rejected", f"the server has no {path}; its features: {known}", "no")
+        return found
+
+    def _finished(self, execution: Any, client: Any) -> Any:
+        """The responses of an observable command; its timeout is the action's."""
+        pause_s = LOOK_S
+        while True:
+            try:
+                return execution.get_responses()
+            except Exception as fault:
+                lost = type(fault).__name__ in (
+                    "CommandExecutionNotFinished",
+                    "SilaConnectionError",
+                )
+                if not lost or self._instrument is not client:  # nobody waits for it any more
+                    raise
+            time.sleep(pause_s)
+            pause_s = min(2 * pause_s, LOOK_AT_MOST_S)
+
+    def _failure(self, path: str, fault: Exception, action: Action) -> Exception:
+        kind, name = type(fault).__name__, getattr(fault, "identifier", None)
+        words = f"{self.place.device} was asked for {path}: {fault}"
+        if kind in REFUSALS:
+            return Refused(str(fault))
+        if kind == "SilaConnectionError":
+            return ConnectionError(words)
+        if name in action.errors:
+            return ActionFailed(name, words)
+        return ActionFailed("Failed", words, "unknown")
+
+
+def connected(url: str, *, insecure: bool, root_certs: str | None) -> Any:
+    """A client that has read what the server's features are; raises OSError."""
+    os.environ.setdefault("GRPC_VERBOSITY", "NONE")  # it would write to the terminal by itself
+    try:
+        from sila2.client import SilaClient  # pyright: ignore[reportMissingImports]
+    except ImportError as fault:
+        raise OSError(not_installed(fault) or str(fault)) from fault
+    at = read_resource(url.removeprefix("sila2://"))
+    certs = Path(root_certs).expanduser().read_bytes() if root_certs is not None else None
+    return SilaClient(at.host, at.port, insecure=insecure, root_certs=certs)
+
+
+def native(found: Any) -> Any:
+    """SiLA's structures as data."""
+    if hasattr(found, "_asdict"):
+        return {name: native(value) for name, value in found._asdict().items()}
+    return [native(one) for one in found] if isinstance(found, list) else found
+
+
+def plain_name(name: str) -> str:
+    """`TargetSpeed` and `target_speed` are the same."""
+    return name.replace("_", "").lower()
