@@ -65,6 +65,7 @@ class Dispatcher:
         for client in clients.values():
             client.on_stopped = self._was_stopped
             client.on_touch = self.wake.set
+            client.on_told = self._told
         self._out_of_touch: dict[str, float] = {}
         """Device -> until when it is waited for; 0 once that is over."""
 
@@ -130,6 +131,10 @@ class Dispatcher:
     def _standing(self) -> dict[str, tuple[str, int]]:
         """Boot and epoch of every device that has a state to lose."""
         return {d: (c.boot, c.epoch(d)) for d, c in self.clients.items() if d in self._lasting}
+
+    def _told(self) -> None:
+        if self.run.watches:
+            self.wake.set()
 
     # --- stops by others
 
@@ -272,27 +277,34 @@ class Dispatcher:
 
     def prepare(self) -> list[Request]:
         """Choose what can be sent now and put the intents into the journal."""
-        if self.paused or self.draining or self.disk_full:
+        if self.draining or self.disk_full or (self.paused and not self._urgent()):
             return []
         ready: list[Request] = []
         waiting: deque[Request] = deque()
-        taken = set(self._holders)
+        taken = {r.device for r in self._under_way.values() if not r.role.contract.concurrent}
         away = self._away()
         for request in self._queue:
-            if self._kept_by(request, away):
+            held = self.paused and not (request.urgent and request.device not in self.stopped)
+            if held or self._kept_by(request, away):
                 waiting.append(request)
                 continue
-            exclusive = not request.role.contract.concurrent
-            if exclusive and request.device in taken:
+            if request.exclusive and request.device in taken:
                 waiting.append(request)
                 continue
-            if exclusive:
+            if not request.role.contract.concurrent:
                 taken.add(request.device)
             ready.append(request)
         self._queue = waiting
         for request in ready:
             self._note(request)
         return ready
+
+    def _urgent(self) -> bool:
+        return any(request.urgent for request in self._queue)
+
+    def status(self, device: str) -> tuple[dict[str, Any], float]:
+        """What a device told of itself when its driver last could, and when by the event loop."""
+        return self.clients[device].told(device)
 
     def _kept_by(self, request: Request, away: Mapping[str, float]) -> list[str]:
         """Other devices that a `once` action waits for."""
@@ -333,7 +345,7 @@ class Dispatcher:
                     sets=request.action.setting(request.params),
                 )
             )  # fmt: skip
-        if not request.role.contract.concurrent:
+        if request.exclusive:
             self._holders[request.device] = request
         self._under_way[request.goal_id] = request
 

@@ -27,6 +27,7 @@ class Request:
     `within`: the path of the iteration, or the phase, that it belongs to. `epoch`: that of the lease
     under which it was sent. `adopt`: the goal of an earlier engine session that is asked about under
     its own id. `cut`: it was ended by a stop, so it has no outcome: what asked for it waits.
+    `urgent`: it is sent also while the run is paused.
     """
 
     goal_id: str
@@ -45,11 +46,17 @@ class Request:
     expired: bool = False
     withdrawn: bool = False
     cut: bool = False
+    urgent: bool = False
 
     @property
     def device(self) -> str:
         """The lab's device that does it."""
         return self.role.device
+
+    @property
+    def exclusive(self) -> bool:
+        """Whether its device does nothing else meanwhile."""
+        return not (self.role.contract.concurrent or self.action.meanwhile)
 
     @property
     def label(self) -> str:

@@ -48,6 +48,7 @@ class Frame:
 
     __slots__ = (
         "attempts", "joiner", "keys", "names", "outer_sets", "own", "owner", "parent", "path", "pending",
+        "urgent",
     )  # fmt: skip
 
     def __init__(
@@ -60,6 +61,8 @@ class Frame:
         self.names: ChainMap[str, Any] = ChainMap(own, *(parent.names.maps if parent else ()))
         self.owner: Frame = self if owns or parent is None else parent.owner
         self.joiner: Frame = self if joins or parent is None else parent.joiner
+        self.urgent: bool = parent is not None and parent.urgent
+        """What is done in it is done at once, also while the run is paused: a watch was right."""
         self.attempts: dict[str, int] = {}
         self.pending: list[Any] = []
         self.outer_sets: dict[str, Any] = {}
@@ -68,7 +71,9 @@ class Frame:
     def phase(cls, name: str, names: dict[str, Any], around: "Frame | None" = None) -> "Frame":
         """The frame of a whole phase: `main`, `resume:1`, or `finally:1` with main's results."""
         results = Results(around.names["steps"] if around is not None else None)
-        return cls(name, {**names, "steps": results}, None, owns=True, joins=True)
+        made = cls(name, {**names, "steps": results}, None, owns=True, joins=True)
+        made.urgent = around is not None and around.urgent
+        return made
 
     def iteration(self, path: str, key: str, names: dict[str, Any]) -> "Frame":
         """One iteration of a loop in this frame."""
@@ -80,7 +85,7 @@ class Frame:
     def another(self, path: str, names: dict[str, Any]) -> "Frame":
         """The frame of a used protocol: it sees nothing of what is around it."""
         inner = Frame(path, {**names, "steps": Results()}, None, owns=True, joins=True)
-        inner.keys = self.keys
+        inner.keys, inner.urgent = self.keys, self.urgent
         return inner
 
     def within(self, path: str, names: dict[str, Any] | None = None) -> "Frame":

@@ -28,7 +28,7 @@ from .nodes.background import Background, Join
 from .nodes.branch import Branch
 from .nodes.every_step import EveryStep
 from .nodes.fallback import Alternative, Fallback
-from .nodes.immediate import Fail, Log, Require, SetNames
+from .nodes.immediate import Fail, Log, Notify, Require, SetNames
 from .nodes.iterations import ConditionalIterations, CountedIterations, ItemIterations, Iterations
 from .nodes.loop import Loop, LoopPlan
 from .nodes.question import AskPerson
@@ -36,6 +36,7 @@ from .nodes.retry import Retry, RetryRules
 from .nodes.step import StepNode, StepRules
 from .nodes.use import Use, UsePlan
 from .nodes.wait import Wait, WaitUntil
+from .nodes.watch import Watched, Watcher, WatchPlan
 
 FIRST_TABLE = "data.csv"
 
@@ -205,11 +206,15 @@ class TreeCompiler:
             "set": self._set,
             "require": self._require,
             "log": self._log,
+            "notify": self._notify,
             "fail": self._fail,
         }
         return compilers[step.KIND](step, place)
 
     def _do(self, step: p.Do, place: Place) -> Behaviour:
+        return ActionLeaf(self.run, place.scope, self.dispatcher, self._action(step, place))
+
+    def _action(self, step: p.Do, place: Place) -> ActionPlan:
         role_name, _, action_name = step.do.partition(".")
         role = self.survey.roles[role_name]
         timeout = step.timeout if step.timeout is not None else self.defaults.timeout
@@ -217,7 +222,7 @@ class TreeCompiler:
         on = None if retry is None else retry_rules(retry).on
         action = role.contract.actions[action_name]
         counted = retry is not None and action.effect != "once" and (on is None or "Lost" in on)
-        plan = ActionPlan(
+        return ActionPlan(
             segment=place.path,
             role=role,
             action_name=action_name,
@@ -227,7 +232,6 @@ class TreeCompiler:
             on_unknown=step.on_unknown or "probe",
             lost_at_most=0 if counted else LOST_AT_MOST,
         )
-        return ActionLeaf(self.run, place.scope, self.dispatcher, plan)
 
     def _parallel(self, step: p.Parallel, place: Place) -> Behaviour:
         members = self._members(step, place)
@@ -297,7 +301,35 @@ class TreeCompiler:
         return any(isinstance(step, p.LoopBase) and step.collect for step in steps)
 
     def _group(self, step: p.Group, place: Place) -> Behaviour:
-        return self.sequence(step.steps, place.scope, f"{place.path}/", in_loop=place.in_loop)
+        body = self.sequence(step.steps, place.scope, f"{place.path}/", in_loop=place.in_loop)
+        if not step.watch:
+            return body
+        watchers = [self._watch(one, n, place) for n, one in enumerate(step.watch, 1)]
+        return Watched(place.path, self.run, place.scope, body, watchers)
+
+    def _watch(self, watch: p.Watch, number: int, place: Place) -> Watcher:
+        scope = Scope()
+        look = None
+        if watch.do is not None:
+            look = self._action(p.Do.model_validate({"do": watch.do, "with": watch.with_}), place)
+        then = None
+        if watch.then != "pause":
+            then = self.sequence(watch.steps, scope, in_loop=place.in_loop)
+        plan = WatchPlan(
+            number=number,
+            when=value_of(watch.when),
+            text=_text(watch.when),
+            every=_value_or_none(watch.every),
+            stale=_value_or_none(watch.stale),
+            ignores_stale=watch.on_stale == "ignore",
+            look=look,
+            look_id=watch.id,
+            leaves_running=watch.leaves_running,
+            then=then,
+            scope=scope,
+        )
+        self.run.watches = True
+        return Watcher(self.run, self.dispatcher, plan)
 
     def _if(self, step: p.If, place: Place) -> Behaviour:
         branches = [
@@ -358,11 +390,16 @@ class TreeCompiler:
         return SetNames(place.path, self.run, place.scope, values, functions, limit_s)
 
     def _require(self, step: p.Require, place: Place) -> Behaviour:
-        text = str(step.require).strip().removeprefix("${{").removesuffix("}}").strip()
-        return Require(place.path, self.run, place.scope, value_of(step.require), text)
+        return Require(
+            place.path, self.run, place.scope, value_of(step.require), _text(step.require)
+        )
 
     def _log(self, step: p.Log, place: Place) -> Behaviour:
         return Log(place.path, self.run, place.scope, value_of(step.log))
+
+    def _notify(self, step: p.Notify, place: Place) -> Behaviour:
+        picture = _value_or_none(step.picture)
+        return Notify(place.path, self.run, place.scope, value_of(step.notify), picture)
 
     def _fail(self, step: p.Fail, place: Place) -> Behaviour:
         return Fail(place.path, self.run, place.scope, value_of(step.fail))
@@ -376,7 +413,12 @@ def _behind(timeout: p.Duration) -> float:
         return math.inf
 
 
-def _value_or_none(raw: int | str | None) -> Value | None:
+def _text(condition: Any) -> str:
+    """A condition as it is written, without its braces."""
+    return str(condition).strip().removeprefix("${{").removesuffix("}}").strip()
+
+
+def _value_or_none(raw: int | float | str | None) -> Value | None:
     return None if raw is None else value_of(raw)
 
 

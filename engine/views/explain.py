@@ -112,6 +112,9 @@ class Explanation:
             self._inside(view, step, place, depth + 1)
         for index, alternative in enumerate(step.fallback or []):
             self._say(depth + 1, f"if it still fails ({index + 1}): {_alternative(alternative)}")
+        for watch in p.watches(step):
+            then = "pause" if watch.then == "pause" else _alternative(watch.then)
+            self._say(depth + 1, f"meanwhile, as soon as {shortened(bare(watch.when))}: {then}")
 
     def _set(self, step: p.StepBase, times: Times, depth: int, said: str) -> None:
         self.number += 1

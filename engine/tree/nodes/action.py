@@ -119,7 +119,7 @@ class ActionLeaf(Node):
             goal_id=f"{self.run.id}/{self.path}/{attempt}", path=self.path, role=self.plan.role,
             action_name=self.plan.action_name, action=self.plan.action, params=arguments,
             timeout_s=timeout_s, within=self.scope.frame.owner.path, adopt=past,
-            epoch=past.sent.epoch if past else 0,
+            epoch=past.sent.epoch if past else 0, urgent=self.scope.frame.urgent,
         )  # fmt: skip
         if past is None:
             self._do(request)

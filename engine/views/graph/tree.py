@@ -49,6 +49,8 @@ class Tree:
             node.below = [_retried(member, said) for member in node.below]
         else:
             node = _retried(node, said)
+        if p.watches(step):
+            node = self._watched(view, step, place, node)
         if step.fallback:
             others = [
                 self._alternative(view, one, (*place, "fallback", index))
@@ -59,6 +61,16 @@ class Tree:
             node = Node("fallback", ("Selector", "fallback"), [node, *others])
         guard = _guard(step)
         return Node("guard", guard, [node]) if guard else node
+
+    def _watched(self, view: Outlook, step: Any, place: Place, node: Node) -> Node:
+        below = [node]
+        for number, watch in enumerate(p.watches(step)):
+            then = Node("instant", ("Pause",))
+            if watch.then != "pause":
+                then = self._alternative(view, watch.then, (*place, "watch", number, "then"))
+            then.edge = f"when {shortened(bare(watch.when))}"
+            below.append(then)
+        return Node("guard", ("Watched",), below)
 
     def _alternative(self, view: Outlook, one: Any, place: Place) -> Node:
         if isinstance(one, list):
