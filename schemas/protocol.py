@@ -124,6 +124,7 @@ class Foreach(LoopBase):
     KIND: ClassVar[str] = "foreach"
     foreach: dict[Role, Any] = Field(min_length=1, max_length=1)
     key: Scalar = None
+    at_once: Count | None = None
 
 
 class Repeat(LoopBase):
@@ -197,11 +198,13 @@ class Watch(Model):
 
 
 class Group(StepBase):
-    """Steps one after the other; with `watch`, something is looked at while they run."""
+    """Steps one after the other, watched, with devices of their own, or beside the steps that follow."""
 
     KIND: ClassVar[str] = "steps"
     steps: "list[Step]" = Field(min_length=1)
     watch: list[Watch] | None = Field(default=None, min_length=1)
+    reserve: list[Role] | None = Field(default=None, min_length=1)
+    mode: Literal["background"] | None = None
 
 
 CONFIRM_CHOICES = ["yes", "no"]

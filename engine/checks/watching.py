@@ -8,7 +8,7 @@ Passes:
     devices: {balance: balance@1, gantry: gantry@1}
     steps:
       - watch:
-          - {every: 10 s, id: load, do: balance.weigh, when: "${{ steps.load.mass > 50 g }}", then: {fail: no}}
+          - {every: 10 s, id: load, do: balance.weigh, when: "${{ steps.load.mass > 9 g }}", then: {fail: no}}
         steps: [{do: gantry.home}]
 
 Fails:

@@ -17,11 +17,12 @@ from ...schemas.contract import Contract, Happened
 from ...schemas.messages import ENDED, Goal, GoalError, GoalReport
 from ...schemas.quantity import seconds
 from ...system.tasks import end, spawn
-from ..journal.history import LAPSED, RESTARTED, STOPPED
+from ..journal.history import LAPSED, LOOKS, RESTARTED, STOPPED
 from ..journal.past import PastGoal
 from ..run.files import read_content, write_content
 from ..run.names import FileFault
 from ..run.run import Run
+from ..run.turns import Turns
 from .device_handle import DeviceHandle
 from .probe import checked_with_server
 from .request import CANCELED_BEFORE_SENDING, Request
@@ -54,6 +55,7 @@ class Dispatcher:
         """Devices that another client has stopped -> who, and when: the run must pause."""
         self.heeds_stops = False
         """Whether a stop pauses what runs now; where not, what a stop cuts has failed."""
+        self.turns = Turns()
         self._queue: deque[Request] = deque()
         self._under_way: dict[str, Request] = {}
         self._holders: dict[str, Request] = {}
@@ -85,6 +87,7 @@ class Dispatcher:
         elif first:
             self._queue.appendleft(request)
         else:
+            request.asked = self.turns.next()
             self._queue.append(request)
         return request
 
@@ -281,6 +284,8 @@ class Dispatcher:
             return []
         ready: list[Request] = []
         waiting: deque[Request] = deque()
+        if self.turns.waiting or self.turns.held:
+            self._take_turns()
         taken = {r.device for r in self._under_way.values() if not r.role.contract.concurrent}
         away = self._away()
         for request in self._queue:
@@ -288,7 +293,7 @@ class Dispatcher:
             if held or self._kept_by(request, away):
                 waiting.append(request)
                 continue
-            if request.exclusive and request.device in taken:
+            if (request.exclusive and request.device in taken) or not self._has_turn(request):
                 waiting.append(request)
                 continue
             if not request.role.contract.concurrent:
@@ -298,6 +303,22 @@ class Dispatcher:
         for request in ready:
             self._note(request)
         return ready
+
+    def _take_turns(self) -> None:
+        """Grant reservations, after single actions that asked before and wait for their device."""
+        singles = [
+            (r.asked, r.device, r.reservation)
+            for r in self._queue
+            if r.exclusive and self._has_turn(r)
+        ]
+        if self.turns.grant(singles):
+            self.run.requests.again()
+
+    def _has_turn(self, request: Request) -> bool:
+        """Whether no other group has its device for itself; to read it does not matter."""
+        if not self.turns.held or request.path.endswith(LOOKS):
+            return True
+        return self.turns.may_use(request.device, request.reservation)
 
     def _urgent(self) -> bool:
         return any(request.urgent for request in self._queue)
@@ -345,6 +366,9 @@ class Dispatcher:
                     sets=request.action.setting(request.params),
                 )
             )  # fmt: skip
+        if request.action.effect != "pure":
+            strand = request.strand or request.within
+            self.run.strands.note(request.device, self.run.history.last_n, strand)
         if request.exclusive:
             self._holders[request.device] = request
         self._under_way[request.goal_id] = request

@@ -52,6 +52,7 @@ VALUES: dict[str, Any] = {
     "attempts": lambda: {"type": "integer", "minimum": 1, "maximum": 1000, "examples": [3]},
     "Retry.wait": lambda: time(computed=False, minimum=0, examples=["1 s"]),
     "max_wait": lambda: time(computed=False, minimum=0),
+    "at_once": lambda: {**count(), "examples": [3]},
     "every": lambda: time(exclusiveMinimum=0, examples=["5 s"]),
     "stale": lambda: time(exclusiveMinimum=0, examples=["30 s"]),
     "watch": lambda: {"type": "array", "minItems": 1, "items": closed(Watch)},

@@ -58,6 +58,8 @@ WORDS = {
     "keep_going": "How many iterations may fail before the loop does; a failed one leaves a gap.",
     "collect": "One row of data.csv per iteration: column -> value or ${{ ... }}.",
     "choices": "The possible answers.",
+    "reserve": "Devices that this group has for itself until it ends; it waits until all of them are free.",
+    "at_once": "How many iterations may run at the same time; they take turns on their devices.",
     "watch": "What is looked at while the steps run, and what happens when it is so.",
     "every": "How often it is looked at; without it, whenever a device tells its status.",
     "Watch.when": "The condition; status.ROLE.FIELD is what a device tells of itself.",

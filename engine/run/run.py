@@ -26,6 +26,7 @@ from .frame import Frame, Scope
 from .function_calls import call
 from .questions import Question, Questions
 from .requests import Requests
+from .strands import Strands
 
 
 @dataclass(slots=True)
@@ -88,6 +89,7 @@ class Run:
     """By path, the used protocols that were entered and have not finished their `finally`."""
     left_undone: dict[str, str] = field(default_factory=dict)
     """Steps of a `finally` that have failed with `on_error: continue`: path -> what happened."""
+    strands: Strands = field(default_factory=Strands)
     replaying: bool = False
     """True while what failed in an earlier engine session is replayed: see nodes/replay_failed.py."""
 

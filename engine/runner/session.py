@@ -78,6 +78,7 @@ class RunSession:
         self.compiler = TreeCompiler(self.run, self.dispatcher, self.survey, self.run.folder)
         self.main_frame = Frame.phase("main", self.names)
         self.run.cut_off.clear()
+        self.run.strands.clear()
         self.main = self.compiler.sequence(self.protocol.steps, Scope(self.main_frame))
 
     def _told(self, role: str) -> object:

@@ -29,7 +29,7 @@ class Level:
     same `group`.
     """
 
-    kind: Literal["phase", "loop", "fallback", "watch", "member", "branch"]
+    kind: Literal["phase", "loop", "fallback", "watch", "aside", "member", "branch"]
     name: str
     group: Place = ()
 
@@ -236,6 +236,7 @@ class Env:
         where = {
             "loop": f"exists only inside the loop {level.name}; `collect` keeps values of iterations",
             "fallback": f"exists only within the fallback of {level.name}",
+            "aside": f"exists only inside {level.name}, which runs in the background",
             "watch": f"exists only within a watch of {level.name}",
             "phase": f"runs in `{level.name}` and is not known here",
         }[level.kind]

@@ -164,7 +164,7 @@ class Survey(Declarations):
         if name in self.ids:
             self.twice.append((name, place, self.ids[name].place))
             return
-        background = isinstance(step, p.Do) and step.mode == "background"
+        background = isinstance(step, p.Do | p.Group) and step.mode == "background"
         self.ids[name] = Declared(name, self.tick(), env.levels, result, background, place)
 
     def _kind(self, step: p.StepBase, place: Place, env: Env, arguments: dict[str, Spot]) -> Type:
@@ -187,6 +187,8 @@ class Survey(Declarations):
         return self._simple(step, place, env)
 
     def _group(self, step: p.Group, place: Place, env: Env) -> Type:
+        if step.mode is not None:
+            env = env.inside(Level("aside", step.id or "the group"))
         result = self._sequence(step.steps, (*place, "steps"), env)
         for index, watch in enumerate(step.watch or []):
             at = (*place, "watch", index)
@@ -297,6 +299,8 @@ class Survey(Declarations):
         inner = env.inside(level, loop)
         if step.key is not None:
             self._spot((*place, "key"), step.key, "key", inner, "key")
+        if step.at_once is not None:
+            self._spot((*place, "at_once"), step.at_once, "count", env, "at_once")
         return self._body(step, place, env, inner)
 
     def _iterations(self, step: p.Repeat | p.While, place: Place, env: Env) -> Type:

@@ -207,7 +207,11 @@ def _said(step: p.StepBase, defaults: p.Defaults) -> str:
     tried = attempts(step, defaults)
     if tried > 1:
         parts.append(f"tried up to {count_of(tried, 'time')}")
-    if isinstance(step, p.Do) and step.mode:
+    if isinstance(step, p.Group) and step.reserve:
+        parts.append(f"keeps {joined(step.reserve, 'and')} for itself")
+    if isinstance(step, p.Foreach) and step.at_once is not None:
+        parts.append(f"{bare(step.at_once)} at once")
+    if isinstance(step, p.Do | p.Group) and step.mode:
         parts.append("in the background")
     if step.when is not None:
         parts.append(f"only when {shortened(bare(step.when))}")

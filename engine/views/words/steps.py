@@ -136,6 +136,9 @@ def _kind(view: Outlook, step: Any, place: Place) -> Item:
         return _use(view, step, place)
     if isinstance(step, p.Group):
         name = upper_first(step.name) if step.name else "In order"
+        if step.reserve:
+            name += f", with the {joined(step.reserve, 'and')} to itself"
+        name += ", while the next steps start" if step.mode else ""
         return Item(f"{name}{limit_text(step)}:", sentences(view, step.steps, (*place, "steps")))
     return _plain(view, step, place)
 
