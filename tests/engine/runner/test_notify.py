@@ -13,7 +13,11 @@ pytest.importorskip("apprise")
 pytestmark = pytest.mark.filterwarnings("ignore:'imghdr' is deprecated:DeprecationWarning")
 """Apprise brings it, for Python before 3.13."""
 
-STEPS = "  - {notify: it has begun}\n  - {confirm: go on?}\n  - {fail: enough}\n"
+STEPS = """
+  - {notify: it has begun}
+  - {ask: which?, choices: [A], timeout: 0.5 s, on_error: continue}
+  - {fail: enough}
+"""
 
 
 @pytest.fixture
@@ -44,13 +48,13 @@ def test_people_are_told_of_what_the_lab_wants(bench, webhook, tmp_path, monkeyp
     lab = tmp_path / "lab.yaml"
     lab.write_text(bench.lab.read_text() + "\nnotify: {to: [$HOOK], on: [failed, question]}\n")
     file = tmp_path / "p.yaml"
-    file.write_text(f"labrun: 1\nname: p\ndevices: {{a: scripted@1}}\nsteps:\n{STEPS}")
+    file.write_text(f"labrun: 1\nname: p\ndevices: {{a: scripted@1}}\nsteps:{STEPS}")
     checked = check_file(file, lab=lab)
     assert not [p for p in checked.problems if p.severity == "error"], checked.problems
 
-    status = start(checked, tmp_path / "runs", yes=True)
+    status = start(checked, tmp_path / "runs")
 
     assert status == 1
     assert sorted(one["message"] for one in told) == [
-        "a question is open: go on?", "failed: enough", "it has begun",
+        "a question is open: which?", "failed: enough", "it has begun",
     ]  # fmt: skip
