@@ -108,7 +108,7 @@ class DeviceClient:
         """Release the lease, within some seconds; if the server is out of reach, it lapses."""
         await self._lease_keeper.release(device)
 
-    def told(self, device: str) -> tuple[dict[str, Any], float]:
+    def newest_status(self, device: str) -> tuple[dict[str, Any], float]:
         """A device's status as its driver last gave it, and when by the event loop; -inf for never."""
         return self._told.get(device, ({}, -math.inf))
 

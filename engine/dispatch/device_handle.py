@@ -26,7 +26,7 @@ class DeviceHandle(Protocol):
         """Whether its server is there and stays."""
         ...
 
-    def told(self, device: str) -> tuple[dict[str, Any], float]:
+    def newest_status(self, device: str) -> tuple[dict[str, Any], float]:
         """What a device told of itself when its driver last could, and when by the event loop."""
         ...
 

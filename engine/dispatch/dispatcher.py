@@ -21,8 +21,8 @@ from ..journal.history import LAPSED, LOOKS, RESTARTED, STOPPED
 from ..journal.past import PastGoal
 from ..run.files import read_content, write_content
 from ..run.names import FileFault
+from ..run.reservations import Reservations
 from ..run.run import Run
-from ..run.turns import Turns
 from .device_handle import DeviceHandle
 from .probe import checked_with_server
 from .request import CANCELED_BEFORE_SENDING, Request
@@ -55,7 +55,7 @@ class Dispatcher:
         """Devices that another client has stopped -> who, and when: the run must pause."""
         self.heeds_stops = False
         """Whether a stop pauses what runs now; where not, what a stop cuts has failed."""
-        self.turns = Turns()
+        self.turns = Reservations()
         self._queue: deque[Request] = deque()
         self._under_way: dict[str, Request] = {}
         self._holders: dict[str, Request] = {}
@@ -325,7 +325,7 @@ class Dispatcher:
 
     def status(self, device: str) -> tuple[dict[str, Any], float]:
         """What a device told of itself when its driver last could, and when by the event loop."""
-        return self.clients[device].told(device)
+        return self.clients[device].newest_status(device)
 
     def _kept_by(self, request: Request, away: Mapping[str, float]) -> list[str]:
         """Other devices that a `once` action waits for."""

@@ -10,7 +10,7 @@ from ...schemas.contract import Action
 from ...schemas.messages import GoalError
 from ..journal.past import PastGoal
 from ..lab.bind import BoundRole
-from ..run.turns import Reservation
+from ..run.reservations import Reservation
 
 CANCELED_BEFORE_SENDING = Outcome(
     state="CANCELED",

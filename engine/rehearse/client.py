@@ -99,7 +99,7 @@ class RehearsedDevice:
         """Give the lease back."""
         await self._served.release(self._owner, self._epoch)
 
-    def told(self, device: str) -> tuple[dict[str, Any], float]:
+    def newest_status(self, device: str) -> tuple[dict[str, Any], float]:
         """Its newest status, and when it came."""
         return self._status
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 from urllib.parse import quote
 
-from .turns import Reservation
+from .reservations import Reservation
 
 
 def segment(text: str) -> str:

@@ -42,7 +42,7 @@ class CutOff:
     finals: int = 0
 
 
-class Told(Mapping[str, Any]):
+class RecordedStatus(Mapping[str, Any]):
     """`status` in expressions: what each role's device told, kept in the journal where it was read."""
 
     def __init__(self, run: "Run", place: str) -> None:
@@ -121,7 +121,7 @@ class Run:
 
         own: dict[str, Any] = {"now()": now, "elapsed()": elapsed}
         if STATUS not in names:
-            own[STATUS] = Told(self, place)
+            own[STATUS] = RecordedStatus(self, place)
         return names.new_child(own)
 
     def computed(self, path: str, compute: Callable[[], Any]) -> Any:

@@ -39,7 +39,7 @@ from .nodes.retry import Retry, RetryRules
 from .nodes.step import StepNode, StepRules
 from .nodes.use import Use, UsePlan
 from .nodes.wait import Wait, WaitUntil
-from .nodes.watch import Watched, Watcher, WatchPlan
+from .nodes.watch import WatchedGroup, Watcher, WatchPlan
 
 FIRST_TABLE = "data.csv"
 
@@ -56,7 +56,7 @@ class Place:
 
 @dataclass(slots=True)
 class TreeCompiler:
-    """Turns steps into nodes; `tables` are the CSV files that its loops write.
+    """Reservations steps into nodes; `tables` are the CSV files that its loops write.
 
     `used` are the protocols that steps name. `within` is the path of the loops and uses that are
     being compiled; `used_in` is the place of a used protocol itself.
@@ -341,7 +341,7 @@ class TreeCompiler:
         if not step.watch:
             return body
         watchers = [self._watch(one, n, place) for n, one in enumerate(step.watch, 1)]
-        return Watched(place.path, self.run, place.scope, body, watchers)
+        return WatchedGroup(place.path, self.run, place.scope, body, watchers)
 
     def _watch(self, watch: p.Watch, number: int, place: Place) -> Watcher:
         scope = Scope()

@@ -7,8 +7,8 @@ from py_trees.common import Status
 
 from ...dispatch.dispatcher import Dispatcher
 from ...run.frame import Scope
+from ...run.reservations import Reservation
 from ...run.run import Run
-from ...run.turns import Reservation
 from .background import Join
 
 

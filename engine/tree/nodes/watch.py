@@ -238,7 +238,7 @@ class Statuses(Mapping[str, Any]):
         return len(self.run.roles)
 
 
-class Watched(Parent):
+class WatchedGroup(Parent):
     """Steps with their watches. One that is right has the steps cancelled, and `then` decides.
 
     That a watch was right is in the journal before anything is done about it: a run that goes on behind it

@@ -118,13 +118,16 @@ taking_turns = st.builds(
 )
 
 
-def watched(condition, then, steps):
+def with_watch(condition, then, steps):
     """What is right from the beginning, or never: nothing in the steps changes it."""
     return {"watch": [{"when": condition, "then": then}], "steps": steps}
 
 
 watching = st.builds(
-    watched, holds, st.lists(fine, min_size=1, max_size=3), st.lists(fine, min_size=1, max_size=3)
+    with_watch,
+    holds,
+    st.lists(fine, min_size=1, max_size=3),
+    st.lists(fine, min_size=1, max_size=3),
 )
 
 

@@ -29,7 +29,7 @@ class Reservation:
             here = here.within
 
 
-class Turns:
+class Reservations:
     """The reservations of a run: those that hold, and those that wait."""
 
     def __init__(self) -> None:

@@ -7,7 +7,7 @@ from itertools import combinations_with_replacement, count
 
 import pytest
 
-from labrun.engine.run.turns import Turns
+from labrun.engine.run.reservations import Reservations
 
 A, B, AB = frozenset("a"), frozenset("b"), frozenset("ab")
 PROGRAMS = (
@@ -31,7 +31,7 @@ class World:
     """A dispatcher of the smallest kind around the real turns."""
 
     def __init__(self, programs):
-        self.turns = Turns()
+        self.turns = Reservations()
         self.left = [list(flat(program)) for program in programs]
         self.begun = [False] * len(programs)
         self.around = [None] * len(programs)
@@ -113,7 +113,7 @@ def test_no_order_of_small_programs_blocks(beside):
 
 
 def test_whoever_asks_first_comes_first():
-    turns = Turns()
+    turns = Reservations()
     first, second, third = (turns.ask(devices, None) for devices in (AB, A, B))
 
     turns.grant()
@@ -130,7 +130,7 @@ def test_whoever_asks_first_comes_first():
 
 
 def test_a_reservation_passes_no_single_action_that_asked_before_it():
-    turns = Turns()
+    turns = Reservations()
     single = turns.next()
     one = turns.ask(A, None)
 
