@@ -22,6 +22,7 @@ from .checks import (
     loops,
     names,
     never_runs,
+    overlap,
     overwritten,
     own_functions,
     paths,
@@ -36,6 +37,7 @@ from .checks import (
     tolerance,
     unused,
     uses,
+    watching,
 )  # fmt: skip
 from .checks.context import Context
 from .lab.bind import BoundRole, bind_roles
@@ -49,7 +51,7 @@ from .survey.used import Opener
 CHECKS = (
     names, arguments, paths, errors, uses,
     syntax, references, calculations, own_functions,
-    ids, sets, loops, columns, reach, fallbacks,
+    ids, sets, watching, overlap, loops, columns, reach, fallbacks,
     given, never_runs, endless, timeouts, repeats, retries, tolerance,
     hazards, overwritten, doubles, texts, unused,
 )  # fmt: skip

@@ -191,6 +191,8 @@ class IterationEnded(Record):
     file: str = ""
     sets: dict[str, Any] = Field(default_factory=dict)
     message: str = ""
+    ahead: bool = False
+    """Others before it are not over: its row waits for theirs."""
 
     @property
     def row_key(self) -> str:

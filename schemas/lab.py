@@ -1,6 +1,6 @@
 """A lab: its devices, each with its driver or address and its limits."""
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -54,6 +54,16 @@ class RosNames(Model):
     launch: dict[str, str] = Field(default_factory=dict)
 
 
+class LabNotify(Model):
+    """Who is told what of every run.
+
+    `to` are addresses as Apprise has them, or `$NAME` for one that is in the environment.
+    """
+
+    to: list[str] = Field(min_length=1)
+    on: list[Literal["failed", "question", "done"]] = Field(default=["failed", "question"])
+
+
 class Lab(Model):
     """The devices of one laboratory, by name.
 
@@ -69,6 +79,7 @@ class Lab(Model):
     devices: dict[Name, LabDevice] = Field(min_length=1)
     start_timeout: Duration = "60 s"
     stop_grace: Duration = "10 s"
+    notify: LabNotify | None = None
     ros: RosNames | None = None
 
     @model_validator(mode="before")

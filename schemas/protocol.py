@@ -124,6 +124,7 @@ class Foreach(LoopBase):
     KIND: ClassVar[str] = "foreach"
     foreach: dict[Role, Any] = Field(min_length=1, max_length=1)
     key: Scalar = None
+    at_once: Count | None = None
 
 
 class Repeat(LoopBase):
@@ -159,11 +160,51 @@ class Use(StepBase):
     devices: dict[Role, Role] = Field(default_factory=dict)
 
 
+class Watch(Model):
+    """What is looked at while the steps of a group run, and what happens when it is so.
+
+    `do` reads a device each time, and `steps.ID` of its `id` is what it read. A `then` that only tells
+    (`notify`, `log`) and `pause` leave the steps running; any other takes their place.
+    """
+
+    when: Scalar
+    then: "Step | list[Step] | Literal['pause']"
+    name: str | None = None
+    every: Duration | None = None
+    id: StepId | None = None
+    do: RoleAction | None = None
+    with_: dict[str, Any] = Field(default_factory=dict, alias="with")
+    stale: Duration | None = None
+    on_stale: Literal["then", "ignore"] | None = None
+
+    @field_validator("then", mode="before")
+    @classmethod
+    def _steps_or_pause(cls, given: Any) -> Any:
+        if isinstance(given, dict | list | StepBase) or given == "pause":
+            return given
+        raise ValueError("it is a step, a list of steps, or pause")
+
+    @property
+    def steps(self) -> "list[Step]":
+        """What happens then; nothing for a pause."""
+        if self.then == "pause":
+            return []
+        return self.then if isinstance(self.then, list) else [self.then]  # type: ignore[list-item]
+
+    @property
+    def leaves_running(self) -> bool:
+        """Whether the steps of the group go on: a pause, or nothing but words."""
+        return all(isinstance(step, Notify | Log) for step in self.steps)
+
+
 class Group(StepBase):
-    """Steps one after the other."""
+    """Steps one after the other, watched, with devices of their own, or beside the steps that follow."""
 
     KIND: ClassVar[str] = "steps"
     steps: "list[Step]" = Field(min_length=1)
+    watch: list[Watch] | None = Field(default=None, min_length=1)
+    reserve: list[Role] | None = Field(default=None, min_length=1)
+    mode: Literal["background"] | None = None
 
 
 CONFIRM_CHOICES = ["yes", "no"]
@@ -230,6 +271,14 @@ class Log(StepBase):
     log: str
 
 
+class Notify(StepBase):
+    """A message to the people whom the lab's `notify` names, with a picture of the run if wanted."""
+
+    KIND: ClassVar[str] = "notify"
+    notify: str
+    picture: str | None = None
+
+
 class Fail(StepBase):
     """The step fails, with this message."""
 
@@ -239,7 +288,7 @@ class Fail(StepBase):
 
 STEP_KINDS: tuple[type[StepBase], ...] = (
     Do, Parallel, AnyOf, Foreach, Repeat, While, If, Use, Group,
-    Confirm, Ask, Wait, Set, Require, Log, Fail,
+    Confirm, Ask, Wait, Set, Require, Log, Notify, Fail,
 )  # fmt: skip
 
 
@@ -268,6 +317,18 @@ def inner_lists(step: StepBase) -> Iterator[tuple[str, "list[Step]"]]:
             yield key, steps
 
 
+def watches(step: StepBase) -> "list[Watch]":
+    """What is watched while the steps of a group run."""
+    return step.watch or [] if isinstance(step, Group) else []
+
+
+def thens(step: StepBase) -> "Iterator[tuple[Step | list[Step], tuple[str, int, str]]]":
+    """What happens when a watch of this group is right, a step or a list, with its keys in YAML."""
+    for index, watch in enumerate(watches(step)):
+        if watch.then != "pause":
+            yield watch.then, ("watch", index, "then")  # type: ignore[misc]
+
+
 @cache
 def _list_fields(kind: type[StepBase]) -> list[tuple[str, str]]:
     return [(key, name) for key, name in STEP_LISTS.items() if name in kind.model_fields]
@@ -291,6 +352,7 @@ Step = TypeAliasType(
         | Annotated[Set, Tag("set")]
         | Annotated[Require, Tag("require")]
         | Annotated[Log, Tag("log")]
+        | Annotated[Notify, Tag("notify")]
         | Annotated[Fail, Tag("fail")],
         Discriminator(step_kind),
     ],

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -54,6 +55,9 @@ class DeviceClient:
         self.continues = True
         self.devices: dict[str, DeviceDescription] = {}
         self.status: dict[str, dict[str, Any]] = {}
+        self._told: dict[str, tuple[dict[str, Any], float]] = {}
+        self.on_told: Callable[[], None] | None = None
+        """Called when a device has told its status."""
         self._on_status = on_status
         self._on_link = on_link
         events = {
@@ -103,6 +107,17 @@ class DeviceClient:
     async def release(self, device: str) -> None:
         """Release the lease, within some seconds; if the server is out of reach, it lapses."""
         await self._lease_keeper.release(device)
+
+    def newest_status(self, device: str) -> tuple[dict[str, Any], float]:
+        """A device's status as its driver last gave it, and when by the event loop; -inf for never."""
+        return self._told.get(device, ({}, -math.inf))
+
+    def _hear(self, device: str, status: dict[str, Any]) -> None:
+        """Keep a status, unless its driver did not answer: then the server repeats the last one."""
+        if "fault" not in status:
+            self._told[device] = status, asyncio.get_running_loop().time()
+        if self.on_told is not None:
+            self.on_told()
 
     def epoch(self, device: str) -> int:
         """The epoch of the lease held on a device; KeyError if there is none."""
@@ -225,6 +240,8 @@ class DeviceClient:
         self.boot = self._goal_watch.boot = described.boot
         self.ledger, self.devices = described.ledger, described.devices
         self.status = {name: device.status for name, device in described.devices.items()}
+        for name, status in self.status.items():
+            self._hear(name, status)
         await self._lease_keeper.confirm(restarted=restarted)
         self._goal_watch.doubt_all()
         for name, device in described.devices.items():
@@ -259,5 +276,6 @@ class DeviceClient:
         status = dict(data)
         device = str(status.pop("device", ""))
         self.status[device] = status
+        self._hear(device, status)
         if self._on_status is not None:
             self._on_status(device, status)

@@ -144,6 +144,12 @@ class _Walk:
                 if isinstance(alternative, p.Ask):
                     other = None  # again, or not further
             after = both(after, other)
+        for then, keys in p.thens(step):
+            if isinstance(then, list):
+                held = self.steps(then, (*place, *keys), given, inside)
+            else:
+                held = self.step(then, (*place, *keys), given, inside)
+            after = both(after, held)
         if step.on_error == "continue" and not isinstance(step, p.Set):
             after = both(after, given)
         if when and not always(step.when):

@@ -92,7 +92,7 @@ def check(context: Context) -> Iterator[Problem]:
     for step, members, at in _sets(context):
         place = (*at.place, step.KIND)
         yield from _members(context, members, place)
-        yield from _devices(context, members, place, TO_DO[step.KIND])
+        yield from _devices(context, members, place, TO_DO[step.KIND], isinstance(step, Parallel))
     yield from _background(context)
 
 
@@ -113,13 +113,15 @@ def _members(context: Context, members: Sequence[StepBase], place: Place) -> Ite
 
 
 def _devices(
-    context: Context, members: Sequence[StepBase], place: Place, hint: str
+    context: Context, members: Sequence[StepBase], place: Place, hint: str, turns: bool
 ) -> Iterator[Problem]:
+    """`turns`: groups that use one device take turns on it."""
     taken: dict[str, tuple[int, str, bool]] = {}
     for index, member in enumerate(members):
         for device, label, reads, at in _asked(context, member, (*place, index)):
             first = taken.setdefault(device, (index, label, reads))
-            if first[0] == index:
+            groups = isinstance(members[first[0]], Group) or isinstance(member, Group)
+            if first[0] == index or (turns and groups):
                 continue
             what = f"{first[1]} and {label}" if first[1] != label else f"two members ({label})"
             message = f"{what} of one set use the same device, {device}"
@@ -147,8 +149,8 @@ def _asked(
 
 
 def _background(context: Context) -> Iterator[Problem]:
-    for step, at in context.steps(Do):
-        if step.mode is None:
+    for step, at in context.steps(StepBase):
+        if not isinstance(step, Do | Group) or step.mode is None:
             continue
         where = _no_place_for_background(at)
         if where:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ...schemas.protocol import StepBase, inner_lists
+from ...schemas.protocol import StepBase, inner_lists, thens
 from ..language.shape import Place
 
 STOPS = (None, "stop")
@@ -23,6 +23,8 @@ def within(
         held: list[tuple[Any, Place]] = [(steps, (*at, key)) for key, steps in inner_lists(here)]
         if fallbacks and here.fallback:
             held.append((here.fallback, (*at, "fallback")))
+        if fallbacks:
+            held += [(then, (*at, *keys)) for then, keys in thens(here)]
         left += reversed(held)
 
 
@@ -37,3 +39,6 @@ def lists(steps: Sequence[Any], place: Place) -> Iterator[tuple[Sequence[Any], P
             for number, alternative in enumerate(inner.fallback or []):
                 if isinstance(alternative, list):
                     yield alternative, (*at, "fallback", number)
+            for then, keys in thens(inner):
+                if isinstance(then, list):
+                    yield then, (*at, *keys)

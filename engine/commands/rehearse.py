@@ -22,7 +22,7 @@ Fail = Annotated[
     ),
 ]
 Seed = Annotated[int | None, typer.Option("--seed", help="Seed for the injected faults.")]
-Turns = Annotated[
+Reservations = Annotated[
     int, typer.Option("--turns", min=1, help="The most turns of a `while` without `max`.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
@@ -35,7 +35,7 @@ def rehearse(
     bind: Bind = None,
     fail: Fail = None,
     seed: Seed = None,
-    turns: Turns = 10_000,
+    turns: Reservations = 10_000,
     json: Json = False,
 ) -> None:
     """Play the whole protocol on simulated devices and a virtual clock: how long, how far, what fails."""

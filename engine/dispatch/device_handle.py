@@ -1,7 +1,7 @@
 """A device as the engine reaches it: over the wire in a run, in this process in a rehearsal."""
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 from ...drivers.client.client import Outcome
 from ...schemas.messages import Goal, GoalReport
@@ -18,10 +18,16 @@ class DeviceHandle(Protocol):
     """Called with a device and who stopped it, when another client has."""
     on_touch: Callable[[], None] | None
     """Called when `in_touch` may have changed."""
+    on_told: Callable[[], None] | None
+    """Called when a device has told its status."""
 
     @property
     def in_touch(self) -> bool:
         """Whether its server is there and stays."""
+        ...
+
+    def newest_status(self, device: str) -> tuple[dict[str, Any], float]:
+        """What a device told of itself when its driver last could, and when by the event loop."""
         ...
 
     def epoch(self, device: str) -> int:

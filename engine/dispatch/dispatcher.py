@@ -17,10 +17,11 @@ from ...schemas.contract import Contract, Happened
 from ...schemas.messages import ENDED, Goal, GoalError, GoalReport
 from ...schemas.quantity import seconds
 from ...system.tasks import end, spawn
-from ..journal.history import LAPSED, RESTARTED, STOPPED
+from ..journal.history import LAPSED, LOOKS, RESTARTED, STOPPED
 from ..journal.past import PastGoal
 from ..run.files import read_content, write_content
 from ..run.names import FileFault
+from ..run.reservations import Reservations
 from ..run.run import Run
 from .device_handle import DeviceHandle
 from .probe import checked_with_server
@@ -54,6 +55,7 @@ class Dispatcher:
         """Devices that another client has stopped -> who, and when: the run must pause."""
         self.heeds_stops = False
         """Whether a stop pauses what runs now; where not, what a stop cuts has failed."""
+        self.turns = Reservations()
         self._queue: deque[Request] = deque()
         self._under_way: dict[str, Request] = {}
         self._holders: dict[str, Request] = {}
@@ -65,6 +67,7 @@ class Dispatcher:
         for client in clients.values():
             client.on_stopped = self._was_stopped
             client.on_touch = self.wake.set
+            client.on_told = self._told
         self._out_of_touch: dict[str, float] = {}
         """Device -> until when it is waited for; 0 once that is over."""
 
@@ -84,6 +87,7 @@ class Dispatcher:
         elif first:
             self._queue.appendleft(request)
         else:
+            request.asked = self.turns.next()
             self._queue.append(request)
         return request
 
@@ -130,6 +134,10 @@ class Dispatcher:
     def _standing(self) -> dict[str, tuple[str, int]]:
         """Boot and epoch of every device that has a state to lose."""
         return {d: (c.boot, c.epoch(d)) for d, c in self.clients.items() if d in self._lasting}
+
+    def _told(self) -> None:
+        if self.run.watches:
+            self.wake.set()
 
     # --- stops by others
 
@@ -272,27 +280,52 @@ class Dispatcher:
 
     def prepare(self) -> list[Request]:
         """Choose what can be sent now and put the intents into the journal."""
-        if self.paused or self.draining or self.disk_full:
+        if self.draining or self.disk_full or (self.paused and not self._urgent()):
             return []
         ready: list[Request] = []
         waiting: deque[Request] = deque()
-        taken = set(self._holders)
+        if self.turns.waiting or self.turns.held:
+            self._take_turns()
+        taken = {r.device for r in self._under_way.values() if not r.role.contract.concurrent}
         away = self._away()
         for request in self._queue:
-            if self._kept_by(request, away):
+            held = self.paused and not (request.urgent and request.device not in self.stopped)
+            if held or self._kept_by(request, away):
                 waiting.append(request)
                 continue
-            exclusive = not request.role.contract.concurrent
-            if exclusive and request.device in taken:
+            if (request.exclusive and request.device in taken) or not self._has_turn(request):
                 waiting.append(request)
                 continue
-            if exclusive:
+            if not request.role.contract.concurrent:
                 taken.add(request.device)
             ready.append(request)
         self._queue = waiting
         for request in ready:
             self._note(request)
         return ready
+
+    def _take_turns(self) -> None:
+        """Grant reservations, after single actions that asked before and wait for their device."""
+        singles = [
+            (r.asked, r.device, r.reservation)
+            for r in self._queue
+            if r.exclusive and self._has_turn(r)
+        ]
+        if self.turns.grant(singles):
+            self.run.requests.again()
+
+    def _has_turn(self, request: Request) -> bool:
+        """Whether no other group has its device for itself; to read it does not matter."""
+        if not self.turns.held or request.path.endswith(LOOKS):
+            return True
+        return self.turns.may_use(request.device, request.reservation)
+
+    def _urgent(self) -> bool:
+        return any(request.urgent for request in self._queue)
+
+    def status(self, device: str) -> tuple[dict[str, Any], float]:
+        """What a device told of itself when its driver last could, and when by the event loop."""
+        return self.clients[device].newest_status(device)
 
     def _kept_by(self, request: Request, away: Mapping[str, float]) -> list[str]:
         """Other devices that a `once` action waits for."""
@@ -333,7 +366,10 @@ class Dispatcher:
                     sets=request.action.setting(request.params),
                 )
             )  # fmt: skip
-        if not request.role.contract.concurrent:
+        if request.action.effect != "pure":
+            strand = request.strand or request.within
+            self.run.strands.note(request.device, self.run.history.last_n, strand)
+        if request.exclusive:
             self._holders[request.device] = request
         self._under_way[request.goal_id] = request
 

@@ -10,6 +10,7 @@ from ...schemas.contract import Action
 from ...schemas.messages import GoalError
 from ..journal.past import PastGoal
 from ..lab.bind import BoundRole
+from ..run.reservations import Reservation
 
 CANCELED_BEFORE_SENDING = Outcome(
     state="CANCELED",
@@ -27,6 +28,8 @@ class Request:
     `within`: the path of the iteration, or the phase, that it belongs to. `epoch`: that of the lease
     under which it was sent. `adopt`: the goal of an earlier engine session that is asked about under
     its own id. `cut`: it was ended by a stop, so it has no outcome: what asked for it waits.
+    `urgent`: it is sent also while the run is paused. `reservation`: what it belongs to; `strand`: of what
+    runs beside other things it is part; `asked`: its place in the order of asking.
     """
 
     goal_id: str
@@ -45,11 +48,20 @@ class Request:
     expired: bool = False
     withdrawn: bool = False
     cut: bool = False
+    urgent: bool = False
+    reservation: Reservation | None = None
+    strand: str = ""
+    asked: int = 0
 
     @property
     def device(self) -> str:
         """The lab's device that does it."""
         return self.role.device
+
+    @property
+    def exclusive(self) -> bool:
+        """Whether its device does nothing else meanwhile."""
+        return not (self.role.contract.concurrent or self.action.meanwhile)
 
     @property
     def label(self) -> str:

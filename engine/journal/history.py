@@ -19,6 +19,8 @@ STRANGER = "another client held or stopped it in between"
 LAPSED = (
     "no engine was in contact for as long as its lease: its server brought it to its safe state"
 )
+LOOKS = ".look"
+"""What the path of a watch's readings ends with."""
 STOPPED = "Stopped"
 """The error of a goal that a stop has cut or refused."""
 ORDER_KEPT = 1000
@@ -131,6 +133,8 @@ class History(Course):
 
     def _take_sent(self, record: j.GoalSent) -> None:
         path, attempt = split_goal_id(record.id)
+        if path.endswith(LOOKS):
+            self.past.goals.pop(path, None)  # of what a watch reads, only the newest
         self.past.goals.setdefault(path, {})[attempt] = PastGoal(record)
         self.boots[record.device] = record.boot
         if record.effect == "once":

@@ -22,6 +22,10 @@ def down(name: str, do: Shape, *rules: Shape) -> dict[str, Shape]:
     properties = {
         **dict.fromkeys(STEP_LISTS, listed),
         "fallback": {"doNotSuggest": True, "items": alternative},
+        "watch": {
+            "doNotSuggest": True,
+            "items": {"allOf": [inner, {"properties": {"then": alternative}}]},
+        },
         "do": {"doNotSuggest": True, **do},
     }
     said = {"properties": properties, **({"allOf": list(rules)} if rules else {})}

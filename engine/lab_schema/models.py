@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import model_json_schema
 
-from ...schemas.protocol import STEP_LISTS, Defaults, KeepGoing, Protocol, Retry, Until
+from ...schemas.protocol import STEP_LISTS, Defaults, KeepGoing, Protocol, Retry, Until, Watch
 from ..language.shape import FORMS
 from .values import Shape, condition, count, items, names, time
 from .words import about, choices_for, words_for
@@ -52,6 +52,13 @@ VALUES: dict[str, Any] = {
     "attempts": lambda: {"type": "integer", "minimum": 1, "maximum": 1000, "examples": [3]},
     "Retry.wait": lambda: time(computed=False, minimum=0, examples=["1 s"]),
     "max_wait": lambda: time(computed=False, minimum=0),
+    "at_once": lambda: {**count(), "examples": [3]},
+    "every": lambda: time(exclusiveMinimum=0, examples=["5 s"]),
+    "stale": lambda: time(exclusiveMinimum=0, examples=["30 s"]),
+    "watch": lambda: {"type": "array", "minItems": 1, "items": closed(Watch)},
+    "Watch.then": lambda: {
+        "if": {"type": "string"}, "then": {"enum": ["pause"]}, "else": {"$ref": "#/$defs/alternative"},
+    },
     "retry": _retry,
     "on": lambda: {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/error-name"}},
     "keep_going": _keep_going,

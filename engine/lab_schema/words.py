@@ -58,6 +58,18 @@ WORDS = {
     "keep_going": "How many iterations may fail before the loop does; a failed one leaves a gap.",
     "collect": "One row of data.csv per iteration: column -> value or ${{ ... }}.",
     "choices": "The possible answers.",
+    "reserve": "Devices that this group has for itself until it ends; it waits until all of them are free.",
+    "at_once": "How many iterations may run at the same time; they take turns on their devices.",
+    "watch": "What is looked at while the steps run, and what happens when it is so.",
+    "every": "How often it is looked at; without it, whenever a device tells its status.",
+    "Watch.when": "The condition; status.ROLE.FIELD is what a device tells of itself.",
+    "Watch.then": "Steps that take the place of those watched (notify and log leave them), or pause.",
+    "Watch.do": "An action that only reads, done each time before the condition is computed.",
+    "Watch.with": "The parameters of the action.",
+    "Watch.id": "The condition has what `do` read as steps.ID.",
+    "stale": "What nobody has known for so long counts as true; if not given, 3 x `every` (at least 5 s).",
+    "on_stale": "What to do when nobody knows any more.",
+    "picture": "A picture in the run's folder that goes with it.",
 }
 CHOICES = {
     "Param.type": {
@@ -82,6 +94,10 @@ CHOICES = {
     "on_failure": {
         "finish": "the others run to their end (the default)",
         "cancel": "the others are stopped",
+    },
+    "on_stale": {
+        "then": "it counts as true (the default): a dead sensor is no safety",
+        "ignore": "only what is known counts",
     },
     "mode": {"background": "the next step starts at once"},
 }

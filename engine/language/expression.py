@@ -25,6 +25,8 @@ MOST_TURNS = 100_000
 """Of a comprehension; more would hold up the run."""
 TIMES = ("started", "took")
 """What every step has besides its result; a result's own field of that name wins."""
+STATUS = "status"
+"""What devices say of themselves: `status.ROLE.FIELD`."""
 PUBLIC = {function.__name__: name for name, function in FUNCTIONS.items()}
 
 
@@ -35,8 +37,8 @@ class Pending(Exception):
 class Expression:
     """One expression; `names` are the names that it uses, without functions.
 
-    `live`: it asks a clock or calls a function of the protocol's own, so that only a run can compute it.
-    `calls`: the latter.
+    `live`: it asks a clock, reads a status or calls a function of the protocol's own, so that only a run can
+    compute it. `calls`: the latter.
     """
 
     __slots__ = ("_evaluator", "calls", "live", "names", "text", "tree")
@@ -51,7 +53,7 @@ class Expression:
             if isinstance(node, ast.Call)
         }
         self.calls = frozenset(called & own)
-        self.live = bool(self.calls or called & CLOCKS.keys())
+        self.live = bool(self.calls or called & CLOCKS.keys() or STATUS in self.names)
         self._evaluator: SimpleEval | None = None
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:

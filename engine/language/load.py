@@ -225,6 +225,10 @@ def _read(
         elif step_kind(data.get(name)) is not None and name in keys_of(kind):
             inner[field] = _lone_step(data[name], source, (*place, name), problems)
             rest[name] = [STAND_IN]
+    if isinstance(data.get("watch"), list) and "watch" in keys_of(kind):
+        rest["watch"], thens = _watches(data["watch"], source, (*place, "watch"), problems)
+    else:
+        thens = []
     try:
         step = kind.model_validate(rest)
     except ValidationError as fault:
@@ -239,7 +243,28 @@ def _read(
             step = kind.model_validate(rest)
         except ValidationError:
             return _broken(data)
+    if getattr(step, "watch", None):
+        kept = zip(step.watch, thens, strict=True)  # type: ignore[attr-defined]
+        inner["watch"] = [watch.model_copy(update=then) for watch, then in kept]
     return step.model_copy(update=inner) if inner else step
+
+
+def _watches(
+    items: list[Any], source: Source, place: Place, problems: list[Problem]
+) -> tuple[list[Any], list[dict[str, Any]]]:
+    """Watches with stand-ins for what happens then, and what that is, read step by step."""
+    rest: list[Any] = []
+    thens: list[dict[str, Any]] = []
+    for index, item in enumerate(items):
+        then, at = item.get("then") if isinstance(item, dict) else None, (*place, index, "then")
+        if isinstance(then, list) and then:
+            thens.append({"then": _steps(then, source, at, problems)})
+        elif isinstance(then, dict):
+            thens.append({"then": _step(then, source, at, problems)})
+        else:
+            thens.append({})
+        rest.append({**item, "then": STAND_IN} if thens[-1] else item)
+    return rest, thens
 
 
 def _alternatives(

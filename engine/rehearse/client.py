@@ -1,6 +1,7 @@
 """A device in a rehearsal: a device server without its socket and its disk."""
 
 import asyncio
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,6 +66,8 @@ class RehearsedDevice:
         self._served = ServedDevice(place, self._driver, contract, self._ledger, self._told)
         self.on_stopped: Callable[[str, str], None] | None = None
         self.on_touch: Callable[[], None] | None = None
+        self.on_told: Callable[[], None] | None = None
+        self._status: tuple[dict[str, Any], float] = {}, -math.inf
         self.in_touch = True
         self._epoch = 0
         self._owner = ""
@@ -74,6 +77,7 @@ class RehearsedDevice:
     async def open(self, owner: str) -> None:
         """Open the driver and take the lease, which is kept until the end."""
         await self._served.open(make_safe=False)
+        self._told("status", self._served.describe().status, set())
         await self.take_lease(self._served.name, owner)
         self._renewing = spawn("renew the rehearsal's lease", self._renew())
 
@@ -94,6 +98,10 @@ class RehearsedDevice:
     async def release(self, device: str) -> None:
         """Give the lease back."""
         await self._served.release(self._owner, self._epoch)
+
+    def newest_status(self, device: str) -> tuple[dict[str, Any], float]:
+        """Its newest status, and when it came."""
+        return self._status
 
     def epoch(self, device: str) -> int:
         """The epoch of the lease."""
@@ -183,6 +191,10 @@ class RehearsedDevice:
         return Outcome("ABORTED", error=error, boot=self.boot)
 
     def _told(self, event: str, payload: dict[str, Any], followers: set[str]) -> None:
+        if event == "status" and "fault" not in payload:
+            self._status = payload, asyncio.get_running_loop().time()
+            if self.on_told is not None:
+                self.on_told()
         followed = self._followed.get(payload.get("id", "")) if event == "update" else None
         if followed is None:
             return

@@ -5,6 +5,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 from urllib.parse import quote
 
+from .reservations import Reservation
+
 
 def segment(text: str) -> str:
     """A key as one part of a path: a slash in it separates nothing."""
@@ -48,6 +50,7 @@ class Frame:
 
     __slots__ = (
         "attempts", "joiner", "keys", "names", "outer_sets", "own", "owner", "parent", "path", "pending",
+        "reservation", "strand", "urgent",
     )  # fmt: skip
 
     def __init__(
@@ -60,6 +63,11 @@ class Frame:
         self.names: ChainMap[str, Any] = ChainMap(own, *(parent.names.maps if parent else ()))
         self.owner: Frame = self if owns or parent is None else parent.owner
         self.joiner: Frame = self if joins or parent is None else parent.joiner
+        self.urgent: bool = parent is not None and parent.urgent
+        """What is done in it is done at once, also while the run is paused: a watch was right."""
+        self.reservation: Reservation | None = parent.reservation if parent else None
+        self.strand: str = parent.strand if parent is not None else ""
+        """What of it runs beside other things: an iteration of several at once, a reservation."""
         self.attempts: dict[str, int] = {}
         self.pending: list[Any] = []
         self.outer_sets: dict[str, Any] = {}
@@ -68,7 +76,12 @@ class Frame:
     def phase(cls, name: str, names: dict[str, Any], around: "Frame | None" = None) -> "Frame":
         """The frame of a whole phase: `main`, `resume:1`, or `finally:1` with main's results."""
         results = Results(around.names["steps"] if around is not None else None)
-        return cls(name, {**names, "steps": results}, None, owns=True, joins=True)
+        made = cls(name, {**names, "steps": results}, None, owns=True, joins=True)
+        if around is not None:
+            made.urgent, made.reservation, made.strand = (
+                around.urgent, around.reservation, around.strand,
+            )  # fmt: skip
+        return made
 
     def iteration(self, path: str, key: str, names: dict[str, Any]) -> "Frame":
         """One iteration of a loop in this frame."""
@@ -80,12 +93,20 @@ class Frame:
     def another(self, path: str, names: dict[str, Any]) -> "Frame":
         """The frame of a used protocol: it sees nothing of what is around it."""
         inner = Frame(path, {**names, "steps": Results()}, None, owns=True, joins=True)
-        inner.keys = self.keys
+        inner.keys, inner.urgent = self.keys, self.urgent
+        inner.reservation, inner.strand = self.reservation, self.strand
         return inner
 
     def within(self, path: str, names: dict[str, Any] | None = None) -> "Frame":
         """A part of this frame with its own path: results go where they went before."""
         return Frame(path, names or {}, self, owns=False, joins=False)
+
+    def apart(self, strand: str) -> "Frame":
+        """The same place, for steps beside others: names and results of its own."""
+        own = {"steps": Results(self.names["steps"])}
+        inner = Frame(self.path, own, self, owns=True, joins=True)
+        inner.strand = self.strand or strand
+        return inner
 
     def joining(self) -> "Frame":
         """The same place, which waits for the background steps started in it: a group of steps."""

@@ -11,6 +11,7 @@ class Requests:
     take_up: bool = False
     _again: bool = False
     _wake_at: float | None = None
+    _look_at: float | None = None
 
     def again(self) -> None:
         """Tick once more before waiting: something changed that no event will report."""
@@ -21,8 +22,13 @@ class Requests:
         if self._wake_at is None or when < self._wake_at:
             self._wake_at = when
 
-    def take_round(self) -> tuple[bool, float | None]:
-        """Whether another tick was requested, and by when; both are reset."""
-        asked = self._again, self._wake_at
-        self._again, self._wake_at = False, None
+    def look_at(self, when: float) -> None:
+        """Tick at this time of the event loop at the latest, also while the run is paused."""
+        if self._look_at is None or when < self._look_at:
+            self._look_at = when
+
+    def take_round(self) -> tuple[bool, float | None, float | None]:
+        """Whether another tick was requested, and by when, on either clock; all are reset."""
+        asked = self._again, self._wake_at, self._look_at
+        self._again, self._wake_at, self._look_at = False, None, None
         return asked

@@ -31,6 +31,8 @@ class Rows:
         self.columns = columns
         self.units: dict[str, str] = {}
         self._begun = False
+        self._held: dict[str, dict[int, tuple[str, Mapping[str, Any], str]]] = {}
+        """By loop and index: rows of iterations that are over before others before them."""
         self._waiting: deque[tuple[str, Mapping[str, Any], str]] = deque()
 
     def evaluate(self, names: Mapping[str, Any]) -> dict[str, Any]:
@@ -60,9 +62,23 @@ class Rows:
             f"{self.path.name} is open in another program; its rows wait until it is closed there"
         )
 
+    def hold(self, loop: str, index: int, key: str, row: Mapping[str, Any], fate: str) -> None:
+        """Keep a row until those before it are written."""
+        self._held.setdefault(loop, {})[index] = key, row, fate
+
+    def release(self, loop: str, before: int | None = None) -> str:
+        """Write the rows that were held, those before an index or all, in order; as `write`."""
+        held, told = self._held.get(loop, {}), ""
+        for index in sorted(held):
+            if before is None or index < before:
+                told = self.write(*held.pop(index)) or told
+        return told
+
     def finish(self) -> str:
         """Write what still waits, beside the table where it must be; what to tell, if anything."""
         try:
+            for loop in list(self._held):
+                self.release(loop)
             if self._write_what_waits():
                 return ""
             beside = self.path.with_stem(f"{self.path.stem}-rest")
@@ -153,4 +169,9 @@ def restore_rows(
         if record.file in tables and is_superseded(record):
             tables[record.file].begin()
         elif record.file in tables:
-            tables[record.file].write(record.row_key, decode(record.row), record.fate)
+            table, row = tables[record.file], decode(record.row)
+            if record.ahead:
+                table.hold(record.loop, record.index, record.row_key, row, record.fate)
+            else:
+                table.release(record.loop, record.index)
+                table.write(record.row_key, row, record.fate)

@@ -2,7 +2,7 @@
 
 import logging
 from collections import ChainMap
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from itertools import count
@@ -19,12 +19,14 @@ from ..journal.history import History
 from ..journal.journal import Journal
 from ..journal.past import Past
 from ..lab.bind import BoundRole
+from ..language.expression import STATUS
 from ..language.own_functions import OwnFunction
 from .clock import RunClock
 from .frame import Frame, Scope
 from .function_calls import call
 from .questions import Question, Questions
 from .requests import Requests
+from .strands import Strands
 
 
 @dataclass(slots=True)
@@ -38,6 +40,24 @@ class CutOff:
     names: dict[str, Any]
     frame: Frame
     finals: int = 0
+
+
+class RecordedStatus(Mapping[str, Any]):
+    """`status` in expressions: what each role's device told, kept in the journal where it was read."""
+
+    def __init__(self, run: "Run", place: str) -> None:
+        self.run, self.place = run, place
+
+    def __getitem__(self, role: str) -> Any:
+        if role not in self.run.roles:
+            raise KeyError(role)
+        return self.run.computed(f"{self.place}/status:{role}", lambda: self.run.told(role))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.run.roles)
+
+    def __len__(self) -> int:
+        return len(self.run.roles)
 
 
 LOG = logging.getLogger("labrun")
@@ -69,6 +89,7 @@ class Run:
     """By path, the used protocols that were entered and have not finished their `finally`."""
     left_undone: dict[str, str] = field(default_factory=dict)
     """Steps of a `finally` that have failed with `on_error: continue`: path -> what happened."""
+    strands: Strands = field(default_factory=Strands)
     replaying: bool = False
     """True while what failed in an earlier engine session is replayed: see nodes/replay_failed.py."""
 
@@ -78,6 +99,13 @@ class Run:
     """In a rehearsal, of a `while` without `max`: what it waits for may never come there."""
     asks_clocks: bool = False
     """Whether any expression of its protocols asks a clock."""
+
+    watches: bool = False
+    """Whether any of its steps is watched."""
+    told: Callable[[str], Any] = lambda role: None
+    """What the device of a role has told of itself, with units."""
+    notify: Callable[[str, str], None] = lambda text, picture: None
+    """Sends a message to the people whom the lab names, with a picture of the run."""
 
     def names(self, names: ChainMap[str, Any], place: str) -> ChainMap[str, Any]:
         """The names of a frame with the clocks, for the expressions of one place in the run."""
@@ -91,7 +119,10 @@ class Run:
         def elapsed() -> Any:
             return self.computed(f"{place}/elapsed:{next(asked)}", self.elapsed)
 
-        return names.new_child({"now()": now, "elapsed()": elapsed})
+        own: dict[str, Any] = {"now()": now, "elapsed()": elapsed}
+        if STATUS not in names:
+            own[STATUS] = RecordedStatus(self, place)
+        return names.new_child(own)
 
     def computed(self, path: str, compute: Callable[[], Any]) -> Any:
         """What a clock says; where it was asked before the engine was killed, what it said then."""

@@ -18,6 +18,7 @@ from ..run.run import Run
 from ..run.summary import keep_summary
 from .begin import RunOptions
 from .live_figures import live_figures
+from .notify import Notifier
 from .reports import make_reports
 from .session import Ending, RunSession
 
@@ -48,6 +49,7 @@ async def run_session(
     connections.say = run.log
     run.questions.changed = session.dispatcher.wake.set
     endpoint = ControlServer(run.folder, session.control, run.questions)
+    notifier: Notifier | None = None
     deaf = on_end(lambda by: session.control.ask("abort", by))
     try:
         await endpoint.open()
@@ -58,6 +60,10 @@ async def run_session(
         run.journal.flush()
         sync_files(run.folder, CONTRACTS, COPIES)
         run.tell("run", run.id, "running", checked.protocol.name if checked.protocol else "")
+        if checked.lab.lab.notify is not None:
+            notifier = Notifier(run, checked.lab.lab.notify)
+            run.notify = notifier.send
+            run.listeners.append(notifier.hear)
         async with live_figures(run, options.live_figures):
             ending = await session.execute(records)
         # A lease that is not released lapses, and then its server makes the device safe.
@@ -65,6 +71,8 @@ async def run_session(
         await _end(run, session, ending)
         return ending
     finally:
+        if notifier is not None:
+            await notifier.close()
         await endpoint.close()
         await connections.close()
         deaf()

@@ -14,6 +14,7 @@ from ..check import Checked
 from ..control.control import Control
 from ..dispatch.device_handle import DeviceHandle
 from ..dispatch.dispatcher import Dispatcher
+from ..journal.encode import with_units
 from ..journal.journal import DiskFull, JournalFault, Records
 from ..language.expression import ExpressionError
 from ..language.moments import moment_text
@@ -65,6 +66,7 @@ class RunSession:
         self.clients = clients
         self.dispatcher = Dispatcher(run, clients, checked.lab.lab.start_timeout_s)
         self.control = Control(run, self.dispatcher.wake.set)
+        run.told = self._told
         self.touched: dict[str, str] = {}
         """Devices whose state may have changed before this session -> why."""
         self.unsafe: set[str] = set()
@@ -76,7 +78,12 @@ class RunSession:
         self.compiler = TreeCompiler(self.run, self.dispatcher, self.survey, self.run.folder)
         self.main_frame = Frame.phase("main", self.names)
         self.run.cut_off.clear()
+        self.run.strands.clear()
         self.main = self.compiler.sequence(self.protocol.steps, Scope(self.main_frame))
+
+    def _told(self, role: str) -> object:
+        bound = self.run.roles[role]
+        return with_units(self.dispatcher.status(bound.device)[0], bound.contract.status)
 
     async def execute(self, records: Iterable[j.JournalRecord] | None) -> Ending:
         """Everything from the first phase to the safe state; never leaves a goal under way."""

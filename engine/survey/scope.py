@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from ..language.column import TableFault
-from ..language.expression import CONSTANTS
+from ..language.expression import CONSTANTS, STATUS
 from ..language.fold import Folding
 from ..language.functions import FUNCTIONS
 from ..language.functions import RESERVED as RESERVED_FUNCTIONS
@@ -29,7 +29,7 @@ class Level:
     same `group`.
     """
 
-    kind: Literal["phase", "loop", "fallback", "member", "branch"]
+    kind: Literal["phase", "loop", "fallback", "watch", "aside", "member", "branch"]
     name: str
     group: Place = ()
 
@@ -79,6 +79,8 @@ class Declarations:
     sets: list[SetName]
     loops: list[LoopName]
     tables: Tables
+    status: Type
+    """By role, what its device says of itself."""
     functions: Mapping[str, OwnFunction | FunctionFault]
     own_names: frozenset[str]
     """Of its own functions, also of those that cannot be used."""
@@ -111,7 +113,7 @@ class Env:
     @property
     def in_fallback(self) -> bool:
         """True where a failure has a name: `error`."""
-        return any(level.kind == "fallback" for level in self.levels)
+        return any(level.kind in ("fallback", "watch") for level in self.levels)
 
     def visible(self, levels: tuple[Level, ...]) -> bool:
         """True where names declared at these levels are visible from here."""
@@ -141,12 +143,14 @@ class Env:
             return either([one.type for one in sets[name]])
         if name == "run":
             return RUN
+        if name == STATUS:
+            return self.survey.status
         if name == "error":
-            hint = "in a `fallback`, `error` says why the step failed"
+            hint = "in a `fallback`, `error` says why the step failed; in a watch's `then`, what was seen"
             return (
                 ERROR
                 if self.in_fallback
-                else Fault("E311", "error is available only in a fallback", hint)
+                else Fault("E311", "error is available only in a fallback or a watch", hint)
             )
         return self._unknown(name, sets)
 
@@ -232,6 +236,8 @@ class Env:
         where = {
             "loop": f"exists only inside the loop {level.name}; `collect` keeps values of iterations",
             "fallback": f"exists only within the fallback of {level.name}",
+            "aside": f"exists only inside {level.name}, which runs in the background",
+            "watch": f"exists only within a watch of {level.name}",
             "phase": f"runs in `{level.name}` and is not known here",
         }[level.kind]
         return Fault("E306", f"steps.{name}: {name!r} {where}")

@@ -97,6 +97,7 @@ class Survey(Declarations):
         self.protocol, self.roles, self.values = protocol, roles, values
         self.source, self.opened = source, opened
         self.tables = Tables(source.path, opened.folders)
+        self.status = status_type(roles)
         self.functions = dict(read_functions(protocol.functions, source.path, opened.folders))
         self.own_names = frozenset({*protocol.functions, *source.names("functions")})
         self.raw_names, self.set_counts = raw_names(source.data)
@@ -163,7 +164,7 @@ class Survey(Declarations):
         if name in self.ids:
             self.twice.append((name, place, self.ids[name].place))
             return
-        background = isinstance(step, p.Do) and step.mode == "background"
+        background = isinstance(step, p.Do | p.Group) and step.mode == "background"
         self.ids[name] = Declared(name, self.tick(), env.levels, result, background, place)
 
     def _kind(self, step: p.StepBase, place: Place, env: Env, arguments: dict[str, Spot]) -> Type:
@@ -180,14 +181,42 @@ class Survey(Declarations):
         if isinstance(step, p.Use):
             return self._use(step, place, env, arguments)
         if isinstance(step, p.Group):
-            return self._sequence(step.steps, (*place, "steps"), env)
+            return self._group(step, place, env)
         if isinstance(step, p.Set):
             return self._set(step, place, env)
         return self._simple(step, place, env)
 
+    def _group(self, step: p.Group, place: Place, env: Env) -> Type:
+        if step.mode is not None:
+            env = env.inside(Level("aside", step.id or "the group"))
+        result = self._sequence(step.steps, (*place, "steps"), env)
+        for index, watch in enumerate(step.watch or []):
+            at = (*place, "watch", index)
+            self._watch(watch, at, env.inside(Level("watch", step.id or "the group")))
+        return result
+
+    def _watch(self, watch: p.Watch, place: Place, env: Env) -> None:
+        for key in ("every", "stale"):
+            if getattr(watch, key) is not None:
+                self._spot((*place, key), getattr(watch, key), "duration", env, key)
+        if watch.do is not None:
+            look = p.Do.model_validate({"do": watch.do, "with": watch.with_})
+            arguments: dict[str, Spot] = {}
+            self.steps.append(StepAt(look, place, env, arguments))
+            read = self._do(look, place, env, arguments)
+            if watch.id is not None:
+                self._declare(look, watch.id, place, env, read)
+        inner = env.now()
+        self._spot((*place, "when"), watch.when, "condition", inner, "when")
+        if isinstance(watch.then, list):
+            self._sequence(watch.then, (*place, "then"), inner)
+        elif isinstance(watch.then, p.StepBase):
+            self._step(watch.then, (*place, "then"), inner)
+
     def _simple(self, step: p.StepBase, place: Place, env: Env) -> Type:
         uses: dict[str, Use] = {
             "confirm": "text", "ask": "text", "log": "text", "fail": "text", "wait": "duration",
+            "notify": "text",
             "require": "condition",
         }  # fmt: skip
         use = uses.get(step.KIND)
@@ -195,6 +224,8 @@ class Survey(Declarations):
             self._spot((*place, "wait", "until"), step.until, "moment", env, "until")
         elif use is not None:
             self._spot((*place, step.KIND), getattr(step, step.KIND), use, env, step.KIND)
+        if isinstance(step, p.Notify) and step.picture is not None:
+            self._spot((*place, "picture"), step.picture, "text", env, "picture")
         if isinstance(step, Broken):
             return ANY
         if isinstance(step, p.Confirm | p.Ask):
@@ -268,6 +299,8 @@ class Survey(Declarations):
         inner = env.inside(level, loop)
         if step.key is not None:
             self._spot((*place, "key"), step.key, "key", inner, "key")
+        if step.at_once is not None:
+            self._spot((*place, "at_once"), step.at_once, "count", env, "at_once")
         return self._body(step, place, env, inner)
 
     def _iterations(self, step: p.Repeat | p.While, place: Place, env: Env) -> Type:
@@ -291,6 +324,15 @@ class Survey(Declarations):
         for column, value in (step.collect or {}).items():
             self._spot((*place, "collect", column), value, "collect", late, column)
         return LOOP_RESULT
+
+
+def status_type(roles: Mapping[str, BoundRole]) -> Type:
+    """What `status` is in expressions: the status of each role's device, by its contract."""
+    known = {
+        name: type_of_schema(bound.contract.status) if bound.contract.status else ANY
+        for name, bound in roles.items()
+    }
+    return Type("map", fields=known, rest=None if known else ANY)
 
 
 def _known_values(wanted: p.Protocol, arguments: Mapping[str, Spot]) -> Iterator[tuple[str, Any]]:

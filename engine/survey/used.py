@@ -106,15 +106,20 @@ def uses_of(protocol: p.Protocol) -> Iterator[tuple[p.Use, Place]]:
 
 def _in_list(steps: list[Any], place: Place) -> Iterator[tuple[p.Use, Place]]:
     for index, step in enumerate(steps):
-        here = (*place, index)
-        if isinstance(step, list):
-            yield from _in_list(step, here)
-            continue
-        if isinstance(step, p.Use):
-            yield step, here
-        for key, inner in p.inner_lists(step):
-            yield from _in_list(inner, (*here, key))
-        yield from _in_list(step.fallback or [], (*here, "fallback"))
+        yield from _in(step, (*place, index))
+
+
+def _in(step: Any, here: Place) -> Iterator[tuple[p.Use, Place]]:
+    if isinstance(step, list):
+        yield from _in_list(step, here)
+        return
+    if isinstance(step, p.Use):
+        yield step, here
+    for key, inner in p.inner_lists(step):
+        yield from _in_list(inner, (*here, key))
+    yield from _in_list(step.fallback or [], (*here, "fallback"))
+    for then, key in p.thens(step):
+        yield from _in(then, (*here, *key))
 
 
 def roles_for(

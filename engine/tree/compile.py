@@ -1,7 +1,8 @@
 """Compile a protocol into its tree: one small subtree per body, not per point."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -24,18 +25,21 @@ from ..survey.survey import Survey, Used
 from .nodes.action import LOST_AT_MOST, ActionLeaf, ActionPlan
 from .nodes.action_set import ActionSet
 from .nodes.any_of import AnyOf
+from .nodes.aside import Aside
 from .nodes.background import Background, Join
 from .nodes.branch import Branch
 from .nodes.every_step import EveryStep
 from .nodes.fallback import Alternative, Fallback
-from .nodes.immediate import Fail, Log, Require, SetNames
+from .nodes.immediate import Fail, Log, Notify, Require, SetNames
 from .nodes.iterations import ConditionalIterations, CountedIterations, ItemIterations, Iterations
 from .nodes.loop import Loop, LoopPlan
 from .nodes.question import AskPerson
+from .nodes.reserve import Reserve
 from .nodes.retry import Retry, RetryRules
 from .nodes.step import StepNode, StepRules
 from .nodes.use import Use, UsePlan
 from .nodes.wait import Wait, WaitUntil
+from .nodes.watch import WatchedGroup, Watcher, WatchPlan
 
 FIRST_TABLE = "data.csv"
 
@@ -52,7 +56,7 @@ class Place:
 
 @dataclass(slots=True)
 class TreeCompiler:
-    """Turns steps into nodes; `tables` are the CSV files that its loops write.
+    """Reservations steps into nodes; `tables` are the CSV files that its loops write.
 
     `used` are the protocols that steps name. `within` is the path of the loops and uses that are
     being compiled; `used_in` is the place of a used protocol itself.
@@ -67,6 +71,8 @@ class TreeCompiler:
     used_in: Place | None = None
     takes_first: bool = True
     """Whether `data.csv` is for this protocol: a used one leaves it to the rows of the outer protocol."""
+    made: dict[str, Rows] = field(default_factory=dict)
+    """The tables by the path of their loop."""
     used: dict[int, Used] = field(init=False)
     timed: set[str] = field(init=False)
     """The ids of which an expression asks when they began, or how long they took."""
@@ -100,7 +106,7 @@ class TreeCompiler:
         every: bool = False,
     ) -> Behaviour:  # fmt: skip
         """Steps in sequence; outside loops it waits for the background steps started in it."""
-        joins = not in_loop and any(isinstance(s, p.Do) and s.mode for s in steps)
+        joins = not in_loop and any(isinstance(s, p.Do | p.Group) and s.mode for s in steps)
         inner = Scope() if joins else scope
         children: list[Behaviour] = []
         for index, step in enumerate(steps):
@@ -123,7 +129,7 @@ class TreeCompiler:
 
     def step(self, step: p.Step, place: Place) -> Behaviour:
         """One step with everything it states around its kind."""
-        if isinstance(step, p.Do) and step.mode == "background":
+        if isinstance(step, p.Do | p.Group) and step.mode == "background":
             return self._aside(step, place)
         ladder = self._ladder(step, place)
         return StepNode(self.run, place.scope, self._rules(step, place), ladder)
@@ -141,15 +147,22 @@ class TreeCompiler:
             timed=step.id in self.timed,
         )
 
-    def _aside(self, step: p.Do, place: Place) -> Behaviour:
+    def _aside(self, step: p.Do | p.Group, place: Place) -> Behaviour:
         rules = self._rules(step, place)
         later = StepRules(
-            segment=place.path, id=step.id, on_error=rules.on_error, in_loop=True, timed=rules.timed
-        )
+            segment=place.path, id=step.id, on_error=rules.on_error, in_loop=True,
+            timed=rules.timed, timeout_s=rules.timeout_s,
+        )  # fmt: skip
+        within = self.within
 
         def build(scope: Scope) -> Behaviour:
-            there = Place(scope, place.path, place.in_loop, place.question_id)
-            return StepNode(self.run, scope, later, self._ladder(step, there))
+            inner = scope if isinstance(step, p.Do) else Scope()
+            with self._in(within):
+                there = Place(inner, place.path, place.in_loop, place.question_id)
+                node = self._ladder(step, there)
+            if inner is not scope:
+                node = Aside(place.path, self.run, scope, inner, node)
+            return StepNode(self.run, scope, later, node)
 
         begin = Background(place.path, self.run, place.scope, build)
         guard = StepRules(place.path, when=rules.when, in_loop=place.in_loop, silent=True)
@@ -205,11 +218,15 @@ class TreeCompiler:
             "set": self._set,
             "require": self._require,
             "log": self._log,
+            "notify": self._notify,
             "fail": self._fail,
         }
         return compilers[step.KIND](step, place)
 
     def _do(self, step: p.Do, place: Place) -> Behaviour:
+        return ActionLeaf(self.run, place.scope, self.dispatcher, self._action(step, place))
+
+    def _action(self, step: p.Do, place: Place) -> ActionPlan:
         role_name, _, action_name = step.do.partition(".")
         role = self.survey.roles[role_name]
         timeout = step.timeout if step.timeout is not None else self.defaults.timeout
@@ -217,7 +234,7 @@ class TreeCompiler:
         on = None if retry is None else retry_rules(retry).on
         action = role.contract.actions[action_name]
         counted = retry is not None and action.effect != "once" and (on is None or "Lost" in on)
-        plan = ActionPlan(
+        return ActionPlan(
             segment=place.path,
             role=role,
             action_name=action_name,
@@ -227,7 +244,6 @@ class TreeCompiler:
             on_unknown=step.on_unknown or "probe",
             lost_at_most=0 if counted else LOST_AT_MOST,
         )
-        return ActionLeaf(self.run, place.scope, self.dispatcher, plan)
 
     def _parallel(self, step: p.Parallel, place: Place) -> Behaviour:
         members = self._members(step, place)
@@ -266,11 +282,14 @@ class TreeCompiler:
         return self._loop(step, place, ConditionalIterations(value_of(step.while_), most))
 
     def _loop(self, step: p.LoopBase, place: Place, turns: Iterations) -> Behaviour:
-        inner = Scope()
         rows = self._rows(step, place)
-        outside, self.within = self.within, f"{self.within}{place.path}/"
-        body = self.sequence(step.steps, inner, in_loop=True)
-        self.within = outside
+        within = f"{self.within}{place.path}/"
+
+        def build() -> tuple[Scope, Behaviour]:
+            scope = Scope()
+            with self._in(within):
+                return scope, self.sequence(step.steps, scope, in_loop=True)
+
         kept = step.keep_going
         plan = LoopPlan(
             segment=place.path,
@@ -278,18 +297,30 @@ class TreeCompiler:
             max_failed=None if kept is None else _value_or_none(kept.max_failed),
             in_a_row=None if kept is None else _value_or_none(kept.in_a_row),
             background=self.defaults.background,
+            at_once=_value_or_none(step.at_once) if isinstance(step, p.Foreach) else None,
             nested=self._in_loop(place),
         )
-        return Loop(self.run, place.scope, inner, plan, turns, body, rows, self.dispatcher)
+        return Loop(self.run, place.scope, plan, turns, build, rows, self.dispatcher)
+
+    @contextmanager
+    def _in(self, within: str) -> Iterator[None]:
+        """What is compiled here lies within these loops and uses."""
+        outside, self.within = self.within, within
+        try:
+            yield
+        finally:
+            self.within = outside
 
     def _rows(self, step: p.LoopBase, place: Place) -> Rows | None:
         if step.collect is None:
             return None
         path = f"{self.within}{place.path}".replace("/", "-")
+        if path in self.made:  # the body of an outer loop is compiled once for each at once
+            return self.made[path]
         is_first = self.takes_first and FIRST_TABLE not in self.tables
         name = FIRST_TABLE if is_first else f"data-{path}.csv"
         columns: dict[str, Value | None] = {n: value_of(raw) for n, raw in step.collect.items()}
-        self.tables[name] = Rows(self.folder / name, columns)
+        self.tables[name] = self.made[path] = Rows(self.folder / name, columns)
         return self.tables[name]
 
     def _collects(self) -> bool:
@@ -297,7 +328,44 @@ class TreeCompiler:
         return any(isinstance(step, p.LoopBase) and step.collect for step in steps)
 
     def _group(self, step: p.Group, place: Place) -> Behaviour:
-        return self.sequence(step.steps, place.scope, f"{place.path}/", in_loop=place.in_loop)
+        if step.reserve is None:
+            return self._watched(step, place, in_loop=place.in_loop and step.mode is None)
+        inner = Scope()
+        there = Place(inner, place.path, place.in_loop, place.question_id)
+        body = self._watched(step, there, in_loop=True)  # it joins what they do in the background
+        devices = frozenset(self.survey.roles[role].device for role in step.reserve)
+        return Reserve(place.path, self.run, place.scope, inner, body, self.dispatcher, devices)
+
+    def _watched(self, step: p.Group, place: Place, *, in_loop: bool) -> Behaviour:
+        body = self.sequence(step.steps, place.scope, f"{place.path}/", in_loop=in_loop)
+        if not step.watch:
+            return body
+        watchers = [self._watch(one, n, place) for n, one in enumerate(step.watch, 1)]
+        return WatchedGroup(place.path, self.run, place.scope, body, watchers)
+
+    def _watch(self, watch: p.Watch, number: int, place: Place) -> Watcher:
+        scope = Scope()
+        look = None
+        if watch.do is not None:
+            look = self._action(p.Do.model_validate({"do": watch.do, "with": watch.with_}), place)
+        then = None
+        if watch.then != "pause":
+            then = self.sequence(watch.steps, scope, in_loop=place.in_loop)
+        plan = WatchPlan(
+            number=number,
+            when=value_of(watch.when),
+            text=_text(watch.when),
+            every=_value_or_none(watch.every),
+            stale=_value_or_none(watch.stale),
+            ignores_stale=watch.on_stale == "ignore",
+            look=look,
+            look_id=watch.id,
+            leaves_running=watch.leaves_running,
+            then=then,
+            scope=scope,
+        )
+        self.run.watches = True
+        return Watcher(self.run, self.dispatcher, plan)
 
     def _if(self, step: p.If, place: Place) -> Behaviour:
         branches = [
@@ -314,7 +382,7 @@ class TreeCompiler:
         here = replace(place, in_loop=self._in_loop(place))
         other = TreeCompiler(
             self.run, self.dispatcher, used.survey, self.folder, self.tables, within, here,
-            takes_first=self.takes_first and not self._collects(),
+            takes_first=self.takes_first and not self._collects(), made=self.made,
         )  # fmt: skip
         protocol, inner = used.protocol, Scope()
         last = partial(other.finals, protocol.finally_) if protocol.finally_ else None
@@ -358,11 +426,16 @@ class TreeCompiler:
         return SetNames(place.path, self.run, place.scope, values, functions, limit_s)
 
     def _require(self, step: p.Require, place: Place) -> Behaviour:
-        text = str(step.require).strip().removeprefix("${{").removesuffix("}}").strip()
-        return Require(place.path, self.run, place.scope, value_of(step.require), text)
+        return Require(
+            place.path, self.run, place.scope, value_of(step.require), _text(step.require)
+        )
 
     def _log(self, step: p.Log, place: Place) -> Behaviour:
         return Log(place.path, self.run, place.scope, value_of(step.log))
+
+    def _notify(self, step: p.Notify, place: Place) -> Behaviour:
+        picture = _value_or_none(step.picture)
+        return Notify(place.path, self.run, place.scope, value_of(step.notify), picture)
 
     def _fail(self, step: p.Fail, place: Place) -> Behaviour:
         return Fail(place.path, self.run, place.scope, value_of(step.fail))
@@ -376,7 +449,12 @@ def _behind(timeout: p.Duration) -> float:
         return math.inf
 
 
-def _value_or_none(raw: int | str | None) -> Value | None:
+def _text(condition: Any) -> str:
+    """A condition as it is written, without its braces."""
+    return str(condition).strip().removeprefix("${{").removesuffix("}}").strip()
+
+
+def _value_or_none(raw: int | float | str | None) -> Value | None:
     return None if raw is None else value_of(raw)
 
 

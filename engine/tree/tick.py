@@ -75,14 +75,14 @@ async def _rounds(
             dispatcher.withdraw_all()
             await _drain(dispatcher, control)
             return "state lost"
-        again, wake_at = _round(root, run, dispatcher, control)
+        again, wake_at, look_at = _round(root, run, dispatcher, control)
         if root.status != Status.RUNNING:
             await _drain(dispatcher, control)  # what was cancelled before has ended, too
             return "succeeded" if root.status == Status.SUCCESS else "failed"
         if again or dispatcher.has_arrived():
             await asyncio.sleep(0)
         else:
-            await _wait(run, dispatcher, wake_at)
+            await _wait(run, dispatcher, wake_at, look_at)
 
 
 async def _heed_stops(dispatcher: Dispatcher, control: Control, paused_for: set[str]) -> bool:
@@ -104,7 +104,7 @@ async def _heed_stops(dispatcher: Dispatcher, control: Control, paused_for: set[
 
 def _round(
     root: Behaviour, run: Run, dispatcher: Dispatcher, control: Control
-) -> tuple[bool, float | None]:
+) -> tuple[bool, float | None, float | None]:
     root.tick_once()
     dispatcher.check_time()
     if run.requests.pause and not control.paused and not control.aborted_by:
@@ -119,11 +119,15 @@ def _round(
     return run.requests.take_round()
 
 
-async def _wait(run: Run, dispatcher: Dispatcher, wake_at: float | None) -> None:
-    handle = None
+async def _wait(
+    run: Run, dispatcher: Dispatcher, wake_at: float | None, look_at: float | None
+) -> None:
+    handle, loop = None, asyncio.get_running_loop()
+    at = [] if look_at is None else [look_at]
     if wake_at is not None and not dispatcher.paused:
-        left = max(0.0, wake_at - run.clock.now())
-        handle = asyncio.get_running_loop().call_later(left, dispatcher.wake.set)
+        at.append(loop.time() + max(0.0, wake_at - run.clock.now()))
+    if at:
+        handle = loop.call_at(min(at), dispatcher.wake.set)
     patience_s = max(QUIET_S, dispatcher.longest_s())
     while True:
         with contextlib.suppress(TimeoutError):

@@ -126,6 +126,11 @@ class Count:
                     isinstance(alternative, p.Ask) and "repeat" in alternative.choices
                 )
                 self.step(view, alternative, at, later)
+        for then, keys in p.thens(step):
+            steps = then if isinstance(then, list) else [then]
+            for index, one in enumerate(steps):
+                at = (*place, *keys, *([index] if isinstance(then, list) else []))
+                self.step(view, one, at, times.on_failure())
 
     def _kind(self, view: Outlook, step: p.StepBase, place: Place, times: Times) -> None:
         if isinstance(step, p.Do):

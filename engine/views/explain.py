@@ -112,6 +112,9 @@ class Explanation:
             self._inside(view, step, place, depth + 1)
         for index, alternative in enumerate(step.fallback or []):
             self._say(depth + 1, f"if it still fails ({index + 1}): {_alternative(alternative)}")
+        for watch in p.watches(step):
+            then = "pause" if watch.then == "pause" else _alternative(watch.then)
+            self._say(depth + 1, f"meanwhile, as soon as {shortened(bare(watch.when))}: {then}")
 
     def _set(self, step: p.StepBase, times: Times, depth: int, said: str) -> None:
         self.number += 1
@@ -204,7 +207,11 @@ def _said(step: p.StepBase, defaults: p.Defaults) -> str:
     tried = attempts(step, defaults)
     if tried > 1:
         parts.append(f"tried up to {count_of(tried, 'time')}")
-    if isinstance(step, p.Do) and step.mode:
+    if isinstance(step, p.Group) and step.reserve:
+        parts.append(f"keeps {joined(step.reserve, 'and')} for itself")
+    if isinstance(step, p.Foreach) and step.at_once is not None:
+        parts.append(f"{bare(step.at_once)} at once")
+    if isinstance(step, p.Do | p.Group) and step.mode:
         parts.append("in the background")
     if step.when is not None:
         parts.append(f"only when {shortened(bare(step.when))}")

@@ -131,6 +131,12 @@ def inner_steps(step: p.StepBase) -> Iterator[tuple[Place, Any]]:
                 yield ("fallback", index, deeper), inner
         else:
             yield ("fallback", index), alternative
+    for then, keys in p.thens(step):
+        if isinstance(then, list):
+            for deeper, inner in enumerate(then):
+                yield (*keys, deeper), inner
+        else:
+            yield keys, then
 
 
 def set_inside(step: p.StepBase) -> Iterator[str]:

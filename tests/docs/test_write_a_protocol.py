@@ -13,7 +13,7 @@ PAGE = (ROOT / "docs" / "how-to" / "write-a-protocol.md").read_text(encoding="ut
 BLOCKS = re.findall(r"```yaml\n(.*?)```", PAGE, re.S)
 FRAME = """labrun: 1
 name: page
-devices: {gantry: gantry@1, libs: libs_analyzer@1, reduce: spectrum_reducer@1}
+devices: {gantry: gantry@1, libs: libs_analyzer@1, reduce: spectrum_reducer@1, balance: balance@1}
 steps:
 """
 

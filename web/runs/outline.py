@@ -19,6 +19,7 @@ from ..library.pointer import pointer_text
 from ..models.runs import OutlineNode
 
 TURN = re.compile(r"([raf])(\d+)")
+WATCH = re.compile(r"w(\d+)\.(?:\d+|look)")
 LAST = re.compile(r"e\d*")
 FOUND = 1000
 """So many paths and their steps are kept: a goal's end asks for that of its sending."""
@@ -36,6 +37,7 @@ class Step:
     frame: "Step | None"
     below: "dict[str, Step]" = field(default_factory=dict)
     alternatives: "list[dict[str, Step]]" = field(default_factory=list)
+    watches: "dict[int, dict[str, Step]]" = field(default_factory=dict)
     last: "dict[str, Step]" = field(default_factory=dict)
     place: Place = ()
     view: Outlook | None = None
@@ -116,6 +118,10 @@ class Outline:
                 elif turn[1] == "f" and int(turn[2]) <= len(here.alternatives):
                     below = here.alternatives[int(turn[2]) - 1]
                 continue
+            watch = WATCH.fullmatch(part)
+            if here is not None and watch is not None:
+                below, index = here.watches.get(int(watch[1]), {}), index + 1
+                continue
             if here is not None and LAST.fullmatch(part):
                 below, index = here.last, index + 1
                 continue
@@ -163,6 +169,16 @@ class Outline:
                 inner = self._step(view, one, at, f"{base}/{name}", made, made, depth + 1, mark)
                 found = {name: inner}
             made.alternatives.append(found)
+        for then, keys in p.thens(step):
+            at, base = (*place, *keys), f"{path}/w{keys[1] + 1}"
+            steps = then if isinstance(then, list) else [then]
+            found = {}
+            for index, one in enumerate(steps):
+                name, here = one.id or str(index), (*at, index) if isinstance(then, list) else at
+                found[name] = self._step(
+                    view, one, here, f"{base}/{name}", made, made, depth + 1, "watch: "
+                )
+            made.watches[keys[1] + 1] = found
         return made
 
     def _inside(

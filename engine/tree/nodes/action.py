@@ -119,7 +119,8 @@ class ActionLeaf(Node):
             goal_id=f"{self.run.id}/{self.path}/{attempt}", path=self.path, role=self.plan.role,
             action_name=self.plan.action_name, action=self.plan.action, params=arguments,
             timeout_s=timeout_s, within=self.scope.frame.owner.path, adopt=past,
-            epoch=past.sent.epoch if past else 0,
+            epoch=past.sent.epoch if past else 0, urgent=self.scope.frame.urgent,
+            reservation=self.scope.frame.reservation, strand=self.scope.frame.strand,
         )  # fmt: skip
         if past is None:
             self._do(request)
@@ -138,7 +139,10 @@ class ActionLeaf(Node):
         while True:
             attempt = frame.next_attempt(self.path)
             past = self.earlier.attempt(self.path, attempt)
-            if past is None or not self.earlier.is_behind(past, wanted):
+            if past is None or not (
+                self.earlier.is_behind(past, wanted)
+                or self.earlier.others_came(past, frame.strand or frame.owner.path)
+            ):
                 return attempt, past
             if past.succeeded:
                 self.run.repeated.add(frame.owner.path)

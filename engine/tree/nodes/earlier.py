@@ -44,6 +44,12 @@ class EarlierAttempts:
             return past.spent and happened == "unknown" and self._was_denied(past)
         return past.spent
 
+    def others_came(self, past: PastGoal, strand: str) -> bool:
+        """True for what was set on a device that something beside it has used since this tree began."""
+        if not past.succeeded or self.action.effect == "once" or self.run.past.comparing:
+            return False
+        return self.run.strands.since(past.sent.device, past.state_n, strand)
+
     def must_not_be_done_anew(self, past: PastGoal, wanted: str) -> bool:
         """A finished `once` action that differs in a changed protocol: the run cannot continue.
 

@@ -1,4 +1,4 @@
-"""Steps that take no time: log, set, require, fail."""
+"""Steps that take no time: log, notify, set, require, fail."""
 
 import asyncio
 from collections import ChainMap
@@ -66,6 +66,28 @@ class Log(Immediate):
             text = str(self.text.evaluate(self.names))
             self.run.record(StepEnded(path=self.path, fate="succeeded", message=text))
             self.run.log(text, self.path)
+        return Status.SUCCESS
+
+
+class Notify(Immediate):
+    """A message to people; written once across engine sessions, as far as an engine can know."""
+
+    def __init__(
+        self, segment: str, run: Run, scope: Scope, text: Value, picture: Value | None
+    ) -> None:
+        super().__init__(segment, run, scope)
+        self.text = text
+        self.picture = picture
+
+    def act(self) -> Status:
+        if self.path not in self.run.past.steps:
+            if self.run.replaying:
+                return self.fail(came_to_here(self.path))
+            text = str(self.text.evaluate(self.names))
+            picture = "" if self.picture is None else str(self.picture.evaluate(self.names))
+            self.run.record(StepEnded(path=self.path, fate="succeeded", message=text))
+            self.run.log(text, self.path)
+            self.run.notify(text, picture)
         return Status.SUCCESS
 
 

@@ -1,8 +1,8 @@
 """A loop: one subtree, entered again for each turn; of a finished one, key and fate stay in memory."""
 
 from collections import Counter, deque
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -19,7 +19,7 @@ from ...run.run import Run
 from .action_set import gravest
 from .background import all_ended, stop_pending, tick_pending
 from .failure import Failure
-from .iterations import Iterations, NotOver
+from .iterations import Iterations, NotOver, whole
 from .node import Parent, failure_of
 from .set_again import SetAgain, settings_of
 
@@ -37,54 +37,77 @@ class LoopPlan:
     in_a_row: Value | None
     background: int
     nested: bool
+    at_once: Value | None = None
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
+class Slot:
+    """One body, in which one iteration after the other runs."""
+
+    scope: Scope
+    body: Behaviour
+
+
+@dataclass(slots=True, eq=False)
 class Iteration:
-    """One turn under way, or done except for background actions."""
+    """One turn under way, or over except for background actions, or for those before it.
+
+    `fate`: it is in the journal already, with this fate.
+    """
 
     index: int
     key: str
     frame: Frame
+    slot: Slot | None = None
     failure: Failure | None = None
-    over: bool = field(default=False)
+    fate: StepFate | None = None
+
+    @property
+    def is_over(self) -> bool:
+        """Whether its steps have ended, and what they had begun in the background."""
+        return self.fate is not None or (self.slot is None and all_ended(self.frame))
 
 
 class Loop(Parent):
     """Rebinds its names and enters its body again; finished iterations of earlier sessions are left out.
 
-    An iteration is finished when its steps and its background actions have ended; rows and
-    records come in the order of the turns.
+    An iteration is finished when its steps and its background actions have ended; rows, counts and
+    failures come in the order of the turns. With several at once each has a body of its own, and one that has
+    succeeded is in the journal before those before it.
     """
 
     def __init__(
         self,
         run: Run,
         outer: Scope,
-        inner: Scope,
         plan: LoopPlan,
         turns: Iterations,
-        body: Behaviour,
+        build: Callable[[], tuple[Scope, Behaviour]],
         rows: Rows | None,
         dispatcher: Dispatcher,
     ) -> None:
-        super().__init__(plan.segment, run, [body])
+        first = Slot(*build())
+        super().__init__(plan.segment, run, [first.body])
         self.dispatcher = dispatcher
-        self.body = body
+        self.build = build
+        self.slots = [first]
+        self.free = [first]
         self.outer = outer
-        self.inner = inner
         self.plan = plan
         self.turns = turns
         self.rows = rows
         self.path = ""
         self.position = 0
+        self.at_once = 1
         self.counts: Counter[StepFate] = Counter()
         self.max_failed: int | None = None
         self.in_a_row: int | None = None
         self.failed_last = 0
         """How many iterations before this one have failed, one after the other."""
         self.open: deque[Iteration] = deque()
-        self.current: Iteration | None = None
+        """In the order of the turns, from the first that is not finished."""
+        self.no_more = False
+        """One has failed for which the loop will end: no other is begun."""
         self.done_before: dict[str, StepFate] = {}
         self.last_done = -1
         self.settings: deque[SetAgain] = deque()
@@ -93,13 +116,16 @@ class Loop(Parent):
 
     def initialise(self) -> None:
         self.path = f"{self.outer.frame.path}/{self.plan.segment}"
-        self.position, self.current, self.counts, self.failed_last = 0, None, Counter(), 0
+        self.position, self.counts, self.failed_last = 0, Counter(), 0
+        self.no_more, self.free = False, list(self.slots)
         self.open.clear()
         try:
             names = self.run.names(self.outer.frame.names, f"{self.path}/begin")
             self.turns.begin(names)
             self.max_failed = _limit(self.plan.max_failed, names)
             self.in_a_row = _limit(self.plan.in_a_row, names)
+            if self.plan.at_once is not None:
+                self.at_once = max(1, whole("at_once", self.plan.at_once.evaluate(names)))
         except (ExpressionError, ValueError, TypeError) as fault:
             self.status = self.fail(Failure("Expression", str(fault), step=self.path))
             return
@@ -129,18 +155,23 @@ class Loop(Parent):
         yield from self._set_again()
         if self.settings or self.status != Status.RUNNING:
             return
+        going = [one for one in self.open if one.slot is not None]
         for _ in range(ITERATIONS_PER_TICK):
             for iteration in self.open:
                 yield from tick_pending(iteration.frame)
+            for iteration in going:
+                slot = iteration.slot
+                assert slot is not None
+                yield from slot.body.tick()
+                if slot.body.status != Status.RUNNING:
+                    self._body_ended(iteration, slot)
             self._finish_in_order()
             if self.status != Status.RUNNING:
                 return
-            if self.current is None and not self._enter_next():
+            entered = self._enter_next()
+            if entered is None:
                 return
-            yield from self.body.tick()
-            if self.body.status == Status.RUNNING:
-                return
-            self._body_ended()
+            going = [entered]
         self.run.requests.again()
 
     def _set_again(self) -> Iterator[Behaviour]:
@@ -154,9 +185,9 @@ class Loop(Parent):
                 self.status = self.fail(failure_of(setting))
                 return
 
-    def _enter_next(self) -> bool:
-        """Start the next turn; False when there is nothing to do in this tick."""
-        while self.failure is None and len(self.open) <= self.plan.background:
+    def _enter_next(self) -> Iteration | None:
+        """Start the next turn; None when there is nothing to do in this tick."""
+        while self.failure is None and not self.no_more and self._has_room():
             if not self._has_more():
                 break
             iteration = self._iteration(self.position)
@@ -166,17 +197,38 @@ class Loop(Parent):
                 self.position += 1
                 continue
             self.position += 1
-            fate = self.done_before.pop(iteration.key, None)
-            if fate is not None:
-                self._count(fate)
+            iteration.fate = self.done_before.pop(iteration.key, None)
+            if iteration.fate is not None and (self.at_once == 1 or not self.open):
+                self._count(iteration.fate)
+                self._release_rows()
                 continue
-            self.current = iteration
-            self.inner.frame = iteration.frame
-            self._tell("running", index=iteration.index, key=iteration.key)
-            return True
+            self.open.append(iteration)
+            if iteration.fate is None:
+                iteration.slot = self._slot()
+                iteration.slot.scope.frame = iteration.frame
+                self._tell("running", index=iteration.index, key=iteration.key)
+                return iteration
         if not self.open:
             self._end()
-        return False
+        return None
+
+    def _has_room(self) -> bool:
+        """Whether another turn may begin, as to those that run or have things in the background."""
+        if self.at_once == 1:
+            running = any(one.slot is not None for one in self.open)
+            return not running and len(self.open) <= self.plan.background
+        running = sum(one.slot is not None for one in self.open)
+        behind = sum(one.slot is None and not one.is_over for one in self.open)
+        return running < self.at_once and behind <= self.plan.background * self.at_once
+
+    def _slot(self) -> Slot:
+        if self.free:
+            return self.free.pop()
+        slot = Slot(*self.build())
+        self.slots.append(slot)
+        self.children.append(slot.body)
+        slot.body.parent = self
+        return slot
 
     def _has_more(self) -> bool:
         if self.turns.total is None and self._was_entered(self.position):
@@ -209,39 +261,70 @@ class Loop(Parent):
         outer = self.outer.frame
         key = self.turns.key(index, outer.names.new_child(own))
         path = self.run.past.frame_path(f"{self.path}/{key}")
-        return Iteration(index, key, outer.iteration(path, key, own))
+        made = Iteration(index, key, outer.iteration(path, key, own))
+        if self.at_once > 1:
+            made.frame.strand = outer.strand or path
+        return made
 
-    def _body_ended(self) -> None:
-        assert self.current is not None
-        if self.body.status == Status.FAILURE:
-            self.current.failure = failure_of(self.body)
-            if not self._may_go_on(self.current.failure):
-                self.failure = self.current.failure
-        self.open.append(self.current)
-        self.current = None
+    def _body_ended(self, iteration: Iteration, slot: Slot) -> None:
+        iteration.slot = None
+        self.free.append(slot)
+        if slot.body.status == Status.FAILURE:
+            iteration.failure = failure_of(slot.body)
+            if self._will_end(iteration.failure):
+                self.no_more = True
+
+    def _will_end(self, failure: Failure) -> bool:
+        """Whether the loop ends for this failure, whatever becomes of the turns before."""
+        if self.at_once > 1 and self.plan.keeps_going:
+            return failure.stop or failure.bygone or failure.anew
+        return not self._may_go_on(failure)
 
     def _finish_in_order(self) -> None:
-        while self.open and all_ended(self.open[0].frame):
+        while self.open and self.open[0].is_over:
             iteration = self.open.popleft()
-            if iteration.failure is None:
-                pending = iteration.frame.pending
-                failed = [failure_of(a) for a in pending if a.status == Status.FAILURE]
-                iteration.failure = gravest(failed) if failed else None
-            self._finish(iteration)
-        if self.failure is not None and not self.open and self.current is None:
+            if iteration.fate is None:
+                self._finish(iteration)
+            else:
+                self._count(iteration.fate)
+            self._release_rows()
+        if self.at_once > 1 and not self.run.past.comparing:
+            self._record_ahead()
+        if not self.open and self.no_more and self.failure is None:
+            self.no_more = False  # none of them ends the loop after all
+        if self.failure is not None and not self.open:
             self._end()
 
+    def _record_ahead(self) -> None:
+        """What has succeeded is in the journal before those before it: a resumed run does not repeat it."""
+        for iteration in self.open:
+            if iteration.fate is None and iteration.is_over and self._why(iteration) is None:
+                self._record(iteration, None, ahead=True)
+                iteration.fate = "succeeded"
+
+    def _why(self, iteration: Iteration) -> Failure | None:
+        """Why an iteration that is over has failed, if it has."""
+        pending = iteration.frame.pending
+        if iteration.failure is not None or not pending:
+            return iteration.failure
+        failed = [failure_of(a) for a in pending if a.status == Status.FAILURE]
+        return gravest(failed) if failed else None
+
     def _finish(self, iteration: Iteration) -> None:
-        failure = iteration.failure
-        fate: StepFate = "succeeded" if failure is None else "failed"
+        failure = self._why(iteration)
         if failure is not None and not self._may_go_on(failure):
             # This iteration ends the run; it stays unfinished, so that resume continues it.
-            self.failure = replace(
+            placed = replace(
                 self._placed(failure, iteration), limit=self._limit_passed(failure)
-            )
+            )  # fmt: skip
+            self.failure = placed if self.failure is None else gravest([self.failure, placed])
             return
-        self._count(fate)
-        row = self._write_row(iteration, fate)
+        self._count("succeeded" if failure is None else "failed")
+        self._record(iteration, failure, ahead=self.failure is not None)
+
+    def _record(self, iteration: Iteration, failure: Failure | None, *, ahead: bool) -> None:
+        fate: StepFate = "succeeded" if failure is None else "failed"
+        row = self._write_row(iteration, fate, ahead=ahead)
         if failure is not None:
             words = self._placed(failure, iteration).words()
             self.run.log(f"{words} (left out: a hole)", iteration.frame.path)
@@ -252,10 +335,16 @@ class Loop(Parent):
                 row=encode(row) if row is not None else None,
                 file=self.rows.path.name if self.rows is not None else "",
                 sets=encode(iteration.frame.outer_sets),
-                message=failure.sentence() if failure else "",
+                message=failure.sentence() if failure else "", ahead=ahead,
             )
         )  # fmt: skip
         self._tell(fate, index=iteration.index, key=iteration.key)
+
+    def _release_rows(self) -> None:
+        if self.rows is not None and self.at_once > 1:
+            before = self.open[0].index if self.open else self.position
+            if told := self.rows.release(self.path, before):
+                self.run.log(told)
 
     def _placed(self, failure: Failure, iteration: Iteration) -> Failure:
         place = self.turns.words(iteration.index)
@@ -269,12 +358,16 @@ class Loop(Parent):
             return f"no more than {self.max_failed} may fail"
         return f"no more than {self.in_a_row} in a row may fail"
 
-    def _write_row(self, iteration: Iteration, fate: StepFate) -> dict[str, Any] | None:
+    def _write_row(
+        self, iteration: Iteration, fate: StepFate, *, ahead: bool
+    ) -> dict[str, Any] | None:
         if self.rows is None:
             return None
         place = f"{iteration.frame.path}/collect"
         row = self.rows.evaluate(self.run.names(iteration.frame.names, place))
-        if told := self.rows.write(iteration.frame.keys, row, fate):
+        if ahead:
+            self.rows.hold(self.path, iteration.index, iteration.frame.keys, row, fate)
+        elif told := self.rows.write(iteration.frame.keys, row, fate):
             self.run.log(told)
         return row
 
@@ -293,6 +386,8 @@ class Loop(Parent):
     # --- ending
 
     def _end(self) -> None:
+        if self.rows is not None and (told := self.rows.release(self.path)):
+            self.run.log(told)
         if self.failure is None and self.counts["failed"] and not self.counts["succeeded"]:
             self.failure = self._nothing_succeeded()
         fates: tuple[StepFate, ...] = ("succeeded", "failed", "skipped")
@@ -317,7 +412,7 @@ class Loop(Parent):
 
     def stop(self, new_status: Status) -> None:
         if new_status == Status.INVALID and self.status == Status.RUNNING:
-            for iteration in (*self.open, *([self.current] if self.current else [])):
+            for iteration in self.open:
                 stop_pending(iteration.frame)
             for setting in self.settings:
                 setting.stop(Status.INVALID)

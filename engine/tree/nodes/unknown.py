@@ -89,6 +89,7 @@ class UnknownFate:
         else:
             self.probe = probe_request(history, self.role, goal_id, self.request.action_name)
         if self.probe is not None:
+            self.probe.reservation = self.request.reservation
             self.dispatcher.request(self.probe, first=True)
         elif self.verdict is None:
             self._ask()

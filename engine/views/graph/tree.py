@@ -49,6 +49,8 @@ class Tree:
             node.below = [_retried(member, said) for member in node.below]
         else:
             node = _retried(node, said)
+        if p.watches(step):
+            node = self._watched(view, step, place, node)
         if step.fallback:
             others = [
                 self._alternative(view, one, (*place, "fallback", index))
@@ -59,6 +61,16 @@ class Tree:
             node = Node("fallback", ("Selector", "fallback"), [node, *others])
         guard = _guard(step)
         return Node("guard", guard, [node]) if guard else node
+
+    def _watched(self, view: Outlook, step: Any, place: Place, node: Node) -> Node:
+        below = [node]
+        for number, watch in enumerate(p.watches(step)):
+            then = Node("instant", ("Pause",))
+            if watch.then != "pause":
+                then = self._alternative(view, watch.then, (*place, "watch", number, "then"))
+            then.edge = f"when {shortened(bare(watch.when))}"
+            below.append(then)
+        return Node("guard", ("Watched",), below)
 
     def _alternative(self, view: Outlook, one: Any, place: Place) -> Node:
         if isinstance(one, list):
@@ -82,7 +94,10 @@ class Tree:
             return self._use(view, step, place)
         if isinstance(step, p.Group):
             body = self.sequence(view, step.steps, (*place, "steps"), f"{path}/")
-            return Node("sequence", _lines("Sequence", *_named(step)), body.below)
+            own = (f"reserves {joined(step.reserve, 'and')}",) if step.reserve else ()
+            aside = ("in the background",) if step.mode else ()
+            lines = _lines("Sequence", *_named(step), *own, *aside)
+            return Node("sequence", lines, body.below)
         return _immediate(step)
 
     def _set(self, view: Outlook, step: Any, place: Place, path: str) -> Node:
@@ -149,7 +164,8 @@ def _iterations(view: Outlook, step: p.LoopBase, place: Place) -> tuple[str, ...
     if isinstance(step, p.Foreach):
         name, raw = next(iter(step.foreach.items()))
         items = view.items(step, place)
-        return (f"for each {name} of {bare(raw) if items is None else items_text(items)}",)
+        each = f"for each {name} of {bare(raw) if items is None else items_text(items)}"
+        return (each, f"{bare(step.at_once)} at once") if step.at_once is not None else (each,)
     if isinstance(step, p.Repeat):
         times = view.number(step.repeat, (*place, "repeat"))
         return (f"{bare(step.repeat) if times is None else f'{times:,}'} times",)

@@ -17,6 +17,14 @@ TABLE = re.compile(r"""csv\(\s*['"]([^'"]+)['"].*\)""", re.DOTALL)
 
 
 def loop_words(view: Outlook, step: p.LoopBase, place: Place) -> str:
+    """As `_each`, and how many of them run at the same time."""
+    text = _each(view, step, place)
+    if not isinstance(step, p.Foreach) or step.at_once is None:
+        return text
+    return f"{text}, {spoken(view, step.at_once, (*place, 'at_once'))} at the same time"
+
+
+def _each(view: Outlook, step: p.LoopBase, place: Place) -> str:
     """`At each of 1,071 points of a 21 x 51 grid (snake), x from 0 mm to 4 mm ...`."""
     if isinstance(step, p.Foreach):
         name, raw = next(iter(step.foreach.items()))

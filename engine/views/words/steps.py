@@ -57,8 +57,24 @@ def _failing(view: Outlook, step: p.StepBase, place: Place) -> str:
     parts = [retry_sentence(said, "each of them that failed" if whole else "it")]
     if step.fallback:
         parts.append(_fallback(view, step, place))
+    parts += [
+        _watch(view, (*place, "watch", number), watch)
+        for number, watch in enumerate(p.watches(step))
+    ]
     parts += last_sentences(step)
     return " ".join(part for part in parts if part)
+
+
+def _watch(view: Outlook, place: Place, watch: p.Watch) -> str:
+    """`As soon as ..., the steps are cancelled: ...`"""
+    asked = condition(view, watch.when, (*place, "when"))
+    read = f" ({watch.do} is read every {bare(watch.every)})" if watch.do is not None else ""
+    if watch.then == "pause":
+        return f"As soon as {asked}{read}, the run is paused."
+    at, single = (*place, "then"), not isinstance(watch.then, list)
+    then = one_sentence(view, watch.steps, at, single=single)
+    stops = "" if watch.leaves_running else "they are cancelled, and then "
+    return f"As soon as {asked}{read}, {stops}{then}."
 
 
 def _fallback(view: Outlook, step: p.StepBase, place: Place) -> str:
@@ -120,6 +136,9 @@ def _kind(view: Outlook, step: Any, place: Place) -> Item:
         return _use(view, step, place)
     if isinstance(step, p.Group):
         name = upper_first(step.name) if step.name else "In order"
+        if step.reserve:
+            name += f", with the {joined(step.reserve, 'and')} to itself"
+        name += ", while the next steps start" if step.mode else ""
         return Item(f"{name}{limit_text(step)}:", sentences(view, step.steps, (*place, "steps")))
     return _plain(view, step, place)
 
@@ -204,4 +223,6 @@ def _plain(view: Outlook, step: Any, place: Place) -> Item:
         return _item(f"It is noted: “{spoken(view, step.log, (*place, 'log'))}”")
     if isinstance(step, p.Fail):
         return _item(f"This counts as a failure: “{spoken(view, step.fail, (*place, 'fail'))}”")
+    if isinstance(step, p.Notify):
+        return _item(f"a message is sent: “{spoken(view, step.notify, (*place, 'notify'))}”")
     return _item(f"{step.KIND}: {bare(getattr(step, step.KIND, ''))}")

@@ -89,6 +89,48 @@ aside = st.builds(
     ),
 )  # fmt: skip
 
+# --- iterations at once, whose reserved groups take turns; groups aside; watches
+
+fine = st.builds(
+    do, devices, st.sampled_from(["set", "look", "shoot", "shoot"]), st.just(FINE), ms=quick
+)
+
+
+def reserved(steps):
+    """A group that has every device that it uses for itself."""
+    return {"reserve": sorted({step["do"][0] for step in steps}), "steps": steps}
+
+
+own_devices = st.builds(reserved, st.lists(fine, min_size=1, max_size=3))
+unset = fine.filter(lambda step: not step["do"].endswith("set"))
+overlapped = st.builds(
+    lambda first, rest, count, at_once: {
+        "foreach": list(range(count)), "at_once": at_once, "steps": [first, *rest],
+    },
+    own_devices, st.lists(own_devices | unset, max_size=2), st.integers(2, 4), st.integers(2, 3),
+)  # fmt: skip
+aside_group = st.builds(
+    lambda steps: {"steps": steps, "mode": "background"},
+    st.lists(unset, min_size=1, max_size=3),
+)
+taking_turns = st.builds(
+    lambda one, two: {"parallel": [{"steps": [one]}, {"steps": [two]}]}, own_devices, own_devices
+)
+
+
+def with_watch(condition, then, steps):
+    """What is right from the beginning, or never: nothing in the steps changes it."""
+    return {"watch": [{"when": condition, "then": then}], "steps": steps}
+
+
+watching = st.builds(
+    with_watch,
+    holds,
+    st.lists(fine, min_size=1, max_size=3),
+    st.lists(fine, min_size=1, max_size=3),
+)
+
+
 # --- fallbacks
 
 asks = st.builds(

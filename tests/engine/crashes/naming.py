@@ -39,6 +39,8 @@ class Namer:
         for key in ("parallel", "any", "then", "else"):
             if key in step:
                 step[key] = self.all(step[key], told)
+        for watch in step.get("watch", []):
+            watch["then"] = self.all(watch["then"], told)
         if "use" in step:
             return self._use(step, number, told)
         if "while" in step:
@@ -130,14 +132,19 @@ class Namer:
                 inner["devices"] = {
                     role: names.get(ours, ours) for role, ours in self._played(inner).items()
                 }
+        for group in self._outside(everywhere):
+            if "reserve" in group:
+                group["reserve"] = [names.get(role, role) for role in group["reserve"]]
         if names:
             step["devices"] = {n: ours for ours, n in names.items() if n in other["devices"]}
 
     def _own(self, steps):
         """Actions and uses in these steps, those within used protocols left out."""
+        return [s for s in self._outside(steps) if "do" in s or "use" in s]
+
+    def _outside(self, steps):
         inside = [id(s) for step in walk(steps) if "use" in step for s in self._within(step)]
-        own = [s for s in walk(steps) if id(s) not in inside]
-        return [s for s in own if "do" in s or "use" in s]
+        return [s for s in walk(steps) if id(s) not in inside]
 
     def _within(self, step):
         return walk([*step["use"]["steps"], *step["use"].get("finally", [])])
@@ -152,7 +159,7 @@ class Namer:
 def hides(steps, *phases):
     """Whether a shot may come before one that is older in the text, or not at all."""
     shoots = any(step["do"].endswith("shoot") for phase in phases for step in phase)
-    odd = ("mode", "on_failure", "any", "use", "timeout")
+    odd = ("at_once", "watch", "mode", "on_failure", "any", "use", "timeout")
     return shoots or any(s.get(key) for s in walk(steps) for key in odd)
 
 

@@ -41,6 +41,7 @@ class Frame:
     beside: frozenset = frozenset()
     cut: frozenset = frozenset()
     aside: list = field(default_factory=list)
+    shared: bool = False
 
     def but(self, **changed):
         return Frame(**{**self.__dict__, **changed})

@@ -3,7 +3,7 @@
 import itertools
 from collections import Counter
 
-from crashes_oracle_acts import Acts, Failed
+from crashes_oracle_acts import ANY, Acts, Failed
 from crashes_walk import devices, sets
 
 
@@ -13,6 +13,9 @@ class Blocks(Acts):
     def _parallel(self, step, frame):
         busy = frame.devices(sets(step["parallel"]))
         failures = []
+        if all("reserve" in member.get("steps", [{}])[0] for member in step["parallel"]):
+            self._in_turns(step, frame)
+            return
         for member in step["parallel"]:  # of a set that cancels, only the first can fail
             own = frame.devices(devices([member]))
             if failures and step.get("on_failure") == "cancel":
@@ -49,7 +52,24 @@ class Blocks(Acts):
             raise failure
         self.either.append(done)
 
+    def _in_turns(self, step, frame):
+        """Members that share devices, each of them in its own time."""
+        for member in step["parallel"]:
+            self.step(member, frame.but(beside=frozenset("ab"), shared=True))
+        self._nobody_knows(step["parallel"], frame)
+
+    def _nobody_knows(self, steps, frame):
+        """Which of those beside each other was the last to set a device."""
+        for device in frame.devices(sets(steps)):
+            self.states[device] = ANY
+
     def _steps(self, step, frame):
+        if "watch" in step and frame.holds(step["watch"][0]["when"]):
+            return self._list(step["watch"][0]["then"], frame)
+        if "reserve" in step and frame.shared:  # others have used them; now nobody does
+            own = frame.devices(step["reserve"])
+            self.states |= dict.fromkeys(own, ANY)
+            frame = frame.but(beside=frame.beside - own)
         return self._list(step["steps"], frame)
 
     def _list(self, steps, frame):
@@ -65,6 +85,12 @@ class Blocks(Acts):
     # --- loops
 
     def _foreach(self, step, frame):
+        if "at_once" in step:
+            there = frame.but(beside=frozenset("ab"), shared=True)
+            ((item, values),) = step["foreach"].items()
+            counts = self._turns(step, there, ({item: value} for value in values))
+            self._nobody_knows(step["steps"], frame)
+            return counts
         ((item, values),) = step["foreach"].items()
         return self._turns(step, frame, ({item: value} for value in values))
 

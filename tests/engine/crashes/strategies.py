@@ -10,6 +10,7 @@ from crashes_draws import (
     UNKNOWN,
     actions,
     aside,
+    aside_group,
     cancelling,
     counted,
     deadly,
@@ -21,13 +22,16 @@ from crashes_draws import (
     holds,
     instants,
     often,
+    overlapped,
     quick,
     race,
     races,
     sure,
+    taking_turns,
     together,
     too_long,
     used,
+    watching,
     without_none,
 )
 from crashes_naming import Namer, hides, patient
@@ -59,7 +63,7 @@ loops = st.tuples(
 def groups(inner):
     body = st.lists(inner, min_size=1, max_size=3)
     instead = st.lists(sure | together, min_size=1, max_size=3)
-    asides = st.builds(lambda steps, step: [*steps, step], body, aside)
+    asides = st.builds(lambda steps, step: [*steps, step], body, aside | aside | aside_group)
     group = st.builds(
         lambda steps, retry, on_error: without_none(steps=steps, retry=retry, on_error=on_error),
         body | body | asides, st.sampled_from([None, 2]), goes_on,
@@ -95,7 +99,10 @@ def groups(inner):
     return group | loop | loop | fallen_group | branch | other | other | fallen_other
 
 
-leaves = actions | actions | fallen | together | cancelling | counted | instants | race | too_long
+leaves = (
+    actions | actions | fallen | together | cancelling | counted | instants | race | too_long
+    | overlapped | taking_turns | watching
+)  # fmt: skip
 calm = st.lists(st.recursive(leaves, groups, max_leaves=7), min_size=1, max_size=4)
 rough = st.lists(
     st.recursive(leaves | deadly | deadly | deadly, groups, max_leaves=6),

@@ -11,6 +11,8 @@ def walk(steps):
             yield from walk(step.get(key, []))
         if isinstance(step.get("use"), dict):
             yield from walk([*step["use"]["steps"], *step["use"].get("finally", [])])
+        for watch in step.get("watch", []):
+            yield from walk(watch["then"])
         for other in step.get("fallback", []):
             yield from walk(other if isinstance(other, list) else [other])
 

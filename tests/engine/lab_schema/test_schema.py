@@ -28,6 +28,7 @@ from labrun.schemas.protocol import (
     Retry,
     StepBase,
     Until,
+    Watch,
 )
 
 HERE = Path(__file__).parents[1]
@@ -112,7 +113,7 @@ def test_every_pattern_is_one_that_python_and_javascript_read_alike():
 
 @pytest.mark.parametrize(
     "model",
-    [Protocol, Param, Defaults, Retry, KeepGoing, Until, StepBase, *STEP_KINDS],
+    [Protocol, Param, Defaults, Retry, KeepGoing, Until, Watch, StepBase, *STEP_KINDS],
     ids=lambda m: m.__name__,
 )
 def test_every_key_of_a_model_is_there_with_words(model):
@@ -125,7 +126,7 @@ def test_every_key_of_a_model_is_there_with_words(model):
 
 
 def test_no_word_is_left_of_a_key_that_is_gone():
-    models = [Protocol, Param, Defaults, Retry, KeepGoing, Until, *STEP_KINDS]
+    models = [Protocol, Param, Defaults, Retry, KeepGoing, Until, Watch, *STEP_KINDS]
     keys = {f.alias or n for m in models for n, f in m.model_fields.items()}
     full = {f"{m.__name__}.{f.alias or n}" for m in models for n, f in m.model_fields.items()}
 

@@ -17,6 +17,7 @@ class Scripted(Driver):
         self.calls = {}
         self.newest = {"n": 0, "name": "", "goal_id": None}
         self.log = self.place.world / "calls.jsonl"
+        self.level = 0.0
 
     async def _do(self, action, goal, name="", script="ok", seconds=0.0, x=0.0):
         key = (goal.id.partition("/")[0], name)
@@ -69,6 +70,21 @@ class Scripted(Driver):
 
     async def last(self, goal):
         return dict(self.newest)
+
+    async def show(self, goal, *, name="", level=0.0):
+        self.level = level
+        self._note(goal, "show", name, "done")
+        return {}
+
+    async def read(self, goal):
+        if self.level < 0:
+            raise ActionFailed("Broken", "its sensor does not answer")
+        return {"level": self.level}
+
+    async def status(self):
+        if self.level < 0:
+            raise OSError("its sensor does not answer")
+        return {"level": self.level}
 
     async def rest(self, goal):
         return {}

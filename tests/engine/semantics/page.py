@@ -15,7 +15,8 @@ HERE = Path(__file__).parent
 PAGE = HERE.parents[2] / "docs" / "reference" / "semantics.md"
 FAMILIES = (
     "sequence", "sets", "any", "foreach", "repeat_while", "if", "use", "rules", "retry", "fallback",
-    "once", "timeout", "background", "questions", "values", "functions", "clock", "ending", "redo",
+    "once", "timeout", "watch", "background", "overlap",
+    "questions", "values", "functions", "clock", "ending", "redo",
 )  # fmt: skip
 INTRODUCTION = """# What each construct does
 

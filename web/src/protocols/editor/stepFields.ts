@@ -18,7 +18,10 @@ export const OF_KIND: Record<StepKind, StepField[]> = {
   do: [],
   parallel: [field('on_failure', 'When one fails', 'choice', 'What happens to the others', { choices: ['finish', 'cancel'], ...PLAIN })],
   any: [],
-  foreach: [field('key', 'Key', 'text', 'What permanently identifies an iteration, such as ${{ point.index }}')],
+  foreach: [
+    field('key', 'Key', 'text', 'What permanently identifies an iteration, such as ${{ point.index }}'),
+    field('at_once', 'At once', 'number', 'How many may run at the same time', { placeholder: '1' }),
+  ],
   repeat: [field('repeat', 'How often', 'number', '', NEEDED)],
   while: [field('while', 'As long as', 'text', 'An expression', NEEDED), field('max', 'At most', 'number', 'How often at most')],
   if: [field('if', 'If', 'text', 'An expression', NEEDED)],
@@ -30,6 +33,10 @@ export const OF_KIND: Record<StepKind, StepField[]> = {
   set: [],
   require: [field('require', 'What must be true', 'text', 'The run fails here unless it is', NEEDED)],
   log: [field('log', 'Text', 'text', 'A line on the screen and in the journal', NEEDED)],
+  notify: [
+    field('notify', 'Text', 'text', 'Goes to the people whom the lab names', NEEDED),
+    field('picture', 'Picture', 'text', 'A file in the folder of the run that goes with it', PLAIN),
+  ],
   fail: [field('fail', 'Text', 'text', 'The step fails with this message', NEEDED)],
 }
 

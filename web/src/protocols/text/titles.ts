@@ -40,6 +40,7 @@ const OF_KIND: Record<StepKind, (step: Record<string, unknown>) => Words> = {
   set: (step) => ({ title: `Set ${Object.keys(isMap(step['set']) ? step['set'] : {}).join(', ')}`, detail: '' }),
   require: (step) => ({ title: `Require ${shown(step['require'])}`, detail: '' }),
   log: (step) => ({ title: 'Write to the log', detail: `“${shown(step['log'])}”` }),
+  notify: (step) => ({ title: 'Tell people', detail: `“${shown(step['notify'])}”` }),
   fail: (step) => ({ title: 'Fail', detail: `“${shown(step['fail'])}”` }),
 }
 
@@ -51,6 +52,9 @@ function ladder(step: Record<string, unknown>): string[] {
     when == null ? '' : `only if ${shown(when)}`,
     attempts == null ? '' : `tried ${shown(attempts)}×`,
     timeout == null ? '' : `${shown(timeout)} at most`,
+    step['at_once'] == null ? '' : `${shown(step['at_once'])} at once`,
+    Array.isArray(step['reserve']) ? `keeps ${step['reserve'].map(shown).join(', ')} for itself` : '',
+    Array.isArray(step['watch']) ? 'watched' : '',
     mode === 'background' ? 'in the background' : '',
     keepGoing === true ? 'any may fail' : '',
     isMap(keepGoing) && keepGoing['max_failed'] !== undefined ? `${shown(keepGoing['max_failed'])} may fail` : '',
