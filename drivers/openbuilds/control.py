@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import aiohttp
     import socketio
 
-CONNECT_S = 5
+CONNECT_S = 20
 CLOSE_S = 3.0
 SETTLE_S = 1.0
 PORT_S = 10.0

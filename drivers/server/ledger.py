@@ -58,6 +58,10 @@ class LedgerFault(Exception):
     """The ledger cannot be opened or written; the text says where and why."""
 
 
+class LedgerInUse(LedgerFault):
+    """Another server has it; perhaps one whose engine is gone, and which is just making its devices safe."""
+
+
 class Ledger:
     """One SQLite file, owned by one server at a time, fully synced at every change.
 
@@ -116,7 +120,7 @@ class Ledger:
             return disk
         except (OSError, sqlite3.Error) as fault:
             if isinstance(fault, sqlite3.OperationalError) and "locked" in str(fault):
-                raise LedgerFault(
+                raise LedgerInUse(
                     f"another device server is using {self.path}; stop it, or give this one "
                     f"another folder"
                 ) from fault

@@ -25,6 +25,7 @@ from ...schemas.model import first_fault
 from ...system.process import alive
 from ...system.signals import until_end
 from .host import ServeFault, serving
+from .ledger import LedgerInUse
 from .server import DeviceClosed, DeviceServer
 from .server_file import ServerFile
 from .settings import ServerSettings
@@ -99,7 +100,8 @@ def main(arguments: list[str], tell: TextIO | None = None) -> int:
             raise ServeFault("usage: python -m labrun.drivers.server.serve SETTINGS.json")
         asyncio.run(serve(read_settings(Path(arguments[0])), tell))
     except ServeFault as fault:
-        again = isinstance(fault.__cause__, DeviceClosed)  # the hardware may answer the next time
+        # The hardware may answer the next time, or an older server have ended.
+        again = isinstance(fault.__cause__, DeviceClosed | LedgerInUse)
         say({"ready": False, "error": str(fault), "again": again}, tell)
         return NOT_STARTED
     return 0

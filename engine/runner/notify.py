@@ -60,7 +60,7 @@ class Notifier:
 
 def _apprise(addresses: list[str], title: str, text: str, picture: Path | None) -> str:
     """Send to each address; why it did not get through, or nothing."""
-    import apprise
+    import apprise  # pyright: ignore[reportMissingImports]
 
     sender = apprise.Apprise()
     for said in addresses:

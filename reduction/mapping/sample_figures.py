@@ -50,8 +50,8 @@ def sample_figures(
 
 def concentrations_shown(points: Points, choices: MapChoices) -> list[str]:
     """The calibrated elements that are shown: those asked for, else all that were measured."""
-    there = [e for e, one in points.contents.items() if one.known.any()]
-    there.sort(key=BY_NUMBER.split().index)  # pyright: ignore[reportArgumentType]
+    known = {element for element, one in points.contents.items() if one.known.any()}
+    there = [element for element in BY_NUMBER.split() if element in known]
     return [e for e in there if choices.elements is None or e in choices.elements]
 
 

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +16,7 @@ from labrun.drivers.client.launch import (
     start_patiently,
     start_server,
 )
+from labrun.drivers.server.ledger import Ledger
 
 
 def test_a_server_is_started_apart_from_the_terminal_and_ended(bench):
@@ -169,6 +171,24 @@ def test_hardware_that_does_not_answer_yet_is_tried_again_and_that_is_said(bench
         "it is tried again in 1 s",
     ]
     assert "device arm cannot be opened: it does not answer yet" in said[0]
+
+
+def test_a_server_that_is_still_ending_is_waited_for(bench):
+    settings = bench.settings()
+    older = Ledger(Path(settings["folder"]) / "ledger.sqlite")
+    said = []
+
+    def say(line):
+        said.append(line)
+        older.close()  # the older server has ended
+
+    async def story():
+        server = await start_patiently(settings, bench.folder, say=say)
+        await server.stop()
+
+    asyncio.run(story())
+
+    assert len(said) == 1 and "another device server is using" in said[0]
 
 
 def test_what_cannot_be_served_at_all_is_not_tried_again(bench):

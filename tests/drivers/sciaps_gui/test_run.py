@@ -56,7 +56,8 @@ def test_a_run_with_a_simulated_gantry_and_a_real_program(gui, tmp_path):
             engine.kill()
             status = engine.wait()
 
-    assert status == 0, said.read_text()
+    stands = f"{analyser.shots()} shots, the program is {analyser.order('state')}"
+    assert status == 0, f"{said.read_text()}\n{stands}"
     (run,) = (tmp_path / "runs").glob("*_two-points_*")
     with (run / "data.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))

@@ -160,7 +160,7 @@ def test_ctrl_c_in_a_call_stops_the_axis_and_says_where_it_stands(bench):
 
 
 def test_a_stop_from_another_shell_pauses_the_run_and_makes_no_hole(bench):
-    bench.set_up()
+    bench.set_up(rows=3)
     terminal = bench.run()
     wait_until(lambda: len(bench.fired()) == 2)
     stopped, said = bench.say("stop", "--lab", "lab.yaml")
@@ -175,8 +175,8 @@ def test_a_stop_from_another_shell_pauses_the_run_and_makes_no_hole(bench):
     assert (stopped, held, continued, status) == (0, 0, 0, 0), (said, shown, terminal.screen)
     assert "libs is in its safe state" in said and "was stopped by" in shown
     assert before == after
-    assert bench.told() == ("succeeded", [6, 6, 0, 0])
-    assert sorted(bench.fired()) == sorted(set(bench.fired())) and len(bench.fired()) == 6
+    assert bench.told() == ("succeeded", [12, 12, 0, 0])
+    assert sorted(bench.fired()) == sorted(set(bench.fired())) and len(bench.fired()) == 12
 
 
 def test_holes_are_told_and_measured_again_for_a_named_person(bench):
