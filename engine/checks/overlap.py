@@ -6,22 +6,22 @@ devices of the outer one, and a device that some other group reserves must be na
 
 Passes:
 
-    devices: {gantry: gantry@1, libs: libs_analyzer@1}
+    devices: {gantry: gantry@1, balance: balance@1}
     steps:
       - foreach: {x: [1 mm, 2 mm, 3 mm]}
         at_once: 2
         steps:
-          - reserve: [gantry, libs]
-            steps: [{do: gantry.move_to, with: {x: "${{ x }}"}}, {do: libs.measure, timeout: 60 s}]
+          - reserve: [gantry, balance]
+            steps: [{do: gantry.move_to, with: {x: "${{ x }}"}}, {do: balance.weigh}]
 
 Fails:
 
-    devices: {gantry: gantry@1, libs: libs_analyzer@1}
+    devices: {gantry: gantry@1, balance: balance@1}
     steps:
       - reserve: [gantry]
         steps:
           - do: gantry.home
-          - {reserve: [libs], steps: [{do: libs.measure, timeout: 60 s}]}
+          - {reserve: [balance], steps: [{do: balance.weigh}]}
 
 E413. Iterations that run at once, and a group in the background, have names of their own: which of
 them were the last to set a name from outside would be chance.
@@ -43,6 +43,7 @@ Fails:
       - foreach: {vial: [A, B]}
         at_once: 2
         steps: [{id: w, do: balance.weigh}, {set: {mass: "${{ steps.w.mass }}"}}]
+    outputs: {mass: "${{ mass }}"}
 
 W424. While a person is asked, everybody else waits for the devices that are reserved around the question.
 
@@ -72,6 +73,7 @@ Passes:
         steps:
           - reserve: [gantry, libs]
             steps: [{do: gantry.move_to, with: {x: "${{ x }}"}}, {do: libs.measure, timeout: 60 s}]
+    finally: [{do: libs.disarm, on_error: continue}]
 
 Fails:
 
@@ -80,6 +82,7 @@ Fails:
       - foreach: {x: [1 mm, 2 mm]}
         at_once: 2
         steps: [{do: gantry.move_to, with: {x: "${{ x }}"}}, {do: libs.measure, timeout: 60 s}]
+    finally: [{do: libs.disarm, on_error: continue}]
 """
 
 from collections.abc import Iterator

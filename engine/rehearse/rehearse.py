@@ -21,6 +21,7 @@ from ..check import Checked
 from ..journal.journal import Journal, R
 from ..language.suggest import listed
 from ..run.clock import RunClock
+from ..run.copies import keep_used
 from ..run.function_calls import call_at_once
 from ..runner.begin import RunOptions, new_run
 from ..runner.session import RunSession
@@ -66,8 +67,10 @@ class Rehearsal:
 
     async def _rehearse(self, folder: Path) -> Totals:
         checked, clock = self.checked, asyncio.get_running_loop().time
-        assert checked.protocol is not None
+        assert checked.protocol is not None and checked.survey is not None
+        assert checked.source is not None
         folder.mkdir(parents=True)
+        keep_used(folder, checked.source.name, checked.survey)
         names = [step.id or step.name for step in checked.protocol.steps]
         counting = Counting([name or f"step {n + 1}" for n, name in enumerate(names)])
         journal = _EventRelay(folder / "journal.jsonl", lambda r: self._heard(counting, r, clock()))

@@ -11,6 +11,7 @@ from pathlib import Path
 from ...schemas.event import Event
 from ...schemas.journal import ended_as
 from ...schemas.lab import LabNotify
+from ...system.extras import not_installed
 from ...system.tasks import spawn
 from ..run.run import Run
 
@@ -50,8 +51,8 @@ class Notifier:
         path = self.run.folder / picture if picture else None
         try:
             why_not = await asyncio.to_thread(_apprise, self.wanted.to, self.run.id, text, path)
-        except ImportError:
-            why_not = "Apprise is not installed: pip install 'labrun[notify]'"
+        except ImportError as fault:
+            why_not = not_installed(fault) or str(fault)
         except Exception as fault:  # of any of a hundred services
             why_not = f"{type(fault).__name__}: {fault}"
         if why_not:

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -97,7 +98,6 @@ class Survey(Declarations):
         self.protocol, self.roles, self.values = protocol, roles, values
         self.source, self.opened = source, opened
         self.tables = Tables(source.path, opened.folders)
-        self.status = status_type(roles)
         self.functions = dict(read_functions(protocol.functions, source.path, opened.folders))
         self.own_names = frozenset({*protocol.functions, *source.names("functions")})
         self.raw_names, self.set_counts = raw_names(source.data)
@@ -111,6 +111,15 @@ class Survey(Declarations):
         self.steps: list[StepAt] = []
         self.used: dict[Place, Used] = {}
         self._walk()
+
+    @cached_property
+    def status(self) -> Type:
+        """What `status` is in expressions: the status of each role's device, by its contract."""
+        known = {
+            name: type_of_schema(bound.contract.status) if bound.contract.status else ANY
+            for name, bound in self.roles.items()
+        }
+        return Type("map", fields=known, rest=None if known else ANY)
 
     def _walk(self) -> None:
         protocol = self.protocol
@@ -324,15 +333,6 @@ class Survey(Declarations):
         for column, value in (step.collect or {}).items():
             self._spot((*place, "collect", column), value, "collect", late, column)
         return LOOP_RESULT
-
-
-def status_type(roles: Mapping[str, BoundRole]) -> Type:
-    """What `status` is in expressions: the status of each role's device, by its contract."""
-    known = {
-        name: type_of_schema(bound.contract.status) if bound.contract.status else ANY
-        for name, bound in roles.items()
-    }
-    return Type("map", fields=known, rest=None if known else ANY)
 
 
 def _known_values(wanted: p.Protocol, arguments: Mapping[str, Spot]) -> Iterator[tuple[str, Any]]:

@@ -9,7 +9,6 @@ import pytest
 from labrun.engine.check import check_file
 from labrun.engine.commands.run import start
 
-pytest.importorskip("apprise")
 pytestmark = pytest.mark.filterwarnings("ignore:'imghdr' is deprecated:DeprecationWarning")
 """Apprise brings it, for Python before 3.13."""
 
