@@ -11,8 +11,11 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).parents[1]
-QUICK = ("engine/run", "engine/journal", "engine/dispatch")
-LONG = ("drivers/client", "drivers/server", "engine/commands", "engine/control", "engine/runner")
+QUICK = ("engine/journal",)
+LONG = (
+    "engine/run", "engine/dispatch", "drivers/client", "drivers/server", "engine/commands",
+    "engine/control", "engine/runner",
+)  # fmt: skip
 """Those of 10 to 45 s of a processor each."""
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the real one has them itself")
