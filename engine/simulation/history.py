@@ -22,6 +22,7 @@ from ..check import Checked
 from ..journal import journal as journal_module
 from ..journal.history import read_history, split_goal_id
 from ..journal.journal import DiskFull, JournalFault, Records, read_records, reopen
+from ..rehearse.twin_choice import plainest
 from ..run.clock import RunClock
 from ..run.questions import DID_NOT_HAPPEN, HAPPENED
 from ..run.run import Run
@@ -220,10 +221,19 @@ class History:
         if any(goal in i.under_way for i in self.bench.instruments.values()):
             asyncio.get_running_loop().call_later(5.0, self._answer, path)
             return
-        happened = any(deed.goal == goal for deed in self.bench.deeds)
+        deed = next((deed for deed in self.bench.deeds if deed.goal == goal), None)
         self.outcome.accidents["questions to a person"] += 1
         with contextlib.suppress(Died):
-            run.questions.answer(path, HAPPENED if happened else DID_NOT_HAPPEN, "somebody")
+            if deed is None:
+                run.questions.answer(path, DID_NOT_HAPPEN, "somebody")
+            else:
+                run.questions.answer(path, HAPPENED, "somebody", self._read_off(deed))
+
+    def _read_off(self, deed: Deed) -> dict[str, str]:
+        """What the instrument shows of what it did, and later steps may need."""
+        returns = self.bench.instruments[deed.device].contract.actions[deed.action].returns
+        schemas = returns.get("properties", {})
+        return {name: str(plainest(schemas[name], None)) for name in returns.get("required", ())}
 
     # --- accidents
 

@@ -67,7 +67,8 @@ class Instrument:
         end: asyncio.Future[None] = loop.create_future()
         self.under_way[goal] = end
         effect_s = lasts_s * self.bench.random.random()
-        self.is_safe = self.is_safe and goal.startswith(STRANGER)
+        if self.contract.safe_state and not goal.startswith(STRANGER):
+            self.is_safe = False
         nobody = Context()  # what is under way belongs to no process
         loop.call_later(effect_s, self._take_effect, goal, action, params, context=nobody)
         loop.call_later(lasts_s, self._end, goal, context=nobody)
@@ -89,7 +90,9 @@ class Instrument:
             safe_at_s = {n: i.safe_at_s for n, i in self.bench.instruments.items()}
             self.bench.deeds.append(Deed(now, self.name, action, goal, settings, safe_at_s))
             self.newest = goal
-        elif told.effect == "idempotent":
+        elif (
+            told.effect == "idempotent" and not told.returned_paths()
+        ):  # what hands over a file sets nothing
             self.settings[told.setting(params) or action] = params
 
     def _end(self, goal: str) -> None:

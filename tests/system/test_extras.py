@@ -170,9 +170,9 @@ LACKING = {
 }
 """Command -> words that need its extra."""
 WITHOUT_ANY = {
-    "abort", "answer", "call", "check", "compare", "continue", "devices", "explain", "fmt", "graph", "label",
-    "lines", "new", "pause", "problem", "rehearse", "report", "resume", "ros", "run", "runs", "schema", "serve",
-    "setup", "status", "stop", "torture", "words",
+    "abort", "answer", "call", "check", "compare", "continue", "devices", "explain", "fmt", "graph",
+    "label", "lines", "new", "pause", "problem", "rehearse", "report", "resume", "ros", "run", "runs",
+    "schema", "serve", "setup", "status", "stop", "torture", "words",
 }  # fmt: skip
 BY_ITS_OPTION = {"export"}
 

@@ -7,10 +7,23 @@ from random import Random
 import pytest
 
 from labrun.drivers.server.ledger import Ledger
+from labrun.engine.check import check_file
 from labrun.engine.simulation import disk
 from labrun.engine.simulation.simulate import histories
 from labrun.engine.tree.nodes import loop
 
+SHOOT = """
+labrun: 1
+name: shoot
+devices: {libs: libs_analyzer@1, balance: balance@1}
+steps:
+  - foreach: {i: [1, 2]}
+    steps:
+      - {do: balance.tare}
+      - {id: shoot, do: libs.measure, timeout: 60 s}
+      - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: "s/${{ i }}.csv"}, timeout: 60 s}
+finally: [{do: libs.disarm, on_error: continue}]
+"""
 SEEN = {"ledger": 20, "disk": 100, "journal": 100, "finished": 140}
 """Where each planted fault is first found: those before it take long."""
 
@@ -21,6 +34,14 @@ def first_broken(seeds):
 
 def test_a_few_histories_keep_the_promise():
     assert [o.breaches for o in histories(range(20)) if o.breaches] == []
+
+
+def test_a_person_reads_off_what_later_steps_need_and_a_device_may_have_no_safe_state(tmp_path):
+    (tmp_path / "shoot.yaml").write_text(SHOOT)
+    told = list(histories(range(24), check_file(tmp_path / "shoot.yaml")))
+
+    assert [o.breaches for o in told if o.breaches] == []
+    assert sum(o.accidents["questions to a person"] for o in told) > 0
 
 
 def test_a_seed_tells_everything_in_any_process():
