@@ -2,8 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
+from ..lab.bind import BoundRole
 from ..language.column import TableFault
 from ..language.expression import CONSTANTS, STATUS
 from ..language.fold import Folding
@@ -14,7 +16,7 @@ from ..language.own_functions import FunctionFault, OwnFunction
 from ..language.shape import Place
 from ..language.suggest import did_you_mean
 from ..language.table import Tables
-from ..language.types import ANY, ERROR, RUN, Type, either
+from ..language.types import ANY, ERROR, RUN, Type, either, type_of_schema
 
 OPEN = ("member", "branch")
 """Levels whose steps are visible after them, with a null result if they did not run."""
@@ -79,12 +81,20 @@ class Declarations:
     sets: list[SetName]
     loops: list[LoopName]
     tables: Tables
-    status: Type
-    """By role, what its device says of itself."""
+    roles: Mapping[str, BoundRole]
     functions: Mapping[str, OwnFunction | FunctionFault]
     own_names: frozenset[str]
     """Of its own functions, also of those that cannot be used."""
     _order = 0
+
+    @cached_property
+    def status(self) -> Type:
+        """What `status` is in expressions: the status of each role's device, by its contract."""
+        known = {
+            name: type_of_schema(bound.contract.status) if bound.contract.status else ANY
+            for name, bound in self.roles.items()
+        }
+        return Type("map", fields=known, rest=None if known else ANY)
 
     def tick(self) -> int:
         """The next moment in the order of the protocol."""

@@ -4,7 +4,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -111,15 +110,6 @@ class Survey(Declarations):
         self.steps: list[StepAt] = []
         self.used: dict[Place, Used] = {}
         self._walk()
-
-    @cached_property
-    def status(self) -> Type:
-        """What `status` is in expressions: the status of each role's device, by its contract."""
-        known = {
-            name: type_of_schema(bound.contract.status) if bound.contract.status else ANY
-            for name, bound in self.roles.items()
-        }
-        return Type("map", fields=known, rest=None if known else ANY)
 
     def _walk(self) -> None:
         protocol = self.protocol
