@@ -142,7 +142,7 @@ describe('people elsewhere', () => {
     await page.getByRole('button', { name: 'Send a test' }).click()
     await page.getByText(`sent to ${to}`).waitFor()
     await page.getByLabel('a run is done').check()
-    await page.getByRole('button', { name: 'Save who is told' }).click()
+    await page.getByRole('button', { name: 'Apply' }).click()
     await page.getByText('Saved.').waitFor()
     await picture(page, 'finding-notify')
 

@@ -133,7 +133,7 @@ it('from the empty first start to a finished map, by keyboard alone', async () =
   await page.getByText('devices are online').waitFor()
   await press(/^Next$/)
   await press(/^Go to the protocols/)
-  await page.getByRole('link', { name: 'pegmatite_map.yaml', exact: true }).waitFor()
+  await page.getByRole('link', { name: 'Pegmatite map', exact: true }).waitFor()
   await press(/^Pegmatite map$/)
   await page.getByRole('status', { name: 'Check' }).filter({ hasText: 'no problems' }).waitFor()
   await press(/^Run$/)
