@@ -55,15 +55,12 @@ class Hands:
         """Move the mouse there; raises NotClicked if it does not stay."""
         self._safely(lambda: self._gui.moveTo(x, y))
         time.sleep(PAUSE_S)
-        here = self.where()
-        if max(abs(here[0] - x), abs(here[1] - y)) > 1:
-            raise NotClicked(
-                f"the mouse was sent to {x},{y} but is at {here[0]},{here[1]}: someone else is moving it"
-            )
+        self._check_place(x, y)
 
-    def press_mouse(self) -> None:
-        """Click where the mouse is: once, and never again by itself."""
+    def press_mouse(self, x: int, y: int) -> None:
+        """Click where the mouse was sent: once, never again by itself, and only if it is still there."""
         self._safely(self._check_corner)
+        self._check_place(x, y)
         self._gui.mouseDown(_pause=False)
         time.sleep(PAUSE_S)
         self._gui.mouseUp(_pause=False)
@@ -83,6 +80,13 @@ class Hands:
     def press(self, key: str) -> None:
         """Press one key, by pyautogui's name for it."""
         self._safely(lambda: self._gui.press(key))
+
+    def _check_place(self, x: int, y: int) -> None:
+        here = self.where()
+        if max(abs(here[0] - x), abs(here[1] - y)) > 1:
+            raise NotClicked(
+                f"the mouse was sent to {x},{y} but is at {here[0]},{here[1]}: someone else is moving it"
+            )
 
     def _check_corner(self) -> None:
         self._gui.failSafeCheck()

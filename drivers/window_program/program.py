@@ -222,7 +222,7 @@ class Program:
     def press(self, aim: Aim) -> None:
         """Click at the aimed place; raises NotClicked if it certainly did not click."""
         self._check(aim)
-        self._hands.press_mouse()
+        self._hands.press_mouse(aim.x, aim.y)
         with contextlib.suppress(
             NotClicked, NoScreen, Trouble
         ):  # the click was made, whatever becomes of the mouse

@@ -185,6 +185,27 @@ def test_a_goal_that_is_stopped_while_it_aims_is_not_clicked(gui):
     assert (gui.play(story), analyser.shots()) == ("no", 0)
 
 
+def test_nothing_is_clicked_where_somebody_has_moved_the_mouse_meanwhile(gui):
+    analyser = gui.start()
+
+    async def story(driver):
+        aim = driver.program.aim
+
+        def aim_and_be_pushed(*given):
+            found = aim(*given)
+            driver.program._hands._gui.moveTo(found.x + 200, found.y + 40)
+            return found
+
+        driver.program.aim = aim_and_be_pushed
+        with pytest.raises(ActionFailed, match="someone else is moving it; nothing was") as caught:
+            await driver.measure(GoalContext("g"))
+        driver.program.aim = aim
+        await driver.measure(GoalContext("h"))
+        return caught.value.happened
+
+    assert (gui.play(story), analyser.shots()) == ("no", 1)
+
+
 def test_an_old_shot_that_was_not_exported_cannot_be_any_more(gui):
     gui.start()
 
