@@ -1,6 +1,6 @@
 // The browser of the journeys: Debian's chromium, one context per person.
 import { existsSync } from 'node:fs'
-import { type Browser, type BrowserContext, type BrowserContextOptions, chromium, type Page } from 'playwright-core'
+import { type Browser, type BrowserContext, type BrowserContextOptions, chromium, type Locator, type Page } from 'playwright-core'
 import { ask, type Bench } from './bench'
 
 const PLACES = [process.env['CHROMIUM'], '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
@@ -69,6 +69,13 @@ export async function releaseControl(page: Page): Promise<void> {
 /** Wait until every device of the bench is online. */
 export async function allOnline(page: Page): Promise<void> {
   await page.getByText(/^([1-9]\d*) of \1 online$/).waitFor()
+}
+
+/** Tick every box of the checklist before a run resumes, once the settings that hold the list have come. */
+export async function tickChecklist(dialog: Locator): Promise<void> {
+  const boxes = dialog.getByRole('group', { name: 'Before it resumes' }).getByRole('checkbox')
+  await boxes.first().waitFor()
+  for (const box of await boxes.all()) await box.check()
 }
 
 /** Press Tab until an element with this name has the focus, as a person without a mouse does. */

@@ -2,7 +2,7 @@
 import type { Browser } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, expect, it } from 'vitest'
 import { ask, type Bench, orderFault, startBench } from './bench'
-import { aPerson, openBrowser, tidy } from './browser'
+import { aPerson, openBrowser, tickChecklist, tidy } from './browser'
 import { axe, picture } from './look'
 import { now, reached, startRun, until } from './measured'
 
@@ -76,8 +76,7 @@ it('holes are offered with the map, chosen, and measured again', async () => {
 
   expect(await axe(page)).toEqual([])
 
-  for (const list of [dialog.getByRole('group', { name: 'Before it resumes' })])
-    for (const box of await list.getByRole('checkbox').all()) await box.check()
+  await tickChecklist(dialog)
   await dialog.getByRole('button', { name: 'Measure 1 point again' }).click()
   await end.getByText('Done: succeeded with 2 holes').waitFor({ timeout: 60_000 })
 
@@ -85,7 +84,7 @@ it('holes are offered with the map, chosen, and measured again', async () => {
   await fired(before + 10)
 
   await end.getByRole('button', { name: 'Measure the 2 holes again…' }).click()
-  for (const box of await dialog.getByRole('group', { name: 'Before it resumes' }).getByRole('checkbox').all()) await box.check()
+  await tickChecklist(dialog)
   await dialog.getByRole('button', { name: 'Measure 2 points again' }).click()
   await end.getByText('12 of 12 measured').waitFor({ timeout: 60_000 })
 
@@ -145,7 +144,7 @@ it('STOP ALL makes no hole: it says who it was, shows one state, and the run is 
 
   await end.getByRole('button', { name: 'Resume', exact: true }).click()
   const dialog = page.getByRole('dialog')
-  for (const box of await dialog.getByRole('checkbox').all()) await box.check()
+  await tickChecklist(dialog)
   await dialog.getByRole('button', { name: 'Resume the run' }).click()
   await end.getByText('12 of 12 measured').waitFor({ timeout: 60_000 })
 

@@ -2,7 +2,7 @@
 import type { Browser } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, expect, it } from 'vitest'
 import { ask, type Bench, orderFault, startBench } from './bench'
-import { aPerson, openBrowser, tabTo, tidy } from './browser'
+import { aPerson, openBrowser, tabTo, tickChecklist, tidy } from './browser'
 import { axe, picture } from './look'
 import { now, reached, startRun, until } from './measured'
 
@@ -73,7 +73,7 @@ it('what went wrong is found in the outline and in the log, and the run is resum
   expect(await axe(page)).toEqual([])
 
   for (const notice of await page.getByRole('button', { name: 'Dismiss' }).all()) await notice.click()
-  for (const box of await dialog.getByRole('checkbox').all()) await box.check()
+  await tickChecklist(dialog)
   await dialog.getByRole('button', { name: 'Resume the run' }).click()
   await end.getByText('✓ Done').waitFor()
   await page.getByText('resumed 1×').first().waitFor()
