@@ -118,7 +118,7 @@ def _bind(settings: ServerSettings) -> socket.socket:
     except OSError as fault:
         raise ServeFault(
             f"port {settings.port} on {settings.host} cannot be used: {fault.strerror or fault}; "
-            f"another server may be on it"
+            "if another program is on it, `labrun serve --port` chooses another"
         ) from fault
 
 
