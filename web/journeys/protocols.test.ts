@@ -187,6 +187,47 @@ describe('the editor', () => {
     await context.close()
   })
 
+  it('watches a group and chooses conditions, without an expression', async () => {
+    await copyOf('watching.yaml', 'hello.yaml')
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await open(page, 'watching.yaml')
+    const add = async (words: string): Promise<void> => {
+      await page.getByRole('button', { name: 'Add step' }).click()
+      await page.getByRole('button', { name: words, exact: true }).click()
+    }
+    const form = page.getByRole('region', { name: 'Step' })
+    await row(page, /Write to the log/).click()
+    await add('Watch')
+    const watch = form.getByRole('group', { name: 'Watch 1' })
+    await watch.getByRole('combobox', { name: 'What is looked at' }).selectOption('z of gantry')
+    await watch.getByRole('combobox', { name: 'Compared how' }).selectOption('is more than')
+    await watch.getByLabel('With what').fill('90')
+    await watch.getByLabel('With what').press('Enter')
+    await expect.poll(() => textOf(page)).toContain('when: "${{ status.gantry.z > 90 mm }}"')
+    await watch.getByRole('combobox', { name: 'Another condition' }).selectOption('armed of libs')
+    await watch.getByRole('combobox', { name: 'All, or one of them' }).selectOption('or')
+    await watch.getByRole('combobox', { name: /As soon as/ }).selectOption('tell people and fail:')
+    await watch.getByRole('textbox', { name: 'With these words' }).fill('too high')
+    await watch.getByRole('textbox', { name: 'With these words' }).press('Enter')
+    await picture(page, 'editor-watch')
+    await row(page, /Steps in order/).click()
+    await add('While')
+    await form.getByRole('group', { name: 'As long as' }).getByRole('combobox', { name: 'What is looked at' }).selectOption('x of Move to')
+    await form.getByLabel('With what').fill('50')
+    await form.getByLabel('With what').press('Enter')
+    await sound(page)
+
+    expect(await axe(page)).toEqual([])
+
+    const text = await textOf(page)
+
+    expect(text).toContain('{when: "${{ status.gantry.z > 90 mm or status.libs.armed }}", then: [{notify: too high}, {fail: too high}]}')
+    expect(text).toContain('while: ${{ steps.travel.x > 50 mm }}')
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
   it('builds a scan from a blank page by mouse, without an expression', async () => {
     const { page, context, faults } = await aPerson(browser, bench.address)
     await page.goto('/protocols')

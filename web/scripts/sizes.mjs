@@ -6,7 +6,7 @@ import { fileURLToPath } from 'node:url'
 const FOLDER = fileURLToPath(new URL('../app-dist', import.meta.url))
 const FIRST_KB = 150
 const EDITOR_KB = 200
-const ALL_KB = 425
+const ALL_KB = 435
 
 const html = await readFile(join(FOLDER, 'index.html'), 'utf8')
 const names = (await readdir(join(FOLDER, 'assets'))).filter((name) => /\.(js|css)$/.test(name))

@@ -105,6 +105,7 @@ export function structureOffers(devices: readonly DeviceDetail[], roles: Roles):
   return [
     { ...offer('For each', 'the same steps for each point of a grid or line, well, row or item', {}), edits: (data, path, inside) => forEach(data, path, inside, devices, roles) },
     offer('At the same time', 'steps that start together', { parallel: [{ steps: [PAUSE] }, { steps: [PAUSE] }] }),
+    offer('Watch', 'steps that are stopped, or told of, as soon as something comes true', { steps: [PAUSE], watch: [{ when: '${{ true }}', then: { fail: 'What was watched came true' } }] }),
     offer('Try in order', 'another way if the first one fails', { steps: [PAUSE], fallback: [askWhatNow('It')] }),
     {
       key: 'Always at the end', name: 'Always at the end', about: 'after success, failure and abort', mark: '',
@@ -156,13 +157,16 @@ function atTheEnd(data: unknown, devices: readonly DeviceDetail[], roles: Roles)
 
 const PLAIN: [string, string, Record<string, unknown>][] = [
   ['Repeat', 'the same steps a number of times', { repeat: 2, steps: [PAUSE] }],
+  ['While', 'the same steps as long as something is true', { while: '${{ true }}', max: 10, steps: [PAUSE] }],
   ['If', 'one of two ways', { if: '${{ true }}', then: [PAUSE] }],
   ['Wait', 'do nothing for a while', { wait: '5 s' }],
   ['Confirm', 'a person confirms before anything else happens', { confirm: 'Ready?' }],
   ['Ask', 'a person chooses', { ask: 'What now?', choices: ['go on', 'stop'] }],
   ['Set', 'a name for a value', { set: { value: 0 } }],
   ['Require', 'the run fails here unless it is true', { require: '${{ true }}' }],
+  ['Tell people', 'a message to those whom the lab names', { notify: 'Here' }],
   ['Log', 'a line in the journal', { log: 'Here' }],
+  ['Fail', 'with words of your own', { fail: 'It cannot go on' }],
 ]
 
 export function plainOffers(protocols: readonly string[], name: string): Offer[] {

@@ -23,15 +23,15 @@ export const OF_KIND: Record<StepKind, StepField[]> = {
     field('at_once', 'At once', 'number', 'How many may run at the same time', { placeholder: '1' }),
   ],
   repeat: [field('repeat', 'How often', 'number', '', NEEDED)],
-  while: [field('while', 'As long as', 'text', 'An expression', NEEDED), field('max', 'At most', 'number', 'How often at most')],
-  if: [field('if', 'If', 'text', 'An expression', NEEDED)],
+  while: [field('max', 'At most', 'number', 'How often at most; then the step fails')],
+  if: [],
   use: [field('use', 'Protocol', 'text', 'Its file, relative to this one', { ...NEEDED, ...PLAIN })],
-  steps: [],
+  steps: [field('reserve', 'Keeps for itself', 'list', 'Devices that no other steps use meanwhile, separated by commas', PLAIN)],
   confirm: [field('confirm', 'Text', 'text', 'A person confirms before anything else happens', NEEDED)],
   ask: [field('ask', 'Question', 'text', '', NEEDED), field('choices', 'Choices', 'list', 'Separated by commas', { ...NEEDED, ...PLAIN })],
   wait: [field('wait', 'How long', 'text', 'Such as 5 s or 2 min', NEEDED)],
   set: [],
-  require: [field('require', 'What must be true', 'text', 'The run fails here unless it is', NEEDED)],
+  require: [],
   log: [field('log', 'Text', 'text', 'A line on the screen and in the journal', NEEDED)],
   notify: [
     field('notify', 'Text', 'text', 'Goes to the people whom the lab names', NEEDED),
@@ -39,6 +39,16 @@ export const OF_KIND: Record<StepKind, StepField[]> = {
   ],
   fail: [field('fail', 'Text', 'text', 'The step fails with this message', NEEDED)],
 }
+
+/** What decides: a condition, chosen or written. */
+export const CONDITION: Partial<Record<StepKind, StepField>> = {
+  while: field('while', 'As long as', 'text', 'An expression', NEEDED),
+  if: field('if', 'If', 'text', 'An expression', NEEDED),
+  require: field('require', 'What must be true', 'text', 'The run fails here unless it is', NEEDED),
+}
+export const WATCHED = field('when', 'What is watched', 'text', 'An expression', NEEDED)
+export const EVERY = field('every', 'Looked at every', 'text', 'Such as 5 s', { placeholder: 'change', ...PLAIN })
+export const STALE = field('stale', 'Too old after', 'text', 'Such as 10 s', { placeholder: '3 × as long, 5 s or more', ...PLAIN })
 
 /** Fields of every step. */
 export const WHEN = field('when', 'Only if', 'text', 'An expression; if it is false, the step is skipped')
@@ -55,6 +65,6 @@ export const IN_A_ROW = field('in_a_row', 'One after the other', 'number', 'How 
 /** Keys shown elsewhere: in the outline, or in their own part of the form. */
 export const ELSEWHERE = new Set([
   'do', 'with', 'steps', 'parallel', 'any', 'then', 'else', 'fallback', 'foreach', 'set', 'devices', 'collect', 'retry', 'on_error', 'keep_going',
-  'when', 'id', 'name', 'timeout', 'mode', 'on_unknown', 'choices', 'max', 'key', 'on_failure',
+  'when', 'id', 'name', 'timeout', 'mode', 'on_unknown', 'choices', 'max', 'key', 'on_failure', 'watch', 'while', 'if', 'require',
 ])
 export const LOOPS: ReadonlySet<string> = new Set(['foreach', 'repeat', 'while'])
