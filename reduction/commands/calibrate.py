@@ -114,7 +114,7 @@ def standards(
         str, typer.Option(help="The instrument and its settings: laser, delay, gate, gas.")
     ] = "",
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = Path(
-        "calibration.json"
+        "standards.calibration"
     ),
     figures: Annotated[
         bool, typer.Option("--figures/--no-figures", help="Draw the curves.")

@@ -60,9 +60,9 @@ def place(tmp_path, bench):
 @pytest.mark.slow
 def test_standards_make_a_calibration_by_which_unknowns_are_read(labrun, place):
     made = labrun("calibrate", "standards", "standards.csv", "spectra", "--by", "E. Curie")
-    card = json.loads((place / "calibration.json").read_text())["card"]
+    card = json.loads((place / "standards.calibration").read_text())["card"]
     done = labrun(
-        "reduce", "unknown", "--calibration", "calibration.json", "-o", "out", "--jobs", "1", "--no-figures"
+        "reduce", "unknown", "--calibration", "standards.calibration", "-o", "out", "--jobs", "1", "--no-figures"
     )  # fmt: skip
     with (place / "out" / "elements.csv").open() as file:
         lithium = {row["spectrum"]: row for row in csv.DictReader(file) if row["element"] == "Li"}
@@ -72,7 +72,7 @@ def test_standards_make_a_calibration_by_which_unknowns_are_read(labrun, place):
     assert "Li  670.781" in made.stdout
     assert "not calibrated: Na: all 6 standards have the same concentration" in made.stdout
     assert "note: Na2O (wt %): wt % of Na are 0.74186 times it" in made.stdout
-    assert (place / "calibration.png").read_bytes()[:4] == b"\x89PNG"
+    assert (place / "standards.png").read_bytes()[:4] == b"\x89PNG"
     assert (card["by"], card["samples"], card["spectra"], card["channels"]) == (
         "E. Curie",
         6,
@@ -100,12 +100,12 @@ def test_an_internal_standard_makes_up_for_the_light(labrun, place):
         "calibrate", "standards", "standards.csv", "spectra", "--normalise", "Na", "--line", "Li=610.36",
         "--curve", "straight", "--no-figures",
     )  # fmt: skip
-    (one,) = json.loads((place / "calibration.json").read_text())["elements"].values()
+    (one,) = json.loads((place / "standards.calibration").read_text())["elements"].values()
 
     assert made.returncode == 0, made.stderr
     assert "Li  610.361     ratio to Na  straight" in made.stdout
     assert one["internal"]["element"] == "Na"
-    assert not (place / "calibration.png").exists()
+    assert not (place / "standards.png").exists()
 
 
 @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ def test_what_cannot_be_calibrated_is_said(labrun, place, table, words, told):
 
     assert done.returncode == 2, done.stdout
     assert told in done.stderr
-    assert not (place / "calibration.json").exists()
+    assert not (place / "standards.calibration").exists()
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_a_calibration_with_a_response_needs_that_response(labrun, place):
     (place / "response.csv").write_text("wavelength_nm,response\n500,1\n700,0.8\n")
     words = ("standards.csv", "spectra", "--response", "response.csv", "--no-figures")
     labrun("calibrate", "standards", *words)
-    done = labrun("reduce", "unknown", "--calibration", "calibration.json")
+    done = labrun("reduce", "unknown", "--calibration", "standards.calibration")
 
     assert done.returncode == 2
-    assert "--calibration calibration.json: it was made with a --response" in done.stderr
+    assert "--calibration standards.calibration: it was made with a --response" in done.stderr
