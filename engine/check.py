@@ -30,6 +30,7 @@ from .checks import (
     references,
     repeats,
     retries,
+    sent_files,
     sets,
     syntax,
     texts,
@@ -49,7 +50,7 @@ from .survey.survey import Survey
 from .survey.used import Opener
 
 CHECKS = (
-    names, arguments, paths, errors, uses,
+    names, arguments, paths, sent_files, errors, uses,
     syntax, references, calculations, own_functions,
     ids, sets, watching, overlap, loops, columns, reach, fallbacks,
     given, never_runs, endless, timeouts, repeats, retries, tolerance,

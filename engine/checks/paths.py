@@ -39,7 +39,7 @@ def check(context: Context) -> Iterator[Problem]:
     for step, at, _, action in context.actions():
         for name in (*action.path_params()[0], *action.path_params()[1]):
             spot = at.arguments.get(name)
-            path = _beginning(spot) if spot is not None else None
+            path = beginning(spot) if spot is not None else None
             if spot is None or path is None:
                 continue
             try:
@@ -53,7 +53,7 @@ def check(context: Context) -> Iterator[Problem]:
                 yield context.source.problem(spot.place, "E212", message, hint)
 
 
-def _beginning(spot: Spot) -> str | None:
+def beginning(spot: Spot) -> str | None:
     """The path, or its text up to the first value that is not known yet."""
     value = spot.value
     if not isinstance(value, Value) or spot.inferred()[1]:

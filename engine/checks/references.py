@@ -125,17 +125,17 @@ only where the run has waited for it: in `collect` and in `outputs`.
 
 Passes:
 
-    devices: {reduce: spectrum_reducer@1}
+    devices: {balance: balance@1}
     steps:
-      - {id: analyse, do: reduce.reduce, with: {spectrum: a.csv}, mode: background}
-    outputs: {peaks: "${{ steps.analyse.n_peaks }}"}
+      - {id: weight, do: balance.weigh, mode: background}
+    outputs: {mass: "${{ steps.weight.mass }}"}
 
 Fails:
 
-    devices: {reduce: spectrum_reducer@1}
+    devices: {balance: balance@1}
     steps:
-      - {id: analyse, do: reduce.reduce, with: {spectrum: a.csv}, mode: background}
-      - log: ${{ steps.analyse.n_peaks }} peaks
+      - {id: weight, do: balance.weigh, mode: background}
+      - log: It weighs ${{ steps.weight.mass }}
 
 E311. In a `fallback`, `error` says why the step failed: name, message, step, device and action.
 Anywhere else nothing has failed.

@@ -28,10 +28,10 @@ def known_text(spot: Spot) -> str | None:
     return found if isinstance(found, str) and found else None
 
 
-def sent_files(survey: Survey) -> dict[str, Path]:
-    """By the names that the protocol gives them; those that the run itself makes are none of them."""
+def named_files(survey: Survey) -> tuple[dict[str, Spot], list[Spot]]:
+    """The arguments that name files to read, by names known beforehand; and all that name files to write."""
     read: dict[str, Spot] = {}
-    written: set[str] = set()
+    written: list[Spot] = []
     for at in survey.steps:
         if not isinstance(at.step, p.Do):
             continue
@@ -40,15 +40,20 @@ def sent_files(survey: Survey) -> dict[str, Path]:
         found = bound.contract.actions.get(action) if bound is not None else None
         if found is None:
             continue
-        for names, into in zip(found.path_params(), (True, False), strict=True):
-            for spot in (at.arguments[name] for name in names if name in at.arguments):
-                text = known_text(spot)
-                if text is not None and into:
-                    read.setdefault(text, spot)
-                elif text is not None:
-                    written.add(text)
+        into, out_of = found.path_params()
+        for spot in (at.arguments[name] for name in into if name in at.arguments):
+            text = known_text(spot)
+            if text is not None:
+                read.setdefault(text, spot)
+        written += [at.arguments[name] for name in out_of if name in at.arguments]
+    return read, written
+
+
+def sent_files(survey: Survey) -> dict[str, Path]:
+    """By the names that the protocol gives them; those that the run itself makes are none of them."""
+    read, written = named_files(survey)
     files = {}
-    for name in read.keys() - written:
+    for name in read.keys() - {known_text(spot) for spot in written}:
         try:
             files[name] = find_file(survey.source.path, name, LARGEST, survey.opened.folders)[0]
         except FileFault:

@@ -62,7 +62,8 @@ def test_standards_make_a_calibration_by_which_unknowns_are_read(labrun, place):
     made = labrun("calibrate", "standards", "standards.csv", "spectra", "--by", "E. Curie")
     card = json.loads((place / "standards.calibration").read_text())["card"]
     done = labrun(
-        "reduce", "unknown", "--calibration", "standards.calibration", "-o", "out", "--jobs", "1", "--no-figures"
+        "reduce", "unknown", "--calibration", "standards.calibration", "-o", "out",
+        "--jobs", "1", "--no-figures"
     )  # fmt: skip
     with (place / "out" / "elements.csv").open() as file:
         lithium = {row["spectrum"]: row for row in csv.DictReader(file) if row["element"] == "Li"}
