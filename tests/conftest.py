@@ -8,12 +8,14 @@ the end says what would bring it. With LABRUN_TEST_EVERYTHING set, as in CI, not
 With LABRUN_WINDOWS_RULES set, labrun meets Windows' rules (`windows/rules`) in every test, and in
 every process that one starts.
 
-Compiled modules are kept beside their sources, whatever PYTHONDONTWRITEBYTECODE says.
+Compiled modules are kept beside their sources, whatever PYTHONDONTWRITEBYTECODE says; and Ctrl-C reaches what
+the tests start, although a shell that starts the suite in the background has it ignored.
 """
 
 import importlib
 import os
 import shutil
+import signal
 import sys
 import tempfile
 from collections import Counter
@@ -44,6 +46,9 @@ if os.environ.get("LABRUN_WINDOWS_RULES"):
 # The suite starts some thousand processes: each would compile what it imports again.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 STATE = tempfile.mkdtemp(prefix="labrun-state-")
 """In place of the user's own folder for ledgers that outlive a command, for all processes of the tests."""
