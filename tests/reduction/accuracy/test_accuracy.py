@@ -9,7 +9,8 @@ from truth import Score, line_free, pure_noise, score, summary
 
 from labrun.reduction import Spectrum, reduce_spectrum
 
-pytestmark = pytest.mark.slow
+# One process makes what all of them look at.
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("accuracy")]
 
 
 FAMILIES = {"train": range(0, 33, 2), "held out": range(20)}

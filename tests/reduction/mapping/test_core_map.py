@@ -13,7 +13,8 @@ from labrun.reduction.maps.classes.classify import classify
 from labrun.reduction.maps.points.gather import gather
 from labrun.reduction.maps.points.lithium import lithium_ratios
 
-pytestmark = pytest.mark.slow
+# One process makes what all of them look at.
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("core map")]
 
 
 TELLING = ("Li", "H", "K", "Na", "Si")
