@@ -86,7 +86,8 @@ class AppState:
         self.control = Control(updates.touch_control, lambda: self.arming.any(), self._tell)
 
         self.runs = runs = Runs(options.runs, timings, updates, folder)
-        self.commands = RunCommands(runs)
+        self.library = Library(folder, state, options.runs)
+        self.commands = RunCommands(runs, self.library)
         self.finding = Finding(runs)
         self.results = Results(runs, workers.fits)
         self.again = Again(runs)
@@ -106,7 +107,6 @@ class AppState:
             self._tell,
         )  # fmt: skip
 
-        self.library = Library(folder, state, options.runs)
         self.text_check = TextCheck(
             workers.checks, folder, options.lab, state / "timings.json",
             timeout_s=options.check_timeout_s,
@@ -141,8 +141,8 @@ class AppState:
         await self.acting.close()
         self.arming.disarm()
         for part in (
-            self.notifying, self.device_links, self.launching, self.runs, self.overview, self.reducing,
-            self._workers, self.updates,
+            self.notifying, self.commands, self.device_links, self.launching, self.runs,
+            self.overview, self.reducing, self._workers, self.updates,
         ):  # fmt: skip
             await part.close()
         self.keys.close()
