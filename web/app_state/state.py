@@ -82,7 +82,10 @@ class AppState:
         self.sessions = Sessions(state / "secret", options.token)
         self.keys = Keys(state / "commands.sqlite")
         self.faults = FaultLog(state / "faults.log")
-        self.settings = SettingsFile(state / "settings.json", Settings(bench=lab.lab.name))
+        self.settings = SettingsFile(
+            state / "settings.json", Settings(bench=lab.lab.name), lab=options.lab,
+            served=served.path, notify=lab.lab.notify,
+        )  # fmt: skip
         self.control = Control(updates.touch_control, lambda: self.arming.any(), self._tell)
 
         self.runs = runs = Runs(options.runs, timings, updates, folder)
@@ -120,8 +123,8 @@ class AppState:
             self.settings.read, partial(updates.touch, "launches"),
         )  # fmt: skip
         self.notifying = Notifying(
-            self.settings.read, runs.followed, links.states, options.runs,
-            self._tell,
+            lambda: self.settings.read().notify, runs.followed, links.states, options.runs,
+            self._tell, lambda: self.settings.read().bench,
         )  # fmt: skip
         world = state / "bench" / "servers" / "world"
         self.trouble = Trouble(links, world) if options.demo else None

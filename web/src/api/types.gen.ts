@@ -1377,7 +1377,7 @@ export interface paths {
         get: operations["get_settings"];
         /**
          * Put Settings
-         * @description Change the settings; they are stored beside the protocols.
+         * @description Change the settings; they are stored beside the protocols, and who is told of runs in the lab.
          */
         put: operations["put_settings"];
         post?: never;
@@ -2744,42 +2744,6 @@ export interface components {
             total: number | null;
         };
         /**
-         * Mail
-         * @description The server that takes mail; the password is in a file that only this account can read.
-         */
-        Mail: {
-            /**
-             * Host
-             * @default localhost
-             */
-            host: string;
-            /**
-             * Password File
-             * @default
-             */
-            password_file: string;
-            /**
-             * Port
-             * @default 25
-             */
-            port: number;
-            /**
-             * Sender
-             * @default
-             */
-            sender: string;
-            /**
-             * Tls
-             * @default false
-             */
-            tls: boolean;
-            /**
-             * User
-             * @default
-             */
-            user: string;
-        };
-        /**
          * MapHead
          * @description One column over the plane. Its cells are Float32, row by row from the lowest y.
          */
@@ -3374,16 +3338,20 @@ export interface components {
         };
         /**
          * Receiver
-         * @description Who hears of what. `chat`: an incoming hook that takes `{"text": ...}`; `webhook`: a program.
+         * @description Who is told, and of what.
+         *
+         *     `to` is an address as Apprise has it, or `$NAME` for one that is in the environment; `{FILE}` in it stands
+         *     for the first line of a file, such as a password.
          */
         Receiver: {
-            /** Events */
-            events: ("question" | "failed" | "done" | "device_lost")[];
             /**
-             * Kind
-             * @enum {string}
+             * On
+             * @default [
+             *       "failed",
+             *       "question"
+             *     ]
              */
-            kind: "mail" | "chat" | "webhook";
+            on: ("failed" | "question" | "done" | "device_lost")[];
             /** To */
             to: string;
         };
@@ -4099,7 +4067,7 @@ export interface components {
          * Settings
          * @description What can be set; each of `checklists` is shown before a run with that danger.
          *
-         *     Between `quiet_from` and `quiet_to` (hours of this machine's clock) messages wait.
+         *     `receivers`, `quiet_from` and `quiet_to` are the lab's `notify`.
          */
         Settings: {
             /**
@@ -4111,7 +4079,6 @@ export interface components {
             checklists?: {
                 [key: string]: string[];
             };
-            mail?: components["schemas"]["Mail"];
             /** Operators */
             operators?: string[];
             /**
@@ -4338,11 +4305,11 @@ export interface components {
         };
         /**
          * TestMessage
-         * @description A receiver to try, with settings that may not be saved yet.
+         * @description An address to try, which may not be saved yet.
          */
         TestMessage: {
-            mail: components["schemas"]["Mail"];
-            receiver: components["schemas"]["Receiver"];
+            /** To */
+            to: string;
         };
         /**
          * Thrown
