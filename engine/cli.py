@@ -14,7 +14,7 @@ GROUPS = {
     "Write a protocol": (
         "new", "check", "problem", "explain", "words", "preview", "graph", "fmt", "schema",
     ),
-    "Run it": ("run", "rehearse", "pause", "continue", "abort", "answer", "resume", "torture"),
+    "Run it": ("run", "rehearse", "pause", "continue", "abort", "answer", "change", "resume", "torture"),
     "Look at runs": ("runs", "compare", "label", "report", "export"),
     "Devices": (
         "devices", "setup", "status", "stop", "call", "calibrate-camera", "locate", "record-buttons",

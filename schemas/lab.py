@@ -1,8 +1,9 @@
 """A lab: its devices, each with its driver or address and its limits."""
 
-from typing import Any, Literal
+from datetime import time
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, StringConstraints, model_validator
 
 from .contract import ContractType, Name
 from .model import Model
@@ -54,14 +55,47 @@ class RosNames(Model):
     launch: dict[str, str] = Field(default_factory=dict)
 
 
-class LabNotify(Model):
-    """Who is told what of every run.
+NotifyEvent = Literal["failed", "question", "done", "device_lost"]
+Hour = Annotated[str, StringConstraints(pattern=r"^(([01]\d|2[0-3]):[0-5]\d)?$")]
 
-    `to` are addresses as Apprise has them, or `$NAME` for one that is in the environment.
+
+class Receiver(Model):
+    """Who is told, and of what.
+
+    `to` is an address as Apprise has it, or `$NAME` for one that is in the environment; `{FILE}` in it stands
+    for the first line of a file, such as a password.
     """
 
-    to: list[str] = Field(min_length=1)
-    on: list[Literal["failed", "question", "done"]] = Field(default=["failed", "question"])
+    to: Annotated[str, StringConstraints(min_length=2, max_length=500)]
+    on: list[NotifyEvent] = Field(default=["failed", "question"], max_length=4)
+
+
+class LabNotify(Model):
+    """Who is told what of every run; `on` is for those in `to` that are mere addresses.
+
+    Between `quiet_from` and `quiet_to`, hours of this computer's clock, messages wait.
+    """
+
+    to: list[str | Receiver] = Field(min_length=1, max_length=20)
+    on: list[NotifyEvent] = Field(default=["failed", "question"])
+    quiet_from: Hour = ""
+    quiet_to: Hour = ""
+
+    @property
+    def receivers(self) -> list[Receiver]:
+        """Each with what it is told of."""
+        return [Receiver(to=o, on=self.on) if isinstance(o, str) else o for o in self.to]
+
+    def addresses(self, event: NotifyEvent | None) -> list[str]:
+        """Of those who are told of an event; of all for None, what a protocol says."""
+        return [one.to for one in self.receivers if event is None or event in one.on]
+
+    def is_quiet(self, now: time) -> bool:
+        """True between the hours in which nobody wants to hear; they may go over midnight."""
+        if not self.quiet_from or not self.quiet_to:
+            return False
+        begin, over = time.fromisoformat(self.quiet_from), time.fromisoformat(self.quiet_to)
+        return begin <= now < over if begin <= over else now >= begin or now < over
 
 
 class Lab(Model):
@@ -104,6 +138,7 @@ class Lab(Model):
 
 def without_secrets(lab: dict[str, Any]) -> dict[str, Any]:
     """A lab as it was read, without what only its owner may know: it is changed in place."""
+    lab.pop("notify", None)  # addresses have passwords in them
     for device in (lab.get("devices") or {}).values():
         device.pop("token", None)
         config = device.get("config") or {}

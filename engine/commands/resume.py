@@ -1,20 +1,21 @@
 """`labrun resume RUN`: continue after a stop or a crash, at the first unfinished action."""
 
 import getpass
-import json as jsonlib
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..check import Checked, check_file
+from ..check import Checked
 from ..exit_status import PROBLEMS
 from ..problems.print import print_problems
 from .options import RUNS, Params, Runs, WrongUsage, pairs, say
 from .run import Answers, Json, Yes, run_to_end, watcher
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ...schemas import journal as j
     from ..journal.history import History
     from ..journal.journal import Journal
@@ -95,8 +96,8 @@ def _go_on(
     from ..journal.journal import Records, reopen
     from ..run.folder import check_hashes, newest_copies
     from ..runner.begin import RunOptions, old_run
+    from ..runner.change import check_copy, keep_change
     from ..runner.runner import run_session
-    from .changed_protocol import hold_against, keep_change
 
     records = Records(folder / "journal.jsonl")
     history = read_history(records)
@@ -111,14 +112,15 @@ def _go_on(
     if not checked.ok:
         print_problems(checked.problems, format="text", file=sys.stderr)
         return PROBLEMS
-    reopened = hold_against(folder, checked, list(records), yes=yes) if anew else []
+    reopened = hold_against(folder.name, checked, list(records), yes=yes) if anew else []
     if reopened is None:
         return PROBLEMS
     journal, records, torn = reopen(folder / "journal.jsonl")
     if torn:
         say(f"the journal's last record was incomplete ({torn} bytes) and was cut off")
     if anew:
-        keep_change(folder, checked, given, journal, len(history.changes), reopened)
+        journal.append(keep_change(folder, checked, given, len(history.changes), reopened))
+        journal.flush()
     if wanted is not None:
         _note(journal, wanted)
     history = read_history(records)
@@ -157,18 +159,17 @@ def _holes(number: int) -> str:
     return f"{number:,} hole{'s' if number != 1 else ''}"
 
 
-def check_copy(
-    place: Path, changed: Path | None = None, params: dict[str, str] | None = None
-) -> tuple[Checked, dict[str, str]]:
-    """Check the run's own copies, or a changed protocol instead; and the parameters given."""
-    from ..run.folder import ASKED, LAB, FolderFault, protocol_file
+def hold_against(
+    run_id: str, checked: Checked, records: "Sequence[j.JournalRecord]", *, yes: bool
+) -> list[str] | None:
+    """Show the differences; returns the iterations to reopen, or None if the run cannot go on so."""
+    from ..runner.change import differences, why_not
+    from ..runner.compare import compare
 
-    try:
-        asked = jsonlib.loads((place / ASKED).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as fault:
-        raise FolderFault(f"{place / ASKED} cannot be read: {fault}") from fault
-    given = {**asked["params"], **(params or {})}
-    checked = check_file(
-        changed or protocol_file(place), lab=place / LAB, bind=asked["roles"], params=given
-    )
-    return checked, given
+    found = compare(checked, run_id, records)
+    for line in differences(found):
+        say(line)
+    if why := why_not(found, yes=yes):
+        say(why)
+        return None
+    return found.reopened

@@ -108,7 +108,7 @@ def begin(
     Raises FolderFault, JournalFault or OSError, and then leaves no folder.
     """
     from ..run.folder import FolderLock, new_run_folder
-    from ..runner.begin import new_run
+    from ..runner.begin import keep, new_run
 
     assert checked.protocol is not None
     folder = new_run_folder(runs, checked.protocol.name)
@@ -169,25 +169,3 @@ def watcher(json: bool):
         return PlainWatch()
 
     return watch
-
-
-def keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
-    """Copy what the run uses into its folder."""
-    from ..run.copies import keep_used
-    from ..run.folder import keep_inputs, protocol_file
-
-    assert checked.source is not None and checked.lab is not None and checked.survey is not None
-    lab = checked.lab
-    used = {device.contract for device in lab.lab.devices.values()}
-    used |= {role.contract.type for role in checked.roles.values()}
-    keep_inputs(
-        folder, checked.source.text, checked.source.name, lab.lab,
-        lab.path.parent if lab.path else None,
-        {name: contract for name, contract in lab.contracts.items() if name in used},
-        {
-            "file": checked.source.name,
-            "params": given,
-            "roles": {name: role.device for name, role in checked.roles.items()},
-        },
-    )  # fmt: skip
-    keep_used(folder, protocol_file(folder).name, checked.survey)

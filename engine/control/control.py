@@ -18,6 +18,10 @@ class Control:
         self.paused = False
         self.aborted_by = ""
         self.now = False
+        self.change_due: Callable[[bool], bool] = lambda busy: False
+        """Whether a new tree is to be planted, for a change of the protocol: asked in each round."""
+        self._held = False
+        """Paused for a change alone: nobody else has asked for it since."""
 
     def ask(self, verb: Verb, by: str) -> str:
         """Do what a person or a signal requests; returns a sentence."""
@@ -29,6 +33,7 @@ class Control:
         if self.aborted_by:
             return "the run is being aborted"
         if self.paused:
+            self._held = False
             return "the run is already paused"
         self.paused = True
         self.run.clock.pause()
@@ -38,17 +43,31 @@ class Control:
     def _continue(self, by: str) -> str:
         if not self.paused:
             return "the run is not paused"
-        self.paused = False
+        self.paused = self._held = False
         self.run.requests.pause = ""
         self.run.clock.go_on()
         self.run.requests.again()
         self._note("continue", by)
         return "the run continues"
 
+    def hold(self, by: str) -> None:
+        """Let what runs end, and then nothing begin, until `let_go`; a pause of anybody's outlasts it."""
+        if not self.paused and not self.aborted_by:
+            self._pause(by)
+            self._held = True
+        self.wake()
+
+    def let_go(self, by: str) -> None:
+        """Go on after `hold`, unless somebody or something else has paused the run."""
+        if self._held and not self.run.requests.pause:
+            self._continue(by)
+        self._held = False
+        self.wake()
+
     def _abort(self, by: str) -> str:
         self.run.requests.pause = ""
         if self.paused:
-            self.paused = False
+            self.paused = self._held = False
             self.run.clock.go_on()
         if self.aborted_by:
             self.now = True

@@ -10,6 +10,7 @@ import contextlib
 import json
 import os
 import secrets
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any, cast
 
@@ -25,12 +26,16 @@ IDLE_S = 30.0
 
 
 class ControlServer:
-    """Serves one live run."""
+    """Serves one live run; `change` changes its protocol, and answers when that is done or refused."""
 
-    def __init__(self, folder: Path, control: Control, questions: Questions) -> None:
+    def __init__(
+        self, folder: Path, control: Control, questions: Questions,
+        change: Callable[[dict[str, Any]], Awaitable[tuple[bool, str]]],
+    ) -> None:  # fmt: skip
         self.path = folder / FILE
         self.control = control
         self.questions = questions
+        self.change = change
         self.token = secrets.token_urlsafe(24)
         self._server: asyncio.Server | None = None
         self._watchers: set[asyncio.Queue[str]] = set()
@@ -73,6 +78,9 @@ class ControlServer:
                 await _say(writer, ok=False, text="wrong token")
             elif asked.get("verb") == "events":
                 await self._stream(writer)
+            elif asked.get("verb") == "change":
+                ok, text = await self.change(asked)
+                await _say(writer, ok=ok, text=text)
             else:
                 ok, text = self._do(asked)
                 await _say(writer, ok=ok, text=text)
@@ -94,7 +102,7 @@ class ControlServer:
             return True, f"{question.id}: {question.choice}"
         if verb in ("pause", "continue", "abort"):
             return True, self.control.ask(cast(Verb, verb), by)
-        return False, f"{verb!r} is not one of pause, continue, abort, answer, events"
+        return False, f"{verb!r} is not one of pause, continue, abort, answer, change, events"
 
     async def _stream(self, writer: asyncio.StreamWriter) -> None:
         queue: asyncio.Queue[str] = asyncio.Queue(maxsize=10_000)
@@ -128,7 +136,9 @@ class NotLive(Exception):
     """The run has no engine to ask."""
 
 
-def ask_run(folder: Path, request: dict[str, Any], timeout_s: float = 10.0) -> tuple[bool, str]:
+def ask_run(
+    folder: Path, request: dict[str, Any], timeout_s: float | None = 10.0
+) -> tuple[bool, str]:
     """Send a request to a live run from another process; raises NotLive with a sentence."""
     import socket
 

@@ -66,6 +66,7 @@ class Course:
                 self.open_questions.clear()
             case j.Changed():
                 self.changes.append(record)
+                self.open_questions.clear()
                 self.failed.difference_update(record.reopened)
             case j.Redo():
                 self.redone.append(record)

@@ -24,6 +24,7 @@ LOOKS = ".look"
 STOPPED = "Stopped"
 """The error of a goal that a stop has cut or refused."""
 ORDER_KEPT = 1000
+WORK = (j.IterationEnded, j.LoopEnded, j.StepEnded, j.Turned, j.Answered, j.Computed, j.Touched)
 REFUSALS = ("no", "stop")
 
 
@@ -53,6 +54,8 @@ class History(Course):
     marks: dict[str, str] = field(default_factory=dict)
     touched: dict[str, int] = field(default_factory=dict)
     boots: dict[str, str] = field(default_factory=dict)
+    work_n: int = 0
+    """The newest record that a changed protocol may be held against: not what a watch has read."""
     plans: dict[str, int | None] = field(default_factory=dict)
     """The outermost loops of the protocol that have begun -> how many iterations they have."""
 
@@ -104,6 +107,8 @@ class History(Course):
                 self.ended = True
             case _:
                 pass
+        if isinstance(record, WORK):
+            self.work_n = record.n
         Course.take(self, record)
 
     def _take_resumed(self, record: j.Resumed) -> None:
@@ -135,6 +140,8 @@ class History(Course):
         path, attempt = split_goal_id(record.id)
         if path.endswith(LOOKS):
             self.past.goals.pop(path, None)  # of what a watch reads, only the newest
+        else:
+            self.work_n = record.n
         self.past.goals.setdefault(path, {})[attempt] = PastGoal(record)
         self.boots[record.device] = record.boot
         if record.effect == "once":
@@ -148,6 +155,7 @@ class History(Course):
         if past is None:  # it outlived its iteration, which is over and forgotten
             return
         sent = past.sent
+        self.work_n = self.work_n if path.endswith(LOOKS) else record.n
         # Asked about under a later lease: it may have ended right after it was sent.
         asked = sent.n < self.leased_n.get(sent.device, 0)
         self.past.goals[path][attempt] = replace(

@@ -18,8 +18,8 @@ from ...drivers.simulated.twins.twin import Twin
 from ...schemas.contract import Contract
 from ...schemas.messages import ENDED, Goal, GoalError, GoalReport, LeaseRequest
 from ...system.tasks import end, spawn
+from ..run.virtual_time import VirtualLoop
 from .twin_choice import typical_s
-from .virtual_time import VirtualLoop
 
 LEASE_S = 3600.0
 HANGS_S = 24 * 3600.0

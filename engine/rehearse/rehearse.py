@@ -23,12 +23,12 @@ from ..language.suggest import listed
 from ..run.clock import RunClock
 from ..run.copies import keep_used
 from ..run.function_calls import call_at_once
+from ..run.virtual_time import VirtualLoop
 from ..runner.begin import RunOptions, new_run
 from ..runner.session import RunSession
 from .client import RehearsedDevice, Trouble
 from .totals import Counting, Totals
 from .twin_choice import player
-from .virtual_time import VirtualLoop
 
 IN_MEMORY = "/dev/shm" if Path("/dev/shm").is_dir() else None
 """What a rehearsal writes is read again within seconds and then thrown away."""

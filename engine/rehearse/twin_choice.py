@@ -11,6 +11,7 @@ from ...drivers.simulated.twins.twin import Twin
 from ...schemas.contract import Contract
 from ...schemas.lab import LabDevice
 from ...schemas.messages import FileContent
+from ...schemas.plainest import plainest
 from ...schemas.quantity import seconds
 from ..lab.lab import LoadedLab
 
@@ -90,28 +91,3 @@ def stand_in(contract: Contract) -> type[Driver]:
 
     methods = {name: action(name) for name in contract.actions}
     return type("StandIn", (Driver,), {"contract": contract.type, **methods})
-
-
-def plainest(schema: dict[str, Any], given: Any = None) -> Any:
-    """The simplest value that a JSON Schema allows; a value given under that name comes first."""
-    if given is not None:
-        return given
-    for word in ("const", "default", "minimum"):
-        if word in schema:
-            return schema[word]
-    if "enum" in schema:
-        return schema["enum"][0]
-    kind = schema.get("type", "object")
-    kind = kind[0] if isinstance(kind, list) else kind
-    match kind:
-        case "number" | "integer":
-            return min(0, schema.get("maximum", 0))
-        case "string":
-            return "x"
-        case "boolean":
-            return False
-        case "array":
-            return [plainest(schema.get("items", {}))] * schema.get("minItems", 0)
-        case "null":
-            return None
-    return {k: plainest(v) for k, v in schema.get("properties", {}).items()}

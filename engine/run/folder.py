@@ -91,8 +91,8 @@ def keep_inputs(
         if lab_folder is not None and ".py" in driver and not Path(driver).is_absolute():
             device["driver"] = str((lab_folder / driver).resolve())
     _dump(folder / LAB, data)
-    if any("token" in device for device in data["devices"].values()):
-        (folder / LAB).chmod(0o600)  # only resume needs the tokens
+    if "notify" in data or any("token" in device for device in data["devices"].values()):
+        (folder / LAB).chmod(0o600)  # only resume needs what is secret there
     (folder / ASKED).write_text(json.dumps(asked, indent=1) + "\n", encoding="utf-8")
 
 

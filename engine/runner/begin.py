@@ -14,7 +14,8 @@ from ..journal.encode import encode
 from ..journal.history import History
 from ..journal.journal import Journal
 from ..run.clock import RunClock
-from ..run.folder import hashes
+from ..run.copies import keep_used
+from ..run.folder import hashes, keep_inputs, protocol_file
 from ..run.questions import Questions
 from ..run.run import Listener, Run
 
@@ -35,6 +36,25 @@ class RunOptions:
     live_figures: bool = False
     wait_s: float = 0.0
     say: Callable[[str], None] = lambda text: None
+
+
+def keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
+    """Copy what the run uses into its folder."""
+    assert checked.source is not None and checked.lab is not None and checked.survey is not None
+    lab = checked.lab
+    used = {device.contract for device in lab.lab.devices.values()}
+    used |= {role.contract.type for role in checked.roles.values()}
+    keep_inputs(
+        folder, checked.source.text, checked.source.name, lab.lab,
+        lab.path.parent if lab.path else None,
+        {name: contract for name, contract in lab.contracts.items() if name in used},
+        {
+            "file": checked.source.name,
+            "params": given,
+            "roles": {name: role.device for name, role in checked.roles.items()},
+        },
+    )  # fmt: skip
+    keep_used(folder, protocol_file(folder).name, checked.survey)
 
 
 def new_run(

@@ -1,73 +1,145 @@
 """Messages to people: what a protocol's `notify` says, and what the lab wants told of every run.
 
 Sent by Apprise (mail, Slack, Teams, ntfy, webhooks) to the addresses in the lab. The run depends on none of
-them: one that does not get through is a line on the screen.
+them: one that does not get through is a line on the screen. In quiet hours messages wait for the end of
+these, or of the run; what is left then is in the run's folder, for the page's server to tell.
 """
 
 import asyncio
+import json
 import os
+import re
+from collections.abc import Iterable, Sequence
+from datetime import datetime
 from pathlib import Path
+from urllib.parse import quote
 
 from ...schemas.event import Event
 from ...schemas.journal import ended_as
-from ...schemas.lab import LabNotify
+from ...schemas.lab import LabNotify, NotifyEvent
 from ...system.extras import not_installed
-from ...system.tasks import spawn
+from ...system.files import write_whole
+from ...system.tasks import end, spawn
 from ..run.run import Run
 
 END_S = 15.0
 """How long the end of a run waits for messages that are under way."""
+AGAIN_S = (0.0, 5.0, 30.0)
+"""Before each try."""
+LOOK_S = 30.0
+"""How often it is seen whether quiet hours are over."""
+HELD = "messages.json"
+"""In the run's folder: what nobody was told, since its end came in quiet hours."""
+
+
+async def deliver(
+    addresses: Sequence[str], title: str, text: str, picture: Path | None = None, *,
+    again_s: Iterable[float] = AGAIN_S,
+) -> str:  # fmt: skip
+    """Tell each address, patiently; why it did not get through, or nothing."""
+    left, why = list(addresses), ""
+    for wait_s in again_s:
+        await asyncio.sleep(wait_s)
+        try:
+            refused = await asyncio.to_thread(_apprise, left, title, text, picture)
+        except ImportError as fault:
+            return not_installed(fault) or str(fault)
+        left, why = list(refused), "; ".join(dict.fromkeys(refused.values()))
+        if not left:
+            break
+    return why
 
 
 class Notifier:
-    """Sends to the lab's addresses, each message in a thread of its own."""
+    """Sends to the lab's addresses what happens in one run."""
 
     def __init__(self, run: Run, wanted: LabNotify) -> None:
         self.run, self.wanted = run, wanted
         self._tasks: set[asyncio.Task[None]] = set()
+        self._held: list[tuple[NotifyEvent | None, str, str]] = []
+        self._waking: asyncio.Task[None] | None = None
 
-    def send(self, text: str, picture: str = "") -> None:
-        """Send a message, with a picture from the run's folder."""
-        task = spawn("notify", self._send(text, picture))
+    def send(self, text: str, picture: str = "", event: NotifyEvent | None = None) -> None:
+        """Tell those who want to hear of an event, or all, with a picture from the run's folder."""
+        if self.wanted.is_quiet(datetime.now().time()):
+            self._held.append((event, text, picture))
+            self._waking = self._waking or spawn("wait for the end of quiet hours", self._wake())
+            return
+        task = spawn("notify", self._send(text, picture, event))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
     def hear(self, event: Event) -> None:
         """What happens in the run, of which the lab wants to be told."""
-        if event.event == "question" and event.state == "open" and "question" in self.wanted.on:
-            self.send(f"a question is open: {event.text}")
+        if event.event == "question" and event.state == "open":
+            self.send(f"a question is open: {event.text}", event="question")
         elif event.event == "finished":
-            done = event.state == "succeeded"
-            if ("done" if done else "failed") in self.wanted.on:
-                ended = ended_as(event.state, int(event.data.get("holes") or 0))
-                self.send(f"{ended}: {event.text}" if event.text else ended)
+            ended = ended_as(event.state, int(event.data.get("holes") or 0))
+            figures = (name for name in FIGURES if (self.run.folder / name).is_file())
+            self.send(
+                f"{ended}: {event.text}" if event.text else ended, next(figures, ""),
+                "done" if event.state == "succeeded" else "failed",
+            )  # fmt: skip
 
     async def close(self) -> None:
-        """Wait for messages that are under way, not for ever."""
+        """Wait for messages that are under way, not for ever; keep what nobody may be told yet."""
+        await end(self._waking)
         if self._tasks:
             await asyncio.wait(self._tasks, timeout=END_S)
+        await end(*self._tasks)
+        if self._held:
+            data = [{"event": event, "text": text} for event, text, _ in self._held]
+            write_whole(self.run.folder / HELD, json.dumps(data).encode(), sync=False)
 
-    async def _send(self, text: str, picture: str) -> None:
+    async def _wake(self) -> None:
+        while self.wanted.is_quiet(datetime.now().time()):  # noqa: ASYNC110 - clocks tell nobody
+            await asyncio.sleep(LOOK_S)
+        held, self._held, self._waking = self._held, [], None
+        for event, text, picture in held:
+            self.send(text, picture, event)
+
+    async def _send(self, text: str, picture: str, event: NotifyEvent | None) -> None:
         path = self.run.folder / picture if picture else None
-        try:
-            why_not = await asyncio.to_thread(_apprise, self.wanted.to, self.run.id, text, path)
-        except ImportError as fault:
-            why_not = not_installed(fault) or str(fault)
-        except Exception as fault:  # of any of a hundred services
-            why_not = f"{type(fault).__name__}: {fault}"
-        if why_not:
+        told = self.wanted.addresses(event)
+        if why_not := await deliver(told, self.run.id, text, path, again_s=AGAIN_S[:2]):
             self.run.log(f"nobody was told {text!r}: {why_not}")
 
 
-def _apprise(addresses: list[str], title: str, text: str, picture: Path | None) -> str:
-    """Send to each address; why it did not get through, or nothing."""
+FIGURES = ("element_maps.png", "line_scan.png")
+"""The first that there is goes with the news that a run has ended."""
+
+
+def _apprise(
+    addresses: Sequence[str], title: str, text: str, picture: Path | None
+) -> dict[str, str]:
+    """Send to each address; those that did not take it, and why."""
     import apprise  # pyright: ignore[reportMissingImports]
 
-    sender = apprise.Apprise()
-    for said in addresses:
-        address = os.environ.get(said[1:], "") if said.startswith("$") else said
-        if not address or not sender.add(address):
-            return f"{said.partition(':')[0]} is not an address that Apprise knows"
     attach = str(picture) if picture is not None and picture.is_file() else None
-    sent = sender.notify(body=text, title=title, attach=attach)
-    return "" if sent else "not every address took the message"
+    refused: dict[str, str] = {}
+    for said in addresses:
+        sender, kind = apprise.Apprise(), said.partition(":")[0]
+        with apprise.LogCapture(level=apprise.logging.WARNING, fmt="%(message)s") as log:
+            try:
+                if not sender.add(_address(said)):
+                    refused[said] = (
+                        f"{kind} is not an address that Apprise knows; a webhook's begins with jsons://"
+                    )
+                elif not sender.notify(body=text, title=title, attach=attach):
+                    words = str(log.getvalue()).strip().splitlines()  # pyright: ignore
+                    refused[said] = f"{kind}: {words[-1] if words else 'it took no message'}"
+            except Exception as fault:  # of any of a hundred services
+                refused[said] = f"{kind}: {type(fault).__name__}: {fault}"
+    return refused
+
+
+def _address(said: str) -> str:
+    """An address with what it takes from the environment and from files."""
+    if said.startswith("$"):
+        return os.environ.get(said[1:], "")
+
+    def first_line(found: "re.Match[str]") -> str:
+        lines = Path(found[1]).expanduser().read_text(encoding="utf-8").splitlines()
+        return quote(lines[0].strip() if lines else "", safe="")
+
+    return re.sub(r"\{([^{}]+)\}", first_line, said)

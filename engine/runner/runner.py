@@ -48,7 +48,7 @@ async def run_session(
     session = RunSession(run, checked, connections.clients)
     connections.say = run.log
     run.questions.changed = session.dispatcher.wake.set
-    endpoint = ControlServer(run.folder, session.control, run.questions)
+    endpoint = ControlServer(run.folder, session.control, run.questions, session.change.ask)
     notifier: Notifier | None = None
     deaf = on_end(lambda by: session.control.ask("abort", by))
     try:

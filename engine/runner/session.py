@@ -27,6 +27,7 @@ from ..tree.compile import TreeCompiler
 from ..tree.nodes.failure import Failure
 from ..tree.nodes.node import failure_of
 from ..tree.tick import StopNow, run_tree
+from .live_change import LiveChange
 from .safe_state import (
     mark_state_lost,
     resolve_goals_in_flight,
@@ -57,21 +58,27 @@ class RunSession:
     """One engine's share of a run: from its connection to its last record."""
 
     def __init__(self, run: Run, checked: Checked, clients: Mapping[str, DeviceHandle]) -> None:
-        assert checked.protocol is not None and checked.survey is not None
         assert checked.lab is not None
         self.run = run
-        self.protocol: Protocol = checked.protocol
-        self.survey = checked.survey
-        self.names = {"params": run.params, "run": run.about, "csv": self.survey.tables}
         self.clients = clients
         self.dispatcher = Dispatcher(run, clients, checked.lab.lab.start_timeout_s)
         self.control = Control(run, self.dispatcher.wake.set)
+        self.change = LiveChange(run, self.control, clients)
         run.told = self._told
         self.touched: dict[str, str] = {}
         """Devices whose state may have changed before this session -> why."""
         self.unsafe: set[str] = set()
         """Devices that have not confirmed their safe state at the end: their leases have to lapse."""
+        self._take(checked)
         self._plant()
+
+    def _take(self, checked: Checked) -> None:
+        assert checked.protocol is not None and checked.survey is not None
+        self.protocol: Protocol = checked.protocol
+        self.survey = checked.survey
+        self.names = {
+            "params": self.run.params, "run": self.run.about, "csv": self.survey.tables
+        }  # fmt: skip
 
     def _plant(self) -> None:
         """Build a new tree, in which everything done in the run's history counts as done."""
@@ -121,9 +128,14 @@ class RunSession:
         while True:
             self.run.past = self.run.history.past.copy()
             self._begin("main")
-            ended = await run_tree(
-                self.main, self.run, self.dispatcher, self.control, abortable=True, watchful=True
-            )
+            with self.change.possible():
+                ended = await run_tree(
+                    self.main, self.run, self.dispatcher, self.control, abortable=True,
+                    watchful=True,
+                )  # fmt: skip
+                if ended == "changed":
+                    await self.change.make(self._plant_changed)
+                    continue
             if ended != "state lost":
                 return await self._then_finally(self._ending(ended, "main"))
             on_resume = await self._take_up_again()
@@ -137,13 +149,20 @@ class RunSession:
         which the finished steps of that device are repeated before anything else is done once.
         """
         lost = await self._see_what_is_lost()
-        records = Records(self.run.journal.path)
-        self.run.repeated.clear()
         self.dispatcher.look_anew()
-        self._plant()
-        restore_rows(self.run.folder, records, self.compiler.tables)
+        self._plant_anew()
         await resolve_goals_in_flight(self.run, self.dispatcher, self.control)
         return await self._on_resume(self.run.history.resumes + 1) if lost else None
+
+    def _plant_anew(self) -> None:
+        self.run.repeated.clear()
+        self._plant()
+        records = Records(self.run.journal.path)
+        restore_rows(self.run.folder, records, self.compiler.tables)
+
+    def _plant_changed(self, checked: Checked) -> None:
+        self._take(checked)
+        self._plant_anew()
 
     async def _see_what_is_lost(self) -> bool:
         """Mark the devices that were stopped, or have lost their state; false if there are none."""

@@ -17,12 +17,12 @@ from typing import Any
 from ...drivers.client.client import DeviceClient, LeaseHeld, ServerUnreachable
 from ...schemas import journal as j
 from ...schemas.event import Event
+from ...schemas.plainest import plainest
 from ...system.tasks import end, spawn
 from ..check import Checked
 from ..journal import journal as journal_module
 from ..journal.history import read_history, split_goal_id
 from ..journal.journal import DiskFull, JournalFault, Records, read_records, reopen
-from ..rehearse.twin_choice import plainest
 from ..run.clock import RunClock
 from ..run.questions import DID_NOT_HAPPEN, HAPPENED
 from ..run.run import Run

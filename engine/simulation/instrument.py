@@ -9,8 +9,9 @@ from typing import Any
 from ...drivers.driver import ActionCanceled, Driver, GoalContext, Place
 from ...schemas.contract import Contract
 from ...schemas.messages import FileContent
+from ...schemas.plainest import plainest
 from ...system.tasks import spawn
-from ..rehearse.twin_choice import EMPTY, plainest, typical_s
+from ..rehearse.twin_choice import EMPTY, typical_s
 from .process import living
 
 STRANGER = "elsewhere/"

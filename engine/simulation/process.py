@@ -6,7 +6,7 @@ from contextvars import ContextVar, copy_context
 from typing import Any
 
 from ...system.tasks import spawn
-from ..rehearse.virtual_time import VirtualLoop
+from ..run.virtual_time import VirtualLoop
 
 ROUNDS = 100
 

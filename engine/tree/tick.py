@@ -23,7 +23,7 @@ QUIET_S = 60.0
 """After so long without any news, and longer than what is under way should take, a run says what it
 waits for."""
 
-Ended = Literal["succeeded", "failed", "aborted", "state lost"]
+Ended = Literal["succeeded", "failed", "aborted", "state lost", "changed"]
 
 
 class StopNow(Exception):
@@ -36,8 +36,8 @@ async def run_tree(
 ) -> Ended:  # fmt: skip
     """Run a tree to its end, or stop it for an abort; every goal has ended when this returns.
 
-    `watchful`: stop it also when a device has lost the state that earlier steps gave it, or a
-    person goes on after a pause that the stop of a device has brought.
+    `watchful`: stop it also when a device has lost the state that earlier steps gave it, a person goes
+    on after a pause that the stop of a device has brought, or the protocol is to be changed.
     Raises StopNow for a second abort and NoRoom when the disk is full.
     """
     dispatcher.heeds_stops = watchful
@@ -75,6 +75,11 @@ async def _rounds(
             dispatcher.withdraw_all()
             await _drain(dispatcher, control)
             return "state lost"
+        if watchful and control.change_due(dispatcher.busy):
+            root.stop(Status.INVALID)
+            dispatcher.withdraw_all()
+            await _drain(dispatcher, control)
+            return "changed"
         again, wake_at, look_at = _round(root, run, dispatcher, control)
         if root.status != Status.RUNNING:
             await _drain(dispatcher, control)  # what was cancelled before has ended, too

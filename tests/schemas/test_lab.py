@@ -12,9 +12,11 @@ def test_tokens_passwords_headers_and_logins_are_left_out():
             "c": {"driver": "text", "config": {"login": login, "echo": True}},
             "d": {"driver": "opcua", "config": {"user": "lab", "password": "secret"}},
             "e": {"driver": "sim_gantry"},
-        }
+        },
+        "notify": {"to": ["mailto://ada:secret@lab.org"]},
     }
 
+    assert "notify" not in without_secrets(lab)
     assert without_secrets(lab)["devices"] == {
         "a": {"url": "http://10.0.0.7:4101"},
         "b": {"driver": "http", "config": {"url": "http://b", "headers": {"X-Key": "***"}}},

@@ -82,11 +82,15 @@ class AppState:
         self.sessions = Sessions(state / "secret", options.token)
         self.keys = Keys(state / "commands.sqlite")
         self.faults = FaultLog(state / "faults.log")
-        self.settings = SettingsFile(state / "settings.json", Settings(bench=lab.lab.name))
+        self.settings = SettingsFile(
+            state / "settings.json", Settings(bench=lab.lab.name), lab=options.lab,
+            served=served.path, notify=lab.lab.notify,
+        )  # fmt: skip
         self.control = Control(updates.touch_control, lambda: self.arming.any(), self._tell)
 
         self.runs = runs = Runs(options.runs, timings, updates, folder)
-        self.commands = RunCommands(runs)
+        self.library = Library(folder, state, options.runs)
+        self.commands = RunCommands(runs, self.library)
         self.finding = Finding(runs)
         self.results = Results(runs, workers.fits)
         self.again = Again(runs)
@@ -106,7 +110,6 @@ class AppState:
             self._tell,
         )  # fmt: skip
 
-        self.library = Library(folder, state, options.runs)
         self.text_check = TextCheck(
             workers.checks, folder, options.lab, state / "timings.json",
             timeout_s=options.check_timeout_s,
@@ -120,8 +123,8 @@ class AppState:
             self.settings.read, partial(updates.touch, "launches"),
         )  # fmt: skip
         self.notifying = Notifying(
-            self.settings.read, runs.followed, links.states, options.runs,
-            self._tell,
+            lambda: self.settings.read().notify, runs.followed, links.states, options.runs,
+            self._tell, lambda: self.settings.read().bench,
         )  # fmt: skip
         world = state / "bench" / "servers" / "world"
         self.trouble = Trouble(links, world) if options.demo else None
@@ -141,8 +144,8 @@ class AppState:
         await self.acting.close()
         self.arming.disarm()
         for part in (
-            self.notifying, self.device_links, self.launching, self.runs, self.overview, self.reducing,
-            self._workers, self.updates,
+            self.notifying, self.commands, self.device_links, self.launching, self.runs,
+            self.overview, self.reducing, self._workers, self.updates,
         ):  # fmt: skip
             await part.close()
         self.keys.close()

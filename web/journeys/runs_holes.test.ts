@@ -156,3 +156,31 @@ it('STOP ALL makes no hole: it says who it was, shows one state, and the run is 
   await page.getByRole('button', { name: 'Take control' }).waitFor()
   await context.close()
 })
+
+it('a live run gets more points, and nothing that was done is done again', async () => {
+  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  await reached(bench)
+  await ask(bench, '/protocols', { name: 'more.yaml', text: SCAN.replace('span(0, 2 mm', 'span(0, 3 mm') }, now())
+  const before = await shots()
+  const run = await startRun(bench, 'scan.yaml', { feed: '30 mm/min' })
+  await page.goto(`/runs/${run}`)
+  await page.getByRole('button', { name: 'Pause', exact: true }).click()
+  await page.getByRole('button', { name: 'Pause now' }).click()
+  await page.getByRole('button', { name: 'Change…' }).click()
+  const dialog = page.getByRole('dialog')
+  await dialog.getByLabel('Protocol').selectOption('more.yaml')
+  await dialog.getByText(/finished actions still match/).waitFor()
+  await picture(page, 'run-change')
+
+  expect(await axe(page)).toEqual([])
+
+  await dialog.getByRole('button', { name: 'Change the run' }).click()
+  await page.getByText('the run goes on with the changed protocol').first().waitFor()
+  await page.getByRole('button', { name: 'Resume', exact: true }).click()
+  await until(bench, run, (told) => told.fate === 'succeeded')
+
+  expect(await numbers(run)).toEqual([16, 16, 0, 0])
+  await fired(before + 16)
+  expect(faults).toEqual([])
+  await context.close()
+})

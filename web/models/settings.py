@@ -1,50 +1,21 @@
 """Settings of the bench, and the session of a browser."""
 
 import re
-from typing import Annotated, Literal
+from typing import Annotated, Any
+from urllib.parse import quote
 
 from pydantic import Field, StringConstraints, model_validator
 
+from ...schemas.lab import Hour, LabNotify, Receiver
 from .base import ApiModel
 
 Line = Annotated[str, StringConstraints(max_length=300)]
 
 
-Event = Literal["question", "failed", "done", "device_lost"]
-Hour = Annotated[str, StringConstraints(pattern=r"^(([01]\d|2[0-3]):[0-5]\d)?$")]
-
-
-class Receiver(ApiModel):
-    """Who hears of what. `chat`: an incoming hook that takes `{"text": ...}`; `webhook`: a program."""
-
-    kind: Literal["mail", "chat", "webhook"]
-    to: Annotated[str, StringConstraints(min_length=3, max_length=500)]
-    events: list[Event] = Field(max_length=4)
-
-    @model_validator(mode="after")
-    def _is_an_address(self) -> "Receiver":
-        if self.kind == "mail" and not re.fullmatch(r"[^@\s<>,]+@[^@\s<>,]+", self.to):
-            raise ValueError(f"{self.to} is not a mail address")
-        if self.kind != "mail" and not self.to.startswith(("http://", "https://")):
-            raise ValueError(f"{self.to}: the address of a {self.kind} begins with https://")
-        return self
-
-
-class Mail(ApiModel):
-    """The server that takes mail; the password is in a file that only this account can read."""
-
-    host: Line = "localhost"
-    port: int = Field(default=25, ge=1, le=65535)
-    tls: bool = False
-    user: Line = ""
-    password_file: Line = ""
-    sender: Line = ""
-
-
 class Settings(ApiModel):
     """What can be set; each of `checklists` is shown before a run with that danger.
 
-    Between `quiet_from` and `quiet_to` (hours of this machine's clock) messages wait.
+    `receivers`, `quiet_from` and `quiet_to` are the lab's `notify`.
     """
 
     bench: Line = "bench"
@@ -61,16 +32,33 @@ class Settings(ApiModel):
         default_factory=lambda: [0.1, 1.0, 10.0], min_length=1, max_length=8
     )
     receivers: list[Receiver] = Field(default_factory=list, max_length=20)
-    mail: Mail = Field(default_factory=Mail)
     quiet_from: Hour = ""
     quiet_to: Hour = ""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _as_apprise_has_it(cls, data: Any) -> Any:
+        """Receivers by kind, with one mail server, as settings had them before, are addresses now."""
+        if not isinstance(data, dict):
+            return data
+        mail = data.get("mail") or {}
+        receivers = [_translated(one, mail) for one in data.get("receivers") or []]
+        return {name: v for name, v in data.items() if name != "mail"} | {"receivers": receivers}
+
+    @property
+    def notify(self) -> LabNotify | None:
+        """As it stands in a lab."""
+        if not self.receivers:
+            return None
+        return LabNotify(
+            to=list(self.receivers), quiet_from=self.quiet_from, quiet_to=self.quiet_to
+        )
+
 
 class TestMessage(ApiModel):
-    """A receiver to try, with settings that may not be saved yet."""
+    """An address to try, which may not be saved yet."""
 
-    receiver: Receiver
-    mail: Mail
+    to: Annotated[str, StringConstraints(min_length=2, max_length=500)]
 
 
 class About(ApiModel):
@@ -107,3 +95,23 @@ class Session(ApiModel):
     server_time_ms: float
     demo: bool
     labrun: str
+
+
+def _translated(one: Any, mail: dict[str, Any]) -> Any:
+    if not isinstance(one, dict) or "kind" not in one:
+        return one
+    to = str(one.get("to", ""))
+    if one["kind"] == "mail":
+        user, file = mail.get("user"), mail.get("password_file")
+        login = f"{quote(user, safe='')}:{{{file}}}@" if user else ""
+        host = f"{mail.get('host', 'localhost')}:{mail.get('port', 25)}"
+        sender = quote(mail.get("sender") or to, safe="")
+        to = f"mailto{'s' if mail.get('tls') else ''}://{login}{host}/?to={quote(to, safe='')}&from={sender}"
+    else:
+        to = re.sub("^http", "json", to, count=1)
+        to += CHAT_ONLY * (one["kind"] == "chat")
+    return {"to": to, "on": one.get("events", [])}
+
+
+CHAT_ONLY = "?:message=text&:title=&:type=&:version=&:attachments="
+"""The hook of a chat takes `{"text": ...}`, and nothing else."""

@@ -1,4 +1,4 @@
-"""Word gets out: questions, ends, failures and lost devices, by mail, chat or webhook.
+"""Word gets out of what no engine can tell: lost devices, engines that are gone, what had to wait.
 
 Never a way into the bench: nothing that comes back is read.
 """

@@ -1,32 +1,49 @@
-"""See what people want to hear of, and tell each receiver, when it is not quiet."""
+"""Tell people what no engine can: that a device is lost, that an engine is gone, and what had to wait.
+
+Of its run an engine tells itself, whether or not anybody has the page.
+"""
 
 import asyncio
+import json
 from collections.abc import Callable, Iterable
-from datetime import UTC, datetime, time
+from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
+from ...engine.runner.notify import AGAIN_S, HELD, deliver
+from ...schemas.lab import LabNotify, NotifyEvent
+from ...system.files import remove
 from ...system.tasks import end, keep, spawn
 from ..models.devices import DeviceState
 from ..models.runs import RunSummary
-from ..models.settings import Event, Receiver, Settings
-from .deliver import Message, NotDelivered, deliver
 
 LOOK_S = 1.0
-AGAIN_S = (5.0, 30.0)
-"""Between tries; after the last one it is said that nobody could be told."""
 MOST_HELD = 50
-FIGURES = ("element_maps.png", "line_scan.png")
+
+
+class NotDelivered(Exception):
+    """The text says what refused it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """What happened, for people; without an `event` it is for everybody."""
+
+    event: NotifyEvent | None
+    text: str
+    about: str
 
 
 class Notifying:
     """Compares the bench with what it was a second ago. `tell` shows what could not be delivered."""
 
     def __init__(
-        self, settings: Callable[[], Settings], runs: Callable[[], Iterable[RunSummary]],
+        self, notify: Callable[[], LabNotify | None], runs: Callable[[], Iterable[RunSummary]],
         devices: Callable[[], Iterable[DeviceState]], folder: Path, tell: Callable[[str], None],
+        bench: Callable[[], str],
     ) -> None:  # fmt: skip
-        self._settings, self._runs, self._devices = settings, runs, devices
-        self._folder, self._tell = folder, tell
+        self._notify, self._runs, self._devices = notify, runs, devices
+        self._folder, self._tell, self._bench = folder, tell, bench
         self._seen_runs: dict[str, RunSummary] = {}
         self._seen_reach: dict[str, str] = {}
         self._held: list[Message] = []
@@ -44,12 +61,12 @@ class Notifying:
         for task in list(self._sending):
             await end(task)
 
-    async def test(self, receiver: Receiver, settings: Settings) -> str:
+    async def test(self, address: str) -> str:
         """Send a test, at any hour; raises NotDelivered."""
-        await deliver(
-            self._message("test", "This is a test: messages arrive."), receiver, settings.mail
-        )
-        return f"sent to {receiver.to}"
+        text = "This is a test: messages arrive."
+        if why_not := await deliver([address], self._bench(), text, again_s=(0.0,)):
+            raise NotDelivered(why_not)
+        return f"sent to {address.partition(':')[0]}"
 
     async def _look(self) -> None:
         self.events()  # what is there already is not news
@@ -64,72 +81,48 @@ class Notifying:
         found: list[Message] = []
         runs = {run.id: run for run in self._runs()}
         for run in runs.values():
-            told = _of_run(self._seen_runs.get(run.id), run)
-            if told is not None:
-                found.append(self._message(*told, run=run.id))
+            before = self._seen_runs.get(run.id)
+            if before is not None and before.live and not run.live:
+                found += self._of_end(run)
         self._seen_runs = runs
         reach = {device.name: device.reach for device in self._devices()}
         for name, now in reach.items():
             if now == "lost" and self._seen_reach.get(name) == "online":
-                found.append(self._message("device_lost", f"{name} is lost", device=name))
+                found.append(Message("device_lost", f"{name} is lost", self._bench()))
         self._seen_reach = dict(reach)
         return found
 
+    def _of_end(self, run: RunSummary) -> Iterable[Message]:
+        """That its engine is gone without an end, and what it could tell nobody in quiet hours."""
+        if run.fate == "interrupted":
+            yield Message("failed", f"{run.protocol}: its engine is gone; `labrun resume`", run.id)
+        path = self._folder / run.id / HELD
+        try:
+            held = json.loads(path.read_bytes())
+            remove(path)
+        except (OSError, ValueError):
+            return
+        for one in held:
+            yield Message(one["event"], one["text"], run.id)
+
     def say(self, message: Message) -> None:
         """Tell those who want to hear of it; in quiet hours it waits for their end."""
-        settings = self._settings()
-        wanted = [one for one in settings.receivers if message.event in one.events]
-        if wanted and is_quiet(settings, datetime.now().time()):
+        notify = self._notify()
+        told = notify.addresses(message.event) if notify is not None else []
+        if notify is not None and told and notify.is_quiet(datetime.now().time()):
             self._held = [*self._held, message][-MOST_HELD:]
-            return
-        for receiver in wanted:
-            task = spawn("tell a person elsewhere", self._deliver(message, receiver))
+        elif told:
+            task = spawn("tell a person elsewhere", self._deliver(message, told))
             self._sending.add(task)
             task.add_done_callback(self._sending.discard)
 
     def _release(self) -> None:
-        if self._held and not is_quiet(self._settings(), datetime.now().time()):
+        notify = self._notify()
+        if self._held and not (notify is not None and notify.is_quiet(datetime.now().time())):
             held, self._held = self._held, []
             for message in held:
                 self.say(message)
 
-    async def _deliver(self, message: Message, receiver: Receiver) -> None:
-        why = ""
-        for wait_s in (0.0, *self.again_s):
-            await asyncio.sleep(wait_s)
-            try:
-                await deliver(message, receiver, self._settings().mail)
-                return
-            except NotDelivered as fault:
-                why = str(fault)
-        self._tell(f"not delivered: “{message.text}” ({why})")
-
-    def _message(self, event: str, text: str, *, run: str = "", device: str = "") -> Message:
-        figures = (self._folder / run / name for name in FIGURES) if run else ()
-        return Message(
-            event=event, text=text, bench=self._settings().bench, run=run, device=device,
-            at=datetime.now(UTC).isoformat(timespec="seconds"),
-            picture=next((path for path in figures if path.exists()), None),
-        )  # fmt: skip
-
-
-def _of_run(before: RunSummary | None, now: RunSummary) -> tuple[Event, str] | None:
-    """The event of a run that was in one state and is in another, and its sentence."""
-    if now.questions > (before.questions if before is not None else 0) and now.live:
-        return "question", f"{now.protocol} is waiting for you: {now.now}"
-    if before is None or not before.live or now.live:
-        return None
-    if now.fate == "succeeded":
-        return "done", f"{now.protocol} is done: {now.word}"
-    return (
-        "failed",
-        f"{now.protocol} {now.word or now.fate}{f': {now.reason}' if now.reason else ''}",
-    )
-
-
-def is_quiet(settings: Settings, now: time) -> bool:
-    """True between the hours in which nobody wants to hear; they may go over midnight."""
-    if not settings.quiet_from or not settings.quiet_to:
-        return False
-    begin, over = time.fromisoformat(settings.quiet_from), time.fromisoformat(settings.quiet_to)
-    return begin <= now < over if begin <= over else now >= begin or now < over
+    async def _deliver(self, message: Message, told: list[str]) -> None:
+        if why := await deliver(told, message.about, message.text, again_s=self.again_s):
+            self._tell(f"not delivered: “{message.text}” ({why})")

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from ...engine.commands.resume import check_copy
 from ...engine.run.folder import FolderFault, newest_copies
+from ...engine.runner.change import check_copy
 from ...engine.views.english import lower_first, upper_first
 from ...engine.views.forecast import outlook
 from ...engine.views.words.item import Item

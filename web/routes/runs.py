@@ -127,6 +127,15 @@ async def resume_run(
     return await app_state.launching.resume(id, asked, by, key, in_time)
 
 
+@commands.post("/runs/{id}/change", status_code=202)
+async def change_run(
+    id: str, asked: models.ResumeRun, app_state: TheSite, by: Operator, in_time: InTime,
+    key: CommandKey,
+) -> Answer:  # fmt: skip
+    """Let a live run go on with a changed protocol, between two actions; says so if that takes longer."""
+    return await app_state.commands.change(id, asked, by, in_time)
+
+
 @router.post("/runs/{id}/changes")
 async def run_changes(id: str, asked: models.ResumeRun, app_state: TheSite) -> models.Changes:
     """The differences in the protocol (or parameters) with which the run could be resumed."""

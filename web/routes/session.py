@@ -10,7 +10,7 @@ from ..local.refusal import Refusal
 from ..models.base import Answer
 from ..models.control import AskControl, ControlState, ControlTaken, TakeControl
 from ..models.settings import AllSettings, Session, Settings, SignIn, TestMessage
-from ..notify.deliver import NotDelivered
+from ..notify.notifying import NotDelivered
 from .state import TheSite
 
 router = APIRouter(tags=["session"])
@@ -62,17 +62,19 @@ async def get_settings(app_state: TheSite) -> AllSettings:
 
 @router.put("/settings")
 async def put_settings(settings: Settings, app_state: TheSite) -> AllSettings:
-    """Change the settings; they are stored beside the protocols."""
-    app_state.settings.write(settings)
+    """Change the settings; they are stored beside the protocols, and who is told of runs in the lab."""
+    try:
+        app_state.settings.write(settings)
+    except (OSError, ValueError) as fault:
+        raise Refusal(409, "NOT_WRITTEN", f"not saved: {fault}") from fault
     return AllSettings(settings=settings, about=app_state.about())
 
 
 @router.post("/settings/test")
 async def test_message(asked: TestMessage, app_state: TheSite) -> Answer:
     """Send a test to a receiver; 502 says why it could not be delivered."""
-    settings = app_state.settings.read().model_copy(update={"mail": asked.mail})
     try:
-        return Answer(text=await app_state.notifying.test(asked.receiver, settings))
+        return Answer(text=await app_state.notifying.test(asked.to))
     except NotDelivered as fault:
         raise Refusal(502, "NOT_DELIVERED", str(fault)) from fault
 

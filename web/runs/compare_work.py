@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Any
 
-from ...engine.commands.resume import check_copy
 from ...engine.journal.history import read_history
 from ...engine.journal.journal import JournalFault, read_records
-from ...engine.rehearse.compare import compare
 from ...engine.run.folder import JOURNAL, FolderFault, newest_copies
+from ...engine.runner.change import check_copy
+from ...engine.runner.compare import compare
 from ..library.text_check_work import found_problems, problems_refused
 from ..local.refusal import Refusal
 

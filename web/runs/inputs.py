@@ -1,13 +1,16 @@
 """A run's inputs, from its own folder: protocol, roles, parameters, the starter's remarks."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from ...engine.check import Checked, check_file
-from ...engine.run.folder import ASKED, LAB, FolderFault, protocol_file
+from ...engine.journal.journal import JournalFault, Records
+from ...engine.run.folder import ASKED, JOURNAL, LAB, FolderFault, protocol_file
 from ...engine.run.labels import LAUNCH, read_object
+from ...schemas.journal import Changed
 from ..models.runs import Launch
 from .outline import Outline
 
@@ -48,12 +51,13 @@ def read_inputs(folder: Path) -> Inputs:
 
 
 def _newest(folder: Path) -> Path:
-    """The valid copies: those of the last change that the run continued with."""
-    changes = folder / "changes"
-    if not changes.is_dir():
-        return folder
-    numbered = [path for path in changes.iterdir() if path.name.isdecimal()]
-    return max(numbered, key=lambda path: int(path.name), default=folder)
+    """The valid copies: those of the last change that the journal knows; others never came to count."""
+    place = folder
+    if (folder / "changes").is_dir():
+        with suppress(JournalFault):  # what is before it counts
+            for record in Records(folder / JOURNAL, "changed"):
+                place = folder / record.folder if isinstance(record, Changed) else place
+    return place
 
 
 def read_launch(folder: Path) -> Launch:

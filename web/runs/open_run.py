@@ -72,6 +72,7 @@ class OpenRun:
             await self._catch_up(self.picture, self._follower)
             if len(self.picture.changes) > changes:
                 await self.load()  # it continues with another protocol
+                self.seq += 1  # a gap in the patches: whoever watches it asks for the whole
 
     async def _catch_up(self, picture: Picture, follower: Follower) -> None:
         """Take the new records here, where the picture is looked at; a thread only reads them."""

@@ -2,28 +2,40 @@
 
 import asyncio
 import logging
+from collections.abc import Awaitable
 from typing import Any, Literal
 
 from ...engine.control.server import NotLive
+from ...system.tasks import end, spawn
 from ..access.headers import Deadline
+from ..library.library import Library
 from ..local.refusal import Refusal
 from ..models.base import Answer
 from ..models.devices import StoppedRun
-from ..models.runs import AnswerQuestion
+from ..models.runs import AnswerQuestion, ResumeRun
 from .endpoint import ask_engine
+from .launching import text_of
 from .open_run import OpenRun
 from .runs import Runs
 
 LOG = logging.getLogger("labrun")
 ANSWER_S = 2.0
+CHANGE_S = 24 * 3600.0
+"""How long a run may take to come to rest."""
 
 
 class RunCommands:
     """Talks to the engines of live runs."""
 
-    def __init__(self, runs: Runs) -> None:
+    def __init__(self, runs: Runs, library: Library) -> None:
         self._runs = runs
+        self._library = library
+        self._changing: set[asyncio.Task[tuple[bool, str]]] = set()
         runs.pause_due = self._pause_now
+
+    async def close(self) -> None:
+        """Wait for no engine any more; changes that were asked for still come."""
+        await end(*self._changing)
 
     async def pause(self, id: str, when: Literal["now", "after_point"]) -> Answer:
         """Pause once the actions under way end, or when the present iteration ends."""
@@ -63,6 +75,27 @@ class RunCommands:
             run, verb="answer", id=question, choice=asked.choice, values=asked.result, by=by
         )
 
+    async def change(self, id: str, asked: ResumeRun, by: str, deadline: Deadline) -> Answer:
+        """Change the protocol of a live run once it is at rest; answers before that if it takes longer."""
+        run = await self._runs.opened(id)
+        self._check_live(run)
+        file = None
+        if asked.protocol is not None:
+            self._library.read(asked.protocol)
+            file = str(self._library.folder / asked.protocol)
+        params = {name: text_of(value) for name, value in asked.params.items()}
+        deadline.check()
+        work = ask_engine(
+            run.folder, CHANGE_S, verb="change", file=file, params=params, yes=asked.yes, by=by
+        )
+        task = spawn(f"change {id}", work, expected=(NotLive,))
+        self._changing.add(task)
+        task.add_done_callback(self._changing.discard)
+        done, _ = await asyncio.wait({task}, timeout=ANSWER_S)
+        if not done:
+            return Answer(text="the run changes when what runs has ended; “Resume” withdraws that")
+        return await self._answer(task)
+
     async def abort_all(self, timeout_s: float, by: str) -> list[StoppedRun]:
         """Abort every live run: its devices were stopped, so it cannot continue."""
 
@@ -89,8 +122,11 @@ class RunCommands:
 
     async def _ask(self, run: OpenRun, **request: Any) -> Answer:
         self._check_live(run)
+        return await self._answer(ask_engine(run.folder, ANSWER_S, **request))
+
+    async def _answer(self, asking: Awaitable[tuple[bool, str]]) -> Answer:
         try:
-            ok, text = await ask_engine(run.folder, ANSWER_S, **request)
+            ok, text = await asking
         except NotLive as fault:
             raise Refusal(409, "NOT_LIVE", str(fault), "resume it") from fault
         if not ok:

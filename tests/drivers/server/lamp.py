@@ -6,7 +6,7 @@ from pathlib import Path
 from labrun.drivers.driver import ActionCanceled, Driver, Place
 from labrun.drivers.server.device import ServedDevice
 from labrun.drivers.server.ledger import Ledger
-from labrun.engine.rehearse.virtual_time import VirtualLoop
+from labrun.engine.run.virtual_time import VirtualLoop
 from labrun.schemas.contract import Contract
 from labrun.schemas.messages import ENDED, Goal, LeaseRequest
 

@@ -8,7 +8,7 @@ import pytest
 
 from labrun.drivers.server.lease import Refused
 from labrun.drivers.server.ledger import Ledger
-from labrun.engine.rehearse.virtual_time import VirtualLoop
+from labrun.engine.run.virtual_time import VirtualLoop
 
 from .lamp import Story
 

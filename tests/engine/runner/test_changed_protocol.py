@@ -149,3 +149,44 @@ def test_problems_of_a_changed_protocol_are_told_as_of_any_other(story):
     assert status == 2
     assert "did you mean" in said
     assert len(story.done()) == 9
+
+
+LIVE = PROTOCOL.replace("  - {id: break, do: b.act, with: {name: break, script: Broken}}\n", "")
+GATE = "  - {id: gate, ask: go on?, choices: [yes]}\n"
+
+
+@pytest.mark.slow
+def test_a_live_run_is_changed_from_another_shell(tmp_path, bench):
+    first, second = tmp_path / "first.yaml", tmp_path / "second.yaml"
+    first.write_text(LIVE.replace("labrun: 1\nname: changed", "labrun: 1\nname: live") + GATE)
+    second.write_text(first.read_text().replace("range(3)", "range(5)"))
+    runs = ["--runs", str(tmp_path / "runs")]
+
+    def labrun(*words):
+        told = subprocess.run([*COMMAND, *words, *runs], capture_output=True, text=True)
+        return told.returncode, told.stdout + told.stderr
+
+    engine = subprocess.Popen(
+        [*COMMAND, "run", str(first), "--lab", str(bench.lab), "--json", *runs],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    opened = (line for line in engine.stdout if '"question"' in line)
+    next(opened)
+    told = labrun("change", "last", str(second))
+    changed = labrun("change", "last", str(second), "--yes")
+    next(opened)  # it is asked again, behind the new points
+    answered = labrun("answer", "last", "gate", "yes")
+    rest = engine.communicate()[0]
+    over = labrun("change", "last", str(second))
+
+    assert told[0] == 0
+    assert "9 finished actions mean the same" in told[1]
+    assert "nothing was changed; add --yes" in told[1]
+    assert changed[0] == 0, changed[1]
+    assert "goes on with the changed protocol (changes/1)" in changed[1]
+    assert answered[0] == engine.returncode == 0, rest
+    (run,) = (tmp_path / "runs").iterdir()
+    assert len((run / "data.csv").read_text().splitlines()) == 6
+    shots = [c["name"] for c in bench.calls(run.name) if c["action"] == "shoot"]
+    assert shots.count("shot0") == 2  # begun and done, once
+    assert over[0] == 1 and "--changed FILE` changes it" in over[1]

@@ -57,3 +57,24 @@ def test_people_are_told_of_what_the_lab_wants(bench, webhook, tmp_path, monkeyp
     assert sorted(one["message"] for one in told) == [
         "a question is open: which?", "failed: enough", "it has begun",
     ]  # fmt: skip
+
+
+def test_in_quiet_hours_the_end_of_a_run_is_kept_for_the_page(bench, webhook, tmp_path):
+    port, told = webhook
+    lab = tmp_path / "lab.yaml"
+    quiet = 'quiet_from: "00:00", quiet_to: "23:59"'
+    lab.write_text(
+        f"{bench.lab.read_text()}\nnotify: {{to: ['json://127.0.0.1:{port}/'], {quiet}}}\n"
+    )
+    file = tmp_path / "p.yaml"
+    file.write_text(
+        "labrun: 1\nname: p\ndevices: {a: scripted@1}\nsteps: [{notify: begun}, {fail: enough}]\n"
+    )
+
+    status = start(check_file(file, lab=lab), tmp_path / "runs")
+
+    (kept,) = (tmp_path / "runs").glob("*/messages.json")
+    assert (status, told) == (1, [])
+    assert json.loads(kept.read_text()) == [
+        {"event": None, "text": "begun"}, {"event": "failed", "text": "failed: enough"},
+    ]  # fmt: skip

@@ -19,6 +19,7 @@ from labrun.drivers.client.client import DeviceClient
 from labrun.engine.check import check_file
 from labrun.engine.commands import resume as resume_command
 from labrun.engine.commands import run as run_command
+from labrun.engine.control.server import NotLive, ask_run
 from labrun.engine.journal.journal import read_records
 from labrun.engine.runner import runner
 
@@ -90,8 +91,11 @@ class Laboratory:
         lines = [json.loads(line) for line in written.splitlines()]
         return [line for line in lines if line.get("run") == run]
 
-    def live_until(self, moment, argv, words):
-        order = {"until": moment, "argv": [str(word) for word in argv], "log": str(words)}
+    def live_until(self, moment, argv, words, change=None):
+        order = {
+            "until": moment, "argv": [str(word) for word in argv], "log": str(words),
+            "change": change,
+        }  # fmt: skip
         print(json.dumps(order), file=self.forks.stdin, flush=True)
         return json.loads(self.forks.stdout.readline())
 
@@ -162,8 +166,11 @@ class Bench:
         assert told["exit"] == -signal.SIGKILL, told
         return self._ran(-signal.SIGKILL, [])
 
-    def kill(self, body, moment, *, beside=None, params=None, answers=None):
-        """A run whose engine is killed at a moment: `KIND PATH`, as in mortal.py."""
+    def kill(self, body, moment, *, beside=None, params=None, answers=None, change=None):
+        """A run whose engine is killed at a moment: `KIND PATH`, as in mortal.py.
+
+        `change`: at which event it is to be changed, and to what.
+        """
         path = self.write(body, beside)
         given = [f"-p{name}={value}" for name, value in (params or {}).items()]
         asked = [f"--answer={name}={value}" for name, value in (answers or {}).items()]
@@ -180,6 +187,7 @@ class Bench:
                 *asked,
             ],
             self.folder / "words.txt",
+            change and {"at": change[0], "file": self.changed(change[1])},
         )
         assert told["exit"] == -signal.SIGKILL, told
         return self._ran(-signal.SIGKILL, [])
@@ -197,6 +205,22 @@ class Bench:
                 status = end.exit_code
         return self._ran(status, said)
 
+    def changed(self, body):
+        """A changed protocol in a file of its own."""
+        file = self.folder / "changed.yaml"
+        file.write_text(HEADER.format(f"t{self.laboratory.count}") + body, encoding="utf-8")
+        return str(file)
+
+    def change(self, folder, body, said, **more):
+        """Another shell asks for a change of a live run; what it is answered comes to `said`."""
+        asked = {"verb": "change", "file": self.changed(body), "by": "Ada", **more}
+
+        def ask():
+            with contextlib.suppress(NotLive):
+                said.append(ask_run(folder, asked, None))
+
+        Thread(target=ask).start()
+
     def _ran(self, status, said):
         (folder,) = (self.folder / "runs").iterdir()
         return Ran(status, folder, self.laboratory.calls(folder.name), said)
@@ -212,10 +236,17 @@ class Bench:
                 if event.event == "log":
                     said.append(event.text)
                 for verb, pattern in list(steers.items()):
+                    if verb in ("change", "answer"):
+                        pattern, body = pattern
                     is_early = verb == "go_on" and "stop" in steers
                     if re.search(pattern, text) and not is_early:
                         del steers[verb]
-                        _tell(control, verb)
+                        if verb == "change":
+                            self.change(run.folder, body, said)
+                        elif verb == "answer":
+                            run.questions.answer(event.data["id"], body, "the test")
+                        else:
+                            _tell(control, verb)
 
             return told
 

@@ -1,7 +1,8 @@
 """Engines that die where a test wants them to: forked from a process that has imported everything.
 
 One JSON line in, one JSON line out. A moment is written as `KIND PATH`: a record of the journal
-that has just become durable (`ended main/scan/2/shoot/1`), or `feedback PATH` for an action under way.
+that has just become durable (`ended main/scan/2/shoot/1`), `feedback PATH` for an action under way, or
+`copies`: those of a changed protocol lie in the run's folder, and no record makes them count.
 """
 
 import json
@@ -10,13 +11,16 @@ import re
 import signal
 import sys
 from pathlib import Path
+from threading import Thread
 
 import aiohttp  # noqa: F401
 import socketio  # noqa: F401
 
 import labrun.engine.commands.run as run_command
 import labrun.engine.progress.plain  # noqa: F401
+import labrun.engine.runner.change as change_of_a_run
 from labrun.engine import cli
+from labrun.engine.control.server import ask_run
 from labrun.engine.journal.journal import Journal
 from labrun.engine.runner import runner
 from labrun.schemas.quantity import quantity
@@ -39,9 +43,15 @@ def die():
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def doom(pattern):
-    """Let this process die when a moment like this has come."""
-    flush = Journal.flush
+def doom(pattern, change):
+    """Let this process die when a moment like this has come; `change` it at an event, if anything."""
+    flush, keep_change = Journal.flush, change_of_a_run.keep_change
+
+    def deadly_copies(*args):
+        kept = keep_change(*args)
+        if pattern == "copies":
+            die()
+        return kept
 
     def deadly(journal):
         lines = list(journal._lines)
@@ -51,18 +61,22 @@ def doom(pattern):
 
     def watch(run, control):
         def told(event):
+            if change and re.search(change["at"], f"{event.event} {event.state} {event.path}"):
+                asked = {"verb": "change", "file": change["file"], "by": "Ada"}
+                Thread(target=ask_run, args=(run.folder, asked, None), daemon=True).start()
+                change.clear()
             if event.event == "feedback" and re.search(pattern, f"feedback {event.path}"):
                 die()
 
         return told
 
-    Journal.flush = deadly
+    Journal.flush, change_of_a_run.keep_change = deadly, deadly_copies
     run_command.watcher = lambda json: watch
 
 
 def session(order):
     """One life of an engine, as the command line would live it."""
-    doom(order["until"])
+    doom(order["until"], order["change"])
     signal.alarm(LIFE_S)
     runner.make_reports = lambda folder: ([], [])
     sys.argv = ["labrun", *order["argv"]]

@@ -16,7 +16,7 @@ PAGE = HERE.parents[2] / "docs" / "reference" / "semantics.md"
 FAMILIES = (
     "sequence", "sets", "any", "foreach", "repeat_while", "if", "use", "rules", "retry", "fallback",
     "once", "timeout", "watch", "background", "overlap",
-    "questions", "values", "functions", "clock", "ending", "redo",
+    "questions", "values", "functions", "clock", "ending", "redo", "change",
 )  # fmt: skip
 INTRODUCTION = """# What each construct does
 

@@ -1,42 +1,37 @@
-"""Word gets out over real sockets: a webhook with the map, a mail, quiet hours, and what nobody took."""
+"""Word gets out, over a real webhook, of what no engine can tell; earlier settings are read."""
 
 import asyncio
-import base64
-from datetime import time
+import json
 from types import SimpleNamespace
 
 import pytest
 from aiohttp import web
-from pydantic import ValidationError
 
-from labrun.web.models.settings import Receiver, Settings
-from labrun.web.notify.deliver import NotDelivered
-from labrun.web.notify.notifying import Notifying, is_quiet
+from labrun.engine.lab.lab import load_lab
+from labrun.schemas.lab import LabNotify, Receiver
+from labrun.web.local.settings_file import SettingsFile
+from labrun.web.models.settings import Settings
+from labrun.web.notify.notifying import NotDelivered, Notifying
 
-ALL = ["question", "failed", "done", "device_lost"]
+pytestmark = pytest.mark.filterwarnings("ignore:'imghdr' is deprecated:DeprecationWarning")
+"""Apprise brings it, for Python before 3.13."""
 
 
 def run(**now):
-    told = {
-        "id": "r1",
-        "protocol": "map",
-        "live": True,
-        "fate": "running",
-        "word": "",
-        "reason": "",
-    }
-    return SimpleNamespace(**(told | {"questions": 0, "now": ""} | now))
+    told = {"id": "r1", "protocol": "map", "live": True, "fate": "running"}
+    return SimpleNamespace(**(told | now))
 
 
 class Lab:
     """A bench that a test changes, and what was said of it."""
 
-    def __init__(self, folder, settings):
-        self.settings, self.runs, self.devices, self.said = settings, [], [], []
+    def __init__(self, folder, notify=None):
+        self.notify, self.runs, self.devices, self.said = notify, [], [], []
         self.notifying = Notifying(
-            lambda: self.settings, lambda: self.runs, lambda: self.devices, folder, self.said.append
-        )
-        self.notifying.again_s = (0.01, 0.01)
+            lambda: self.notify, lambda: self.runs, lambda: self.devices, folder, self.said.append,
+            lambda: "b2",
+        )  # fmt: skip
+        self.notifying.again_s = (0.0, 0.01, 0.01)
 
     def told(self):
         return [(one.event, one.text) for one in self.notifying.events()]
@@ -52,33 +47,37 @@ async def served(handler):
     await runner.setup()
     site = web.TCPSite(runner, "127.0.0.1", 0)
     await site.start()
-    return runner, f"http://127.0.0.1:{runner.addresses[0][1]}/hook"
+    return runner, f"127.0.0.1:{runner.addresses[0][1]}/hook"
 
 
 def test_what_is_news_and_what_is_not(tmp_path):
-    lab = Lab(tmp_path, Settings())
-    lab.runs = [run(live=False, fate="failed"), run(id="r2")]
+    lab = Lab(tmp_path)
+    lab.runs = [run(live=False, fate="interrupted"), run(id="r2"), run(id="r3")]
     lab.devices = [SimpleNamespace(name="libs", reach="starting")]
     first = lab.told()
     lab.devices[0].reach = "lost"
     before = lab.told()
     lab.devices = [SimpleNamespace(name="libs", reach="online")]
-    lab.runs = [run(id="r2", questions=1, now="core in?")]
-    asked = lab.told()
+    lab.told()
     lab.devices = [SimpleNamespace(name="libs", reach="lost")]
-    lab.runs = [run(id="r2", live=False, fate="failed", word="failed", reason="no argon")]
+    lab.runs = [
+        run(id="r2", live=False, fate="failed"),
+        run(id="r3", live=False, fate="interrupted"),
+    ]
+    (tmp_path / "r2").mkdir()
+    (tmp_path / "r2" / "messages.json").write_text(json.dumps([{"event": "done", "text": "late"}]))
     ended = lab.told()
 
     assert first == before == []
-    assert asked == [("question", "map is waiting for you: core in?")]
-    assert ended == [("failed", "map failed: no argon"), ("device_lost", "libs is lost")]
+    assert ended == [
+        ("done", "late"), ("failed", "map: its engine is gone; `labrun resume`"),
+        ("device_lost", "libs is lost"),
+    ]  # fmt: skip
     assert lab.told() == []
+    assert not (tmp_path / "r2" / "messages.json").exists()
 
 
-def test_a_webhook_gets_the_map_and_a_chat_the_sentence(tmp_path):
-    (tmp_path / "r1").mkdir()
-    (tmp_path / "r1" / "element_maps.png").write_bytes(b"PNG")
-
+def test_who_wants_to_hear_is_told_after_quiet_hours(tmp_path):
     async def story():
         got = []
 
@@ -87,24 +86,26 @@ def test_a_webhook_gets_the_map_and_a_chat_the_sentence(tmp_path):
             return web.Response()
 
         runner, address = await served(take)
-        receivers = [Receiver(kind="webhook", to=address, events=ALL),
-                     Receiver(kind="chat", to=address, events=["done"]),
-                     Receiver(kind="chat", to=address, events=["failed"])]  # fmt: skip
-        lab = Lab(tmp_path, Settings(bench="b2", receivers=receivers))
-        lab.runs = [run()]
-        lab.notifying.events()
-        lab.runs = [run(live=False, fate="succeeded", word="succeeded")]
+        to = [Receiver(to=f"json://{address}", on=["device_lost"]), f"json://{address}?no"]
+        lab = Lab(tmp_path, LabNotify(to=to, quiet_from="00:00", quiet_to="23:59"))
+        lab.devices = [SimpleNamespace(name="libs", reach="online")]
+        lab.told()
+        lab.devices = [SimpleNamespace(name="libs", reach="lost")]
         for message in lab.notifying.events():
             lab.notifying.say(message)
+        lab.notifying._release()
+        await lab.out()
+        held = list(got)
+        lab.notify = lab.notify.model_copy(update={"quiet_from": ""})
+        lab.notifying._release()
         await lab.out()
         await runner.cleanup()
-        return sorted(got, key=len), lab.said
+        return held, got, lab.said
 
-    (chat, hook), said = asyncio.run(story())
+    held, got, said = asyncio.run(story())
 
-    assert chat == {"text": "b2: map is done: succeeded"}
-    assert (hook["event"], hook["run"], base64.b64decode(hook["map_png"])) == ("done", "r1", b"PNG")
-    assert said == []
+    assert held == [] and said == []
+    assert [(one["title"], one["message"]) for one in got] == [("b2", "libs is lost")]
 
 
 def test_what_nobody_took_is_said_after_three_tries(tmp_path):
@@ -116,98 +117,114 @@ def test_what_nobody_took_is_said_after_three_tries(tmp_path):
             return web.Response(status=503)
 
         runner, address = await served(refuse)
-        receiver = Receiver(kind="chat", to=address, events=ALL)
-        lab = Lab(tmp_path, Settings(receivers=[receiver]))
-        lab.notifying.say(lab.notifying._message("failed", "map failed"))
+        lab = Lab(tmp_path, LabNotify(to=[f"json://user:secret@{address}"], on=["failed"]))
+        lab.runs = [run()]
+        lab.told()
+        lab.runs = [run(live=False, fate="interrupted")]
+        lab.notifying.say(lab.notifying.events()[0])
         await lab.out()
         with pytest.raises(NotDelivered, match="503"):
-            await lab.notifying.test(receiver, lab.settings)
+            await lab.notifying.test(f"json://{address}")
+        with pytest.raises(NotDelivered, match="jsons://"):
+            await lab.notifying.test("https://lab.org/hook")
         await runner.cleanup()
         return len(tries), lab.said
 
     tries, said = asyncio.run(story())
 
     assert tries == 4
-    assert len(said) == 1 and "map failed" in said[0] and "answered 503" in said[0]
+    assert len(said) == 1 and "its engine is gone" in said[0] and "503" in said[0]
+    assert "secret" not in said[0]
 
 
-def test_a_mail_has_the_map_in_it(tmp_path):
-    (tmp_path / "r1").mkdir()
-    (tmp_path / "r1" / "line_scan.png").write_bytes(b"PNG")
-
-    async def story():
-        letter = []
-
-        async def speak(reader, writer):
-            writer.write(b"220 test\r\n")
-            while line := await reader.readline():
-                word = line[:4].upper()
-                if word == b"DATA":
-                    writer.write(b"354 go on\r\n")
-                    while (text := await reader.readline()) != b".\r\n":
-                        letter.append(text)
-                    writer.write(b"250 taken\r\n")
-                elif word == b"QUIT":
-                    writer.write(b"221 bye\r\n")
-                    break
-                else:
-                    writer.write(b"250 ok\r\n")
-            writer.close()
-
-        server = await asyncio.start_server(speak, "127.0.0.1", 0)
-        port = server.sockets[0].getsockname()[1]
-        mail = {"host": "127.0.0.1", "port": port, "sender": "bench@lab.org"}
-        receiver = Receiver(kind="mail", to="ada@lab.org", events=ALL)
-        lab = Lab(tmp_path, Settings(bench="b2", receivers=[receiver], mail=mail))
-        lab.notifying.say(lab.notifying._message("done", "map is done", run="r1"))
-        await lab.out()
-        server.close()
-        return b"".join(letter), lab.said
-
-    letter, said = asyncio.run(story())
-
-    assert said == []
-    assert b"Subject: b2: map is done" in letter and b"To: ada@lab.org" in letter
-    assert b'filename="map.png"' in letter and base64.b64encode(b"PNG") in letter
+OLD = {
+    "bench": "b2",
+    "receivers": [
+        {"kind": "mail", "to": "ada@lab.org", "events": ["done"]},
+        {"kind": "chat", "to": "https://chat.org/hooks/1", "events": ["failed", "device_lost"]},
+        {"kind": "webhook", "to": "http://h.org/x", "events": []},
+    ],
+    "mail": {"host": "smtp.org", "port": 587, "tls": True, "user": "ada", "sender": "bench@lab.org"},
+    "quiet_from": "22:00", "quiet_to": "07:00",
+}  # fmt: skip
+LAB = """# ours
+devices:
+  libs: {contract: libs_analyzer@1, driver: virtual_libs}
+%s
+# at the end
+folders: [shared]
+"""
 
 
-def test_quiet_hours_hold_what_comes_until_they_are_over(tmp_path):
+def test_settings_of_an_earlier_version_are_addresses_now(tmp_path):
+    import apprise
+
+    password = tmp_path / "password"
+    password.write_text("p@ss\n")
+    OLD["mail"]["password_file"] = str(password)
+    (tmp_path / "settings.json").write_text(json.dumps(OLD))
+
+    mail, chat, hook = SettingsFile(tmp_path / "settings.json").read().receivers
+
+    assert mail == Receiver(
+        to=f"mailtos://ada:{{{password}}}@smtp.org:587/?to=ada%40lab.org&from=bench%40lab.org",
+        on=["done"],
+    )
+    assert (chat.on, hook.on) == (["failed", "device_lost"], [])
+    assert hook.to == "json://h.org/x"
+    letter = apprise.Apprise.instantiate(mail.to.replace(f"{{{password}}}", "p%40ss"))
+    assert (letter.smtp_host, letter.port, letter.user, letter.password) == (
+        "smtp.org", 587, "ada", "p@ss",
+    )  # fmt: skip
+
+
+def test_a_chat_of_an_earlier_version_still_gets_its_text_alone(tmp_path):
     async def story():
         got = []
 
         async def take(request):
-            got.append((await request.json())["text"])
+            got.append(await request.json())
             return web.Response()
 
         runner, address = await served(take)
-        receivers = [Receiver(kind="chat", to=address, events=ALL)]
-        lab = Lab(tmp_path, Settings(receivers=receivers, quiet_from="00:00", quiet_to="23:59"))
-        lab.notifying.say(lab.notifying._message("done", "map is done"))
-        lab.notifying._release()
-        await lab.out()
-        held = list(got)
-        lab.settings = lab.settings.model_copy(update={"quiet_from": "", "quiet_to": ""})
-        lab.notifying._release()
-        await lab.out()
+        old = {"receivers": [{"kind": "chat", "to": f"http://{address}", "events": ["done"]}]}
+        await Lab(tmp_path).notifying.test(Settings.model_validate(old).receivers[0].to)
         await runner.cleanup()
-        return held, got
+        return got
 
-    held, got = asyncio.run(story())
-
-    assert held == []
-    assert got == ["bench: map is done"]
+    assert asyncio.run(story()) == [{"text": "This is a test: messages arrive."}]
 
 
-def test_quiet_hours_may_go_over_midnight():
-    settings = Settings(quiet_from="22:00", quiet_to="07:00")
+@pytest.mark.parametrize("before", ["", "notify:\n  to: [$HOOK]   # mine\n  on: [done]"])
+def test_the_page_edits_the_lab_and_nothing_else_in_it(tmp_path, before):
+    lab, kept = tmp_path / "lab.yaml", tmp_path / "settings.json"
+    lab.write_text(LAB % before)
+    notify = LabNotify(to=["$HOOK"], on=["done"]) if before else None
+    settings = SettingsFile(kept, lab=lab, notify=notify)
+    settings.write(settings.read().model_copy(update={"bench": "b3"}))
+    untouched = lab.read_text()
+    new = [*settings.read().receivers, Receiver(to="ntfy://x", on=["question"])]
+    settings.write(settings.read().model_copy(update={"receivers": new}))
+    edited = lab.read_text()
+    loaded, _ = load_lab(lab)
+    settings.write(settings.read().model_copy(update={"receivers": []}))
 
-    assert [is_quiet(settings, time(hour)) for hour in (21, 22, 3, 7)] == [False, True, True, False]
-    assert not is_quiet(Settings(), time(3))
+    assert untouched == LAB % before
+    assert loaded.lab.notify.receivers == new
+    assert edited.startswith("# ours\ndevices:") and "# at the end\nfolders: [shared]\n" in edited
+    assert "notify" not in lab.read_text()
+    assert "ntfy" not in kept.read_text()
 
 
-@pytest.mark.parametrize(
-    "wrong", [("mail", "ada"), ("chat", "ftp://x"), ("webhook", "file:///etc")]
-)
-def test_an_address_that_is_none_is_refused(wrong):
-    with pytest.raises(ValidationError, match="address"):
-        Receiver(kind=wrong[0], to=wrong[1], events=ALL)
+def test_a_lab_that_cannot_be_edited_is_left_alone(tmp_path):
+    lab = tmp_path / "lab.yaml"
+    lab.write_text(
+        "devices: {libs: {contract: libs_analyzer@1, driver: virtual_libs}}\n'notify': {to: [a://b]}\n"
+    )
+    settings = SettingsFile(tmp_path / "settings.json", lab=lab)
+    text = lab.read_text()
+
+    with pytest.raises(ValueError, match="by hand"):
+        settings.write(Settings(receivers=[Receiver(to="ntfy://x")]))
+
+    assert lab.read_text() == text

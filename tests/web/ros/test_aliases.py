@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from labrun.engine.lab.lab import load_lab
-from labrun.engine.rehearse.virtual_time import VirtualLoop
+from labrun.engine.run.virtual_time import VirtualLoop
 from labrun.web.ros.aliases.paper import Paper
 from labrun.web.ros.aliases.set_zero import SetZero
 from labrun.web.ros.interfaces.fault import RosFault

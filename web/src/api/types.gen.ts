@@ -727,6 +727,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{id}/change": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Change Run
+         * @description Let a live run go on with a changed protocol, between two actions; says so if that takes longer.
+         */
+        post: operations["change_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{id}/changes": {
         parameters: {
             query?: never;
@@ -1357,7 +1377,7 @@ export interface paths {
         get: operations["get_settings"];
         /**
          * Put Settings
-         * @description Change the settings; they are stored beside the protocols.
+         * @description Change the settings; they are stored beside the protocols, and who is told of runs in the lab.
          */
         put: operations["put_settings"];
         post?: never;
@@ -2724,42 +2744,6 @@ export interface components {
             total: number | null;
         };
         /**
-         * Mail
-         * @description The server that takes mail; the password is in a file that only this account can read.
-         */
-        Mail: {
-            /**
-             * Host
-             * @default localhost
-             */
-            host: string;
-            /**
-             * Password File
-             * @default
-             */
-            password_file: string;
-            /**
-             * Port
-             * @default 25
-             */
-            port: number;
-            /**
-             * Sender
-             * @default
-             */
-            sender: string;
-            /**
-             * Tls
-             * @default false
-             */
-            tls: boolean;
-            /**
-             * User
-             * @default
-             */
-            user: string;
-        };
-        /**
          * MapHead
          * @description One column over the plane. Its cells are Float32, row by row from the lowest y.
          */
@@ -3354,16 +3338,20 @@ export interface components {
         };
         /**
          * Receiver
-         * @description Who hears of what. `chat`: an incoming hook that takes `{"text": ...}`; `webhook`: a program.
+         * @description Who is told, and of what.
+         *
+         *     `to` is an address as Apprise has it, or `$NAME` for one that is in the environment; `{FILE}` in it stands
+         *     for the first line of a file, such as a password.
          */
         Receiver: {
-            /** Events */
-            events: ("question" | "failed" | "done" | "device_lost")[];
             /**
-             * Kind
-             * @enum {string}
+             * On
+             * @default [
+             *       "failed",
+             *       "question"
+             *     ]
              */
-            kind: "mail" | "chat" | "webhook";
+            on: ("failed" | "question" | "done" | "device_lost")[];
             /** To */
             to: string;
         };
@@ -4079,7 +4067,7 @@ export interface components {
          * Settings
          * @description What can be set; each of `checklists` is shown before a run with that danger.
          *
-         *     Between `quiet_from` and `quiet_to` (hours of this machine's clock) messages wait.
+         *     `receivers`, `quiet_from` and `quiet_to` are the lab's `notify`.
          */
         Settings: {
             /**
@@ -4091,7 +4079,6 @@ export interface components {
             checklists?: {
                 [key: string]: string[];
             };
-            mail?: components["schemas"]["Mail"];
             /** Operators */
             operators?: string[];
             /**
@@ -4318,11 +4305,11 @@ export interface components {
         };
         /**
          * TestMessage
-         * @description A receiver to try, with settings that may not be saved yet.
+         * @description An address to try, which may not be saved yet.
          */
         TestMessage: {
-            mail: components["schemas"]["Mail"];
-            receiver: components["schemas"]["Receiver"];
+            /** To */
+            to: string;
         };
         /**
          * Thrown
@@ -5799,6 +5786,48 @@ export interface operations {
                 };
                 content: {
                     "application/octet-stream": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    change_run: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description From `POST /control/take`; 423 without it. */
+                "X-Control-Lease"?: string | null;
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
+                "X-Deadline"?: number | null;
+                /** @description New for each click. Repeating a key returns the same answer and does nothing. */
+                "Idempotency-Key"?: string | null;
+            };
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ResumeRun"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Answer"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
                 };
             };
         };

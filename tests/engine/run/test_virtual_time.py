@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from labrun.engine.rehearse.virtual_time import StandsStill, VirtualLoop
+from labrun.engine.run.virtual_time import StandsStill, VirtualLoop
 
 
 def played(story, loop_factory=VirtualLoop):

@@ -7,12 +7,13 @@ and how it was done is compared with what the changed protocol asks for.
 import asyncio
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from ...drivers.client.client import Outcome
 from ...schemas import journal as j
+from ...schemas.plainest import plainest
 from ..check import Checked
 from ..control.control import Control
 from ..dispatch.dispatcher import Dispatcher
@@ -25,10 +26,9 @@ from ..run.frame import Frame, Scope
 from ..run.function_calls import call_at_once
 from ..run.questions import Questions
 from ..run.run import Run
+from ..run.virtual_time import VirtualLoop
 from ..tree.compile import TreeCompiler
 from ..tree.tick import run_tree
-from .twin_choice import plainest
-from .virtual_time import VirtualLoop
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +41,14 @@ class Difference:
     effect: str
     was: dict[str, Any] | None
     now: dict[str, Any]
+    instead_of: str = ""
+    """The action that was done at its path, where the changed protocol has another, or has it elsewhere."""
+    means: str = ""
 
     def words(self) -> str:
         """`libs.measure: power 10 -> 12`."""
+        if self.instead_of:
+            return f"{self.instead_of} is {self.label} now"
         if self.was is None:
             return f"{self.label} is new"
         names = sorted({*self.was, *self.now})
@@ -123,14 +128,15 @@ class _Comparing(Dispatcher):
     def __init__(self, run: Run) -> None:
         super().__init__(run, {})
         self._comparison = Comparison()
+        self._seen: set[str] = set()
 
     def request(self, request: Request, *, first: bool = False) -> Request:
         open_goal = request.adopt
         if open_goal is None:
             self._differs(request, None)
         elif open_goal.sent.means != request.means():
-            difference = self._differs(request, open_goal.sent.params)
-            if request.action.effect == "once":  # it may have happened as it was requested
+            difference = self._differs(request, open_goal)
+            if _is_once(request, open_goal):  # it may have happened as it was requested
                 self._comparison.undone.append(difference)
         result = plainest({**request.action.returns, "type": "object"})
         request.outcome = Outcome("SUCCEEDED", result=result)
@@ -139,23 +145,23 @@ class _Comparing(Dispatcher):
         return request
 
     def replayed(self, request: Request, past: PastGoal) -> None:
+        self._seen.add(request.path)
         if past.sent.means == request.means():
             if request.action.effect == "once":
                 self._doubt(request)
             self._comparison.agreeing += 1
             return
-        difference = self._differs(request, past.sent.params)
-        happened = past.ended is not None and (
-            past.ended.state == "SUCCEEDED"
-            or (past.ended.error is not None and past.ended.error.happened != "no")
-        )
-        if request.action.effect == "once" and happened:
+        difference = self._differs(request, past)
+        if _is_once(request, past) and _may_have_happened(past):
             self._comparison.undone.append(difference)
 
-    def _differs(self, request: Request, was: dict[str, Any] | None) -> Difference:
+    def _differs(self, request: Request, past: PastGoal | None) -> Difference:
+        self._seen.add(request.path)
+        other = past is not None and past.sent.action != request.action_name
         difference = Difference(
-            request.path, request.within, request.label, request.action.effect, was,
-            request.params,
+            request.path, request.within, request.label, request.action.effect,
+            None if past is None else past.sent.params, request.params,
+            past.sent.label if past is not None and other else "", request.means(),
         )  # fmt: skip
         self._comparison.differences.append(difference)
         return difference
@@ -167,8 +173,25 @@ class _Comparing(Dispatcher):
                 self._comparison.doubtful.append((earlier, request.path))
                 return
 
+    def _find_moved(self) -> None:
+        """A shot that is done, and would be a new step at another place: it would be fired again."""
+        done = {
+            (path, goal.sent.means)
+            for path, tries in self.run.history.past.goals.items()
+            for goal in tries.values()
+            if path not in self._seen and goal.sent.effect == "once" and _may_have_happened(goal)
+        }
+        for new in self._comparison.differences:
+            if new.was is not None or new.effect != "once":
+                continue
+            for path, means in done:
+                if means == new.means and path.startswith(f"{new.within}/"):
+                    moved = replace(new, path=path, instead_of=new.label, label=new.path)
+                    self._comparison.undone.append(moved)
+
     def found(self, finished: set[str]) -> Comparison:
         """The comparison; `finished` are the paths of iterations that had ended."""
+        self._find_moved()
         reopened: dict[str, None] = {}
         for difference in self._comparison.differences:
             path = difference.path
@@ -178,3 +201,13 @@ class _Comparing(Dispatcher):
                     reopened[path] = None
         self._comparison.reopened = list(reopened)
         return self._comparison
+
+
+def _is_once(request: Request, past: PastGoal) -> bool:
+    return "once" in (request.action.effect, past.sent.effect)
+
+
+def _may_have_happened(past: PastGoal) -> bool:
+    if past.ended is None or past.succeeded:
+        return True
+    return past.ended.error is None or past.ended.error.happened != "no"
