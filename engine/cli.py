@@ -14,18 +14,20 @@ GROUPS = {
     "Write a protocol": (
         "new", "check", "problem", "explain", "words", "preview", "graph", "fmt", "schema",
     ),
-    "Run it": ("run", "rehearse", "pause", "continue", "abort", "answer", "change", "resume", "torture"),
+    "Run it": (
+        "run", "rehearse", "pause", "continue", "abort", "answer", "change", "resume", "release", "torture",
+    ),
     "Look at runs": ("runs", "compare", "label", "report", "export"),
     "Devices": (
         "devices", "setup", "status", "stop", "call", "calibrate-camera", "locate", "record-buttons",
         "find-buttons",
     ),
     "Spectra": ("reduce", "map", "spectrum", "lines", "calibrate"),
-    "Serve": ("serve", "web", "ros"),
+    "Serve": ("serve", "web", "ros", "mcp"),
 }  # fmt: skip
 """As `labrun --help` shows them; a command that is in none of these comes last."""
 
-FROM_ENTRY_POINTS = {"reduce", "map", "spectrum", "lines", "calibrate", "web", "ros"}
+FROM_ENTRY_POINTS = {"reduce", "map", "spectrum", "lines", "calibrate", "web", "ros", "mcp"}
 COMMANDS = tuple(
     name for names in GROUPS.values() for name in names if name not in FROM_ENTRY_POINTS
 )

@@ -8,6 +8,7 @@ EXTRAS = {
     "spectra": ("scipy", "numba", "matplotlib", "pyarrow"),
     "vision": ("cv2",),
     "web": ("fastapi", "starlette"),
+    "mcp": ("mcp",),
     "gui": ("pyautogui", "PIL", "cv2"),
     "ros": ("roslibpy",),
     "dask": ("distributed", "dask"),

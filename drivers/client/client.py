@@ -16,6 +16,7 @@ from ...schemas.messages import (
     QueryAnswer,
     ServerDescription,
 )
+from ..server.arguments import odd_value
 from .goal_watch import GoalWatch
 from .lease_keeper import LeaseHeld, LeaseKeeper
 from .link import Answer, Link, LinkDown, ServerUnreachable, accepted
@@ -143,6 +144,9 @@ class DeviceClient:
         size = sum(len(file.data) for file in goal.files.values())
         if size > MAX_FILES_BYTES:
             return refused("INVALID", f"{size} bytes of files are too many for one goal", self.boot)
+        odd = odd_value(goal.params, f"{goal.device}.{goal.action}")
+        if odd is not None:  # a NaN is no JSON: a server in another language drops the connection
+            return refused("INVALID", odd, self.boot)
         return await self._goal_watch.follow(goal, self._marked(on_report), send=send)
 
     def _marked(self, on_report: Callable[[GoalReport], None]) -> Callable[[GoalReport], None]:

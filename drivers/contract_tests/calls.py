@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from ...schemas.contract import Contract
 from ..find import check_driver, find_driver
 from ..server.arguments import read_limits
 from .bad_calls import bad_calls
@@ -14,7 +15,8 @@ class Calls(Stage):
 
     def test_the_driver_has_what_its_contract_wants_and_each_action_a_good_call(self) -> None:
         contract = self.case.read_contract()
-        check_driver(find_driver(self.case.driver, Path()), contract)
+        if self.case.driver:
+            check_driver(find_driver(self.case.driver, Path()), contract)
 
         assert set(self.case.good) == set(contract.actions), "`good` has one call of each action"
         assert self.case.lasting in contract.actions, f"there is no action {self.case.lasting}"
@@ -24,7 +26,7 @@ class Calls(Stage):
         async with self._session(tmp_path) as (session, _):
             said = session.client.devices[self.case.device]
 
-        assert said.contract == session.contract.model_dump(), "another contract is served"
+        assert Contract.model_validate(said.contract) == session.contract, "another one is served"
         assert set(said.limits) == set(self.case.limits), f"limits: {said.limits}"
         check_status(session, said.status)
 

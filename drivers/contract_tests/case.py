@@ -15,9 +15,11 @@ from ..find import find_driver
 Params = dict[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
     """A driver as a lab names it, its configuration, and one valid call of each of its actions.
+
+    Without a driver it is a device of a server that is no part of labrun.
 
     `contract` is the file of a contract that does not ship with labrun. `slow` is merged over
     `config` when an action has to be interrupted halfway: with it, every action that can be
@@ -28,7 +30,7 @@ class Case:
     that follow from the schemas.
     """
 
-    driver: str
+    driver: str = ""
     good: dict[str, Params]
     lasting: str
     config: Params = field(default_factory=dict)

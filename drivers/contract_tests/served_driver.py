@@ -86,15 +86,38 @@ class Stage:
         return next((names for kind, names in about.items() if kind in test), list(actions))
 
     @asynccontextmanager
+    async def _serving(
+        self, folder: Path, config: Params, *, slow: bool
+    ) -> AsyncIterator[tuple[str, list[str]]]:
+        """A server of the driver: its address, and the actions that its driver is called for."""
+        case = self.case
+        config = {**case.config, **(case.slow if slow else {}), **config}
+        async with serving_in_process(settings(case, case.read_contract(), config, folder)) as (
+            _, url, calls,
+        ):  # fmt: skip
+            yield url, calls
+
+    @asynccontextmanager
+    async def _killable(
+        self, folder: Path, config: Params
+    ) -> AsyncIterator[tuple[str, asyncio.subprocess.Process]]:
+        """The same in a process of its own, with actions that last: its address, and the process."""
+        case = self.case
+        config = {**case.config, **case.slow, **config}
+        server = await start_server(settings(case, case.read_contract(), config, folder), folder)
+        try:
+            assert server.process is not None
+            yield server.url, server.process
+        finally:
+            await server.stop()
+
+    @asynccontextmanager
     async def _served(
         self, folder: Path, *, slow: bool = False
     ) -> AsyncIterator[tuple[str, list[str]]]:
-        case = self.case
         with self.peer(folder, slow=slow) as found:
-            config = {**case.config, **(case.slow if slow else {}), **found}
-            wanted = settings(case, case.read_contract(), config, folder)
-            async with serving_in_process(wanted) as (_, url, calls):
-                yield url, calls
+            async with self._serving(folder, found, slow=slow) as served:
+                yield served
 
     @asynccontextmanager
     async def _session(
@@ -113,24 +136,20 @@ class Stage:
         """Kill the server in the middle of an action and restart it; its peer keeps running."""
         case, contract = self.case, self.case.read_contract()
         with self.peer(folder, slow=True) as found:
-            wanted = settings(case, contract, {**case.config, **case.slow, **found}, folder)
-            server = await start_server(wanted, folder)
-            try:
-                async with connected(case, contract, server.url) as session:
-                    await session.prepare(action)
-                    goal, following = await session.begin(action)
-                    while wait and not following.done() and not self.happened(folder, goal.id):  # noqa: ASYNC110
-                        await asyncio.sleep(0.02)
-                    assert server.process is not None
-                    server.process.kill()
-                    await server.process.wait()
-                    following.cancel()
-                    await asyncio.gather(following, return_exceptions=True)
-            finally:
-                await server.stop()
-            wanted = settings(case, contract, {**case.config, **found}, folder)
             async with (
-                serving_in_process(wanted) as (_, url, _),
+                self._killable(folder, found) as (url, process),
+                connected(case, contract, url) as session,
+            ):
+                await session.prepare(action)
+                goal, following = await session.begin(action)
+                while wait and not following.done() and not self.happened(folder, goal.id):  # noqa: ASYNC110
+                    await asyncio.sleep(0.02)
+                process.kill()
+                await process.wait()
+                following.cancel()
+                await asyncio.gather(following, return_exceptions=True)
+            async with (
+                self._serving(folder, found, slow=False) as (url, _),
                 connected(case, contract, url, owner="next") as session,
             ):
                 yield session, goal

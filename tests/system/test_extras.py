@@ -106,7 +106,15 @@ def test_every_extra_that_brings_a_library_of_labrun_is_known():
     assert EXTRAS.keys() == PROJECT["optional-dependencies"].keys() - {"all", "test"}
 
 
-IN_ENVIRONMENTS_OF_THEIR_OWN = {"pymeasure", "qcodes", "ophyd", "pylabrobot", "sila2", "opcua"}
+IN_ENVIRONMENTS_OF_THEIR_OWN = {
+    "pymeasure",
+    "qcodes",
+    "ophyd",
+    "pylabrobot",
+    "sila2",
+    "opcua",
+    "mcp",
+}
 
 
 @pytest.mark.parametrize("extra", sorted(EXTRAS.keys() - IN_ENVIRONMENTS_OF_THEIR_OWN))
@@ -161,6 +169,7 @@ LACKING = {
     "reduce": ("reduce shot.csv -o tables", "spectra"),
     "spectrum": ("spectrum shot.csv -o figures", "spectra"),
     "map": ("map .", "spectra"),
+    "mcp": ("mcp .", "mcp"),
     "web": ("web --no-browser --port 0", "web"),
     "calibrate-camera": ("calibrate-camera shot.csv --board 9x6 --square 10", "vision"),
     "locate": ("locate --image shot.csv --camera camera.yaml --pixel 1,1", "vision"),
@@ -171,8 +180,8 @@ LACKING = {
 """Command -> words that need its extra."""
 WITHOUT_ANY = {
     "abort", "answer", "call", "check", "compare", "continue", "devices", "explain", "fmt", "graph",
-    "label", "lines", "new", "pause", "problem", "rehearse", "report", "resume", "ros", "run", "runs",
-    "schema", "serve", "setup", "status", "stop", "torture", "words",
+    "label", "lines", "new", "pause", "problem", "rehearse", "release", "report", "resume", "ros", "run",
+    "runs", "schema", "serve", "setup", "status", "stop", "torture", "words",
 }  # fmt: skip
 BY_ITS_OPTION = {"export"}
 

@@ -19,7 +19,13 @@ def test_actions_named_open_close_and_status_reach_the_instrument(tmp_path):
     async def story(where):
         config = {"resource": where, "actions": said}
         contract = find_driver("scpi", Path()).config_model.model_validate(config).contract("dmm@1")
-        case = Case("scpi", {name: {} for name in said}, "open", contract=contract, device="dmm")
+        case = Case(
+            driver="scpi",
+            good={name: {} for name in said},
+            lasting="open",
+            contract=contract,
+            device="dmm",
+        )
         async with (
             serving_in_process(settings(case, contract, config, tmp_path)) as (_, url, _),
             connected(case, contract, url) as session,

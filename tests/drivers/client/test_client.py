@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import gc
+import math
 import os
 import signal
 import socket
@@ -737,3 +738,15 @@ def unclosed_after(story):
         asyncio.run(story, debug=True)
         gc.collect()
     return [str(warning.message) for warning in left]
+
+
+def test_an_argument_that_is_no_number_is_refused_before_it_is_sent(bench):
+    async def story():
+        async with bench.serving() as (_, url), bench.client(url) as client:
+            outcome = await client.follow(goal := bench.goal(client, "go", x=math.nan))
+            return outcome.error, await client.knows(goal.id)
+
+    error, known = asyncio.run(story())
+
+    assert (error.name, error.happened, known) == ("Rejected", "no", False)
+    assert error.message == "arm.go.x: nan is not a number that JSON can represent"

@@ -1,6 +1,5 @@
 """One endpoint for the tests that only ask; the stock clients that ask it."""
 
-import hashlib
 import json
 import os
 import select
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from ...npm import installed
 from .served import serve
 
 HERE = Path(__file__).parent
@@ -40,19 +40,7 @@ def endpoint(lab, tmp_path_factory):
 @pytest.fixture(scope="session")
 def node_modules():
     """roslib 2 and roslib 1.4 as npm has them, kept from one session to the next."""
-    lock = (CLIENTS / "package-lock.json").read_bytes()
-    folder = Path(tempfile.gettempdir()) / f"labrun-roslib-{hashlib.sha256(lock).hexdigest()[:12]}"
-    if not (folder / "complete").exists():
-        half = Path(tempfile.mkdtemp(prefix="labrun-roslib-"))
-        for name in ("package.json", "package-lock.json"):
-            shutil.copy(CLIENTS / name, half)
-        subprocess.run(
-            ["npm", "ci", "--no-audit", "--no-fund"], cwd=half, check=True, capture_output=True
-        )
-        (half / "complete").touch()
-        shutil.rmtree(folder, ignore_errors=True)
-        half.rename(folder)
-    return folder
+    return installed(CLIENTS, "roslib")
 
 
 class Talker:

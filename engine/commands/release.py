@@ -1,0 +1,79 @@
+"""`labrun release FILE`: let a program, such as an agent behind `labrun mcp`, start this once."""
+
+import getpass
+import secrets
+import shutil
+import sys
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+
+import typer
+
+from ...system.files import write_whole
+from ..check import Checked
+from ..exit_status import FAILED, PROBLEMS
+from .checked_protocol import checked_file, name_values
+from .options import RUNS, Bind, Lab, Params, Runs, say
+from .run import File, keep
+
+YES = "release"
+
+
+def release(
+    file: File, param: Params = None, lab: Lab = None, bind: Bind = None, runs: Runs = RUNS
+) -> None:
+    """Release a protocol with these parameters: a program may then start it, once, as it is now."""
+    checked = checked_file(file, lab, bind, param)
+    given = name_values(param, "-p")
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        say("a release is a person's word: give this command in a terminal")
+        raise typer.Exit(PROBLEMS)
+    _show(checked, given)
+    if typer.prompt(f"Type `{YES}` if a program may start this once") != YES:
+        say("not released")
+        raise typer.Exit(PROBLEMS)
+    try:
+        id = make_release(checked, runs, given, getpass.getuser())
+    except OSError as fault:
+        say(f"it cannot be released: {fault.strerror or fault}: {fault.filename or runs}")
+        raise typer.Exit(FAILED) from None
+    typer.echo(f"released as {id}; to take it back, delete {runs / '.released' / id}")
+
+
+def _show(checked: Checked, given: dict[str, str]) -> None:
+    """What will be done, in words, with which values and devices."""
+    from ...schemas.quantity import is_quantity, quantity_text
+    from ..views.words.page import as_text, page
+
+    for line in as_text(page(checked)):
+        typer.echo(line)
+    typer.echo("")
+    for name, value in checked.params.items():
+        text = quantity_text(value) if is_quantity(value) else value
+        typer.echo(f"  {name} = {given.get(name, text)}")
+    for name, role in checked.roles.items():
+        typer.echo(f"  {name}: {role.device}")
+
+
+def make_release(checked: Checked, runs: Path, given: dict[str, str], by: str) -> str:
+    """Copy all that the run would use, and return the release's id; raises OSError."""
+    from ..run.released import FOLDER, RECORD, Release, lab_digest
+
+    assert checked.source is not None and checked.protocol is not None and checked.lab is not None
+    id = secrets.token_hex(4)
+    folder = runs / FOLDER / id
+    folder.mkdir(parents=True)
+    try:
+        keep(folder, checked, given)
+        record = Release(
+            id=id, file=Path(checked.source.name).name, protocol=checked.protocol.name,
+            sha256=sha256(checked.source.text.encode()).hexdigest(), lab=lab_digest(checked.lab),
+            params=given, roles={name: role.device for name, role in checked.roles.items()},
+            by=by, at=datetime.now(UTC).isoformat(timespec="seconds"),
+        )  # fmt: skip
+        write_whole(folder / RECORD, record.model_dump_json(indent=1).encode())
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    return id
