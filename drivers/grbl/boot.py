@@ -2,8 +2,8 @@
 
 import asyncio
 
+from ..motion.faults import MotionFault, Refused, Silent
 from .controller import ASK, Controller
-from .faults import GrblFault, Refused, Silent
 from .settings import Settings
 from .stopping import stop
 
@@ -26,7 +26,7 @@ async def reach(controller: Controller, boot_s: float) -> None:
     except BaseException as fault:  # a cancel as well
         controller.disconnected(str(fault))
         await controller.port.close()
-        if isinstance(fault, GrblFault):
+        if isinstance(fault, MotionFault):
             name = controller.port.name
             raise OSError(f"{name}: {controller.firmware} was reached, but {fault}") from fault
         raise
