@@ -91,6 +91,8 @@ def not_grbl(controller: Controller, boot_s: float) -> str:
             f"{name} responds, but with unreadable bytes: {baud} baud is probably wrong "
             f"(GRBL and grblHAL speak 115200); set `baud` in the lab"
         )
+    if marlin := next((word for word in heard if "Marlin" in word), None):
+        return f"{name}: this is {marlin.strip()[:60]}; write `driver: marlin` in the lab"
     if any(word.strip() for word in heard):
         return (
             f"{name} responds, but not as GRBL does: it sent `{heard[-1][:60]}`; "

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from ..motion.faults import Lost, MotionFault, NotConnected, Restarted, Silent
+from ..serial_io.any_port import lost_words, open_port
 from ..serial_io.condition import Condition
 from ..serial_io.open_port import OpenPort
 from .faults import Alarmed, GrblRefused
 from .messages import alarm_words
 from .parse_line import Lines, ParsedLine, understand
-from .port import lost_words, open_port
 from .report import Report, ReportReader
 from .settings import Settings
 

@@ -175,9 +175,9 @@ class Grbl(GrblDialect):
         if c.dead:
             raise StillLocked(c.alarm)
 
-    async def _drive(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point:
+    async def _drive(self, goal: GoalContext, end: dict[int, float], feed: float | None) -> Point:
         with self._moving(goal, "move", end) as move:
-            return await move.go(line, end)
+            return await move.go(self._move_line(end, feed), end)
 
     async def _jog_by(self, goal: GoalContext, axis: int, distance: float, feed: float) -> None:
         with self._moving(goal, "jog") as move:
@@ -199,9 +199,11 @@ class Grbl(GrblDialect):
                 return
             await asyncio.sleep(0.01)
 
-    async def _probe(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point | None:
+    async def _probe(self, goal: GoalContext, axis: int, way: float, feed: float) -> Point | None:
         with self._moving(goal, "touch") as move:
-            return self.controller.reports.contact(await move.touch(line))
+            return self.controller.reports.contact(
+                await move.touch(self._touch_line(axis, way, feed))
+            )
 
     async def _carry_out(self, line: str) -> None:
         await self.controller.ask(line, 30.0)  # it waits for standstill

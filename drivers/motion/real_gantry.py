@@ -101,7 +101,7 @@ class RealGantry(AnyGantry):
         """The work zero in machine coordinates; None while unknown."""
 
     @abstractmethod
-    async def _drive(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point:
+    async def _drive(self, goal: GoalContext, end: dict[int, float], feed: float | None) -> Point:
         """Make a move, prove that it ended, and verify it: `end` by machine axis, in mm."""
 
     @abstractmethod
@@ -109,8 +109,8 @@ class RealGantry(AnyGantry):
         """Make the position of these machine axes the work zero, and know the new offset."""
 
     @abstractmethod
-    async def _probe(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point | None:
-        """Move to `end` until the probe touches; where it touched, in machine coordinates, or None."""
+    async def _probe(self, goal: GoalContext, axis: int, way: float, feed: float) -> Point | None:
+        """Move a machine axis until the probe touches; where, in machine coordinates, or None."""
 
     @abstractmethod
     def _move_line(self, end: dict[int, float], feed: float | None) -> str:
@@ -189,9 +189,10 @@ class RealGantry(AnyGantry):
         if "P" in self._pins():
             raise ActionFailed("Touching", f"{self._name()}: its probe touches already", "no")
         machine_axis, end = self.bench.to_machine(AXES.index(axis), float(to))
-        line = self._touch_line(machine_axis, end - start[machine_axis], feed)
+        way = end - start[machine_axis]
+        line = self._touch_line(machine_axis, way, feed)
         with self._telling(f"touch on the way to {axis} {to:g} mm (`{line}`)"):
-            contact = await self._probe(goal, line, {machine_axis: end})
+            contact = await self._probe(goal, machine_axis, way, feed)
             stands = await self._machine() if contact is None else contact
         if contact is not None:
             return self._place(contact)
@@ -277,9 +278,9 @@ class RealGantry(AnyGantry):
         machine = start
         for leg in way:
             end = dict(self.bench.to_machine(AXES.index(axis), v) for axis, v in leg.items())
-            line = self._move_line(end, feed)
-            with self._telling(f"move to {_axes_words(leg)} (`{line}`)"):
-                machine = await self._drive(goal, line, end)
+            words = f"move to {_axes_words(leg)} (`{self._move_line(end, feed)}`)"
+            with self._telling(words):
+                machine = await self._drive(goal, end, feed)
         return self._place(machine)
 
     def _check_target(self, wanted: dict[str, float], safe_z: float | None) -> None:

@@ -186,9 +186,10 @@ class OpenBuilds(GrblDialect):
             raise MotionFault(f"{told}; check whether a switch or the emergency stop is pressed")
         control.alarm, control.homed = "", False
 
-    async def _drive(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point:
+    async def _drive(self, goal: GoalContext, end: dict[int, float], feed: float | None) -> Point:
         control = self.control
         with self._moving(goal, "move"):
+            line = self._move_line(end, feed)
             await watch(control, await control.run(line), self._ended(goal), self._told(goal))
             return await self._verified(end)
 
@@ -233,13 +234,12 @@ class OpenBuilds(GrblDialect):
             lambda: all(abs(control.look().work[axis]) <= self.tolerance for axis in axes), ZERO_S
         )
 
-    async def _probe(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point | None:
+    async def _probe(self, goal: GoalContext, axis: int, way: float, feed: float) -> Point | None:
         control = self.control
         control.probed.clear()
         with self._moving(goal, "touch"):
-            await watch(
-                control, await control.run(line, "G90"), self._ended(goal), self._told(goal)
-            )
+            answer = await control.run(self._touch_line(axis, way, feed), "G90")
+            await watch(control, answer, self._ended(goal), self._told(goal))
             control.unsettle()
             return ReportReader().contact(control.probed)
 
