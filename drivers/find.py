@@ -38,6 +38,7 @@ SHIPPED = {
     "reducer": "labrun.drivers.reducer:Reducer",
     "balance": "labrun.drivers.balance.driver:Balance",
     "grbl": "labrun.drivers.grbl.gantry:Grbl",
+    "marlin": "labrun.drivers.marlin.gantry:Marlin",
     "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",
     "aecp": "labrun.drivers.aecp.driver:Aecp",
     "sciaps_gui": "labrun.drivers.sciaps_gui.driver:SciapsGui",

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from .bench import LETTERS
+from ..motion.bench import LETTERS
 from .settings import Settings
 
 FRAME_MM = (730.0, 810.0)

@@ -2,8 +2,8 @@
 
 import asyncio
 
+from ..motion.faults import MotionFault, Refused, Silent
 from .controller import ASK, Controller
-from .faults import GrblFault, Refused, Silent
 from .settings import Settings
 from .stopping import stop
 
@@ -26,7 +26,7 @@ async def reach(controller: Controller, boot_s: float) -> None:
     except BaseException as fault:  # a cancel as well
         controller.disconnected(str(fault))
         await controller.port.close()
-        if isinstance(fault, GrblFault):
+        if isinstance(fault, MotionFault):
             name = controller.port.name
             raise OSError(f"{name}: {controller.firmware} was reached, but {fault}") from fault
         raise
@@ -91,6 +91,8 @@ def not_grbl(controller: Controller, boot_s: float) -> str:
             f"{name} responds, but with unreadable bytes: {baud} baud is probably wrong "
             f"(GRBL and grblHAL speak 115200); set `baud` in the lab"
         )
+    if marlin := next((word for word in heard if "Marlin" in word), None):
+        return f"{name}: this is {marlin.strip()[:60]}; write `driver: marlin` in the lab"
     if any(word.strip() for word in heard):
         return (
             f"{name} responds, but not as GRBL does: it sent `{heard[-1][:60]}`; "

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 
+from ..motion.faults import Lost, MotionFault, NotConnected, Restarted, Silent
+from ..serial_io.any_port import lost_words, open_port
 from ..serial_io.condition import Condition
 from ..serial_io.open_port import OpenPort
-from .faults import Alarmed, GrblFault, Lost, NotConnected, Refused, Restarted, Silent
+from .faults import Alarmed, GrblRefused
 from .messages import alarm_words
 from .parse_line import Lines, ParsedLine, understand
-from .port import lost_words, open_port
 from .report import Report, ReportReader
 from .settings import Settings
 
@@ -119,7 +120,7 @@ class Controller:
         return sum(len(one.text) + 1 for one in self._in_flight) + len(line) + 1 <= RX_BYTES
 
     def say(self, line: str) -> asyncio.Future[None]:
-        """Send a line; the future ends with its `ok` or raises a GrblFault."""
+        """Send a line; the future ends with its `ok` or raises a MotionFault."""
         return self.send(line).answer
 
     def send(self, text: str) -> Line:
@@ -235,7 +236,7 @@ class Controller:
             case "ok" if self._in_flight:
                 self._settle(None)
             case "error" if self._in_flight:
-                self._settle(Refused(said.code))
+                self._settle(GrblRefused(said.code))
             case "report":
                 self._hear_report(said.text)
             case "alarm":
@@ -254,12 +255,12 @@ class Controller:
             case _:
                 pass
 
-    def _settle(self, fault: GrblFault | None) -> None:
+    def _settle(self, fault: MotionFault | None) -> None:
         answer = self._in_flight.popleft().answer
         if not answer.done():
             answer.set_result(None) if fault is None else answer.set_exception(fault)
 
-    def _fail(self, fault: GrblFault) -> None:
+    def _fail(self, fault: MotionFault) -> None:
         while self._in_flight:
             self._settle(fault)
 

@@ -1,20 +1,12 @@
-"""The ways in which a controller fails a request."""
+"""The ways in which a GRBL controller fails a request, beside those of every gantry."""
 
 from ...schemas.contract import Happened
+from ..motion.faults import MotionFault, Refused
 from .messages import alarm_words, error_words
 
 
-class GrblFault(Exception):
-    """`error` is the contract's name for it, `happened` whether the request took effect."""
-
-    error = "Alarm"
-    happened: Happened = "unknown"
-
-
-class Refused(GrblFault):
+class GrblRefused(Refused):
     """`error:N`: the line was not accepted."""
-
-    happened: Happened = "no"
 
     def __init__(self, code: int) -> None:
         super().__init__(f"it answered {error_words(code)}")
@@ -22,7 +14,7 @@ class Refused(GrblFault):
         self.error = "SoftLimit" if code == 15 else "Alarm"
 
 
-class Alarmed(GrblFault):
+class Alarmed(MotionFault):
     """`ALARM:N` while a line was being executed."""
 
     def __init__(self, code: int) -> None:
@@ -30,26 +22,7 @@ class Alarmed(GrblFault):
         self.code = code
 
 
-class Restarted(GrblFault):
-    """A boot: whatever was running is lost."""
-
-
-class Silent(GrblFault):
-    """No answer in time."""
-
-
-class StillLocked(GrblFault):
+class StillLocked(MotionFault):
     """It has not responded since an alarm, so nothing was sent."""
 
-    happened: Happened = "no"
-
-
-class Lost(GrblFault):
-    """The port is gone."""
-
-
-class NotConnected(GrblFault):
-    """The port was gone before anything was sent."""
-
-    error = "Offline"
     happened: Happened = "no"

@@ -12,17 +12,18 @@ from typing import Any, ClassVar
 
 from ...system.tasks import end, keep, spawn
 from ..driver import GoalContext, Place
+from ..motion.bench import Point, bench_from_here, place_words, read_bench
+from ..motion.config import PLACING
+from ..motion.faults import Ended, Lost, MotionFault, Restarted, Silent
 from .alarm import TRIES, recover
-from .bench import bench_from_here, place_words, read_bench
 from .boot import reach
-from .config import PLACING
 from .controller import HOLD, RESUME, Contact, Controller
-from .faults import GrblFault, Lost, Restarted, Silent, StillLocked
+from .dialect import GrblDialect, zero_line
+from .faults import StillLocked
 from .homing import home
 from .jog import jog_by, jog_while
-from .jog_rules import JogRules
-from .motion import Ended, Move
-from .report import Point, Report
+from .motion import Move
+from .report import Report
 from .status_words import state_of, trouble_of
 from .stopping import finished, stop, wake
 
@@ -31,7 +32,7 @@ STATUS_S = 0.8
 HELD_S = 3.0
 
 
-class Grbl(JogRules):
+class Grbl(GrblDialect):
     """Implements gantry@2 through pyserial; the port is reopened by itself after it was unplugged."""
 
     options: ClassVar[tuple[str, ...]] = ("port", "baud", "boot_s", "home_here", *PLACING)
@@ -62,7 +63,7 @@ class Grbl(JogRules):
     async def status(self) -> dict[str, Any]:
         c = self.controller
         if c.contact in (Contact.READY, Contact.SILENT) and self._doing != "home":
-            with contextlib.suppress(GrblFault):
+            with contextlib.suppress(MotionFault):
                 await c.look(STATUS_S)
         told: dict[str, Any] = {
             "state": state_of(c, self._doing),
@@ -125,7 +126,7 @@ class Grbl(JogRules):
     async def _reach(self) -> None:
         await reach(self.controller, float(self.place.config.get("boot_s", 3)))
         if "home_here" not in self.place.config:
-            self.bench = read_bench(self.place.config, self.limits, self.controller.settings)
+            self.bench = read_bench(self.place.config, self.limits, self.controller.settings.ranges)
         settings = self.controller.settings
         self.full_power, self.tolerance = settings.full_power, settings.tolerance
         self._read_report()
@@ -148,7 +149,7 @@ class Grbl(JogRules):
         c = self.controller
         report = await c.look()
         if report.state == "Alarm" or c.dead:
-            raise GrblFault("it is locked by an alarm; unlock it, and put it back at its place")
+            raise MotionFault("it is locked by an alarm; unlock it, and put it back at its place")
         machine = report.machine
         if machine is None:
             raise Silent("it does not report where it is")
@@ -174,9 +175,9 @@ class Grbl(JogRules):
         if c.dead:
             raise StillLocked(c.alarm)
 
-    async def _drive(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point:
+    async def _drive(self, goal: GoalContext, end: dict[int, float], feed: float | None) -> Point:
         with self._moving(goal, "move", end) as move:
-            return await move.go(line, end)
+            return await move.go(self._move_line(end, feed), end)
 
     async def _jog_by(self, goal: GoalContext, axis: int, distance: float, feed: float) -> None:
         with self._moving(goal, "jog") as move:
@@ -188,9 +189,9 @@ class Grbl(JogRules):
         with self._moving(goal, "jog") as move:
             await jog_while(move, axis, way, feed, held)
 
-    async def _set_zero(self, line: str) -> None:
+    async def _set_zero(self, axes: list[int]) -> None:
         c = self.controller
-        await c.ask(line, 30.0)  # it waits for standstill, and writes to its slow memory
+        await c.ask(zero_line(axes), 30.0)  # it waits for standstill, and writes to its slow memory
         c.reports.offset = None
         for _ in range(40):
             await c.look()
@@ -198,9 +199,11 @@ class Grbl(JogRules):
                 return
             await asyncio.sleep(0.01)
 
-    async def _probe(self, goal: GoalContext, line: str) -> Point | None:
+    async def _probe(self, goal: GoalContext, axis: int, way: float, feed: float) -> Point | None:
         with self._moving(goal, "touch") as move:
-            return self.controller.reports.contact(await move.touch(line))
+            return self.controller.reports.contact(
+                await move.touch(self._touch_line(axis, way, feed))
+            )
 
     async def _carry_out(self, line: str) -> None:
         await self.controller.ask(line, 30.0)  # it waits for standstill

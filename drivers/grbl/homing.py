@@ -3,19 +3,13 @@
 import asyncio
 from collections.abc import Callable
 
+from ..motion.faults import Ended, HomingFailed
 from .alarm import RECOVERED_S
 from .controller import Contact, Controller
-from .faults import Alarmed, GrblFault, Refused
-from .motion import Ended
+from .faults import Alarmed, GrblRefused
 from .stopping import stop
 
 LOOK_S = 0.1
-
-
-class HomingFailed(GrblFault):
-    """Its position is unknown."""
-
-    error = "HomingFailed"
 
 
 async def home(controller: Controller, seconds: float, ended: Callable[[], bool]) -> None:
@@ -33,7 +27,7 @@ async def home(controller: Controller, seconds: float, ended: Callable[[], bool]
     except Alarmed as fault:
         await controller.until(lambda: not controller.dead, RECOVERED_S)
         raise HomingFailed(str(fault)) from fault
-    except Refused as fault:
+    except GrblRefused as fault:
         raise HomingFailed(_refused(fault)) from fault
     except asyncio.CancelledError:
         controller.reset()
@@ -70,7 +64,7 @@ async def _wait(
     answer.result()
 
 
-def _refused(fault: Refused) -> str:
+def _refused(fault: GrblRefused) -> str:
     if fault.code == 5:
         return (
             f"{fault}. If there are no switches, put the carriage at a known place by hand and "

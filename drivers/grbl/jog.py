@@ -7,9 +7,9 @@ that it ends by itself when the feeding ends: with the hold, with this program, 
 import asyncio
 from collections.abc import Callable
 
-from .bench import LETTERS
-from .faults import Silent
-from .motion import Ended, Move
+from ..motion.bench import LETTERS
+from ..motion.faults import Ended, Silent
+from .motion import Move
 from .report import Report
 from .stopping import stop
 
@@ -24,7 +24,7 @@ def jog_line(axis: int, distance: float, feed: float) -> str:
 
 
 async def jog_by(move: Move, axis: int, distance: float, feed: float) -> None:
-    """Jog a machine axis by a distance, and stop; raises Ended or a GrblFault."""
+    """Jog a machine axis by a distance, and stop; raises Ended or a MotionFault."""
     controller = move.controller
     await controller.ask(jog_line(axis, distance, feed))
     while (report := await _watched(move)).state == "Jog":
@@ -38,7 +38,7 @@ async def jog_while(
 ) -> None:
     """Jog along `way` (mm, signed: as far as the axis may go) while it is held, and stop.
 
-    Raises Ended or a GrblFault.
+    Raises Ended or a MotionFault.
     """
     controller = move.controller
     start = _position(await controller.look(), axis)

@@ -8,10 +8,10 @@ import asyncio
 import math
 from collections.abc import Callable
 
-from .bench import LETTERS
+from ..motion.bench import LETTERS, Point
+from ..motion.faults import Ended, MotionFault, Silent, WrongPlace
 from .controller import ASK, Controller
-from .faults import GrblFault, Silent
-from .report import Point, Report
+from .report import Report
 from .stopping import finished, stop
 
 POLL_S = 0.1
@@ -20,17 +20,6 @@ STUCK_S = 15.0
 PROOFS = 4
 
 Told = Callable[[Report], None]
-
-
-class Ended(Exception):
-    """The motion was ended early, and the axes have stopped."""
-
-
-class WrongPlace(GrblFault):
-    """It stopped at another position than the target."""
-
-    error = "WrongPlace"
-    happened = "yes"
 
 
 class Move:
@@ -45,7 +34,7 @@ class Move:
         self.told = told
 
     async def go(self, line: str, end: dict[int, float]) -> Point:
-        """Move, stop, and verify; returns the machine position. Raises Ended or a GrblFault.
+        """Move, stop, and verify; returns the machine position. Raises Ended or a MotionFault.
 
         A controller that falls silent in mid-move is told to stop before the fault is raised.
         """
@@ -62,7 +51,7 @@ class Move:
             raise
 
     async def touch(self, line: str) -> list[str]:
-        """Probe, and stop; what was told of it. Raises Ended or a GrblFault."""
+        """Probe, and stop; what was told of it. Raises Ended or a MotionFault."""
         sent = self.controller.send(line)
         try:
             await self._wait(sent.answer)
@@ -133,7 +122,7 @@ class Move:
         for _ in range(PROOFS):
             report = await self.controller.look()
             if self.controller.alarm:  # an emergency stop between the proof and this report
-                raise GrblFault(self.controller.alarm)
+                raise MotionFault(self.controller.alarm)
             if report.state == "Run":  # the line and the proof were received as one
                 await self.wait_until_still()
                 continue
@@ -165,6 +154,6 @@ async def _try_to_stop(controller: Controller) -> None:
     """The fault being raised is more informative than one from the stop."""
     try:
         await stop(controller, moving=True)
-    except GrblFault as fault:
+    except MotionFault as fault:
         controller.alarm = str(fault)
         controller.homed = False

@@ -3,8 +3,7 @@
 import re
 from dataclasses import dataclass
 
-Point = tuple[float, ...]
-"""Three to six numbers: x y z a b c."""
+from ..motion.bench import Point
 
 NUMBER = re.compile(r"-?\d+\.\d+")
 MM_PER_INCH = 25.4

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from .report import Point
+from ..motion.bench import Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +78,21 @@ class Settings:
     def homes_to_minus(self, axis: int) -> bool:
         """Where the limit switch of an axis (0, 1, 2) sits."""
         return bool(int(self.values.get(23, 0)) >> axis & 1)
+
+    @property
+    def ranges(self) -> tuple[tuple[float, float], ...]:
+        """From the minus end to the plus end of each axis, less the pull-off at the switch's end.
+
+        GRBL's machine space is negative (0 is at the plus end, -travel at the minus end), whichever
+        way it homes; only firmware built that way has its 0 where it homes.
+        """
+        return tuple(self._range(axis) for axis in range(self.axes))
+
+    def _range(self, axis: int) -> tuple[float, float]:
+        travel, off = self.travel[axis], self.pull_off
+        if self.zero_where_homed:
+            return (0.0, travel - off) if self.homes_to_minus(axis) else (off - travel, 0.0)
+        return (-travel + off, 0.0) if self.homes_to_minus(axis) else (-travel, -off)
 
     @property
     def tolerance(self) -> float:

@@ -9,9 +9,9 @@ still trusted. A reset in mid-motion (homing, or a hold that never completed) ca
 import asyncio
 
 from ...system.tasks import spawn
+from ..motion.faults import Lost, MotionFault, NotStopped, Silent
 from .alarm import RECOVERED_S
 from .controller import CANCEL_JOG, HOLD, Contact, Controller
-from .faults import GrblFault, Lost, Silent
 
 LOOK_S = 0.2
 HOLD_S = 1.5
@@ -20,7 +20,7 @@ JOG_S = 1.5
 
 
 async def stop(controller: Controller, *, moving: bool) -> None:
-    """Stop, with nothing queued; raises a GrblFault if standstill cannot be confirmed.
+    """Stop, with nothing queued; raises a MotionFault if standstill cannot be confirmed.
 
     `moving` is whether a line is under way: a report may show Idle before it has begun. Ends within
     about 3 s; after an alarm, within the time that recovery takes. A call during another stop
@@ -29,7 +29,7 @@ async def stop(controller: Controller, *, moving: bool) -> None:
     task = controller.stopping
     if task is None:
         name, stopping = f"stopping {controller.port.name}", _stop(controller, moving=moving)
-        task = controller.stopping = spawn(name, stopping, expected=(GrblFault,))
+        task = controller.stopping = spawn(name, stopping, expected=(MotionFault,))
         task.add_done_callback(lambda _: setattr(controller, "stopping", None))
     await asyncio.shield(task)
 
@@ -111,7 +111,7 @@ async def _reset(controller: Controller) -> None:
 
 
 async def wake(controller: Controller) -> None:
-    """Leave Sleep and Check, which only a reset ends; raises a GrblFault."""
+    """Leave Sleep and Check, which only a reset ends; raises a MotionFault."""
     report = await controller.look()
     if report.state == "Sleep":
         controller.homed = False
@@ -119,7 +119,3 @@ async def wake(controller: Controller) -> None:
     if report.state in ("Sleep", "Check"):
         await _reset(controller)
         await controller.look()
-
-
-class NotStopped(GrblFault):
-    """The worst answer that a stop can give."""

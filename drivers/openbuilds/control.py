@@ -12,16 +12,9 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from ...system.tasks import end
-from ..grbl.faults import (
-    Alarmed,
-    GrblFault,
-    Lost,
-    NotConnected,
-    Refused,
-    Restarted,
-    Silent,
-)
+from ..grbl.faults import Alarmed, GrblRefused
 from ..grbl.messages import alarm_words, error_words
+from ..motion.faults import Lost, MotionFault, NotConnected, Restarted, Silent
 from ..serial_io.condition import Condition
 from .proofs import Proofs
 from .view import ALARM, CONNECTED, NONE, OPENING, View, read_view
@@ -267,7 +260,7 @@ class Control:
                 return
             said = self.view.alarm or "it did not report which"
             self._not_trusted(f"OpenBuilds CONTROL reports an error or alarm: {said}. Unlock it")
-            self.proofs.fail(GrblFault(f"OpenBuilds CONTROL reports an error or alarm ({said})"))
+            self.proofs.fail(MotionFault(f"OpenBuilds CONTROL reports an error or alarm ({said})"))
             self._condition.set()
 
     def _ok(self, line: Any = "") -> None:
@@ -299,7 +292,7 @@ class Control:
         code = _number(text)
         # CONTROL's queue is halted from here on, until it is cleared.
         self.alarm = f"{error_words(code)}; its queue is halted. Unlock it"
-        self.proofs.fail(Refused(code))
+        self.proofs.fail(GrblRefused(code))
         self._condition.set()
 
     def _alarm(self, text: Any = "") -> None:

@@ -12,18 +12,17 @@ from typing import Any, ClassVar
 
 from ...system.tasks import end, keep
 from ..driver import ActionFailed, GoalContext, Place
-from ..grbl.bench import LETTERS, place_words, read_bench
-from ..grbl.config import PLACING
-from ..grbl.faults import GrblFault, Lost, Silent
-from ..grbl.jog_rules import JogRules
-from ..grbl.motion import WrongPlace
-from ..grbl.report import Point, ReportReader
+from ..grbl.dialect import GrblDialect, zero_line
+from ..grbl.report import ReportReader
 from ..grbl.settings import Settings
+from ..motion.bench import LETTERS, Point, place_words, read_bench
+from ..motion.config import PLACING
+from ..motion.faults import Ended, Lost, MotionFault, Silent, WrongPlace
 from .control import Control
 from .jog import jog_while
 from .stopping import stop
 from .view import ALARM, PAUSED, PLAYING, View
-from .watch import Ended, watch
+from .watch import watch
 
 SETTINGS_S = 3.0
 SETTINGS_TRIES = 6
@@ -33,7 +32,7 @@ ZERO_S = 10.0  # the offset comes with every 30th report, five of them a second
 HELD_S = 3.0
 
 
-class OpenBuilds(JogRules):
+class OpenBuilds(GrblDialect):
     """Implements gantry@2 over CONTROL's Socket.IO; reconnects when CONTROL or the port are back."""
 
     options: ClassVar[tuple[str, ...]] = ("url", "port", "baud", "ip", *PLACING)
@@ -57,7 +56,7 @@ class OpenBuilds(JogRules):
             await self._attach()
         except BaseException as fault:  # a cancel as well
             await self.control.close()
-            if isinstance(fault, GrblFault):
+            if isinstance(fault, MotionFault):
                 raise OSError(f"{self._name()}: {fault}") from fault
             raise
         self._keeper = keep(f"reattaching to {self.control.url}", self._keep)
@@ -125,14 +124,14 @@ class OpenBuilds(JogRules):
             )
         try:
             await self._ask_settings()
-        except GrblFault as fault:
+        except MotionFault as fault:
             if "130" not in control.settings:
                 raise OSError(
                     f"{self._name()} does not report its settings (`$$`): {fault}"
                 ) from fault
         lines = [f"{number}={value}" for number, value in control.settings.items()]
         settings = Settings.read(lines, control.look().options)
-        self.bench = read_bench(self.place.config, self.limits, settings)
+        self.bench = read_bench(self.place.config, self.limits, settings.ranges)
         self.tolerance, self.full_power = settings.tolerance, settings.full_power
         control.unsettle()  # opening the port has booted the controller
         with contextlib.suppress(Lost):
@@ -169,7 +168,7 @@ class OpenBuilds(JogRules):
                 control.alarm = control.alarm or "the port was lost and is back. Home it"
                 self._reattaching = True  # the board boots, and loses what is sent
                 try:
-                    with contextlib.suppress(OSError, GrblFault):
+                    with contextlib.suppress(OSError, MotionFault):
                         await self._attach()
                 finally:
                     self._reattaching = False
@@ -184,12 +183,13 @@ class OpenBuilds(JogRules):
         if not await control.until(lambda: control.clear, HELD_S):
             view = control.view
             told = f"it still reports {view.run}" if view else "it is silent"
-            raise GrblFault(f"{told}; check whether a switch or the emergency stop is pressed")
+            raise MotionFault(f"{told}; check whether a switch or the emergency stop is pressed")
         control.alarm, control.homed = "", False
 
-    async def _drive(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point:
+    async def _drive(self, goal: GoalContext, end: dict[int, float], feed: float | None) -> Point:
         control = self.control
         with self._moving(goal, "move"):
+            line = self._move_line(end, feed)
             await watch(control, await control.run(line), self._ended(goal), self._told(goal))
             return await self._verified(end)
 
@@ -198,7 +198,7 @@ class OpenBuilds(JogRules):
         control = self.control
         if await control.until(lambda: bool(control.alarm) or self._there(end), THERE_S):
             if control.alarm:
-                raise GrblFault(control.alarm)
+                raise MotionFault(control.alarm)
             return control.look().machine
         machine = self.control.look().machine
         found = " ".join(f"{LETTERS[a]} {machine[a]:.3f}" for a in sorted(end))
@@ -226,22 +226,20 @@ class OpenBuilds(JogRules):
         with self._moving(goal, "jog"):
             await jog_while(self.control, axis, way, feed, held, self._ended(goal))
 
-    async def _set_zero(self, line: str) -> None:
+    async def _set_zero(self, axes: list[int]) -> None:
         control = self.control
-        answer = await control.run(line)
+        answer = await control.run(zero_line(axes))
         await watch(control, answer, lambda: False, seconds=30.0)
-        axes = [LETTERS.index(letter) for letter in line.partition("P0")[2] if letter in LETTERS]
         await control.until(
             lambda: all(abs(control.look().work[axis]) <= self.tolerance for axis in axes), ZERO_S
         )
 
-    async def _probe(self, goal: GoalContext, line: str) -> Point | None:
+    async def _probe(self, goal: GoalContext, axis: int, way: float, feed: float) -> Point | None:
         control = self.control
         control.probed.clear()
         with self._moving(goal, "touch"):
-            await watch(
-                control, await control.run(line, "G90"), self._ended(goal), self._told(goal)
-            )
+            answer = await control.run(self._touch_line(axis, way, feed), "G90")
+            await watch(control, answer, self._ended(goal), self._told(goal))
             control.unsettle()
             return ReportReader().contact(control.probed)
 

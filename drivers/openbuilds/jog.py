@@ -3,10 +3,10 @@
 import asyncio
 from collections.abc import Callable
 
-from ..grbl.faults import Silent
 from ..grbl.jog import jog_line
+from ..motion.faults import Ended, Silent
 from .control import Control
-from .watch import Ended, watch
+from .watch import watch
 
 PIECE_S, AHEAD_S = 0.15, 0.35
 ANSWER_S = 2.0
@@ -20,7 +20,7 @@ async def jog_while(
     held: Callable[[], bool],
     ended: Callable[[], bool],
 ) -> None:
-    """Jog along `way` (mm, signed) while it is held, and stop; raises Ended or a GrblFault."""
+    """Jog along `way` (mm, signed) while it is held, and stop; raises Ended or a MotionFault."""
     clock, speed = asyncio.get_running_loop().time, feed / 60
     begun, asked = clock(), 0.0
     while held() and not ended() and abs(way) - asked > 1e-6:

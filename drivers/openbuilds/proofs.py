@@ -3,7 +3,7 @@
 import asyncio
 import secrets
 
-from ..grbl.faults import GrblFault
+from ..motion.faults import MotionFault
 
 
 class Proofs:
@@ -19,7 +19,7 @@ class Proofs:
         return f"G4 P0 (labrun {self._word} {self._number})"
 
     def expect(self, line: str) -> asyncio.Future[None]:
-        """A future that ends with the `ok` of exactly this line, or raises a GrblFault."""
+        """A future that ends with the `ok` of exactly this line, or raises a MotionFault."""
         answer: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         answer.add_done_callback(_seen)
         self._waiting[line] = answer
@@ -35,7 +35,7 @@ class Proofs:
         if answer is not None and not answer.done():
             answer.set_result(None)
 
-    def fail(self, fault: GrblFault) -> None:
+    def fail(self, fault: MotionFault) -> None:
         """Note that none of them will be answered."""
         waiting, self._waiting = self._waiting, {}
         for answer in waiting.values():

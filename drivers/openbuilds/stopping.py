@@ -6,7 +6,7 @@ and loses the position. So the hold is sent first, alone, and the stop when the 
 
 import asyncio
 
-from ..grbl.faults import GrblFault, Lost
+from ..motion.faults import Lost, MotionFault
 from .control import Control
 
 HOLD_S = 1.5
@@ -16,7 +16,7 @@ STILL = ("Idle", "Alarm", "Sleep", "Check", "Stopped", "Pending")
 
 
 async def stop(control: Control, *, moving: bool, homing: bool = False) -> None:
-    """Stop, with nothing queued; raises a GrblFault if standstill cannot be confirmed."""
+    """Stop, with nothing queued; raises a MotionFault if standstill cannot be confirmed."""
     if control.lost:
         raise Lost(f"it cannot be stopped: {control.lost}")
     view = control.look()
@@ -57,6 +57,6 @@ async def _prove(control: Control) -> None:
         if control.locked:
             return
     control.homed = False
-    raise GrblFault(
+    raise MotionFault(
         "it did not confirm that it has stopped and may still move: press its emergency stop"
     )

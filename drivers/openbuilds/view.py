@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from ..grbl.report import Point
+from ..motion.bench import Point
 
 NONE, OPENING, CONNECTED, PLAYING, PAUSED, ALARM = range(6)
 """Its `connectionStatus`. 5 is the only reliable sign of an error or alarm; texts may stay empty."""

@@ -3,17 +3,13 @@
 import asyncio
 from collections.abc import Callable
 
-from ..grbl.faults import GrblFault, Lost, Silent
+from ..motion.faults import Ended, Lost, MotionFault, Silent
 from .control import Control
 from .stopping import stop
 from .view import View
 
 POLL_S = 0.1
 STUCK_S = 8.0
-
-
-class Ended(Exception):
-    """The motion was ended early, and the axes have stopped."""
 
 
 async def watch(
@@ -24,7 +20,7 @@ async def watch(
     *,
     seconds: float | None = None,
 ) -> None:
-    """Until the answer comes; raises Ended or a GrblFault.
+    """Until the answer comes; raises Ended or a MotionFault.
 
     CONTROL does not show that a controller fell silent: its state and position freeze. With
     `seconds` (homing, a slow memory) that is the whole time limit, and a freeze is expected.
@@ -59,5 +55,5 @@ async def watch(
 async def _give_up(control: Control, *, homing: bool) -> None:
     try:
         await stop(control, moving=True, homing=homing)
-    except GrblFault as fault:
+    except MotionFault as fault:
         control.homed, control.alarm = False, str(fault)

@@ -10,9 +10,9 @@ import typer
 
 from ...drivers.driver import ActionFailed, GoalContext, Place
 from ...drivers.grbl.advice import advice
-from ...drivers.grbl.bench import LETTERS, Bench, read_bench
-from ...drivers.grbl.faults import GrblFault
 from ...drivers.grbl.gantry import Grbl
+from ...drivers.motion.bench import LETTERS, Bench, read_bench
+from ...drivers.motion.faults import MotionFault
 from ...schemas.contracts import shipped_contracts
 from ..lab.lab import load_lab
 from ..problems.print import print_problems
@@ -36,9 +36,11 @@ async def set_up(port: str | None, baud: int, output: Path) -> None:
             await _settings(driver, output.with_suffix(".settings.txt"))
             axes = await _axes(driver)
             await _home(driver)
-            bench = read_bench({"axes": axes} if axes else {}, {}, driver.controller.settings)
+            bench = read_bench(
+                {"axes": axes} if axes else {}, {}, driver.controller.settings.ranges
+            )
             origin = await _origin(driver, bench) if driver.homed else None
-        except (ActionFailed, GrblFault) as fault:
+        except (ActionFailed, MotionFault) as fault:
             raise GaveUp(f"{fault}. Nothing was written") from fault
         finally:
             await driver.close()
@@ -47,7 +49,7 @@ async def set_up(port: str | None, baud: int, output: Path) -> None:
     config |= {"home_first": True} if driver.controller.settings.homing else {}
     config |= {"axes": axes} if axes else {}
     config |= {"origin": origin} if origin else {}
-    bench = read_bench(config, {}, driver.controller.settings)
+    bench = read_bench(config, {}, driver.controller.settings.ranges)
     output.write_text(_lab(config, bench, driver.controller.firmware), encoding="utf-8")
     _, problems = load_lab(output)
     print_problems(problems, format="text")

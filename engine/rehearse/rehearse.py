@@ -14,7 +14,7 @@ from ...drivers.driver import Place
 from ...drivers.server.arguments import read_limits
 from ...drivers.simulated.twins.faults import Faults
 from ...drivers.simulated.twins.twin import Twin
-from ...drivers.simulated.twins.world import World
+from ...drivers.world import World
 from ...schemas import journal as j
 from ...schemas.contract import RESERVED_ERRORS
 from ..check import Checked

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 from ...cameras.vision.board import Board
 from ...cameras.vision.intrinsics import Intrinsics
 from ...cameras.vision.rig import Rig
+from ...world import World
 from .camera_scene import Scene, Stone
 from .faults import chance
-from .world import World
 
 if TYPE_CHECKING:
     from ...cameras.vision.pose import Pose

@@ -1,7 +1,7 @@
 """A gantry's position: what its controller believes, and the truth."""
 
+from ...world import World
 from .axis import Point, Steps, to_mm, to_steps
-from .world import World
 
 
 class Carriage:

@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 
 from ....schemas.contracts import shipped_contracts
 from ...driver import Driver, GoalContext, Place
+from ...world import World
 from .clock import Clock
 from .faults import Faults
-from .world import World
 
 SHARED = ("clock", "seed", "faults")
 

@@ -7,9 +7,9 @@ import pytest
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
 from labrun.drivers.find import check_driver
 from labrun.drivers.grbl import controller
-from labrun.drivers.grbl.faults import Silent
 from labrun.drivers.grbl.gantry import Grbl
-from labrun.drivers.simulated.twins.world import World
+from labrun.drivers.motion.faults import Silent
+from labrun.drivers.world import World
 from labrun.schemas.contracts import shipped_contracts
 
 PEER = {"x": -805.0, "y": -725.0, "z": -90.0}

@@ -5,8 +5,8 @@ import asyncio
 import pytest
 
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
+from labrun.drivers.grbl.dialect import override_bytes
 from labrun.drivers.grbl.gantry import Grbl
-from labrun.drivers.grbl.gantry_base import override_bytes
 from labrun.drivers.simulated.gantry import SimGantry
 from labrun.schemas.contracts import shipped_contracts
 

@@ -13,7 +13,7 @@ from labrun.drivers.cameras.vision.view import StereoView
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.find import check_driver
 from labrun.drivers.simulated.depth_camera import SimDepthCamera
-from labrun.drivers.simulated.twins.world import World
+from labrun.drivers.world import World
 from labrun.schemas.contracts import shipped_contracts
 
 STONE = [350, 400, 60, 40, 25]

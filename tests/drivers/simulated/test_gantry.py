@@ -13,7 +13,7 @@ import pytest
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext, Place
 from labrun.drivers.find import check_driver
 from labrun.drivers.simulated.gantry import SimGantry
-from labrun.drivers.simulated.twins.world import World
+from labrun.drivers.world import World
 from labrun.schemas.contracts import shipped_contracts
 
 from ..played import played

@@ -11,7 +11,7 @@ from labrun.drivers.contract_tests import Case, KeepsContract
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.simulated.libs import SimLibs
 from labrun.drivers.simulated.twins.core import Core
-from labrun.drivers.simulated.twins.world import World
+from labrun.drivers.world import World
 from labrun.reduction import read_spectrum
 
 from ..played import played

@@ -11,7 +11,7 @@ from labrun.drivers.simulated.twins.camera import Eyes
 from labrun.drivers.simulated.twins.camera_eye import see
 from labrun.drivers.simulated.twins.camera_scene import Scene, Stone
 from labrun.drivers.simulated.twins.camera_trouble import spoil
-from labrun.drivers.simulated.twins.world import World
+from labrun.drivers.world import World
 
 EYE = Intrinsics.ideal(1280, 720, 1065.0)
 MIDDLE = 639.5, 359.5

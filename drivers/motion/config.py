@@ -4,12 +4,12 @@ import math
 from collections.abc import Collection
 from typing import Any
 
-from ..motion.gantry import AXES
-from ..motion.keep_out import read_boxes
-from ..motion.outputs import read_outputs
+from .gantry import AXES
+from .keep_out import read_boxes
+from .outputs import read_outputs
 
 PLACING = ("origin", "axes", "keep_out", "home_first", "homing_timeout", "safe_z", "outputs")
-"""The bench settings of every gantry behind GRBL."""
+"""The bench settings of every real gantry."""
 
 
 def check_config(device: str, config: dict[str, Any], known: Collection[str]) -> None:

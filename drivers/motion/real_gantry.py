@@ -1,6 +1,5 @@
-"""What every gantry behind GRBL shares, whatever carries its lines: ranges, positions, messages."""
+"""What every real gantry shares, whatever moves its axes: ranges, positions, messages."""
 
-import asyncio
 import math
 import re
 from abc import abstractmethod
@@ -10,19 +9,18 @@ from typing import Any, ClassVar, Protocol
 
 from ...schemas.contract import Happened
 from ..driver import ActionCanceled, ActionFailed, GoalContext, Place
-from ..motion.gantry import AXES, AnyGantry
-from ..motion.legs import legs
-from ..simulated.twins.world import World
-from .bench import LETTERS, Bench, place_words, read_bench, unit, whole_limits
+from ..world import World
+from .bench import LETTERS, Bench, Point, place_words, read_bench, unit, whole_limits
 from .config import check_config
-from .faults import GrblFault, NotConnected, Refused
-from .report import Point
-from .settings import Settings
+from .faults import MotionFault, NotConnected, Refused
+from .gantry import AXES, AnyGantry
+from .legs import legs
 
-MODES = "G21G90G94"
-"""Millimetres, absolute, per minute: in every line, since a reset or another program may unset it."""
-OVERRIDE_LOOKS, OVERRIDE_S = 20, (0.03, 0.1, 0.3)
-"""Seconds from one real-time byte to the next: longer, where the report shows that some were lost."""
+TOLERANCE_MM = 0.006
+"""Where a machine does not say how fine its steps are."""
+
+HAND_RANGE = ((float("-inf"), float("inf")),) * 3
+"""Of a machine that has not told its ranges yet."""
 
 
 class Known(Protocol):
@@ -39,8 +37,8 @@ class Known(Protocol):
     def lost(self) -> str: ...
 
 
-class GantryBase(AnyGantry):
-    """The part of gantry@2 that is the same over a serial port and through OpenBuilds CONTROL."""
+class RealGantry(AnyGantry):
+    """The part of gantry@2 that is the same for every machine."""
 
     options: ClassVar[tuple[str, ...]] = ()
     when_lost: ClassVar[str] = ""
@@ -50,8 +48,8 @@ class GantryBase(AnyGantry):
         check_config(place.device, place.config, self.options)
         super().__init__(place)
         self.limits = whole_limits(place)
-        self.bench: Bench = read_bench(place.config, self.limits, Settings())
-        self.full_power, self.tolerance = 1000.0, Settings().tolerance
+        self.bench: Bench = read_bench(place.config, self.limits, HAND_RANGE)
+        self.full_power, self.tolerance = 1000.0, TOLERANCE_MM
         self.world = World(place.world)
         self._published: Point | None = None
         self._doing: str | None = None
@@ -64,23 +62,23 @@ class GantryBase(AnyGantry):
 
     @abstractmethod
     async def _home(self, goal: GoalContext) -> None:
-        """Find the machine's zero; raises GrblFault."""
+        """Find the machine's zero; raises MotionFault."""
 
     @abstractmethod
     async def _hold(self) -> None:
-        """Brake the move under way, which `_resume` continues; raises GrblFault."""
+        """Brake the move under way, which `_resume` continues; raises MotionFault."""
 
     @abstractmethod
     async def _resume(self) -> None:
-        """Continue from a hold; raises GrblFault."""
+        """Continue from a hold; raises MotionFault."""
 
     @abstractmethod
     async def _stop(self) -> None:
-        """Stop the axes, with nothing queued; raises GrblFault."""
+        """Stop the axes, with nothing queued; raises MotionFault."""
 
     @abstractmethod
     async def _look(self) -> None:
-        """Query its state, if it has to be queried; raises GrblFault."""
+        """Query its state, if it has to be queried; raises MotionFault."""
 
     @abstractmethod
     def _locked(self) -> bool:
@@ -96,31 +94,39 @@ class GantryBase(AnyGantry):
 
     @abstractmethod
     async def _machine(self) -> Point:
-        """Its current position, freshly queried; raises GrblFault."""
+        """Its current position, freshly queried; raises MotionFault."""
 
     @abstractmethod
     def _offset(self) -> Point | None:
         """The work zero in machine coordinates; None while unknown."""
 
     @abstractmethod
-    async def _drive(self, goal: GoalContext, line: str, end: dict[int, float]) -> Point:
+    async def _drive(self, goal: GoalContext, end: dict[int, float], feed: float | None) -> Point:
         """Make a move, prove that it ended, and verify it: `end` by machine axis, in mm."""
 
     @abstractmethod
-    async def _set_zero(self, line: str) -> None:
-        """Send a `G10 L20`, and read the new offset."""
+    async def _set_zero(self, axes: list[int]) -> None:
+        """Make the position of these machine axes the work zero, and know the new offset."""
 
     @abstractmethod
-    async def _probe(self, goal: GoalContext, line: str) -> Point | None:
-        """Carry out a `G38.3`; where the probe touched, in machine coordinates, or None."""
+    async def _probe(self, goal: GoalContext, axis: int, way: float, feed: float) -> Point | None:
+        """Move a machine axis until the probe touches; where, in machine coordinates, or None."""
+
+    @abstractmethod
+    def _move_line(self, end: dict[int, float], feed: float | None) -> str:
+        """The command for a straight move in machine coordinates, whatever work zero is set."""
+
+    @abstractmethod
+    def _touch_line(self, axis: int, way: float, feed: float) -> str:
+        """The command for a touch along a machine axis, from here."""
+
+    @abstractmethod
+    async def _override(self, feed: int | None, rapid: int | None) -> None:
+        """Set these in percent, and wait until they are reported; raises MotionFault."""
 
     @abstractmethod
     async def _carry_out(self, line: str) -> None:
-        """Send a line that moves nothing, and wait until it was carried out; raises GrblFault."""
-
-    @abstractmethod
-    async def _at_once(self, data: bytes) -> None:
-        """Send bytes that take effect at once; raises GrblFault."""
+        """Send a line that moves nothing, and wait until it was carried out; raises MotionFault."""
 
     @abstractmethod
     def _pins(self) -> str:
@@ -135,29 +141,29 @@ class GantryBase(AnyGantry):
         try:
             await self._stop()
             await self._outputs_off()
-        except GrblFault as fault:
+        except MotionFault as fault:
             raise OSError(f"{self._name()}: {fault}") from fault
 
     async def home(self, goal: GoalContext) -> dict[str, Any]:
         self._check_connected("home")
         try:
             await self._home(goal)
-        except GrblFault as fault:
+        except MotionFault as fault:
             error = "Offline" if isinstance(fault, NotConnected) else "HomingFailed"
-            message = f"{self._name()} was asked to home (`$H`); {fault}"
+            message = f"{self._name()} was asked to home; {fault}"
             raise ActionFailed(error, message, fault.happened) from fault
         return {}
 
     async def hold(self, goal: GoalContext) -> dict[str, Any]:
         self._check_connected("hold")
-        with self._telling("hold (`!`)"):
+        with self._telling("hold"):
             if self._doing == "move":
                 await self._hold()
         return {}
 
     async def resume(self, goal: GoalContext) -> dict[str, Any]:
         self._check_connected("resume")
-        with self._telling("resume (`~`)"):
+        with self._telling("resume"):
             await self._resume()
         return {}
 
@@ -183,10 +189,10 @@ class GantryBase(AnyGantry):
         if "P" in self._pins():
             raise ActionFailed("Touching", f"{self._name()}: its probe touches already", "no")
         machine_axis, end = self.bench.to_machine(AXES.index(axis), float(to))
-        way = f"{LETTERS[machine_axis]}{end - start[machine_axis]:.4f}"
-        line = f"G21G91G94G38.3{way}F{feed:.3f}"
+        way = end - start[machine_axis]
+        line = self._touch_line(machine_axis, way, feed)
         with self._telling(f"touch on the way to {axis} {to:g} mm (`{line}`)"):
-            contact = await self._probe(goal, line)
+            contact = await self._probe(goal, machine_axis, way, feed)
             stands = await self._machine() if contact is None else contact
         if contact is not None:
             return self._place(contact)
@@ -214,21 +220,9 @@ class GantryBase(AnyGantry):
         self, goal: GoalContext, *, feed: int | None = None, rapid: int | None = None
     ) -> dict[str, Any]:
         self._check_connected("override")
-        wanted = (feed, rapid)
         with self._telling("override"):
-            for pause_s in OVERRIDE_S:
-                for byte in override_bytes(feed, rapid):
-                    await self._at_once(bytes([byte]))
-                    # Each sets a flag: two of one kind before GRBL has looked are one.
-                    await self._look()
-                    await asyncio.sleep(pause_s)
-                for _ in range(OVERRIDE_LOOKS):
-                    await self._look()
-                    told = self._overrides()[:2]
-                    if all(w in (None, t) for w, t in zip(wanted, told, strict=False)) and told:
-                        return {}
-                    await asyncio.sleep(OVERRIDE_S[0])
-            raise GrblFault(f"it reports {self._overrides()} %")
+            await self._override(feed, rapid)
+        return {}
 
     async def go_to_zero(
         self, goal: GoalContext, *, axes: list[str] | None = None, feed: float | None = None
@@ -251,10 +245,9 @@ class GantryBase(AnyGantry):
         await self._ready()
         self._check_homed("set the work zero")
         named = sorted(self.bench.index[AXES.index(axis)] for axis in axes or self.bench.axes)
-        line = "G10L20P0" + "".join(f"{LETTERS[number]}0" for number in named)
-        with self._telling(line):
+        with self._telling(f"set the work zero of {', '.join(LETTERS[axis] for axis in named)}"):
             self.by_hand = {"goal_id": goal.id}
-            await self._set_zero(line)
+            await self._set_zero(named)
             offset = self._offset()
             zero = self._place(await self._machine() if offset is None else offset)
         self.by_hand |= zero
@@ -285,9 +278,9 @@ class GantryBase(AnyGantry):
         machine = start
         for leg in way:
             end = dict(self.bench.to_machine(AXES.index(axis), v) for axis, v in leg.items())
-            line = _line(end, feed)
-            with self._telling(f"move to {_axes_words(leg)} (`{line}`)"):
-                machine = await self._drive(goal, line, end)
+            words = f"move to {_axes_words(leg)} (`{self._move_line(end, feed)}`)"
+            with self._telling(words):
+                machine = await self._drive(goal, end, feed)
         return self._place(machine)
 
     def _check_target(self, wanted: dict[str, float], safe_z: float | None) -> None:
@@ -329,7 +322,7 @@ class GantryBase(AnyGantry):
     async def _ready(self) -> None:
         """Query its state; raise ActionFailed if no motion may begin."""
         self._check_connected("move")
-        with self._telling("report its state (`?`)", before=True):
+        with self._telling("report its state", before=True):
             await self._look()
         if self.known.alarm:
             words = f"{self._name()} was not moved: {self.known.alarm}"
@@ -374,7 +367,7 @@ class GantryBase(AnyGantry):
         """Turn errors within into those of the contract; `before`: nothing has been sent."""
         try:
             yield
-        except GrblFault as fault:
+        except MotionFault as fault:
             in_alarm = bool(self.known.alarm) or self._locked()
             error = "Offline" if before and not in_alarm else fault.error
             words = f"{self._name()} was asked to {asked}; {fault}"
@@ -407,25 +400,7 @@ class GantryBase(AnyGantry):
             self.world.publish(self.place.device, self._place(machine))
 
 
-def _line(end: dict[int, float], feed: float | None) -> str:
-    """A straight move in machine coordinates, whatever work zero is set."""
-    words = "".join(f"{LETTERS[axis]}{value:.4f}" for axis, value in sorted(end.items()))
-    return f"{MODES}G53G0{words}" if feed is None else f"{MODES}G53G1{words}F{feed:.3f}"
-
-
 def _axes_words(wanted: dict[str, float]) -> str:
     lengths = " ".join(f"{axis} {value:g}" for axis, value in wanted.items() if unit(axis) == "mm")
     turns = "".join(f" {a} {v:g} deg" for a, v in wanted.items() if unit(a) == "deg")
     return (lengths + " mm" if lengths else "") + turns
-
-
-def override_bytes(feed: int | None, rapid: int | None) -> bytes:
-    """The real-time bytes for overrides in percent: GRBL's are steps from 100."""
-    data = b""
-    if feed is not None:
-        tens, ones = divmod(abs(feed - 100), 10)
-        ten, one = (b"\x91", b"\x93") if feed > 100 else (b"\x92", b"\x94")
-        data += b"\x90" + ten * tens + one * ones
-    if rapid is not None:
-        data += {100: b"\x95", 50: b"\x96", 25: b"\x97"}[rapid]
-    return data

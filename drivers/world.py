@@ -15,7 +15,7 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
-from ....system.files import write_whole
+from ..system.files import write_whole
 
 REFUSALS = 200
 

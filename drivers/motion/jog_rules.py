@@ -1,4 +1,4 @@
-"""Jog: the checks before an axis moves by hand, over a serial port or OpenBuilds CONTROL."""
+"""Jog: the checks before an axis moves by hand, whatever moves it."""
 
 import time
 from abc import abstractmethod
@@ -6,15 +6,15 @@ from collections.abc import Callable
 from typing import Any
 
 from ..driver import ActionFailed, GoalContext
-from ..motion.gantry import AXES
-from .gantry_base import GantryBase
-from .report import Point
+from .bench import Point
+from .gantry import AXES
+from .real_gantry import RealGantry
 
 CREEP_MM, CREEP_FEED = 10.0, 300.0
 """How far (mm) and fast (mm/min) a jog may go before homing, to get off a switch."""
 
 
-class JogRules(GantryBase):
+class JogRules(RealGantry):
     """A jog by a distance ends there; one in a direction lasts while its goal keeps being sent."""
 
     @abstractmethod

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from labrun.drivers.driver import ActionFailed
-from labrun.drivers.grbl.bench import bench_from_here, read_bench
 from labrun.drivers.grbl.settings import Settings
+from labrun.drivers.motion.bench import bench_from_here, read_bench
 
 LEAD = Settings.read(
     ["130=810.000", "131=730.000", "132=90.000", "22=1", "23=3", "27=5.000", "100=199.1"]
@@ -15,20 +15,20 @@ WHOLE = {"x": (0.0, 730.0), "y": (0.0, 810.0), "z": (0.0, 100.0)}
 
 
 def test_zero_is_by_default_the_corner_at_the_minus_end():
-    bench = read_bench({}, WHOLE, LEAD)
+    bench = read_bench({}, WHOLE, LEAD.ranges)
 
     assert bench.origin == (-805.0, -725.0, -90.0)
     assert bench.to_bench((-805.003, -725.003, -5.003)) == pytest.approx((-0.003, -0.003, 84.997))
 
 
 def test_the_reach_is_the_smallest_of_contract_lab_and_machine():
-    bench = read_bench({}, {**WHOLE, "z": (10.0, 60.0)}, LEAD)
+    bench = read_bench({}, {**WHOLE, "z": (10.0, 60.0)}, LEAD.ranges)
 
     assert (bench.low, bench.high) == ((0.0, 0.0, 10.0), (730.0, 725.0, 60.0))
 
 
 def test_an_origin_of_ones_own_moves_everything():
-    bench = read_bench({"origin": {"x": -700}}, WHOLE, LEAD)
+    bench = read_bench({"origin": {"x": -700}}, WHOLE, LEAD.ranges)
 
     assert bench.to_machine(0, 10.0) == (0, -690.0)
     assert bench.high[0] == 700.0
@@ -36,7 +36,7 @@ def test_an_origin_of_ones_own_moves_everything():
 
 def test_a_firmware_whose_zero_is_where_it_homes_has_its_reach_on_the_other_side():
     lines = [f"{number}={value}" for number, value in LEAD.values.items()]
-    bench = read_bench({}, WHOLE, Settings.read(lines, "VZ"))
+    bench = read_bench({}, WHOLE, Settings.read(lines, "VZ").ranges)
 
     assert bench.origin == (0.0, 0.0, -85.0)
     assert (bench.low, bench.high) == ((0.0, 0.0, 0.0), (730.0, 725.0, 85.0))
@@ -44,7 +44,7 @@ def test_a_firmware_whose_zero_is_where_it_homes_has_its_reach_on_the_other_side
 
 
 def test_axes_may_be_turned():
-    bench = read_bench({"axes": {"x": "Y", "y": "-X"}}, WHOLE, LEAD)
+    bench = read_bench({"axes": {"x": "Y", "y": "-X"}}, WHOLE, LEAD.ranges)
 
     assert bench.to_machine(0, 10.0) == (1, -715.0)
     assert bench.to_machine(1, 10.0) == (0, -10.0)
@@ -62,7 +62,7 @@ def test_a_machine_without_switches_stands_where_somebody_put_it():
 @pytest.mark.parametrize("value", [-0.1, 730.1, math.nan, math.inf, -math.inf])
 def test_what_is_out_of_reach_or_no_number_is_refused(value):
     with pytest.raises(ActionFailed, match=r"SoftLimit: g was not moved: x .* is outside 0 to 730"):
-        read_bench({}, WHOLE, LEAD).check_range({"x": value}, "g")
+        read_bench({}, WHOLE, LEAD.ranges).check_range({"x": value}, "g")
 
 
 CLAMP = {"keep_out": [{"name": "clamp", "x": [100, 140], "y": [50, 100], "z": [0, 35]}]}
@@ -82,7 +82,7 @@ CLAMP = {"keep_out": [{"name": "clamp", "x": [100, 140], "y": [50, 100], "z": [0
     ],
 )
 def test_the_way_may_not_go_through_a_keep_out_box(start, end, fine):
-    bench = read_bench(CLAMP, WHOLE, LEAD)
+    bench = read_bench(CLAMP, WHOLE, LEAD.ranges)
     if fine:
         bench.check_path(start, end, "g")
     else:
@@ -91,7 +91,7 @@ def test_the_way_may_not_go_through_a_keep_out_box(start, end, fine):
 
 
 def test_a_held_jog_stops_at_the_box_and_at_the_edge():
-    bench = read_bench(CLAMP, WHOLE, LEAD)
+    bench = read_bench(CLAMP, WHOLE, LEAD.ranges)
 
     assert bench.reach((0, 75, 10), 0, 1) == pytest.approx(100.01)
     assert bench.reach((200, 75, 10), 0, -1) == pytest.approx(139.99)

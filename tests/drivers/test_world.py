@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from labrun.drivers.simulated.twins.world import World
+from labrun.drivers.world import World
 
 
 def test_nobody_has_published_anything_yet(tmp_path):
@@ -16,7 +16,7 @@ def test_nobody_has_published_anything_yet(tmp_path):
 def test_another_process_sees_only_whole_states(tmp_path):
     script = f"""
 import pathlib
-from labrun.drivers.simulated.twins.world import World
+from labrun.drivers.world import World
 world = World(pathlib.Path({str(tmp_path)!r}))
 for n in range(3000):
     world.publish("gantry", {{"n": n, "twice": 2 * n, "ballast": "x" * (n % 500)}})

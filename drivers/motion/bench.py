@@ -1,23 +1,22 @@
 """Bench and machine coordinates: where zero is, which axis is which, how far each one goes.
 
-GRBL's machine space is negative (0 is at the plus end of each axis, -travel at the minus end),
-whichever way it homes; only firmware built that way has its 0 where it homes. `origin` is the
-machine position of the bench's zero, per bench axis; by default the corner at the minus end, as
-far from the switch as homing pulls off.
+`origin` is the machine position of the bench's zero, per bench axis; by default the corner at the
+minus end of the machine's own ranges.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ...schemas.contracts import shipped_contracts
 from ..driver import ActionFailed, Place
-from ..motion.gantry import AXES
-from ..motion.keep_out import Box, read_boxes
-from .report import Point
-from .settings import Settings
+from .gantry import AXES
+from .keep_out import Box, read_boxes
 
 LETTERS = AXES.upper()
+Point = tuple[float, ...]
+"""Three to six numbers: x y z a b c."""
+
 ROUNDING_MM = 0.006  # a step and the report's last digit: a position on the edge is inside
 
 Limits = Mapping[str, tuple[float | None, float | None]]
@@ -99,13 +98,15 @@ class Bench:
         return min([edge, *stops]) if sign > 0 else max([edge, *stops])
 
 
-def read_bench(config: dict[str, Any], limits: Limits, settings: Settings) -> Bench:
-    """Built from a lab's config, its limits and the contract's, and the machine's own travel."""
-    names = AXES[: settings.axes]
+def read_bench(
+    config: dict[str, Any], limits: Limits, ranges: Sequence[tuple[float, float]]
+) -> Bench:
+    """Built from a lab's config, its limits and the contract's, and the machine's own ranges."""
+    names = AXES[: len(ranges)]
     index, sign = zip(*(_axis(config, name, names) for name in names), strict=True)
     origins, lows, highs = [], [], []
     for i, name in enumerate(names):
-        minus, plus = _machine_range(settings, index[i])
+        minus, plus = ranges[index[i]]
         given = (config.get("origin") or {}).get(name)
         origin = (minus if sign[i] > 0 else plus) if given is None else float(given)
         low, high = _both(limits.get(name), sorted(sign[i] * (m - origin) for m in (minus, plus)))
@@ -149,14 +150,6 @@ def whole_limits(place: Place) -> Limits:
         for axis in AXES
         if (schema := schemas.get(axis)) is not None
     }
-
-
-def _machine_range(settings: Settings, axis: int) -> tuple[float, float]:
-    """From the minus end to the plus end; the switch's end less the pull-off distance of homing."""
-    travel, off = settings.travel[axis], settings.pull_off
-    if settings.zero_where_homed:
-        return (0.0, travel - off) if settings.homes_to_minus(axis) else (off - travel, 0.0)
-    return (-travel + off, 0.0) if settings.homes_to_minus(axis) else (-travel, -off)
 
 
 def _axis(config: dict[str, Any], name: str, names: str) -> tuple[int, int]:

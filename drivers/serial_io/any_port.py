@@ -1,8 +1,8 @@
-"""A GRBL controller's serial port, or a program behind a socket: opened, and missed, with a reason."""
+"""A controller's serial port, or a program behind a socket: opened, and missed, with a reason."""
 
 from typing import Any
 
-from ..serial_io.open_port import READ_S, WRITE_S, open_exclusively
+from .open_port import READ_S, WRITE_S, open_exclusively
 
 
 def lost_words(name: str, fault: Exception) -> str:

@@ -1,0 +1,61 @@
+"""What GRBL's lines and real-time bytes say, whatever carries them."""
+
+import asyncio
+from abc import abstractmethod
+
+from ..motion.bench import LETTERS
+from ..motion.faults import MotionFault
+from ..motion.jog_rules import JogRules
+
+MODES = "G21G90G94"
+"""Millimetres, absolute, per minute: in every line, since a reset or another program may unset it."""
+OVERRIDE_LOOKS, OVERRIDE_S = 20, (0.03, 0.1, 0.3)
+"""Seconds from one real-time byte to the next: longer, where the report shows that some were lost."""
+
+
+class GrblDialect(JogRules):
+    """A gantry behind GRBL, over a serial port or through OpenBuilds CONTROL."""
+
+    @abstractmethod
+    async def _at_once(self, data: bytes) -> None:
+        """Send bytes that take effect at once; raises MotionFault."""
+
+    def _move_line(self, end: dict[int, float], feed: float | None) -> str:
+        words = "".join(f"{LETTERS[axis]}{value:.4f}" for axis, value in sorted(end.items()))
+        return f"{MODES}G53G0{words}" if feed is None else f"{MODES}G53G1{words}F{feed:.3f}"
+
+    def _touch_line(self, axis: int, way: float, feed: float) -> str:
+        return f"G21G91G94G38.3{LETTERS[axis]}{way:.4f}F{feed:.3f}"
+
+    async def _override(self, feed: int | None, rapid: int | None) -> None:
+        wanted = (feed, rapid)
+        for pause_s in OVERRIDE_S:
+            for byte in override_bytes(feed, rapid):
+                await self._at_once(bytes([byte]))
+                # Each sets a flag: two of one kind before GRBL has looked are one.
+                await self._look()
+                await asyncio.sleep(pause_s)
+            for _ in range(OVERRIDE_LOOKS):
+                await self._look()
+                told = self._overrides()[:2]
+                if all(w in (None, t) for w, t in zip(wanted, told, strict=False)) and told:
+                    return
+                await asyncio.sleep(OVERRIDE_S[0])
+        raise MotionFault(f"it reports {self._overrides()} %")
+
+
+def zero_line(axes: list[int]) -> str:
+    """Makes the position of these machine axes the work zero."""
+    return "G10L20P0" + "".join(f"{LETTERS[axis]}0" for axis in axes)
+
+
+def override_bytes(feed: int | None, rapid: int | None) -> bytes:
+    """The real-time bytes for overrides in percent: GRBL's are steps from 100."""
+    data = b""
+    if feed is not None:
+        tens, ones = divmod(abs(feed - 100), 10)
+        ten, one = (b"\x91", b"\x93") if feed > 100 else (b"\x92", b"\x94")
+        data += b"\x90" + ten * tens + one * ones
+    if rapid is not None:
+        data += {100: b"\x95", 50: b"\x96", 25: b"\x97"}[rapid]
+    return data

@@ -1,0 +1,220 @@
+"""The gantry behind Marlin, as a driver.
+
+Configuration: `port`, `baud` (115200), `boot_s` (how long its start may take), `origin`, `axes`,
+`keep_out`, `home_first`, `homing_timeout` (s), `safe_z`, `outputs`. `docs/how-to/gantry.md` explains each.
+"""
+
+import asyncio
+import contextlib
+from typing import Any, ClassVar
+
+from ...system.tasks import end, keep, spawn
+from ..driver import GoalContext, Place
+from ..motion.bench import LETTERS, Point, read_bench
+from ..motion.config import PLACING
+from ..motion.faults import Ended, HomingFailed, MotionFault, NotStopped, NotThere
+from ..motion.fed_gantry import FedGantry
+from .link import Link
+from .machine import Machine, read_machine, read_pins, read_place
+
+AGAIN_S = 1.0
+CLOSED_S = 0.3
+"""How long the port stays closed, so that the board notices."""
+LOOK_S = 0.05
+BROKEN_OFF_S = 3.0
+STAYS_ON = "M84 S0"
+"""It lets go of its motors after two minutes otherwise, and goes on trusting its position."""
+
+
+class Marlin(FedGantry):
+    """Implements gantry@2 with three axes; the port is reopened by itself after it was unplugged."""
+
+    options: ClassVar[tuple[str, ...]] = ("port", "baud", "boot_s", *PLACING)
+    when_lost: ClassVar[str] = "; it reconnects when it is back"
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        if not place.config.get("port"):
+            raise ValueError("config needs `port`, such as /dev/serial/by-id/usb-... or COM5")
+        baud = int(place.config.get("baud", 115200))
+        self.known = self.link = Link(str(place.config["port"]), baud)
+        self.machine = Machine()
+        self.full_power = 255.0
+        self.percent: tuple[int, ...] = (100, 100)
+        self._at: Point | None = None
+        self._engaged = ""
+        self._keeper: asyncio.Task[None] | None = None
+
+    async def open(self) -> None:
+        try:
+            self.zero.read()
+            await self._reach()
+        except BaseException:  # a cancel as well
+            await self.link.close("it was closed")
+            raise
+        self._keeper = keep(f"reopening {self.link.port.name}", self._keep)
+
+    async def close(self) -> None:
+        await end(self._keeper)
+        await self.link.close("it was closed")
+
+    async def _reach(self) -> None:
+        link = self.link
+        await link.open(float(self.place.config.get("boot_s", 5)))
+        try:
+            capabilities = await link.ask("M115")
+            told = [*await link.ask("M503"), *await link.ask("M211")]
+            self.machine = read_machine(told, capabilities)
+            for line in ("G21", "G90", STAYS_ON, "M220 S100"):
+                with contextlib.suppress(NotThere):  # a build without inches has no G21
+                    await link.ask(line)
+            await self._still()
+        except (MotionFault, ValueError) as fault:
+            raise OSError(f"{link.port.name}: Marlin was reached, but {fault}") from fault
+        self.bench = read_bench(self.place.config, self.limits, self.machine.ranges)
+        self.tolerance = self.machine.tolerance
+
+    async def _keep(self) -> None:
+        """Reopen the port whenever it was lost; the gantry's position is then unknown."""
+        link = self.link
+        while True:
+            await link.until(lambda: bool(link.lost), 3600)
+            if not link.lost:
+                continue
+            why = link.lost
+            await link.port.close()
+            await asyncio.sleep(AGAIN_S)
+            link.alarm = f"the connection was lost ({why}) and is back. Home it"
+            with contextlib.suppress(OSError):
+                await self._reach()
+
+    async def _home(self, goal: GoalContext) -> None:
+        """Run `G28` to its end; only a build with an emergency parser can be stopped in it."""
+        link = self.link
+        link.homed = False
+        with self._moving(goal, "home"):
+            asked = spawn(f"homing {link.port.name}", link.ask("G28"), expected=(MotionFault,))
+            clock = asyncio.get_running_loop().time
+            until = clock() + float(self.place.config.get("homing_timeout", 120))
+            while not asked.done():
+                await asyncio.wait({asked}, timeout=LOOK_S)
+                if not asked.done() and (self._ended(goal)() or clock() > until):
+                    await self._break_off()
+                    await asyncio.wait({asked}, timeout=BROKEN_OFF_S)
+                    await end(asked)
+                    if self._ended(goal)():
+                        raise Ended
+                    raise HomingFailed("it did not end within `homing_timeout`, and was stopped")
+            try:
+                told = asked.result()
+            except NotThere as fault:
+                raise HomingFailed(str(fault)) from fault
+            if faults := [line for line in told if "fail" in line.lower()]:
+                raise HomingFailed(f"it said `{faults[0]}`")
+            await self._still()
+            for line in ("G90", STAYS_ON):
+                await link.ask(line)
+            link.homed, link.alarm = True, ""
+
+    async def _break_off(self) -> None:
+        """Halt the firmware itself: it has nothing milder that works while it homes or touches."""
+        link = self.link
+        link.homed = False
+        if not self.machine.quick_stop:
+            raise NotStopped(
+                "this Marlin was built without EMERGENCY_PARSER: it takes no stop before it has "
+                "homed or touched; press its emergency stop if it must stand now"
+            )
+        link.at_once("M112")
+        if not await link.until(lambda: bool(link.alarm or link.lost), BROKEN_OFF_S):
+            raise NotStopped(
+                "it did not confirm its halt and may still move: press its emergency stop"
+            )
+
+    async def unlock(self, goal: GoalContext) -> dict[str, Any]:
+        """A halted Marlin is restarted by opening its port again, which resets most boards."""
+        self._check_connected("unlock")
+        link = self.link
+        with self._telling("unlock"):
+            if link.halted:
+                await self._restart()
+            if link.alarm:
+                await self._still()
+                link.alarm, link.homed = "", False
+        return {}
+
+    async def _restart(self) -> None:
+        await end(self._keeper)
+        await self.link.port.close()
+        await asyncio.sleep(CLOSED_S)
+        try:
+            await self._reach()
+        except OSError as fault:
+            raise MotionFault(f"it did not come back ({fault}); switch it off and on") from fault
+        finally:
+            self._keeper = keep(f"reopening {self.link.port.name}", self._keep)
+
+    async def _look(self) -> None:
+        if not self.link.halted:
+            self._engaged = read_pins(await self.link.ask("M119"))
+
+    def _locked(self) -> bool:
+        return False
+
+    def _place_known(self) -> Point | None:
+        return self._at
+
+    async def _still(self) -> Point:
+        await self.link.ask("M400")
+        place = read_place(await self.link.ask("M114"))
+        if place is None:
+            raise MotionFault(f"it does not report where it is; {self.link.last_words}")
+        self._at = place
+        return place
+
+    async def _piece(self, place: dict[int, float], speed: float) -> None:
+        await self.link.ask(self._move_line(place, speed * 60))
+
+    def _fastest(self, way: dict[int, float]) -> tuple[float, float]:
+        return self.machine.fastest(way)
+
+    def _move_line(self, end: dict[int, float], feed: float | None) -> str:
+        words = "".join(f" {LETTERS[axis]}{value:.4f}" for axis, value in sorted(end.items()))
+        return f"G0{words}" if feed is None else f"G1{words} F{feed:.1f}"
+
+    def _touch_line(self, axis: int, way: float, feed: float) -> str:
+        return f"G38.3 {LETTERS[axis]}{way:.4f} F{feed:.1f}"
+
+    async def _probe(self, goal: GoalContext, axis: int, way: float, feed: float) -> Point | None:
+        with self._moving(goal, "touch"):
+            start = await self._still()
+            line = self._touch_line(axis, start[axis] + way, feed)
+            await self.link.ask(line)
+            place = await self._still()
+            if self._ended(goal)():
+                raise Ended
+            # It says nothing of the contact, but stands where it was.
+            return None if abs(place[axis] - start[axis] - way) <= self.tolerance else place
+
+    async def _carry_out(self, line: str) -> None:
+        await self.link.ask(line)
+        await self.link.ask("M400")
+
+    async def _override(self, feed: int | None, rapid: int | None) -> None:
+        """Marlin has one override for both, which begins with the next piece."""
+        wanted = feed if feed is not None else rapid
+        if feed is not None and rapid not in (None, 100):
+            raise NotThere("Marlin has one override for feed and rapid moves; give `feed` alone")
+        told = await self.link.ask(f"M220 S{wanted}") + await self.link.ask("M220")
+        if not any(f"FR:{wanted}%" in line.replace(" ", "") for line in told):
+            raise MotionFault(f"it reports {self.link.last_words}")
+        self.percent = (int(wanted or 100),) * 2
+
+    def _pins(self) -> str:
+        return self._engaged
+
+    def _overrides(self) -> tuple[int, ...]:
+        return self.percent
+
+    def _name(self) -> str:
+        return f"{self.place.device} (Marlin on {self.link.port.name})"

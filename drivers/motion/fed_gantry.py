@@ -1,0 +1,215 @@
+"""A gantry whose controller knows no feed hold: it is given its way in short pieces, just ahead of the axes.
+
+A stop, a hold and the end of this program end the motion where the pieces end that it has: it brakes
+along its path, no step is lost, and the position is still trusted.
+"""
+
+import asyncio
+import contextlib
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar
+
+from ..driver import ActionFailed, GoalContext, Place
+from .bench import LETTERS, Point, place_words
+from .faults import Ended, Lost, MotionFault, NotStopped, Silent, WrongPlace
+from .jog_rules import JogRules
+from .work_zero import WorkZero
+
+LOOK_S = 0.02
+
+
+class FedGantry(JogRules):
+    """Feeds moves and jogs, and keeps the work zero itself."""
+
+    piece_s: ClassVar[float] = 0.05
+    ahead_s: ClassVar[float] = 0.25
+    """How far it is given its way ahead of the axes, beside the way that braking takes."""
+    stop_s: ClassVar[float] = 5.0
+    """How long a stop waits for it to stand; braking and a quarter of a second are usual."""
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.zero = WorkZero(place.folder)
+        self._holding = False
+
+    @abstractmethod
+    async def _piece(self, place: dict[int, float], speed: float) -> None:
+        """Give it a straight way to these machine positions (mm, mm/s), and wait until it is taken."""
+
+    @abstractmethod
+    async def _still(self) -> Point:
+        """Wait for the proof that all motion has ended; where it stands. Raises MotionFault."""
+
+    @abstractmethod
+    async def _break_off(self) -> None:
+        """Stop at once what cannot be stopped by not feeding it; raises MotionFault."""
+
+    @abstractmethod
+    def _fastest(self, way: dict[int, float]) -> tuple[float, float]:
+        """The speed (mm/s) and the acceleration (mm/s2) that it can go along a way at most."""
+
+    async def _machine(self) -> Point:
+        return await self._still()
+
+    async def _drive(self, goal: GoalContext, end: dict[int, float], feed: float | None) -> Point:
+        with self._moving(goal, "move"):
+            start = await self._still()
+            way = {axis: value - start[axis] for axis, value in end.items()}
+            await self._feed(goal, start, way, feed, lambda: True)
+            return await self._arrived(end)
+
+    async def _jog_by(self, goal: GoalContext, axis: int, distance: float, feed: float) -> None:
+        with self._moving(goal, "jog"):
+            start = await self._still()
+            await self._feed(goal, start, {axis: distance}, feed, lambda: True)
+            await self._arrived({axis: start[axis] + distance})
+
+    async def _jog_while(
+        self, goal: GoalContext, axis: int, way: float, feed: float, held: Callable[[], bool]
+    ) -> None:
+        with self._moving(goal, "jog"):
+            await self._feed(goal, await self._still(), {axis: way}, feed, held)
+            await self._still()
+
+    async def _feed(
+        self, goal: GoalContext, start: Point, way: dict[int, float], feed: float | None,
+        wanted: Callable[[], bool],
+    ) -> None:  # fmt: skip
+        """Give it the way, piece by piece, as long as it is wanted; raises Ended once it stands."""
+        clock, ended = asyncio.get_running_loop().time, self._ended(goal)
+        length = math.hypot(*way.values())
+        speed, acceleration = self._fastest(way)
+        speed = min(speed, (feed or math.inf) / 60)
+        ahead = speed * self.ahead_s + speed**2 / (2 * acceleration)
+        pieces = max(1, math.ceil(length / (speed * self.piece_s))) if length else 0
+        begun, given = clock(), 0.0
+        for number in range(1, pieces + 1):
+            while self._holding or given - _gone(clock() - begun, speed, acceleration) > ahead:
+                if ended() or not wanted():
+                    break
+                await asyncio.sleep(LOOK_S)
+                if self._holding:
+                    begun, given = clock(), 0.0
+            if ended():
+                await self._still()
+                raise Ended
+            if not wanted():
+                return
+            part = number / pieces
+            place = {axis: start[axis] + part * by for axis, by in way.items()}
+            await self._piece(place, speed)
+            given += length / pieces
+            at = list(start)
+            for axis, value in place.items():
+                at[axis] = value
+            goal.feedback(part, f"on the way to {place_words(self.bench.to_bench(tuple(at)))}")
+        while self._holding and not ended():  # noqa: ASYNC110 - a call of `resume` or `halt` ends it
+            await asyncio.sleep(LOOK_S)
+        if ended():
+            await self._still()
+            raise Ended
+
+    async def _arrived(self, end: dict[int, float]) -> Point:
+        machine = await self._still()
+        if self.known.alarm:
+            raise MotionFault(self.known.alarm)
+        if all(abs(machine[axis] - value) <= self.tolerance for axis, value in end.items()):
+            return machine
+        found = " ".join(f"{LETTERS[a]} {machine[a]:.3f}" for a in sorted(end))
+        wanted = " ".join(f"{LETTERS[a]} {v:.3f}" for a, v in sorted(end.items()))
+        raise WrongPlace(
+            f"it has stopped, but at {found} instead of {wanted} (machine coordinates)"
+        )
+
+    async def _hold(self) -> None:
+        self._holding = True
+        await self._still()
+
+    async def _resume(self) -> None:
+        self._holding = False
+
+    async def _stop(self) -> None:
+        """What is fed ends by itself; the rest is broken off."""
+        self._holding = False
+        if self._doing in ("home", "touch"):
+            await self._break_off()
+        elif not await self._ends(self.stop_s):
+            self.known.homed = False
+            await self._break_off()
+            if not await self._ends(self.stop_s):
+                raise NotStopped(
+                    "it did not confirm that it has stopped and may still move: press its emergency stop"
+                )
+
+    async def _ends(self, seconds: float) -> bool:
+        clock = asyncio.get_running_loop().time
+        end = clock() + seconds
+        while self._doing is not None and clock() < end:  # noqa: ASYNC110 - the motion notices by itself
+            await asyncio.sleep(LOOK_S)
+        return self._doing is None
+
+    @contextlib.contextmanager
+    def _moving(self, goal: GoalContext, doing: str) -> Iterator[None]:
+        """Wrap one motion: a stop or a cancel that ends it is reported as such."""
+        self._holding = False
+        error = "HomingFailed" if doing == "home" else "Alarm"
+        try:
+            with self._under_way(doing):
+                yield
+        except Ended:
+            raise self._ending(goal, error, "yes") from None
+        except Lost as fault:
+            if self._ended(goal)():
+                raise self._ending(goal, error, "yes") from fault
+            raise Lost(f"{fault}. It may finish what it was given; home it") from fault
+        except Silent:
+            self.known.homed = False
+            raise
+
+    async def _set_zero(self, axes: list[int]) -> None:
+        try:
+            self.zero.set(axes, await self._still())
+        except OSError as fault:
+            raise ActionFailed("Offline", f"{self._name()}: {fault}", "no") from fault
+
+    def _offset(self) -> Point | None:
+        machine = self._place_known()
+        return None if machine is None else self.zero.place(len(machine))
+
+    def _held_in(self) -> str:
+        return ""
+
+    def _state(self) -> str:
+        """The contract's `state`."""
+        if self.known.lost:
+            return "offline"
+        if self._doing == "home":
+            return "homing"
+        if self.known.alarm:
+            return "alarm"
+        if self._doing:
+            return "hold" if self._holding else "moving"
+        return "idle"
+
+    async def status(self) -> dict[str, Any]:
+        machine, zero = self._place_known(), self._offset()
+        told: dict[str, Any] = {
+            "state": self._state(),
+            "homed": self.homed,
+            "alarm": self.known.lost or self.known.alarm,
+        }
+        if machine is not None and zero is not None:
+            self._publish(machine)
+            work = tuple(at - from_ for at, from_ in zip(machine, zero, strict=True))
+            told |= self._standing(machine, work) | self._more_status(machine)
+        return told
+
+
+def _gone(seconds: float, speed: float, acceleration: float) -> float:
+    """How far it has gone since it began, from standstill."""
+    ramp = speed / acceleration
+    if seconds < ramp:
+        return acceleration * seconds**2 / 2
+    return speed * (seconds - ramp / 2)

@@ -1,0 +1,264 @@
+"""A Marlin on a pseudo-terminal, as its 2.0.9.7 was seen to behave.
+
+Opening its port boots it; lines have numbers and checksums, and a wrong one is asked for again; `ok`
+to a move means that it is planned, and waits while sixteen are; M114 tells the end of what is
+planned, not where the axes are; nothing is read while it homes or waits for standstill, except by an
+emergency parser; after M112, or a homing that found no switch, it answers nothing until it is reset.
+"""
+
+import contextlib
+import math
+import os
+import pty
+import re
+import select
+import threading
+import time
+import tty
+from collections import deque
+from pathlib import Path
+
+WORD = re.compile(r"([A-Z])(-?\d+(?:\.\d+)?)")
+PLANNED, HELD_LINES = 16, 4
+BUSY_S = 0.4  # 2.0 on the real one
+
+
+class Peer:
+    """Start it, give `path` to a driver, look at `stands` and `heard` afterwards."""
+
+    def __init__(self, *, speed=20.0, homing_s=0.2, emergency=True, boots_on_open=True):
+        self.rates = [41.7 * speed, 41.7 * speed, 41.7 * speed]
+        self.homing_s, self.emergency, self.boots_on_open = homing_s, emergency, boots_on_open
+        self.place = [3.0, 4.0, 5.0]  # where it truly is
+        self.offset = [-3.0, -4.0, -5.0]  # what it believes beside that
+        self.stands, self.heard = [], []
+        self.surface = None
+        self.homing_fails = False
+        self.eats_ok_of = None
+        self.garbles = None  # a word: the next line with it arrives damaged
+        self._ends = threading.Event()
+        self.plug()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def plug(self):
+        self.master, slave = pty.openpty()
+        tty.setraw(slave)
+        self.path = getattr(self, "path", None) or f"/tmp/labrun-marlin-{os.getpid()}-{id(self):x}"
+        Path(self.path).unlink(missing_ok=True)
+        Path(self.path).symlink_to(os.ttyname(slave))
+        os.close(slave)
+        self._open = False
+        self._reset()
+
+    def unplug(self):
+        Path(self.path).unlink()
+        os.close(self.master)
+        self.master = None
+
+    def close(self):
+        self._ends.set()
+        self._thread.join(5)
+        if self.master is not None:
+            self.unplug()
+
+    @property
+    def move(self):
+        """What it moves now; None if it stands."""
+        return self.blocks[0] if self.blocks else None
+
+    def _reset(self):
+        self.blocks, self.lines, self.received = deque(), deque(), b""
+        self.number, self.killed, self.relative, self.percent = 0, False, False, 100
+        self.doing, self.said_busy = None, 0.0
+        self.told = [at + by for at, by in zip(self.place, self.offset, strict=True)]
+        self.began = time.monotonic()
+
+    def _run(self):
+        while not self._ends.wait(0.003):
+            with contextlib.suppress(OSError, TypeError, ValueError):
+                self._look()
+
+    def _look(self):
+        if self.master is None:
+            return
+        poll = select.poll()
+        poll.register(self.master, select.POLLIN | select.POLLHUP)
+        events = dict(poll.poll(0)).get(self.master, 0)
+        self._drive()
+        if events & select.POLLHUP:
+            self._open = False
+        elif not self._open:
+            self._open = True
+            if self.boots_on_open:
+                self._stand()
+                self._reset()
+                self.say("start")
+                self.say("echo:; Linear Units:")
+        if events & select.POLLIN:
+            self._receive(os.read(self.master, 4096))
+        if not self.killed:
+            self._work()
+
+    def say(self, line):
+        if not self.killed and self._open:
+            os.write(self.master, line.encode() + b"\n")
+
+    def _receive(self, data):
+        *lines, self.received = (self.received + data).split(b"\n")
+        for line in lines:
+            text = line.decode().strip()
+            self.heard.append(text)
+            if self.garbles and self.garbles in text:
+                self.garbles, text = None, text.replace("1", "7", 1)
+            if self.emergency and text == "M112":
+                self.say("Error:Printer halted. kill() called!")
+                self._stand()
+                self.killed = True
+            else:
+                self.lines.append(text)
+
+    def _work(self):
+        """The line under way, or the next ones."""
+        if self.doing is not None:
+            if not self.doing():
+                if time.monotonic() - self.said_busy > BUSY_S:
+                    self.said_busy = time.monotonic()
+                    self.say("echo:busy: processing")
+                return
+            self.doing = None
+            self._ok()
+        while self.lines and self.doing is None and not self.killed:
+            self._begin(self.lines.popleft())
+
+    def _begin(self, text):
+        if found := re.match(r"N(\d+) (.*)\*(\d+)$", text):
+            number, check = int(found[1]), 0
+            for byte in text[: text.rindex("*")].encode():
+                check ^= byte
+            if check != int(found[3]) or number != self.number + 1:
+                wrong = (
+                    "Line Number is not Last Line Number+1"
+                    if check == int(found[3])
+                    else "checksum mismatch"
+                )
+                self.say(f"Error:{wrong}, Last Line: {self.number}")
+                self.say(f"Resend: {self.number + 1}")
+                self.say("ok")
+                return
+            self.number, text = number, found[2]
+        self.line, self.said_busy = text, time.monotonic()
+        self.doing = self._does(text)
+        if self.doing is None:
+            self._ok()
+        elif self.doing():
+            self.doing = None
+            self._ok()
+
+    def _ok(self):
+        if self.eats_ok_of and self.eats_ok_of in self.line:
+            self.eats_ok_of = None
+        else:
+            self.say("ok")
+
+    def _does(self, text):
+        """Carry out a line; what tells its end, where it takes a while."""
+        code = re.match(r"\S\d*(?:\.\d+)?", text)[0]
+        words = {name: float(value) for name, value in WORD.findall(text[len(code) :])}
+        match code:
+            case "G0" | "G1":
+                end = [
+                    self.told[i] if (w := words.get(a)) is None else w for i, a in enumerate("XYZ")
+                ]
+                speed = words.get("F", 0) / 60 * self.percent / 100
+
+                def planned():
+                    if len(self.blocks) >= PLANNED:
+                        return False
+                    self._plan(end, speed or math.inf)
+                    return True
+
+                return planned
+            case "G28":
+                self.lines_until = time.monotonic() + self.homing_s
+                return self._homed
+            case "G38.3":
+                end = [
+                    self.told[i] if (w := words.get(a)) is None else w for i, a in enumerate("XYZ")
+                ]
+                if self.surface is not None:
+                    end[2] = max(end[2], self.surface)
+                self._plan(end, words["F"] / 60)
+                return lambda: not self.blocks
+            case "M400":
+                return lambda: not self.blocks
+            case "M110":
+                self.number = int(words.get("N", 0))
+            case "M114":
+                x, y, z = self.told
+                self.say(f"X:{x:.2f} Y:{y:.2f} Z:{z:.2f} E:0.00 Count X:0 Y:0 Z:0")
+            case "M115":
+                self.say("FIRMWARE_NAME:Marlin 2.0.9.7 (test) PROTOCOL_VERSION:1.0")
+                self.say(f"Cap:EMERGENCY_PARSER:{int(self.emergency)}")
+            case "M503":
+                x, y, z = self.rates
+                self.say("echo:  M92 X80.00 Y80.00 Z400.00 E500.00")
+                self.say(f"echo:  M203 X{x:.2f} Y{y:.2f} Z{z:.2f} E25.00")
+                self.say("echo:  M201 X3000.00 Y3000.00 Z3000.00 E10000.00")
+                self.say("echo:  M204 P3000.00 R3000.00 T3000.00")
+            case "M211":
+                self.say("  M211 S1 ; ON")
+                self.say("  Min:  X0.00 Y0.00 Z0.00   Max:  X200.00 Y200.00 Z100.00")
+            case "M119":
+                self.say("Reporting endstop status")
+                self.say("x_min: open")
+                self.say("z_max: TRIGGERED" if self.told[2] >= 100 else "z_max: open")
+            case "M220":
+                self.percent = words.get("S", self.percent)
+                if "S" not in words:
+                    self.say(f"FR:{self.percent:.0f}%")
+            case "G90" | "M84" | "M3" | "M5":
+                pass
+            case _:
+                self.say(f'echo:Unknown command: "{text}"')
+        return None
+
+    def _homed(self):
+        if time.monotonic() < self.lines_until:
+            return False
+        if self.homing_fails:
+            self.say("echo:Homing Failed")
+            self.say("Error:Printer halted. kill() called!")
+            self.killed = True
+            return False
+        self.place, self.offset, self.told = [0.0, 0.0, 100.0], [0.0] * 3, [0.0, 0.0, 100.0]
+        self.stands.append((time.time(), list(self.place)))
+        return True
+
+    def _plan(self, end, speed):
+        start, self.told = self.told, end
+        length = math.dist(start, end)
+        if length:
+            way = [(b - a) / length for a, b in zip(start, end, strict=True)]
+            most = min(r / abs(w) for r, w in zip(self.rates, way, strict=True) if w)
+            if not self.blocks:
+                self.began = time.monotonic()
+            self.blocks.append((start, end, length / min(speed, most)))
+
+    def _drive(self):
+        while self.blocks:
+            start, end, seconds = self.blocks[0]
+            part = min(1.0, (time.monotonic() - self.began) / seconds)
+            at = [a + part * (b - a) for a, b in zip(start, end, strict=True)]
+            self.place = [p - by for p, by in zip(at, self.offset, strict=True)]
+            if part < 1.0:
+                return
+            self.blocks.popleft()
+            self.began += seconds
+            if not self.blocks:
+                self._stand()
+
+    def _stand(self):
+        if self.blocks:
+            self.blocks.clear()
+        self.stands.append((time.time(), list(self.place)))

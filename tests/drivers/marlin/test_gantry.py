@@ -1,0 +1,140 @@
+"""Moves through Marlin: fed in pieces, stopped where they end, sent once though an answer is lost."""
+
+import asyncio
+import math
+
+import pytest
+
+from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+from labrun.drivers.marlin import gantry as source
+from labrun.drivers.marlin import link
+
+from ..played import played
+
+
+def at(peer):
+    return [round(value, 3) for value in peer.place]
+
+
+def test_a_stop_ends_the_move_where_its_pieces_end_and_the_position_is_still_true(peers, gantry):
+    peer = peers(speed=1)
+
+    async def story(driver):
+        await driver.home(GoalContext("h"))
+        goal = GoalContext("m")
+        moving = asyncio.create_task(driver.move_to(goal, x=90))
+        await asyncio.sleep(0.6)
+        begun = peer.place[0]
+        goal.cancelled.set()
+        with pytest.raises(ActionCanceled, match="stopped at x"):
+            await moving
+        status = await driver.status()
+        ended = peer.place[0]
+        await driver.move_to(GoalContext("n"), x=20)
+        return begun, ended, status, await driver.status()
+
+    begun, ended, status, after = played(gantry(peer), story)
+
+    assert 10 < ended < 60 and ended - begun < 41.7 * 0.6
+    assert status["homed"] and status["x"] == pytest.approx(ended, abs=0.01)
+    assert at(peer) == [20, 0, 100] and after["x"] == 20
+
+
+def test_a_hold_brakes_and_resume_goes_on(peers, gantry):
+    peer = peers(speed=1)
+
+    async def story(driver):
+        await driver.home(GoalContext("h"))
+        moving = asyncio.create_task(driver.move_to(GoalContext("m"), x=40))
+        await asyncio.sleep(0.3)
+        await driver.hold(GoalContext("o"))
+        held, state = peer.place[0], (await driver.status())["state"]
+        await asyncio.sleep(0.3)
+        still = peer.place[0]
+        await driver.resume(GoalContext("r"))
+        return held, still, state, await moving
+
+    held, still, state, end = played(gantry(peer), story)
+
+    assert 0 < held == still < 40 and state == "hold"
+    assert end["x"] == 40 and at(peer)[0] == 40
+
+
+def test_a_line_whose_answer_or_text_was_lost_is_carried_out_once(peers, gantry, monkeypatch):
+    monkeypatch.setattr(link, "SILENCE_S", 0.6)
+    peer = peers()
+
+    async def story(driver):
+        await driver.home(GoalContext("h"))
+        peer.eats_ok_of = "M119"
+        await driver.move_to(GoalContext("1"), x=11)
+        peer.garbles = "X12"
+        await driver.jog(GoalContext("2"), axis="x", distance=1)
+        return await driver.status()
+
+    status = played(gantry(peer), story)
+
+    assert status["x"] == 12 and at(peer)[0] == 12
+
+
+def test_homing_that_finds_no_switch_halts_marlin_and_unlock_restarts_it(peers, gantry):
+    peer = peers()
+    peer.homing_fails = True
+
+    async def story(driver):
+        with pytest.raises(ActionFailed, match=r"`echo:Homing Failed`, .* unlock restarts it"):
+            await driver.home(GoalContext("h"))
+        peer.homing_fails = False
+        with pytest.raises(ActionFailed, match=r"^Alarm: .*was not moved"):
+            await driver.move_to(GoalContext("1"), x=11)
+        await driver.unlock(GoalContext("u"))
+        with pytest.raises(ActionFailed, match="NotHomed"):
+            await driver.move_to(GoalContext("2"), x=11)
+        await driver.home(GoalContext("h2"))
+        return await driver.move_to(GoalContext("3"), x=11)
+
+    assert played(gantry(peer), story)["x"] == 11
+
+
+@pytest.mark.parametrize(
+    ("emergency", "words"), [(True, "stopped at"), (False, "EMERGENCY_PARSER")]
+)
+def test_homing_can_be_stopped_with_an_emergency_parser_only(peers, gantry, emergency, words):
+    peer = peers(emergency=emergency, homing_s=1.5)
+
+    async def story(driver):
+        goal = GoalContext("h")
+        homing = asyncio.create_task(driver.home(goal))
+        await asyncio.sleep(0.3)
+        goal.cancelled.set()
+        with pytest.raises((ActionCanceled, ActionFailed), match=words):
+            await homing
+        return await driver.status()
+
+    assert not played(gantry(peer), story)["homed"]
+
+
+def test_a_touch_tells_the_contact_and_a_pulled_cable_costs_the_position(
+    peers, gantry, monkeypatch
+):
+    monkeypatch.setattr(source, "AGAIN_S", 0.1)
+    peer = peers()
+    peer.surface = 97.0
+
+    async def story(driver):
+        await driver.home(GoalContext("h"))
+        contact = await driver.touch(GoalContext("t"), to=96, feed=3000)
+        with pytest.raises(ActionFailed, match="NoContact"):
+            peer.surface = None
+            await driver.touch(GoalContext("t"), to=95, feed=3000)
+        peer.unplug()
+        assert await driver.link.until(lambda: bool(driver.link.lost), 5)
+        peer.plug()
+        assert await driver.link.until(lambda: not driver.link.lost, 5)
+        await asyncio.sleep(0.5)
+        return contact, await driver.status()
+
+    contact, status = played(gantry(peer), story)
+
+    assert math.isclose(contact["z"], 97)
+    assert not status["homed"] and "is back. Home it" in status["alarm"]
