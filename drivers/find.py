@@ -37,6 +37,7 @@ SHIPPED = {
     "sim_depth_camera": "labrun.drivers.simulated.depth_camera:SimDepthCamera",
     "stereo_camera": "labrun.drivers.cameras.stereo_camera:StereoCamera",
     "reducer": "labrun.drivers.reducer:Reducer",
+    "gp": "labrun.drivers.optimizer.gp:Gp",
     "balance": "labrun.drivers.balance.driver:Balance",
     "grbl": "labrun.drivers.grbl.gantry:Grbl",
     "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",

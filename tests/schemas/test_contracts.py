@@ -14,6 +14,7 @@ TYPES = (
     "gantry@1",
     "gantry@2",
     "libs_analyzer@1",
+    "optimizer@1",
     "pipette@1",
     "spectrum_reducer@1",
 )
