@@ -15,7 +15,8 @@ from ...schemas.plainest import plainest
 from ...schemas.quantity import seconds
 from ..lab.lab import LoadedLab
 
-REDUCER = "reducer"
+COMPUTING = {"reducer": "the reduction itself", "gp": "the optimizer itself"}
+"""Drivers that move nothing: in a rehearsal they do what they always do."""
 EMPTY = sha256(b"").hexdigest()
 
 
@@ -32,8 +33,8 @@ def player(name: str, lab: LoadedLab) -> tuple[type[Driver], dict[str, Any], str
             continue
         if issubclass(found, Twin):
             return found, _configured(found, lab), f"the twin {known}"
-        if known == REDUCER:
-            return found, {}, "the reduction itself"
+        if known in COMPUTING:
+            return found, {}, COMPUTING[known]
     return stand_in(contract), {}, f"a stand-in: no twin keeps {contract.type}"
 
 

@@ -2,9 +2,12 @@
 
 import csv
 import json
+import sqlite3
 import subprocess
 import sys
+import time
 from collections import Counter
+from contextlib import closing
 from importlib.resources import files
 from pathlib import Path
 
@@ -98,8 +101,8 @@ def test_multi_sample_maps_every_core_of_its_table(tmp_path):
 
 
 @pytest.mark.slow
-def test_adaptive_map_is_fine_where_there_is_lithium_and_only_there(tmp_path):
-    ran = Ran(tmp_path, "adaptive_map.yaml")
+def test_refine_map_is_fine_where_there_is_lithium_and_only_there(tmp_path):
+    ran = Ran(tmp_path, "refine_map.yaml")
     rows = ran.rows()
     rich = [row for row in rows if float(row["Li"]) > 300]
 
@@ -121,6 +124,38 @@ def is_quarter(row, cell):
     pitch = float(row["pitch_mm"])
     away = [abs(float(row[axis]) - float(cell[axis])) for axis in ("x_mm", "y_mm")]
     return float(cell["pitch_mm"]) == 2 * pitch and away == pytest.approx([pitch / 2] * 2)
+
+
+@pytest.mark.slow
+@pytest.mark.posix("SIGKILL")
+def test_adaptive_map_goes_on_after_a_kill_and_tells_every_shot_once(tmp_path):
+    words = [sys.executable, "-m", "labrun.engine"]
+    size = ["-p", "width=2 mm", "-p", "height=2 mm", "-p", "shots=20", "-p", "batch=5"]
+    run = [*words, "run", str(PROTOCOLS / "adaptive_map.yaml"), *size]
+    engine = subprocess.Popen(run, cwd=tmp_path, stdout=subprocess.DEVNULL)
+    until = time.monotonic() + 300
+    while not any(len(p.read_text().splitlines()) > 8 for p in tmp_path.glob("runs/*/data.csv")):
+        assert engine.poll() is None and time.monotonic() < until
+        time.sleep(0.01)
+    engine.kill()
+    engine.wait()
+
+    resumed = subprocess.run(
+        [*words, "resume", "last"], cwd=tmp_path, capture_output=True, text=True
+    )
+    (folder,) = (tmp_path / "runs").iterdir()
+    with (folder / "data.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    (log,) = folder.rglob("studies.sqlite")
+    with closing(sqlite3.connect(log)) as disk:
+        tells = disk.execute("SELECT said FROM lines WHERE what = 'tell'").fetchall()
+        asked = disk.execute("SELECT said FROM lines WHERE what = 'ask'").fetchall()
+
+    assert resumed.returncode == 0, resumed.stdout + resumed.stderr
+    assert len({(row["x_mm"], row["y_mm"]) for row in rows}) == len(rows) == 20
+    assert len({str(json.loads(said)["at"]) for (said,) in tells}) == len(tells) == 20
+    assert [len(json.loads(said)) for (said,) in asked] == [5, 5, 5, 5]
+    assert (folder / "element_maps.png").exists()
 
 
 @pytest.mark.slow

@@ -27,12 +27,13 @@ EXAMPLE = Path(__file__).parents[1] / "engine" / "examples" / "libs_grid_scan.ya
 COMMAND = [sys.executable, "-m", "labrun.engine"]
 SMALL = {
     "pegmatite_map": {"pitch": "1 mm"},
-    "adaptive_map": {"rounds": "2"},
+    "adaptive_map": {"shots": "4"},
+    "refine_map": {"rounds": "2"},
     "find_and_scan": {"pitch": "20 mm"},
 }
 RUN_ELSEWHERE = {
-    "adaptive_map", "calibrate_camera", "calibrated_map", "find_and_scan", "multi_sample", "two_station",
-    "wavelength_check", "weigh_and_dispense",
+    "adaptive_map", "calibrate_camera", "calibrated_map", "find_and_scan", "multi_sample", "refine_map",
+    "two_station", "wavelength_check", "weigh_and_dispense",
 }  # fmt: skip
 """That these run, and deliver what they promise, is tested in test_promises.py."""
 

@@ -10,9 +10,11 @@ from labrun.schemas.quantity import seconds, unit_of
 TYPES = (
     "balance@1",
     "depth_camera@1",
+    "dispenser@1",
     "gantry@1",
     "gantry@2",
     "libs_analyzer@1",
+    "optimizer@1",
     "pipette@1",
     "spectrum_reducer@1",
 )

@@ -14,7 +14,7 @@ from ...engine.lab.lab import load_lab
 SHOWN = (".yaml", ".json", ".csv")
 TWINS = {
     "sim_gantry": "Gantry", "sim_libs": "Libs", "sim_balance": "Balance", "sim_pipette": "Pipette",
-    "sim_depth_camera": "DepthCamera",
+    "sim_depth_camera": "DepthCamera", "sim_dispenser": "Dispenser",
 }  # fmt: skip
 """Driver of the simulated lab -> the same one with injected faults, in `twins.py`."""
 
