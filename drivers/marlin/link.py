@@ -104,7 +104,7 @@ class Link:
                 self._answer = None
             told = self._told
         if any(UNKNOWN in one for one in told):
-            raise NotThere(f"this Marlin was built without `{CODE.match(line)[0]}`")
+            raise NotThere(f"this Marlin was built without `{CODE.findall(line)[0]}`")
         return told
 
     async def _answered(self, answer: "asyncio.Future[None]", *, again: bool) -> None:

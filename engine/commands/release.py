@@ -15,7 +15,7 @@ from ..check import Checked
 from ..exit_status import FAILED, PROBLEMS
 from .checked_protocol import checked_file, name_values
 from .options import RUNS, Bind, Lab, Params, Runs, say
-from .run import File, keep
+from .run import File
 
 YES = "release"
 
@@ -59,6 +59,7 @@ def _show(checked: Checked, given: dict[str, str]) -> None:
 def make_release(checked: Checked, runs: Path, given: dict[str, str], by: str) -> str:
     """Copy all that the run would use, and return the release's id; raises OSError."""
     from ..run.released import FOLDER, RECORD, Release, lab_digest
+    from ..runner.begin import keep
 
     assert checked.source is not None and checked.protocol is not None and checked.lab is not None
     id = secrets.token_hex(4)
