@@ -22,6 +22,7 @@ GROUPS = {
     ),
     "Spectra": ("reduce", "map", "spectrum", "lines", "calibrate"),
     "Serve": ("serve", "web", "ros"),
+    "Help": ("docs",),
 }  # fmt: skip
 """As `labrun --help` shows them; a command that is in none of these comes last."""
 
