@@ -173,6 +173,7 @@ def watcher(json: bool):
 
 def keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
     """Copy what the run uses into its folder."""
+    from ..dispatch.served_lab import serve_home
     from ..run.copies import keep_used
     from ..run.folder import keep_inputs, protocol_file
 
@@ -188,6 +189,7 @@ def keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
             "file": checked.source.name,
             "params": given,
             "roles": {name: role.device for name, role in checked.roles.items()},
+            **({"served_as": serve_home(lab).name} if lab.path else {}),
         },
     )  # fmt: skip
     keep_used(folder, protocol_file(folder).name, checked.survey)
