@@ -13,6 +13,7 @@ from .exit_status import CTRL_C, FAULT, PROBLEMS
 GROUPS = {
     "Write a protocol": (
         "new", "check", "problem", "explain", "words", "preview", "graph", "fmt", "schema",
+        "docs",
     ),
     "Run it": ("run", "rehearse", "pause", "continue", "abort", "answer", "resume", "torture"),
     "Look at runs": ("runs", "compare", "label", "report", "export"),
@@ -22,7 +23,6 @@ GROUPS = {
     ),
     "Spectra": ("reduce", "map", "spectrum", "lines", "calibrate"),
     "Serve": ("serve", "web", "ros"),
-    "Help": ("docs",),
 }  # fmt: skip
 """As `labrun --help` shows them; a command that is in none of these comes last."""
 

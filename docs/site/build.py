@@ -31,6 +31,7 @@ AT_THE_ROOT = (
     "SECURITY.md",
     "STYLE.md",
 )
+LEFT_OUT = {"node_modules", "site"}
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\((?!\w+:|#)([^)#\s]+)(#[^)\s]*)?\)")
 LOADED_LATER = re.compile(r"\.(css|js)\.map$|/lunr/|search_index\.json$|sitemap\.xml")
 """What the builder adds and no page needs: maps of its sources, other languages, a second index."""
@@ -42,7 +43,7 @@ FETCHES = {"script": "src", "img": "src", "link": "href", "iframe": "src", "sour
 def stage(root: Path, folder: Path) -> None:
     """Copy the manual's sources and what they link to; links to code become its name."""
     pages = [root / name for name in AT_THE_ROOT]
-    pages += [path for path in (root / "docs").rglob("*") if "site" not in path.parts[-2:-1]]
+    pages += [path for path in (root / "docs").rglob("*") if not LEFT_OUT & {*path.parts[:-1]}]
     for path in pages:
         if path.is_file() and path.suffix not in (".py", ".pyc"):
             _copy(path, root, folder)

@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+PAGES = [path for path in (ROOT / "docs").rglob("*.md") if "node_modules" not in path.parts]
 SOURCES = sorted(
     [
         *ROOT.glob("*.md"),
-        *(path for path in (ROOT / "docs").rglob("*.md") if path.name != "problems.md"),
+        *(path for path in PAGES if path.name != "problems.md"),
     ]
 )
 CONFIG = (ROOT / "mkdocs.yml").read_text("utf-8")
@@ -49,7 +50,7 @@ def test_every_link_of_a_page_leads_to_a_file_and_a_heading(page):
 
 def test_every_page_stands_in_the_navigation_and_decisions_in_their_list():
     named = set(re.findall(r"[\w/.-]+\.md", CONFIG.partition("\nnav:")[2]))
-    pages = {path.relative_to(ROOT) for path in (ROOT / "docs").rglob("*.md")}
+    pages = {path.relative_to(ROOT) for path in PAGES}
     wanted = {path.as_posix() for path in pages if not path.name[:4].isdigit()}
     wanted |= {
         f"docs/notebooks/{path.stem}.md" for path in (ROOT / "docs" / "notebooks").glob("*.ipynb")
