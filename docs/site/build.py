@@ -43,7 +43,8 @@ FETCHES = {"script": "src", "img": "src", "link": "href", "iframe": "src", "sour
 def stage(root: Path, folder: Path) -> None:
     """Copy the manual's sources and what they link to; links to code become its name."""
     pages = [root / name for name in AT_THE_ROOT]
-    pages += [path for path in (root / "docs").rglob("*") if not LEFT_OUT & {*path.parts[:-1]}]
+    docs = root / "docs"
+    pages += [p for p in docs.rglob("*") if not LEFT_OUT & {*p.relative_to(docs).parts[:-1]}]
     for path in pages:
         if path.is_file() and path.suffix not in (".py", ".pyc"):
             _copy(path, root, folder)
