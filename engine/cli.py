@@ -13,6 +13,7 @@ from .exit_status import CTRL_C, FAULT, PROBLEMS
 GROUPS = {
     "Write a protocol": (
         "new", "check", "problem", "explain", "words", "preview", "graph", "fmt", "schema",
+        "docs",
     ),
     "Run it": (
         "run", "rehearse", "pause", "continue", "abort", "answer", "change", "resume", "release", "torture",

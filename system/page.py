@@ -1,4 +1,4 @@
-"""The built page in this installation, or why it is not here. `setup.py` builds it."""
+"""The built page and the built manual in this installation, or why one is not here."""
 
 from pathlib import Path
 
@@ -6,6 +6,12 @@ FOLDER = Path(__file__).parents[1] / "web" / "app-dist"
 HOW = (
     "install labrun again from its sources with a connection to the npm registry, or from a wheel; "
     "in a checkout, `npm ci && npm run build` in the folder web"
+)
+"""`setup.py` builds the page, `docs/site/build.py` the manual."""
+DOCS = FOLDER.with_name("docs-dist")
+HOW_DOCS = (
+    "wheels of a release have it; in a checkout, `pip install '.[docs]'` and "
+    "`python docs/site/build.py` bring it, or read the folder docs as it is"
 )
 
 

@@ -17,8 +17,8 @@ def serve_home(lab: LoadedLab) -> Path:
     """Where `labrun serve` keeps a lab's, wherever it is given: a device's ledger must be found again."""
     from platformdirs import user_state_path
 
-    name = "simulated"
-    if lab.path is not None:
+    name = lab.served_as or "simulated"
+    if lab.path is not None and not lab.served_as:
         path = lab.path.resolve()
         name = f"{path.stem}-{blake2b(str(path).encode(), digest_size=4).hexdigest()}"
     return user_state_path("labrun", appauthor=False) / "servers" / name

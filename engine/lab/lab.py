@@ -27,12 +27,16 @@ CODES = {
 
 @dataclass(slots=True)
 class LoadedLab:
-    """A lab with the contracts that its devices may have: those that ship and its own."""
+    """A lab with the contracts that its devices may have: those that ship and its own.
+
+    `served_as` is, for a run's copy, the name under which `labrun serve` serves the file it is of.
+    """
 
     lab: Lab
     path: Path | None
     contracts: dict[str, Contract]
     source: Source
+    served_as: str = ""
 
     @property
     def folders(self) -> tuple[Path, ...]:

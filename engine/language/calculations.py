@@ -81,6 +81,7 @@ def _plain(name: str, function: Callable[[float], float]) -> Callable[[Any], Any
         except ValueError:
             raise OperatorFault(f"{name} of {words(value)} does not exist") from None
 
+    of_a_number.__doc__ = f"{name} of a number without a unit; `log` is to the base e."
     return of_a_number
 
 
@@ -95,6 +96,7 @@ def _angle(name: str, function: Callable[[float], float]) -> Callable[[Any], Any
                 raise OperatorFault(f"{name}: {words(angle)} is not an angle") from None
         return function(_bare(name, angle))
 
+    of_an_angle.__doc__ = f"{name} of an angle; a bare number is in rad."
     return of_an_angle
 
 

@@ -105,17 +105,26 @@ def a_format(value: Any, spec: str = "") -> str:
 
 
 def no_table(file: Any = None, **kinds: Any) -> Any:
-    """`csv` without a protocol's folder; `table.Tables` replaces it where there is one."""
+    """The rows of a table beside the protocol; a column's unit is in its heading or given: `x='mm'`.
+
+    `table.Tables` replaces this where a protocol has a folder.
+    """
     raise OperatorFault("csv: a table can only be read by a protocol that is a file")
 
 
 def now() -> Any:
-    """The moment of this computer's clock; `Run.names` replaces it in a run."""
+    """The moment of this computer's clock.
+
+    `Run.names` replaces this in a run.
+    """
     raise OperatorFault("now: the time is only known in a run")
 
 
 def elapsed() -> Any:
-    """How long the run has taken, pauses and interruptions included; `Run.names` replaces it."""
+    """How long the run has taken, pauses and interruptions included.
+
+    `Run.names` replaces this in a run.
+    """
     raise OperatorFault("elapsed: the time is only known in a run")
 
 

@@ -10,6 +10,7 @@ from ... import __version__
 from ...schemas import journal as j
 from ..check import Checked
 from ..control.control import Control
+from ..dispatch.served_lab import serve_home
 from ..journal.encode import encode
 from ..journal.history import History
 from ..journal.journal import Journal
@@ -52,6 +53,7 @@ def keep(folder: Path, checked: Checked, given: dict[str, str]) -> None:
             "file": checked.source.name,
             "params": given,
             "roles": {name: role.device for name, role in checked.roles.items()},
+            **({"served_as": serve_home(lab).name} if lab.path else {}),
         },
     )  # fmt: skip
     keep_used(folder, protocol_file(folder).name, checked.survey)

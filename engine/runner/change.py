@@ -28,6 +28,8 @@ def check_copy(
     checked = check_file(
         changed or protocol_file(place), lab=place / LAB, bind=asked["roles"], params=given
     )
+    if checked.lab is not None:
+        checked.lab.served_as = asked.get("served_as", "")
     return checked, given
 
 

@@ -103,7 +103,7 @@ def imports() -> dict[str, set[str]]:
 
 
 def test_every_extra_that_brings_a_library_of_labrun_is_known():
-    assert EXTRAS.keys() == PROJECT["optional-dependencies"].keys() - {"all", "test"}
+    assert EXTRAS.keys() == PROJECT["optional-dependencies"].keys() - {"all", "docs", "test"}
 
 
 IN_ENVIRONMENTS_OF_THEIR_OWN = {
@@ -179,9 +179,9 @@ LACKING = {
 }
 """Command -> words that need its extra."""
 WITHOUT_ANY = {
-    "abort", "answer", "call", "check", "compare", "continue", "devices", "explain", "fmt", "graph",
-    "label", "lines", "new", "pause", "problem", "rehearse", "release", "report", "resume", "ros", "run",
-    "runs", "schema", "serve", "setup", "status", "stop", "torture", "words",
+    "abort", "answer", "call", "change", "check", "compare", "continue", "devices", "docs", "explain",
+    "fmt", "graph", "label", "lines", "new", "pause", "problem", "rehearse", "release", "report", "resume",
+    "ros", "run", "runs", "schema", "serve", "setup", "status", "stop", "torture", "words",
 }  # fmt: skip
 BY_ITS_OPTION = {"export"}
 

@@ -7,8 +7,12 @@ import sys
 
 import pytest
 
+from labrun.engine.check import check_file
+from labrun.engine.commands.resume import check_copy
+from labrun.engine.commands.run import keep
 from labrun.engine.dispatch.served_lab import serve_home, served_at
 from labrun.engine.lab.lab import load_lab
+from labrun.engine.run.folder import new_run_folder
 
 LAB = "name: mine\nsimulated: true\ndevices: {b: {contract: balance@1, driver: sim_balance}}\n"
 URL = "http://127.0.0.1:4107"
@@ -49,3 +53,18 @@ def test_the_simulated_lab_is_each_runs_own():
         assert served_at(lab, "balance") is None
     finally:
         (serve_home(lab) / "b" / "server.json").unlink()
+
+
+def test_a_resumed_run_finds_the_server_that_its_lab_file_has(lab, tmp_path):
+    """The run's copy of the lab lies elsewhere; another server would be another ledger."""
+    told(lab, {"pid": os.getpid(), "url": URL, "devices": ["b"]})
+    protocol = tmp_path / "weigh.yaml"
+    protocol.write_text(
+        "labrun: 1\nname: w\ndevices: {b: balance@1}\nsteps: [{do: b.zero}]\n", encoding="utf-8"
+    )
+    folder = new_run_folder(tmp_path / "runs", "w")
+    keep(folder, check_file(protocol, lab=tmp_path / "lab.yaml"), {})
+    copied, _ = check_copy(folder)
+
+    assert copied.lab is not None
+    assert served_at(copied.lab, "b") == URL
