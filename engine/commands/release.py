@@ -26,19 +26,34 @@ def release(
     """Release a protocol with these parameters: a program may then start it, once, as it is now."""
     checked = checked_file(file, lab, bind, param)
     given = name_values(param, "-p")
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+    if not at_a_terminal():
         say("a release is a person's word: give this command in a terminal")
         raise typer.Exit(PROBLEMS)
-    _show(checked, given)
-    if typer.prompt(f"Type `{YES}` if a program may start this once") != YES:
-        say("not released")
-        raise typer.Exit(PROBLEMS)
     try:
-        id = make_release(checked, runs, given, getpass.getuser())
+        folder = copied(checked, runs, given)
     except OSError as fault:
         say(f"it cannot be released: {fault.strerror or fault}: {fault.filename or runs}")
         raise typer.Exit(FAILED) from None
-    typer.echo(f"released as {id}; to take it back, delete {runs / '.released' / id}")
+    released = False
+    try:
+        # What is read is what was copied: a file may be changed while a person reads.
+        copy = checked_file(next(folder.glob("protocol.*")), lab, bind, param)
+        _show(copy, given)
+        released = typer.prompt(f"Type `{YES}` if a program may start this once") == YES
+        if released:
+            write_record(folder, copy, file, given, getpass.getuser())
+    finally:
+        if not released:
+            shutil.rmtree(folder, ignore_errors=True)
+    if not released:
+        say("not released")
+        raise typer.Exit(PROBLEMS)
+    typer.echo(f"released as {folder.name}; to take it back, delete {folder}")
+
+
+def at_a_terminal() -> bool:
+    """Whether a person can read and type here."""
+    return sys.stdin.isatty() and sys.stdout.isatty()
 
 
 def _show(checked: Checked, given: dict[str, str]) -> None:
@@ -56,25 +71,32 @@ def _show(checked: Checked, given: dict[str, str]) -> None:
         typer.echo(f"  {name}: {role.device}")
 
 
-def make_release(checked: Checked, runs: Path, given: dict[str, str], by: str) -> str:
-    """Copy all that the run would use, and return the release's id; raises OSError."""
-    from ..run.released import FOLDER, RECORD, Release, lab_digest
+def copied(checked: Checked, runs: Path, given: dict[str, str]) -> Path:
+    """A new folder with all that the run would use; no release yet. Raises OSError."""
+    from ..run.released import FOLDER
     from ..runner.begin import keep
 
-    assert checked.source is not None and checked.protocol is not None and checked.lab is not None
-    id = secrets.token_hex(4)
-    folder = runs / FOLDER / id
+    folder = runs / FOLDER / secrets.token_hex(4)
     folder.mkdir(parents=True)
     try:
         keep(folder, checked, given)
-        record = Release(
-            id=id, file=Path(checked.source.name).name, protocol=checked.protocol.name,
-            sha256=sha256(checked.source.text.encode()).hexdigest(), lab=lab_digest(checked.lab),
-            params=given, roles={name: role.device for name, role in checked.roles.items()},
-            by=by, at=datetime.now(UTC).isoformat(timespec="seconds"),
-        )  # fmt: skip
-        write_whole(folder / RECORD, record.model_dump_json(indent=1).encode())
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
-    return id
+    return folder
+
+
+def write_record(
+    folder: Path, checked: Checked, file: Path, given: dict[str, str], by: str
+) -> None:
+    """Release what was copied into a folder."""
+    from ..run.released import RECORD, Release, lab_digest
+
+    assert checked.source is not None and checked.protocol is not None and checked.lab is not None
+    record = Release(
+        id=folder.name, file=file.name, protocol=checked.protocol.name,
+        sha256=sha256(checked.source.text.encode()).hexdigest(), lab=lab_digest(checked.lab),
+        params=given, roles={name: role.device for name, role in checked.roles.items()},
+        by=by, at=datetime.now(UTC).isoformat(timespec="seconds"),
+    )  # fmt: skip
+    write_whole(folder / RECORD, record.model_dump_json(indent=1).encode())

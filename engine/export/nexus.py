@@ -148,7 +148,7 @@ def _write_spectra(
             wavelength = spectrum.wavelength_nm
             data = _group(entry, name, "NXdata")
             along = [_axis(data, _name(one), one[()], one.attrs.get("units", "")) for one in axes]
-            along.append(_axis(data, "wavelength", wavelength, "nm"))
+            along.append(_axis(data, "wavelength", _evened(wavelength), "nm"))
             shape = tuple(len(one) for one in along)
             counts = data.create_dataset(
                 "intensity", shape, "f4", fillvalue=np.nan, chunks=(*(1 for _ in axes), shape[-1]),
@@ -183,6 +183,21 @@ def _grid(columns: list[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]] | No
     places = {tuple(place) for place in np.stack([at for _, at in axes], axis=1).tolist()}
     size = int(np.prod([len(values) for values, _ in axes]))
     return axes if len(places) == len(columns[0]) >= LEAST_FULL * size else None
+
+
+def _evened(axis: np.ndarray) -> np.ndarray:
+    """Evenly spaced, where it is but for the rounding of its decimals: else as it is.
+
+    HyperSpy takes the axis of a file only if its first step is all of them, to 1e-5; instruments that
+    write 190.0333, 190.0667 nm lost theirs.
+    """
+    decimals = next((n for n in range(9) if np.allclose(axis, axis.round(n), 0, 1e-10)), None)
+    rounding = 10.0**-decimals if decimals is not None else 0.0
+    if decimals is None and np.array_equal(axis, axis.astype("f4")):
+        rounding = float(np.spacing(np.float32(axis[-1])))
+    even = np.linspace(axis[0], axis[-1], axis.size)
+    fine = axis.size > 1 and 3 * rounding <= (axis[-1] - axis[0]) / (axis.size - 1)
+    return even if fine and np.abs(axis - even).max() <= 1.01 * rounding else axis
 
 
 def _group(parent: Any, name: str, kind: str) -> Any:

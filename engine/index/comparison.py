@@ -1,6 +1,7 @@
 """Two or more runs beside each other: what differs between them, and what each came to."""
 
 import difflib
+import html
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -43,6 +44,9 @@ class Comparison:
     def __str__(self) -> str:
         """As lines of text, a column for each run."""
         return "\n".join(_lines_of(self))
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(str(self))}</pre>"
 
 
 @dataclass(slots=True)

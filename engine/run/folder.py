@@ -90,6 +90,9 @@ def keep_inputs(
         driver = device.get("driver", "")
         if lab_folder is not None and ".py" in driver and not Path(driver).is_absolute():
             device["driver"] = str((lab_folder / driver).resolve())
+        python = device.get("python", "")
+        if lab_folder is not None and Path(python).name != python:  # a link stays a link
+            device["python"] = str((lab_folder / Path(python).expanduser()).absolute())
     _dump(folder / LAB, data)
     if "notify" in data or any("token" in device for device in data["devices"].values()):
         (folder / LAB).chmod(0o600)  # only resume needs what is secret there

@@ -51,3 +51,8 @@ class Spectrum:
         good = ~bad
         bridged = np.interp(self.wavelength_nm, self.wavelength_nm[good], self.intensity[good])
         return Spectrum(self.wavelength_nm, bridged, self.notes)
+
+    def _repr_html_(self) -> str:
+        from .svg import as_svg
+
+        return as_svg(self)

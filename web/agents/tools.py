@@ -224,8 +224,9 @@ class Tools:
 
     def _run(self, name: str) -> RecordedRun:
         """A run of this folder; a path to another one is none."""
-        found = load(name, self._runs)
-        if found.folder.resolve().parent != self._runs.resolve():
+        a_name = name.strip(".") and not set(name) & set("/\\")
+        found = load(name, self._runs) if a_name else None
+        if found is None or found.folder.resolve().parent != self._runs.resolve():
             raise not_found("run", name, "`runs` lists all of them")
         return found
 

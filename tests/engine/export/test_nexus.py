@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from labrun.engine.export.formats import ExportFault
-from labrun.engine.export.nexus import write
+from labrun.engine.export.nexus import _evened, write
 from labrun.engine.journal.journal import Journal
 from labrun.schemas import journal as j
 
@@ -137,3 +137,23 @@ def test_without_the_library_it_says_what_to_install(exported, tmp_path, monkeyp
         exported()
 
     assert not list(tmp_path.glob("*map.nxs*"))
+
+
+@pytest.mark.parametrize(
+    ("axis", "is_even"),
+    [
+        (np.linspace(190, 950, 22_801).round(4), True),
+        (np.linspace(190, 950, 22_801).astype("f4").astype(float), True),
+        (np.array([200.0, 201.0, 203.0]), False),
+        (np.array([200.0]), False),
+        ((190 + 0.03 * np.arange(2048) + 1e-7 * np.arange(2048.0) ** 2).round(4), False),
+    ],
+)
+def test_an_axis_that_is_even_but_for_its_rounding_is_made_even_for_hyperspy(axis, is_even):
+    """HyperSpy's reader compares every step with the first, to 1e-5, and else forgets the axis."""
+    made = _evened(axis)
+    steps = np.diff(made)
+
+    assert np.array_equal(made, axis) or is_even
+    assert bool(steps.size and np.allclose(steps[0], steps, rtol=1e-5)) == is_even
+    assert np.abs(made - axis).max() < 1e-4

@@ -3,8 +3,10 @@
 import threading
 
 import pytest
+from ruamel.yaml import YAML
 
-from labrun.engine.run.folder import FolderFault, FolderLock, is_live
+from labrun.engine.run.folder import FolderFault, FolderLock, is_live, keep_inputs
+from labrun.schemas.lab import Lab
 
 
 def test_a_folder_is_live_as_long_as_its_engine_holds_it(tmp_path):
@@ -46,3 +48,21 @@ def test_an_engine_gets_its_folder_although_others_look_at_it_all_the_time(tmp_p
         over.set()
         for looker in lookers:
             looker.join()
+
+
+def test_a_run_keeps_where_the_drivers_and_interpreters_of_its_lab_lie(tmp_path):
+    """A resume reads the copy, which lies elsewhere."""
+    lab = Lab.model_validate({
+        "devices": {
+            "oven": {"contract": "oven@1", "driver": "./oven.py:Oven", "python": "./env/bin/python"},
+            "lamp": {"contract": "lamp@1", "driver": "lamp", "python": "python3.12"},
+        }
+    })  # fmt: skip
+    folder = tmp_path / "run"
+    folder.mkdir()
+    keep_inputs(folder, "labrun: 1\n", "p.yaml", lab, tmp_path / "labs", {}, {})
+    kept = YAML(typ="safe").load(folder / "lab.yaml")["devices"]
+
+    assert kept["oven"]["driver"] == f"{tmp_path / 'labs' / 'oven.py'}:Oven"
+    assert kept["oven"]["python"] == str(tmp_path / "labs" / "env" / "bin" / "python")
+    assert kept["lamp"]["python"] == "python3.12"

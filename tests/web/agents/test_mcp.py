@@ -137,7 +137,8 @@ def test_what_an_agent_must_not_do_is_refused_in_a_sentence(folder):
             ("write_protocol", {"name": "scan.yaml"}, "text: "),
             ("read_protocol", {"name": "../secret.csv"}, "not a valid protocol name"),
             ("read_protocol", {"name": "none.yaml"}, "there is no protocol"),
-            ("run", {"name": str(folder.parent)}, "not a run's folder"),
+            ("run", {"name": str(folder.parent)}, "there is no run"),
+            ("run", {"name": ".."}, "there is no run"),
             ("run", {"name": "last"}, "no run"),
             ("launch", {"release": "../.."}, "nobody has released"),
             ("launch", {"release": 7}, "release: "),
@@ -175,4 +176,4 @@ def test_only_a_person_in_a_terminal_releases(folder):
 
     assert piped.returncode == 2 and "a person's word" in piped.stderr
     assert status == 2 and "not released" in shown and "pitch = 2 mm" in shown
-    assert not (folder / "runs").exists()
+    assert [*(folder / "runs").rglob("*.yaml")] == []

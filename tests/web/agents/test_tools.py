@@ -1,0 +1,31 @@
+"""What the tools see to themselves, without a client: the lab is the one that a person has seen."""
+
+import asyncio
+
+import pytest
+
+from labrun.engine.check import check_file
+from labrun.engine.commands.release import copied, write_record
+from labrun.engine.run.folder import FolderFault
+from labrun.engine.run.released import releases
+from labrun.web.agents.tools import Tools
+
+PROTOCOL = "labrun: 1\nname: go\ndevices: {gantry: gantry@1}\nsteps: [{do: gantry.home}]\n"
+LAB = (
+    "devices: {gantry: {contract: gantry@1, driver: sim_gantry, limits: {x: {maximum: 100 mm}}}}\n"
+)
+
+
+def test_a_release_is_for_the_lab_that_a_person_has_seen(tmp_path):
+    protocol, lab, runs = tmp_path / "go.yaml", tmp_path / "lab.yaml", tmp_path / "runs"
+    protocol.write_text(PROTOCOL)
+    lab.write_text(LAB)
+    checked = check_file(protocol, lab=lab)
+    write_record(copied(checked, runs, {}), checked, protocol, {}, "Ada")
+    (known,) = releases(runs)
+    lab.write_text(LAB.replace("100 mm", "900 mm"))
+
+    with pytest.raises(FolderFault, match="the lab has changed"):
+        asyncio.run(Tools(tmp_path, runs, lab).launch(known.id))
+    assert releases(runs) == [known]
+    assert [path.name for path in runs.iterdir()] == [".released"]
