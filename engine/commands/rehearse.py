@@ -17,8 +17,8 @@ Fail = Annotated[
     list[str] | None,
     typer.Option(
         "--fail",
-        metavar="ROLE.ACTION[.ERROR]:CHANCE",
-        help="Make an action fail with this probability: --fail libs.measure:0.05",
+        metavar="ROLE.ACTION[.ERROR][:CHANCE]",
+        help="Make an action fail, with this probability or always: --fail libs.measure:0.05",
     ),
 ]
 Seed = Annotated[int | None, typer.Option("--seed", help="Seed for the injected faults.")]
@@ -85,22 +85,23 @@ def ordered(fail: list[str], checked: Checked) -> dict[str, dict[str, Any]]:
     """`libs.measure:0.05` -> faults by device and action; raises WrongUsage with a sentence."""
     faults: dict[str, dict[str, Any]] = {}
     for text in fail:
-        name, mark, chance = text.rpartition(":")
+        name, mark, chance = text.partition(":")
         role, _, rest = name.partition(".")
         action, _, error = rest.partition(".")
         try:
-            if not (mark and action and 0 <= float(chance) <= 1):
+            chance = float(chance if mark else 1)
+            if not (action and 0 <= chance <= 1):
                 raise ValueError
         except ValueError:
             raise WrongUsage(
                 f"--fail {text}: write --fail ROLE.ACTION:CHANCE or ROLE.ACTION.ERROR:CHANCE, "
-                "with a chance from 0 to 1"
+                "with a chance from 0 to 1; without one it always fails"
             ) from None
         if role not in checked.roles:
             raise WrongUsage(f"--fail {text}: no role {role}; roles: {', '.join(checked.roles)}")
         wanted = faults.setdefault(checked.roles[role].device, {})
         if not error:
-            wanted[action] = float(chance)
+            wanted[action] = chance
         elif isinstance(wanted.setdefault(action, {}), dict):
-            wanted[action][error] = float(chance)
+            wanted[action][error] = chance
     return faults

@@ -94,6 +94,9 @@ class Dispatcher:
     def replayed(self, request: Request, past: PastGoal) -> None:
         """An action counts as done from the journal; nothing is sent."""
 
+    def another_watch(self, path: str, was: str, now: str) -> None:
+        """In a changed protocol, a watch that was right is not that which it was."""
+
     def withdraw(self, request: Request) -> None:
         """This action is no longer needed: drop it from the queue, or cancel it."""
         if request.outcome is not None or request.cut:

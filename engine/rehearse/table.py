@@ -50,9 +50,9 @@ def _work(totals: Totals) -> Iterator[str]:
 
 
 def _wrong(totals: Totals) -> Iterator[str]:
-    clean = not (totals.troubles or totals.questions or totals.slow or totals.reason)
-    if clean:
-        yield "Nothing goes wrong. Inject faults to see what would happen: --fail ROLE.ACTION:0.05"
+    if not (totals.troubles or totals.questions or totals.slow):
+        if not totals.reason:  # the first line has said it
+            yield "Nothing goes wrong. Inject faults to see what would happen: --fail ROLE.ACTION:0.05"
         return
     yield "What goes wrong:"
     for trouble in totals.troubles[:SHOWN]:

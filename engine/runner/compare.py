@@ -144,6 +144,12 @@ class _Comparing(Dispatcher):
         self.run.requests.again()
         return request
 
+    def another_watch(self, path: str, was: str, now: str) -> None:
+        difference = Difference(
+            path, path, f"one for {now}", "once", None, {}, f"the watch that was right ({was})"
+        )
+        self._comparison.undone.append(difference)
+
     def replayed(self, request: Request, past: PastGoal) -> None:
         self._seen.add(request.path)
         if past.sent.means == request.means():

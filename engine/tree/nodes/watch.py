@@ -280,6 +280,11 @@ class WatchedGroup(Parent):
         past = done.turned.get(watcher.path)
         if past is None or past.error is None or watcher.plan.leaves_running:
             return
+        if done.is_before_change(past) and watcher.plan.text not in past.error["message"]:
+            watcher.dispatcher.another_watch(self.path, past.error["message"], watcher.plan.text)
+            said = f"its watch was right ({past.error['message']}), and is another one now"
+            self.status = self.fail(Failure("Rejected", said, step=self.path, stop=True))
+            return
         over = f"{watcher.path}.{past.turn}" in done.steps
         if self.run.replaying or over or not done.is_over(past):
             self.fired, self.gone = watcher, True

@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 
 from labrun.engine.check import check_file
+from labrun.engine.commands.options import WrongUsage
+from labrun.engine.commands.rehearse import ordered
 from labrun.engine.rehearse.rehearse import NoRehearsal, Rehearsal
 from labrun.engine.rehearse.table import duration, lines
 
@@ -222,3 +224,14 @@ steps:
 
     assert totals.fate == "succeeded"
     assert totals.lasts_s == pytest.approx(20 * 3600, abs=1801)
+
+
+def test_a_fault_without_a_chance_always_comes(tmp_path):
+    (tmp_path / "p.yaml").write_text(HEAD + ANY_ERROR, encoding="utf-8")
+    checked = check_file(tmp_path / "p.yaml")
+
+    assert ordered(["libs.measure.Timeout", "gantry.move_to:0.5"], checked) == {
+        "libs": {"measure": {"Timeout": 1.0}}, "gantry": {"move_to": 0.5},
+    }  # fmt: skip
+    with pytest.raises(WrongUsage, match="a chance from 0 to 1"):
+        ordered(["libs.measure:often"], checked)

@@ -192,14 +192,16 @@ class Bench:
         assert told["exit"] == -signal.SIGKILL, told
         return self._ran(-signal.SIGKILL, [])
 
-    def resume(self, *, yes=False, answers=None, holes=False, point=(), by="Ada", **steers):
-        """The same run goes on, or measures its holes again."""
+    def resume(
+        self, *, yes=False, answers=None, holes=False, point=(), by="Ada", changed=None, **steers
+    ):
+        """The same run goes on, with another protocol if `changed`, or measures its holes again."""
         given = [f"{name}={choice}" for name, choice in (answers or {}).items()]
         with self._steered(steers) as said:
             try:
                 resume_command.resume(
                     "last", holes=holes, point=list(point), by=by, runs=self.folder / "runs",
-                    answer=given, yes=yes,
+                    answer=given, yes=yes, changed=changed and Path(self.changed(changed)),
                 )  # fmt: skip
             except typer.Exit as end:
                 status = end.exit_code

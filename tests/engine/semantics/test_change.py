@@ -8,6 +8,7 @@ nothing new begins until the change is in the journal.
       steps: [{do: gantry.move_to, with: {x: "${{ i * 1 mm }}"}}, {id: shoot, do: libs.measure}]
 """
 
+# ruff: noqa: E501 - a protocol has a line for each step
 import pytest
 
 GATE = "  - {id: gate, ask: on?, choices: [go]}\n"
@@ -138,3 +139,139 @@ def test_changed_again_and_killed(bench):
     assert [r.folder for r in ran.records if r.kind == "changed"] == ["changes/1"]
     assert ran.sent[-2:] == ["later", "tidy"]
     assert [n for n in ran.sent if n[0] == "x"] == SHOTS[5][1::2]
+
+
+PLATE = """
+steps:
+  - id: plate
+    foreach: {i: [0, 1, 2]}
+    at_once: 2
+    keep_going: true
+    steps:
+      - reserve: [a, b]
+        steps: [{do: b.act, with: {name: "to${{ i }}"}}, {id: x, do: a.shoot, with: {name: "x${{ i }}", script: "SCRIPT"}}]
+      - {do: c.act, with: {name: "weigh${{ i }}"}}
+    collect: {i: "${{ i }}"}
+  - {id: end, do: c.act, with: {name: last, script: LAST}}
+"""
+ASIDE = """
+steps:
+  - {id: heat, mode: background, steps: [{id: load, do: b.pulse, with: {name: load}}, {id: ramp, do: b.act, with: {name: RAMP}}]}
+  - {id: x, do: a.shoot, with: {name: x}}
+  - {id: end, do: c.act, with: {name: last, script: LAST}}
+"""
+WATCHED = """
+steps:
+  - id: g
+    watch: [SECOND{when: "${{ status.a.level > -1000 mm }}", then: [{id: t, do: a.pulse, with: {name: instead}}]}]
+    steps: [{id: x, do: a.shoot, with: {name: never}}]
+  - {id: end, do: c.act, with: {name: last, script: LAST}}
+"""
+
+
+def failing(body, *changes):
+    """The protocol whose last step fails, and the one in which that is mended, and more."""
+    first = body.replace("RAMP", "ramp").replace("SECOND", "").replace("LAST", "Broken")
+    second = body.replace("LAST", "ok").replace("SCRIPT", "ok")
+    for old, new in changes:
+        assert old in second
+        second = second.replace(old, new)
+    return first.replace("SCRIPT", "ok"), second.replace("RAMP", "ramp").replace("SECOND", "")
+
+
+def test_iterations_at_once(bench):
+    """A stopped run with iterations at once and reserved devices gets an item -> That alone is done."""
+    first, second = failing(PLATE, ("[0, 1, 2]", "[0, 1, 2, 3]"))
+    before = bench.run(first)
+
+    ran = bench.resume(changed=second)
+
+    assert (before.status, ran.status) == (1, 0)
+    assert ran.sent[len(before.sent) :] == ["to3", "x3", "weigh3", "last"]
+    assert [row["i"] for row in ran.rows()] == ["0", "1", "2", "3"]
+
+
+def test_a_reserved_move_would_go_elsewhere(bench):
+    """A move before a shot in a reserved group would differ -> It is refused unless a person keeps the shots."""
+    first, second = failing(PLATE, ('"to${{ i }}"', '"there${{ i }}"'))
+    before = bench.run(first)
+    refused = bench.resume(changed=second)
+    ran = bench.resume(changed=second, yes=True)
+
+    assert (refused.status, refused.sent) == (2, before.sent)
+    assert ran.status == 0
+    assert sorted(n for n in ran.sent if n[0] == "x") == ["x0", "x1", "x2"]
+    assert len(ran.rows()) == 3
+
+
+def test_a_group_in_the_background(bench):
+    """A step of a background group would differ -> It is done again, and no `once` action of the group."""
+    first, second = failing(ASIDE, ("RAMP", "higher"))
+    before = bench.run(first)
+
+    ran = bench.resume(changed=second, yes=True)
+
+    assert ran.status == 0
+    assert sorted(ran.sent[len(before.sent) :]) == ["higher", "last"]
+
+
+SECOND = '{when: "${{ status.b.level > 1000 mm }}", then: {fail: too high}}, '
+
+
+def test_a_watch_before_one_that_was_right(bench):
+    """A watch is put before one that was right -> It is refused: its `then` has no place any more."""
+    first, second = failing(WATCHED, ("SECOND", SECOND))
+    before = bench.run(first)
+
+    ran = bench.resume(changed=second)
+
+    assert before.sent == ["instead", "last"]
+    assert (ran.status, ran.sent) == (2, before.sent)
+
+
+def test_another_watch_behind_it(bench):
+    """A watch is put behind one that was right -> What was right stays so, and nothing is done twice."""
+    first, second = failing(WATCHED)
+    before = bench.run(first)
+
+    ran = bench.resume(changed=second.replace("}]}]", "}]}, " + SECOND.removesuffix(", ") + "]"))
+
+    assert (before.status, ran.status) == (1, 0)
+    assert ran.sent == ["instead", "last", "last"]
+
+
+def test_holes_at_once(bench):
+    """Iterations at once left a hole -> `--holes` enters that one alone; its devices are reserved for it."""
+    body = PLATE.replace("LAST", "ok").replace("SCRIPT", "${{ 'Half,ok' if i == 1 else 'ok' }}")
+    before = bench.run(body)
+    holes = before.finished.holes
+
+    ran = bench.resume(holes=True)
+
+    assert (holes, ran.status, ran.finished.holes) == (1, 0, 0)
+    assert ran.sent[len(before.sent) :] == ["to1", "x1", "weigh1", "last"]
+    assert sorted(row["i"] for row in ran.rows()) == ["0", "1", "2"]
+
+
+FLOOD = """
+steps:
+  - id: scan
+    foreach: {i: [0, 1]}
+    keep_going: true
+    steps:
+      - {id: r, do: b.act, with: {name: "r${{ i }}"}}
+      - watch: [{every: 50 ms, when: "${{ steps.r.n < 2 and i == 0 }}", then: {fail: high}}]
+        steps: [{do: a.shoot, with: {name: "x${{ i }}"}}]
+"""
+
+
+def test_a_hole_that_a_watch_has_made(bench):
+    """A watch made an iteration fail -> `--holes` watches it anew; if it is right no more, the steps are done."""
+    before = bench.run(FLOOD)
+    holes = before.finished.holes
+
+    ran = bench.resume(holes=True)
+
+    assert (holes, before.sent) == (1, ["r0", "r1", "x1"])
+    assert (ran.status, ran.finished.holes) == (0, 0)
+    assert ran.sent[3:] == ["r0", "x0"]
