@@ -137,6 +137,8 @@ class Moonraker(FedGantry):
             raise NotStopped(
                 "it did not confirm its halt and may still move: press its emergency stop"
             )
+        with contextlib.suppress(MotionFault):
+            await link.learn()  # why, in Klipper's words
 
     async def unlock(self, goal: GoalContext) -> dict[str, Any]:
         """Restart a Klipper that has halted; it has to be homed then."""
