@@ -41,6 +41,7 @@ SHIPPED = {
     "balance": "labrun.drivers.balance.driver:Balance",
     "grbl": "labrun.drivers.grbl.gantry:Grbl",
     "marlin": "labrun.drivers.marlin.gantry:Marlin",
+    "moonraker": "labrun.drivers.moonraker.gantry:Moonraker",
     "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",
     "aecp": "labrun.drivers.aecp.driver:Aecp",
     "sciaps_gui": "labrun.drivers.sciaps_gui.driver:SciapsGui",

@@ -1,6 +1,7 @@
 """Connect to a controller: banner, settings, work offset; or report what is there instead."""
 
 import asyncio
+import re
 
 from ..motion.faults import MotionFault, Refused, Silent
 from .controller import ASK, Controller
@@ -10,6 +11,7 @@ from .stopping import stop
 REPORT_S = 1.0
 RESET_S = 2.0
 OPTIONS_S = 2.0
+FLUID = re.compile(r"FluidNC [^\s:\]]+")
 OFFSET_LOOKS = 40  # the offset comes with every tenth to thirtieth report
 
 
@@ -68,6 +70,11 @@ async def _options(controller: Controller) -> str:
         told = await controller.ask("$I", OPTIONS_S)
     except (Refused, Silent):
         return ""
+    version = " ".join(line for line in controller.overheard if line.startswith("[VER:"))
+    if not controller.firmware and (fluid := FLUID.search(version)):
+        controller.firmware = fluid[
+            0
+        ]  # by telnet or WebSocket it does not boot, and says no banner
     return next((text.split(",")[0] for text in told if "," in text), "")
 
 

@@ -1,6 +1,7 @@
 """The gantry behind a GRBL or grblHAL controller, as a driver.
 
-Configuration: `port` (`/dev/serial/by-id/...`, `COM5`, `socket://host:port`), `baud` (115200),
+Configuration: `port` (`/dev/serial/by-id/...`, `COM5`, `socket://host:port`,
+`ws://host/`), `baud` (115200),
 `origin`, `axes`, `keep_out`, `home_first`, `homing_timeout` (s), `home_here` (a machine without
 switches), `boot_s` (how long the banner may take). `docs/how-to/gantry.md` explains each.
 """

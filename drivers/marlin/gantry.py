@@ -93,6 +93,8 @@ class Marlin(FedGantry):
         link = self.link
         link.homed = False
         with self._moving(goal, "home"):
+            if link.halted:
+                await self._restart()
             asked = spawn(f"homing {link.port.name}", link.ask("G28"), expected=(MotionFault,))
             clock = asyncio.get_running_loop().time
             until = clock() + float(self.place.config.get("homing_timeout", 120))
@@ -164,8 +166,10 @@ class Marlin(FedGantry):
     def _place_known(self) -> Point | None:
         return self._at
 
-    async def _still(self) -> Point:
+    async def _finish(self) -> None:
         await self.link.ask("M400")
+
+    async def _machine(self) -> Point:
         place = read_place(await self.link.ask("M114"))
         if place is None:
             raise MotionFault(f"it does not report where it is; {self.link.last_words}")
@@ -187,7 +191,7 @@ class Marlin(FedGantry):
 
     async def _probe(self, goal: GoalContext, axis: int, way: float, feed: float) -> Point | None:
         with self._moving(goal, "touch"):
-            start = await self._still()
+            start = await self._machine()
             line = self._touch_line(axis, start[axis] + way, feed)
             await self.link.ask(line)
             place = await self._still()

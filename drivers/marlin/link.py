@@ -104,7 +104,8 @@ class Link:
                 self._answer = None
             told = self._told
         if any(UNKNOWN in one for one in told):
-            raise NotThere(f"this Marlin was built without `{CODE.findall(line)[0]}`")
+            code = CODE.match(line)
+            raise NotThere(f"this Marlin was built without `{code[0] if code else line}`")
         return told
 
     async def _answered(self, answer: "asyncio.Future[None]", *, again: bool) -> None:

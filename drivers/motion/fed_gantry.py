@@ -39,8 +39,8 @@ class FedGantry(JogRules):
         """Give it a straight way to these machine positions (mm, mm/s), and wait until it is taken."""
 
     @abstractmethod
-    async def _still(self) -> Point:
-        """Wait for the proof that all motion has ended; where it stands. Raises MotionFault."""
+    async def _finish(self) -> None:
+        """Wait for the proof that all motion has ended; raises MotionFault."""
 
     @abstractmethod
     async def _break_off(self) -> None:
@@ -50,19 +50,21 @@ class FedGantry(JogRules):
     def _fastest(self, way: dict[int, float]) -> tuple[float, float]:
         """The speed (mm/s) and the acceleration (mm/s2) that it can go along a way at most."""
 
-    async def _machine(self) -> Point:
-        return await self._still()
+    async def _still(self) -> Point:
+        """Where it stands, once all motion has ended."""
+        await self._finish()
+        return await self._machine()
 
     async def _drive(self, goal: GoalContext, end: dict[int, float], feed: float | None) -> Point:
         with self._moving(goal, "move"):
-            start = await self._still()
+            start = await self._machine()
             way = {axis: value - start[axis] for axis, value in end.items()}
             await self._feed(goal, start, way, feed, lambda: True)
             return await self._arrived(end)
 
     async def _jog_by(self, goal: GoalContext, axis: int, distance: float, feed: float) -> None:
         with self._moving(goal, "jog"):
-            start = await self._still()
+            start = await self._machine()
             await self._feed(goal, start, {axis: distance}, feed, lambda: True)
             await self._arrived({axis: start[axis] + distance})
 
@@ -70,7 +72,7 @@ class FedGantry(JogRules):
         self, goal: GoalContext, axis: int, way: float, feed: float, held: Callable[[], bool]
     ) -> None:
         with self._moving(goal, "jog"):
-            await self._feed(goal, await self._still(), {axis: way}, feed, held)
+            await self._feed(goal, await self._machine(), {axis: way}, feed, held)
             await self._still()
 
     async def _feed(
@@ -170,7 +172,7 @@ class FedGantry(JogRules):
 
     async def _set_zero(self, axes: list[int]) -> None:
         try:
-            self.zero.set(axes, await self._still())
+            self.zero.set(axes, await self._machine())
         except OSError as fault:
             raise ActionFailed("Offline", f"{self._name()}: {fault}", "no") from fault
 

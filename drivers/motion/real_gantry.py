@@ -30,8 +30,14 @@ class Known(Protocol):
     `lost`: why nothing can be sent. Both are empty if there is nothing.
     """
 
-    homed: bool
-    alarm: str
+    @property
+    def homed(self) -> bool: ...
+
+    @homed.setter
+    def homed(self, known: bool) -> None: ...
+
+    @property
+    def alarm(self) -> str: ...
 
     @property
     def lost(self) -> str: ...

@@ -66,7 +66,7 @@ class SciapsGui(Driver):
 
     async def close(self) -> None:
         if self._program is not None:
-            self._program.halted = True
+            self._program.permission.halt()
             await asyncio.to_thread(self._program.close)
             self._shot_log.close()
 
@@ -104,18 +104,18 @@ class SciapsGui(Driver):
         The laser fires only on a click. If `disarm` was recorded it is clicked, too. Raises
         OSError if a click may still take effect.
         """
-        self.program.halted = True
+        self.program.permission.halt()
         newest = self._shot_log.newest()
         if newest is not None and newest.fate == "begun":
             await self._calm(newest)
         if "disarm" in self._buttons:
-            self.program.halted = False
+            self.program.permission.allow()
             try:
                 await self.on_screen(lambda: self.program.click("disarm", self.settings.dialog_s))
             except (Trouble, NoScreen, NotClicked) as fault:
                 raise OSError(f"its button `disarm` could not be clicked: {fault}") from fault
             finally:
-                self.program.halted = True
+                self.program.permission.halt()
 
     async def _calm(self, shot: Shot) -> None:
         """Wait until a begun shot is over: it shows in the cache, or its time has passed."""
@@ -131,7 +131,7 @@ class SciapsGui(Driver):
             await asyncio.sleep(LOOK_S)
 
     async def measure(self, goal: GoalContext) -> dict[str, Any]:
-        self.program.halted = goal.cancelled.is_set()
+        self.program.permission.allow(goal.cancelled.is_set)
         await self.ready(goal, "measure")
         aim = await self.tried("measure", "no", lambda: self.program.aim("measure", 0.0))
         shot = self._begun(goal, await self._cache_before())
@@ -273,7 +273,7 @@ class SciapsGui(Driver):
         return {"shot_id": newest.name, "goal_id": newest.goal}
 
     async def export(self, goal: GoalContext, *, shot: str, file: str) -> dict[str, Any]:
-        self.program.halted = goal.cancelled.is_set()
+        self.program.permission.allow(goal.cancelled.is_set)
         wanted = self._exporting.shot_to_export(shot)
         data = self._exporting.kept_file(wanted)
         if data is None:
@@ -290,7 +290,7 @@ class SciapsGui(Driver):
         return {}
 
     async def locate(self, goal: GoalContext) -> dict[str, Any]:
-        self.program.halted = goal.cancelled.is_set()
+        self.program.permission.allow(goal.cancelled.is_set)
         sights = await self.tried("find its buttons", "no", self.program.locate)
         lost = [sight.words() for sight in sights.values() if sight.sure is None]
         if lost:
@@ -302,7 +302,7 @@ class SciapsGui(Driver):
         return {}
 
     async def reconnect(self, goal: GoalContext) -> dict[str, Any]:
-        self.program.halted = goal.cancelled.is_set()
+        self.program.permission.allow(goal.cancelled.is_set)
         await self.ready(goal, "reconnect")
         await self.sync(goal, "unknown")
         return {}

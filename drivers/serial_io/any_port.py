@@ -15,13 +15,17 @@ def lost_words(name: str, fault: Exception) -> str:
 
 def open_port(name: str, baud: int) -> Any:
     """The open port, locked for others; raises OSError with the reason."""
-    if not name.startswith("socket://"):
+    if not name.startswith(("socket://", "ws://")):
         return open_exclusively(name, baudrate=baud)
-    import serial
-
     try:
+        if name.startswith("ws://"):
+            from .websocket_port import WebSocketPort
+
+            return WebSocketPort(name)
+        import serial
+
         return serial.serial_for_url(name, timeout=READ_S, write_timeout=WRITE_S)
-    except (OSError, ValueError) as fault:
+    except Exception as fault:  # whatever pyserial, a socket or the handshake raises
         raise OSError(
             f"{name} cannot be reached: {fault}; is the program behind it running?"
         ) from fault

@@ -81,14 +81,14 @@ class WindowProgram(Driver):
 
     async def close(self) -> None:
         if self._program is not None:
-            self._program.halted = True
+            self._program.permission.halt()
             await asyncio.to_thread(self._program.close)
             self._log.close()
 
     async def safe(self) -> None:
         """Make no more clicks; then do the actions of the contract's safe state that have steps."""
         assert self._program is not None, "the driver is not open"
-        self._program.halted = True
+        self._program.permission.halt()
         for name in self.contract_kept.safe_state:
             one = self.settings.actions.get(name)
             if one is not None and one.steps:
@@ -97,14 +97,14 @@ class WindowProgram(Driver):
                 except ActionFailed as fault:
                     raise OSError(fault.message) from fault
                 finally:
-                    self._program.halted = True
+                    self._program.permission.halt()
 
     async def _do(self, name: str, goal: GoalContext, **params: Any) -> dict[str, Any]:
         one = self.settings.actions.get(name)
         if one is None:
             return await self._last(name)
         assert self._program is not None, "the driver is not open"
-        self._program.halted = goal.cancelled.is_set()
+        self._program.permission.allow(goal.cancelled.is_set)
         once = self.contract_kept.actions[name].effect == "once"
         await self._idle(name)
         texts = {**params, "name": f"{self.place.device}_{time.strftime('%Y%m%d_%H%M%S')}"}

@@ -17,6 +17,7 @@ from .desktop import open_windows
 from .hands import Hands, NotClicked
 from .looking import look_in
 from .match import Hit, Sighting, common_scale, differs, look_for
+from .permission import Permission
 from .view import Trouble, View, view_of
 from .windows import NoScreen, Windows
 
@@ -54,7 +55,7 @@ class Program:
         self.buttons = buttons
         self.title = title
         self.scale: float | None = None
-        self.halted = False
+        self.permission = Permission()
         self.last_view: View | None = None
         self._before: View | None = None  # when a button of the main window was last aimed at
         self._hands = Hands()
@@ -206,7 +207,7 @@ class Program:
         return aim
 
     def _check(self, aim: Aim) -> None:
-        if self.halted:
+        if self.permission.halted:
             raise NotClicked("it was stopped")
         main = aim.view.main
         if main is None:
@@ -314,13 +315,13 @@ class Program:
 
     def type(self, text: str) -> None:
         """Type into the field that was clicked; what it held is replaced."""
-        if self.halted:
+        if self.permission.halted:
             raise NotClicked("it was stopped")
         self._hands.type(text)
 
     def key(self, name: str) -> None:
         """Press a key."""
-        if self.halted:
+        if self.permission.halted:
             raise NotClicked("it was stopped")
         self._hands.press(name)
 

@@ -474,7 +474,8 @@ class Peer:
             return self._ok(text)
         if line == "$I":
             letters = "VZ" if self.zero_where_homed else "V"
-            self.say(f"[VER:1.1{'f' if self.hal else 'h'}.20190830:]")
+            kind = "4.0 FluidNC v4.0.5" if self.fluid else f"1.1{'f' if self.hal else 'h'}.20190830"
+            self.say(f"[VER:{kind}:]")
             self.say(f"[OPT:{letters},35,1024,3,0]" if self.hal else f"[OPT:{letters},15,128]")
             if self.hal:
                 self.say("[FIRMWARE:grblHAL]")

@@ -94,6 +94,7 @@ class Peer:
                 self._stand()
                 self._reset()
                 self.say("start")
+                self.say("Marlin 2.0.9.7")
                 self.say("echo:; Linear Units:")
         if events & select.POLLIN:
             self._receive(os.read(self.master, 4096))

@@ -5,7 +5,8 @@ import math
 
 import pytest
 
-from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext, Place
+from labrun.drivers.grbl.gantry import Grbl
 from labrun.drivers.marlin import gantry as source
 from labrun.drivers.marlin import link
 
@@ -138,3 +139,15 @@ def test_a_touch_tells_the_contact_and_a_pulled_cable_costs_the_position(
 
     assert math.isclose(contact["z"], 97)
     assert not status["homed"] and "is back. Home it" in status["alarm"]
+
+
+def test_a_driver_for_another_firmware_says_what_it_found(peers, gantry, tmp_path, monkeypatch):
+    monkeypatch.setattr(link, "SILENCE_S", 0.3)
+    place = Place("gantry", {"port": peers().path, "boot_s": 0.3}, {}, tmp_path, tmp_path)
+    deaf = peers(boots_on_open=False)
+    deaf.killed = True
+
+    with pytest.raises(OSError, match=r"this is Marlin 2\.0\.9\.7; write `driver: marlin`"):
+        asyncio.run(Grbl(place).open())
+    with pytest.raises(OSError, match="nothing on it responds: no `start` within 1 s"):
+        asyncio.run(gantry(deaf).open())

@@ -1,0 +1,56 @@
+"""Moves through Klipper: fed in pieces, in its machine coordinates, and trusted as long as Klipper does."""
+
+import asyncio
+
+import pytest
+
+from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+
+from ..played import played
+
+
+def test_a_stop_ends_the_move_soon_and_another_program_s_offset_moves_nothing(peers, gantry):
+    peer = peers(speed=50)
+
+    async def story(driver):
+        await driver.home(GoalContext("h"))
+        peer.shift = [7.0, 0.0, 0.0]
+        await asyncio.sleep(0.4)
+        goal = GoalContext("m")
+        moving = asyncio.create_task(driver.move_to(goal, x=150))
+        await asyncio.sleep(0.5)
+        goal.cancelled.set()
+        with pytest.raises(ActionCanceled, match="stopped at x"):
+            await moving
+        ended, status = peer.place[0], await driver.status()
+        await driver.move_to(GoalContext("n"), x=ended + 5)
+        return ended, status
+
+    ended, status = played(gantry(peer), story)
+
+    assert 10 < ended < 80 and status["homed"] and status["x"] == pytest.approx(ended, abs=0.01)
+    assert peer.place[0] == pytest.approx(ended + 5, abs=0.01)
+
+
+def test_a_halted_klipper_is_told_and_unlock_restarts_it(peers, gantry):
+    peer = peers(homing_s=2, api_key="secret")
+
+    async def story(driver):
+        goal = GoalContext("h")
+        homing = asyncio.create_task(driver.home(goal))
+        await asyncio.sleep(0.2)
+        goal.cancelled.set()
+        with pytest.raises(ActionCanceled):
+            await homing
+        with pytest.raises(ActionFailed, match=r"^Alarm: .*state shutdown: .*unlock restarts it"):
+            await driver.move_to(GoalContext("1"), x=1)
+        await driver.unlock(GoalContext("u"))
+        with pytest.raises(ActionFailed, match="NotHomed"):
+            await driver.move_to(GoalContext("2"), x=1)
+        with pytest.raises(ActionFailed, match=r"NotAvailable: .* nothing that does `M3S255.000`"):
+            await driver.set_output(GoalContext("o"), output="laser", on=True)
+
+    played(gantry(peer, api_key="secret", outputs={"laser": "spindle"}), story)
+
+    with pytest.raises(OSError, match=r"Unauthorized; give its API key as `api_key`"):
+        played(gantry(peer), story)
