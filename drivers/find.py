@@ -33,6 +33,7 @@ SHIPPED = {
     "sim_libs": "labrun.drivers.simulated.libs:SimLibs",
     "sim_balance": "labrun.drivers.simulated.balance:SimBalance",
     "sim_pipette": "labrun.drivers.simulated.pipette:SimPipette",
+    "sim_colour_camera": "labrun.drivers.simulated.colour_camera:SimColourCamera",
     "sim_dispenser": "labrun.drivers.simulated.dispenser:SimDispenser",
     "sim_depth_camera": "labrun.drivers.simulated.depth_camera:SimDepthCamera",
     "stereo_camera": "labrun.drivers.cameras.stereo_camera:StereoCamera",

@@ -14,7 +14,7 @@ EXTRAS = {
     "formats": ("avaread", "h5py", "sif_parser", "spc_io"),
     "export": ("h5py", "mcap"),
     "notebook": ("pandas", "tqdm", "xarray"),
-    "optimize": ("sklearn", "scipy"),
+    "optimize": ("sklearn", "scipy", "threadpoolctl"),
     "notify": ("apprise",),
     "visa": ("pyvisa",),
     "modbus": ("pymodbus",),
