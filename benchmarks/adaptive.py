@@ -118,7 +118,7 @@ def of_core(core: int, keep: Path | None) -> dict[str, np.ndarray]:
             kept[name] = shots(core, at_mm)[0]
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez(path, **kept)
+        np.savez(path, allow_pickle=False, **kept)
     return kept
 
 

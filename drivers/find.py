@@ -39,6 +39,7 @@ SHIPPED = {
     "stereo_camera": "labrun.drivers.cameras.stereo_camera:StereoCamera",
     "reducer": "labrun.drivers.reducer:Reducer",
     "gp": "labrun.drivers.optimizer.gp:Gp",
+    "optuna": "labrun.drivers.optimizer.by_optuna:Optuna",
     "balance": "labrun.drivers.balance.driver:Balance",
     "grbl": "labrun.drivers.grbl.gantry:Grbl",
     "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",

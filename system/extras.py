@@ -15,6 +15,7 @@ EXTRAS = {
     "export": ("h5py", "mcap"),
     "notebook": ("pandas", "tqdm", "xarray"),
     "optimize": ("sklearn", "scipy", "threadpoolctl"),
+    "optuna": ("optuna",),
     "notify": ("apprise",),
     "visa": ("pyvisa",),
     "modbus": ("pymodbus",),

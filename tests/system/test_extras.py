@@ -106,7 +106,15 @@ def test_every_extra_that_brings_a_library_of_labrun_is_known():
     assert EXTRAS.keys() == PROJECT["optional-dependencies"].keys() - {"all", "test"}
 
 
-IN_ENVIRONMENTS_OF_THEIR_OWN = {"pymeasure", "qcodes", "ophyd", "pylabrobot", "sila2", "opcua"}
+IN_ENVIRONMENTS_OF_THEIR_OWN = {
+    "pymeasure",
+    "qcodes",
+    "ophyd",
+    "pylabrobot",
+    "sila2",
+    "opcua",
+    "optuna",
+}
 
 
 @pytest.mark.parametrize("extra", sorted(EXTRAS.keys() - IN_ENVIRONMENTS_OF_THEIR_OWN))
@@ -220,6 +228,7 @@ def test_every_driver_is_there_or_says_the_line_that_adds_what_it_needs():
 
     assert {name: found and found[1] for name, found in extras.items()} == {
         "sim_depth_camera": "vision", "stereo_camera": "vision", "reducer": "spectra", "gp": "optimize",
+        "optuna": "optuna",
         "sciaps_gui": "gui", "window_program": "gui",
     }  # fmt: skip
 
