@@ -95,9 +95,10 @@ NEEDS = {
         lambda: find_spec("sila2") is not None, "pip install 'labrun[sila2]' cryptography"
     ),
     "mcp": Need(lambda: find_spec("mcp") is not None, "pip install 'labrun[mcp]'"),
+    "optuna": Need(lambda: find_spec("optuna") is not None, "pip install 'labrun[optuna]'"),
     "asyncua": Need(lambda: find_spec("asyncua") is not None, "pip install 'labrun[opcua]'"),
 }
-LIBRARIES = {"pymeasure", "qcodes", "ophyd", "pylabrobot", "bluesky", "sila2", "asyncua", "mcp"}
+LIBRARIES = {"pymeasure", "qcodes", "ophyd", "pylabrobot", "bluesky", "sila2", "asyncua", "mcp", "optuna"}
 """Of instruments: each is tested in an environment of its own, so that labrun's stays small."""
 BY_FIXTURE = {"screen": "screen", "node_modules": "node"}
 """Fixture -> what every test that uses it needs."""

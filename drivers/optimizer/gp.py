@@ -25,7 +25,7 @@ FITTED = 250
 """Of more that was told, so many are taken to fit the lengths."""
 EIGHTH = 8
 """Of a map's places one in so many is spread evenly at first."""
-NEIGHBOURS = 0.3
+NEIGHBOURS = 0.2
 """Of the mean distance between places told: how far a neighbour's value counts (w)."""
 FLOOR = 0.02
 """Of the variance of everything: what is expected even where all neighbours are alike."""
@@ -38,6 +38,12 @@ class Gp(Optimizer):
     extra: ClassVar[str | None] = "optimize"
 
     def suggest(self, study: Study, n: int) -> list[Point]:
+        from threadpoolctl import threadpool_limits
+
+        with threadpool_limits(1):  # matrices this small gain nothing, and a busy computer loses
+            return self._suggest(study, n)
+
+    def _suggest(self, study: Study, n: int) -> list[Point]:
         candidates = free_points(study)
         places = coordinates(study.problem, candidates)
         taken = coordinates(study.problem, [*study.at, *study.waiting, *study.void])
@@ -53,6 +59,12 @@ class Gp(Optimizer):
     def predict(self, study: Study, at: list[Point]) -> tuple[Prediction, Prediction]:
         if len(study.at) < ENOUGH:
             raise TooFew(f"a model needs {ENOUGH} places told; there are {len(study.at)}")
+        from threadpoolctl import threadpool_limits
+
+        with threadpool_limits(1):
+            return self._predict(study, at)
+
+    def _predict(self, study: Study, at: list[Point]) -> tuple[Prediction, Prediction]:
         known, places = coordinates(study.problem, study.at), coordinates(study.problem, at)
         told = np.array([[row[name] for name in study.problem.goals] for row in study.values])
         together = study.problem.maps

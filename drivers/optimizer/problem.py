@@ -4,6 +4,7 @@ import itertools
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from simpleeval import InvalidExpression, SimpleEval
@@ -126,9 +127,14 @@ def _variable(name: str, said: Mapping[str, Any]) -> Variable:
     return Variable(name, low, high, step)
 
 
+@cache
+def _parsed(text: str) -> Any:
+    return SimpleEval.parse(text)
+
+
 def _holds(text: str, point: Point) -> bool:
     try:
-        found = SimpleEval(names=point, functions={}).eval(text)
+        found = SimpleEval(names=point, functions={}).eval(text, previously_parsed=_parsed(text))
     except (InvalidExpression, SyntaxError, TypeError, ValueError, ArithmeticError) as fault:
         raise WrongProblem(
             f"the constraint {text!r} cannot be computed from {', '.join(point)}: {fault}"

@@ -159,6 +159,19 @@ def test_adaptive_map_goes_on_after_a_kill_and_tells_every_shot_once(tmp_path):
 
 
 @pytest.mark.slow
+def test_colour_mix_fills_a_well_for_each_suggestion_and_tells_the_best(tmp_path):
+    ran = Ran(tmp_path, "colour_mix.yaml", "-p", "wells=9", "-p", "near=0")
+    rows = ran.rows()
+    filled = Counter(entry["into"] for entry in ran.truth("dispenser", "dispense"))
+
+    assert [row["well"] for row in rows] == [*(f"{row}1" for row in "ABCDEFGH"), "A2"]
+    assert set(filled) == {row["well"] for row in rows} and max(filled.values()) <= 4
+    assert ran.outputs["away"] == pytest.approx(min(numbers(rows, "away")))
+    for row in rows:
+        assert sum(float(row[dye]) for dye in ("red", "yellow", "blue")) <= 100
+
+
+@pytest.mark.slow
 def test_calibrate_camera_finds_where_the_camera_sits_beside_the_tool(tmp_path):
     ran = Ran(tmp_path, "calibrate_camera.yaml")
     outputs = ran.outputs

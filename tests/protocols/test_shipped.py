@@ -28,12 +28,13 @@ COMMAND = [sys.executable, "-m", "labrun.engine"]
 SMALL = {
     "pegmatite_map": {"pitch": "1 mm"},
     "adaptive_map": {"shots": "4"},
+    "colour_mix": {"wells": "2"},
     "refine_map": {"rounds": "2"},
     "find_and_scan": {"pitch": "20 mm"},
 }
 RUN_ELSEWHERE = {
-    "adaptive_map", "calibrate_camera", "calibrated_map", "find_and_scan", "multi_sample", "refine_map",
-    "two_station", "wavelength_check", "weigh_and_dispense",
+    "adaptive_map", "calibrate_camera", "calibrated_map", "colour_mix", "find_and_scan", "multi_sample",
+    "refine_map", "two_station", "wavelength_check", "weigh_and_dispense",
 }  # fmt: skip
 """That these run, and deliver what they promise, is tested in test_promises.py."""
 

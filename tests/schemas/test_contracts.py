@@ -9,6 +9,7 @@ from labrun.schemas.quantity import seconds, unit_of
 
 TYPES = (
     "balance@1",
+    "colour_camera@1",
     "depth_camera@1",
     "dispenser@1",
     "gantry@1",

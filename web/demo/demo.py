@@ -15,6 +15,7 @@ SHOWN = (".yaml", ".json", ".csv")
 TWINS = {
     "sim_gantry": "Gantry", "sim_libs": "Libs", "sim_balance": "Balance", "sim_pipette": "Pipette",
     "sim_depth_camera": "DepthCamera", "sim_dispenser": "Dispenser",
+    "sim_colour_camera": "ColourCamera",
 }  # fmt: skip
 """Driver of the simulated lab -> the same one with injected faults, in `twins.py`."""
 

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 
 from labrun.drivers.driver import ActionFailed, GoalContext
 from labrun.drivers.simulated.balance import SimBalance
+from labrun.drivers.simulated.colour_camera import SimColourCamera
 from labrun.drivers.simulated.depth_camera import SimDepthCamera
 from labrun.drivers.simulated.dispenser import SimDispenser
 from labrun.drivers.simulated.gantry import SimGantry
@@ -51,6 +52,10 @@ class Pipette(Ordered, SimPipette):
 
 class Dispenser(Ordered, SimDispenser):
     """The simulated dispenser, with injected faults."""
+
+
+class ColourCamera(Ordered, SimColourCamera):
+    """The simulated colour camera, with injected faults."""
 
 
 class DepthCamera(Ordered, SimDepthCamera):

@@ -9,22 +9,21 @@ from .stories import BEST, SPACE, Asker, loss, played
 
 
 @pytest.mark.slow
-def test_it_finds_the_best_place_in_few_turns_and_the_same_way_again(tmp_path):
+def test_it_finds_the_best_place_in_few_turns(tmp_path):
     async def story(driver):
         asker = Asker(driver)
         await asker.do(
             "define", space=SPACE, goals={"loss": "minimize"}, constraints=["x + y < 2.5"]
         )
-        await asker.search(8, n=3)
+        await asker.search(7, n=3)
         model = await asker.do("model", at=[BEST, {**BEST, "x": -2}])
         return await asker.do("best"), model
 
-    best, model = played(Gp, tmp_path / "one", story)
+    best, model = played(Gp, tmp_path, story)
 
     assert loss(best["at"]) < 0.02
     assert best["at"]["y"] in [round(n * 0.05, 10) for n in range(21)]
     assert model["mean"]["loss"][0] < 0.3 < model["mean"]["loss"][1]
-    assert played(Gp, tmp_path / "two", story) == (best, model)
 
 
 @pytest.mark.slow

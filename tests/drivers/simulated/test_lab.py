@@ -47,8 +47,8 @@ def test_it_is_simulated_and_has_two_stations_two_cameras_and_a_place_to_weigh()
 
     assert lab.simulated
     assert list(lab.devices) == [
-        "gantry", "libs", "reduce", "optimizer", "balance", "pipette", "dispenser", "camera", "overview",
-        "gantry_b", "libs_b",
+        "gantry", "libs", "reduce", "optimizer", "balance", "pipette", "dispenser", "colour_camera", "camera",
+        "overview", "gantry_b", "libs_b",
     ]  # fmt: skip
 
 
