@@ -58,6 +58,8 @@ def said(value: Any) -> str:
         return value
     if isinstance(value, dict):
         return ", ".join(f"{key} = {said(item)}" for key, item in value.items())
+    if value == []:
+        return "an empty list"
     if isinstance(value, list) and any(isinstance(item, dict | list) for item in value):
         return f"a list of {count_of(len(value), 'item')}"
     return quantity_text(value) if is_quantity(value) else as_text(value)

@@ -154,11 +154,14 @@ steps:
   - watch: [{every: 10 s, when: "${{ status.libs.argon < 1 bar }}", then: {fail: "${{ error.message }}"}}]
     steps: [{do: gantry.home}, {set: {n: "${{ n + 1 }}"}}]
     fallback: [{log: "${{ n }} times, ${{ [n, 2] }}"}, {log: "${{ error.message }}"}]
-  - set: {seen: ["${{ n }}", 2]}
+  - set: {seen: ["${{ n }}", 2], more: []}
+  - log: "${{ more }}"
   - log: "${{ seen }}"
 """)
 
     assert "“(n) times" in said and "0 times" not in said
     assert "it is noted: error's message." in said
-    assert "As soon as the libs's argon is less than 1 bar (looked at every 10 s; also if that" in said
-    assert "Let seen be the list of n and 2." in said
+    assert (
+        "As soon as the libs's argon is less than 1 bar (looked at every 10 s; also if that" in said
+    )
+    assert "Let seen be the list of n and 2 and more be an empty list." in said
