@@ -39,6 +39,7 @@ SHIPPED = {
     "sim_leak_sensor": "labrun.drivers.simulated.leak_sensor:SimLeakSensor",
     "sim_plate_reader": "labrun.drivers.simulated.plate_reader:SimPlateReader",
     "sim_microscope": "labrun.drivers.simulated.microscope:SimMicroscope",
+    "sim_dispenser": "labrun.drivers.simulated.dispenser:SimDispenser",
     "sim_depth_camera": "labrun.drivers.simulated.depth_camera:SimDepthCamera",
     "stereo_camera": "labrun.drivers.cameras.stereo_camera:StereoCamera",
     "reducer": "labrun.drivers.reducer:Reducer",

@@ -10,6 +10,7 @@ from labrun.schemas.quantity import seconds, unit_of
 TYPES = (
     "balance@1",
     "depth_camera@1",
+    "dispenser@1",
     "gantry@1",
     "gantry@2",
     "libs_analyzer@1",

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from labrun.drivers.driver import ActionFailed, GoalContext
 from labrun.drivers.simulated.balance import SimBalance
 from labrun.drivers.simulated.depth_camera import SimDepthCamera
+from labrun.drivers.simulated.dispenser import SimDispenser
 from labrun.drivers.simulated.furnace import SimFurnace
 from labrun.drivers.simulated.gantry import SimGantry
 from labrun.drivers.simulated.leak_sensor import SimLeakSensor
@@ -52,6 +53,10 @@ class Balance(Ordered, SimBalance):
 
 class Pipette(Ordered, SimPipette):
     """The simulated pipette, with injected faults."""
+
+
+class Dispenser(Ordered, SimDispenser):
+    """The simulated dispenser, with injected faults."""
 
 
 class DepthCamera(Ordered, SimDepthCamera):
