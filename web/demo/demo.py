@@ -14,8 +14,8 @@ from ...engine.lab.lab import load_lab
 SHOWN = (".yaml", ".json", ".csv", ".py", ".calibration")
 TWINS = {
     "sim_gantry": "Gantry", "sim_libs": "Libs", "sim_balance": "Balance", "sim_pipette": "Pipette",
-    "sim_depth_camera": "DepthCamera", "sim_dispenser": "Dispenser", "sim_pump": "Pump", "sim_ph_probe": "PhProbe",
-    "sim_furnace": "Furnace", "sim_leak_sensor": "LeakSensor",
+    "sim_dispenser": "Dispenser", "sim_depth_camera": "DepthCamera", "sim_pump": "Pump",
+    "sim_ph_probe": "PhProbe", "sim_furnace": "Furnace", "sim_leak_sensor": "LeakSensor",
     "sim_microscope": "Microscope", "sim_plate_reader": "PlateReader",
 }  # fmt: skip
 """Driver of the simulated lab -> the same one with injected faults, in `twins.py`."""
