@@ -190,3 +190,24 @@ def test_a_raster_is_in_focus_at_every_point_though_the_sample_lies_askew(bench)
     for row in focused:
         true_mm = 20 + 0.02 * float(row["x_mm"]) + 0.01 * float(row["y_mm"])
         assert float(row["z_mm"]) == pytest.approx(true_mm, abs=0.02)
+
+
+def test_a_plate_recovers_the_calibration_and_the_samples_that_it_was_given(bench):
+    assert bench.run("plate_96.yaml", "-p", "develop=1 s") == 0, bench.told
+    (table,) = (path for path in bench.of_run.glob("data-*.csv"))
+    with table.open(newline="") as file:
+        samples = list(csv.DictReader(file))
+    reliable = [row for row in samples if row["reliable"] == "True"]
+    column = next(name for name in samples[0] if name.startswith("concentration"))
+
+    # 10 a cm of the stock of 200 umol/L, 0.2 mL over 0.34 cm²; the plate itself absorbs 0.04
+    assert bench.outputs["slope"] == pytest.approx(10 * 0.2 / 0.34 / 200, rel=0.02)
+    assert bench.outputs["blank"] == pytest.approx(0.04, abs=0.01)
+    assert len(bench.rows()) == 24 and len(samples) == 72 and len(reliable) == 72
+    for row in samples:  # the sample absorbs as 80 umol/L do
+        expected = 80 * float(row["sample_ul"]) / 200
+        assert float(row[column]) == pytest.approx(expected, rel=0.03, abs=1.5)
+    doses = bench.truth("dispenser", "dispense")
+    assert nothing_twice(doses) and len({dose["into"] for dose in doses}) == 96
+    rows = [dose["into"][0] for dose in doses if dose["into"][0] not in "AH"]
+    assert sum(a != b for a, b in pairwise(rows)) == 5  # no row is filled in pieces

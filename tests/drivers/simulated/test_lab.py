@@ -48,7 +48,7 @@ def test_it_is_simulated_and_has_a_device_for_every_role_of_the_shipped_protocol
     assert lab.simulated
     assert list(lab.devices) == [
         "gantry", "libs", "reduce", "balance", "pipette", "dispenser", "pump", "electrode", "furnace",
-        "floor", "microscope", "camera", "overview", "gantry_b", "libs_b",
+        "floor", "reader", "microscope", "camera", "overview", "gantry_b", "libs_b",
     ]  # fmt: skip
 
 
