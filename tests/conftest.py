@@ -98,7 +98,17 @@ NEEDS = {
     "optuna": Need(lambda: find_spec("optuna") is not None, "pip install 'labrun[optuna]'"),
     "asyncua": Need(lambda: find_spec("asyncua") is not None, "pip install 'labrun[opcua]'"),
 }
-LIBRARIES = {"pymeasure", "qcodes", "ophyd", "pylabrobot", "bluesky", "sila2", "asyncua", "mcp", "optuna"}
+LIBRARIES = {
+    "pymeasure",
+    "qcodes",
+    "ophyd",
+    "pylabrobot",
+    "bluesky",
+    "sila2",
+    "asyncua",
+    "mcp",
+    "optuna",
+}
 """Of instruments: each is tested in an environment of its own, so that labrun's stays small."""
 BY_FIXTURE = {"screen": "screen", "node_modules": "node"}
 """Fixture -> what every test that uses it needs."""

@@ -8,7 +8,8 @@ import math
 from random import Random
 from typing import Any, ClassVar
 
-from ..driver import ActionCanceled, ActionFailed, GoalContext, Place
+from ..driver import ActionFailed, GoalContext, Place
+from .twins.settling import settled
 from .twins.twin import Twin
 
 RANGE_G = 220.0
@@ -75,17 +76,10 @@ class SimBalance(Twin):
     async def _settle(self, goal: GoalContext, patience_s: float) -> tuple[float, bool]:
         """The newest reading, and whether the last few were the same."""
         random = Random(f"{self.seed}/{goal.id}")
-        readings: list[float] = []
-        for tick in range(max(1, math.ceil(patience_s / TICK_S))):
-            await self.clock.sleep(TICK_S)
-            if goal.cancelled.is_set():
-                raise ActionCanceled("the reading was stopped")
-            readings.append(self._reading(random))
-            goal.feedback(None, f"{readings[-1] - self.zero_g - self.tare_g:.4f} g")
-            newest = readings[-STILL:]
-            if tick + 1 >= STILL and max(newest) - min(newest) <= STILL_G:
-                return sum(newest) / STILL, True
-        return readings[-1], False
+        return await settled(
+            self.clock, goal, lambda: self._reading(random), patience_s=patience_s, tick_s=TICK_S,
+            still=STILL, within=STILL_G, words=lambda g: f"{g - self.zero_g - self.tare_g:.4f} g",
+        )  # fmt: skip
 
     def _reading(self, random: Random) -> float:
         load = self._load()

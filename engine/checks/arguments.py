@@ -90,7 +90,7 @@ from typing import Any
 from ...schemas.contract import Action
 from ...schemas.lab import Limit
 from ...schemas.problem import Problem
-from ...schemas.protocol import Do
+from ...schemas.protocol import Do, Scalar
 from ...schemas.quantity import UnitError, has_offset, is_quantity, same_dimension
 from ..lab.bind import BoundRole
 from ..language.arguments import ArgumentFault, fit_arguments
@@ -100,7 +100,7 @@ from ..language.operators import words
 from ..language.shape import at as raw_at
 from ..language.shape import keys_of
 from ..language.types import Type, in_words
-from ..language.value import Computed, Value
+from ..language.value import Computed, Value, value_of
 from ..language.wanted import bounds, wants
 from ..survey.spots import Spot, StepAt
 from .context import Context
@@ -140,7 +140,7 @@ def _check(
         if name not in action.param_schemas():
             continue
         if folded.loops:
-            fault = _by_cases(spot, folded, name, bound, action, label)
+            fault = _by_cases(spot, folded, name, bound, action, label, at.step.when)
         else:
             fault = _by_type(spot, action.param_schemas()[name], f"{label}.{name}")
         if fault is not None:
@@ -234,20 +234,29 @@ def _there(computed: Any, case: Case) -> str:
 
 
 def _by_cases(
-    spot: Spot, folded: Folded, name: str, bound: BoundRole, action: Action, label: str
-) -> ArgumentFault | None:
-    """The first item of the enclosing loops that gives a value that does not fit."""
+    spot: Spot, folded: Folded, name: str, bound: BoundRole, action: Action, label: str,
+    when: Scalar,
+) -> ArgumentFault | None:  # fmt: skip
+    """The first item of the enclosing loops that gives a value that does not fit, where it runs."""
     value = spot.value
     if not isinstance(value, Value):
         return None
     case = _far_outside(value, folded, spot, action.param_schemas()[name], bound.limits.get(name))
-    if case is not None:
+    if case is not None and not _left_out(when, case):
         return _case_fault(value, case, name, bound, action, label)
     for case in cases(folded, spot.env.folding(), value):
         fault = _case_fault(value, case, name, bound, action, label)
-        if fault is not None:
+        if fault is not None and not _left_out(when, case):
             return fault
     return None
+
+
+def _left_out(when: Scalar, case: Case) -> bool:
+    """Whether the step is surely left out for this item, by its own `when`."""
+    try:
+        return when is not None and value_of(when).evaluate(case.names) is False
+    except ExpressionError:
+        return False  # only the run can tell
 
 
 def _far_outside(

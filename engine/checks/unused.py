@@ -17,12 +17,13 @@ Fails:
       - {do: gantry.move_to, with: {z: 1 mm}}
 
 W408. Even an unused role needs a device: the run would wait for a device that it never uses.
+One whose status a condition looks at is used.
 
 Passes:
 
-    devices: {gantry: gantry@1}
+    devices: {gantry: gantry@1, libs: libs_analyzer@1}
     steps:
-      - {do: gantry.move_to, with: {z: 1 mm}}
+      - {do: gantry.move_to, with: {z: 1 mm}, when: "${{ status.libs.argon > 1 bar }}"}
 
 Fails:
 
@@ -50,11 +51,13 @@ Fails:
       - log: The empty vial weighs ${{ steps.weight.mass }}
 """
 
+import ast
 import re
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
-from ...schemas.protocol import Do, Set, Use
+from ...schemas.protocol import Do, Group, Set, Use, watches
+from ..language.expression import STATUS
 from ..language.fold import needs
 from ..language.shape import Place
 from ..survey.scope import RESERVED
@@ -124,6 +127,24 @@ def _roles(context: Context) -> Iterator[Problem]:
         if used is None:
             return  # what it needs is not known
         roles |= {step.devices.get(its, its) for its in used.protocol.devices}
+    roles |= _watched(context)
     for name in context.protocol.devices:
         if name not in roles:
             yield _warning(context, ("devices", name), "W408", f"no step uses the role {name}")
+
+
+def _watched(context: Context) -> set[str]:
+    """The roles whose status an expression looks at, or that a watch reads."""
+    found = {watch.do for group, _ in context.steps(Group) for watch in watches(group) if watch.do}
+    roles = {do.partition(".")[0] for do in found}
+    for spot in context.survey.spots:
+        if isinstance(spot.value, Exception):
+            return set(context.protocol.devices)
+        for expression in spot.value.expressions():
+            nodes = list(ast.walk(expression.tree))
+            asked = [n for n in nodes if isinstance(n, ast.Name) and n.id == STATUS]
+            fields = [n for n in nodes if isinstance(n, ast.Attribute) and n.value in asked]
+            if len(fields) < len(asked):  # `status` as a whole, which may be any of them
+                return set(context.protocol.devices)
+            roles |= {field.attr for field in fields}
+    return roles

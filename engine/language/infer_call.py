@@ -121,8 +121,10 @@ def _result(inference: Inference, name: str, given: dict[str, Any]) -> Type:
 
 def _calculation(inference: Inference, name: str, given: dict[str, Any]) -> Type:
     first = next(iter(given.values()), ANY)
+    if not isinstance(first, Type):  # `zip` takes any number of lists
+        return type_of_calculation(name, given)
     wanted = "list" if name in OF_LISTS else "number"
-    if isinstance(first, Type) and first.kind not in (wanted, "any", "null"):
+    if first.kind not in (wanted, "any", "null"):
         takes_more = name in CALCULATIONS and name not in OF_LISTS | OF_NUMBERS
         if not takes_more and not (name == "int" and first.kind == "text"):
             what = "a list" if wanted == "list" else "a number"

@@ -1,6 +1,7 @@
 """Parse an expression: Python's syntax without side effects, plus quantities."""
 
 import ast
+import keyword
 import math
 import re
 import warnings
@@ -118,6 +119,9 @@ def _unreadable(whole: str, fault: BaseException) -> str:
         return f"{text}: write `and`, `or`, `not`"
     if "${{" in text:
         return f"{text}: an expression within an expression; remove the inner ${{{{ }}}}"
+    reserved = [word for word in re.findall(r"\.\s*(\w+)", text) if keyword.iskeyword(word)]
+    if reserved:
+        return f"{text}: {reserved[0]} is a word of expressions themselves; choose another name"
     reason = fault.msg if isinstance(fault, SyntaxError) else "it is nested too deeply"
     return f"{text}: this cannot be read as an expression ({reason})"
 

@@ -192,8 +192,8 @@ class RehearsedDevice:
 
     def _told(self, event: str, payload: dict[str, Any], followers: set[str]) -> None:
         if event == "status" and "fault" not in payload:
-            self._status = payload, asyncio.get_running_loop().time()
-            if self.on_told is not None:
+            known, self._status = self._status[0], (payload, asyncio.get_running_loop().time())
+            if self.on_told is not None and payload != known:
                 self.on_told()
         followed = self._followed.get(payload.get("id", "")) if event == "update" else None
         if followed is None:

@@ -1,5 +1,6 @@
 """How often each step of a protocol runs: if nothing fails, and with every retry and fallback."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -268,4 +269,5 @@ def number_of(found: RunCounts) -> str:
     known = f"{times.least:,}" if times.least == most else f"{times.least:,} to {most:,}"
     if not found.open:
         return known
-    return " + ".join([*([known] if most else []), *found.open])
+    terms = [f"{n} × ({one})" if n > 1 else one for one, n in Counter(found.open).items()]
+    return " + ".join([*([known] if most else []), *terms])

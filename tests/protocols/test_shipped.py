@@ -33,8 +33,9 @@ SMALL = {
     "find_and_scan": {"pitch": "20 mm"},
 }
 RUN_ELSEWHERE = {
-    "adaptive_map", "calibrate_camera", "calibrated_map", "colour_mix", "find_and_scan", "multi_sample",
-    "refine_map", "two_station", "wavelength_check", "weigh_and_dispense",
+    "adaptive_map", "autofocus_raster", "calibrate_camera", "calibrated_map", "colour_mix",
+    "find_and_scan", "furnace_night", "multi_sample", "plate_96", "refine_map", "titration",
+    "two_station", "wavelength_check", "weigh_and_dispense",
 }  # fmt: skip
 """That these run, and deliver what they promise, is tested in test_promises.py."""
 
@@ -97,7 +98,7 @@ def test_a_shipped_protocol_checks_clean_is_short_and_can_be_explained(path):
 
 
 @pytest.mark.parametrize(
-    "path", marked(SHIPPED, pytest.mark.soak, "calibrate_camera", "find_and_scan")
+    "path", marked(SHIPPED, pytest.mark.soak, "calibrate_camera", "find_and_scan", "furnace_night")
 )
 def test_a_shipped_protocol_can_be_rehearsed(path):
     checked = check_file(path, params=SMALL.get(path.stem, {}))

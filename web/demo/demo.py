@@ -11,11 +11,14 @@ from ruamel.yaml import YAML
 
 from ...engine.lab.lab import load_lab
 
-SHOWN = (".yaml", ".json", ".csv")
+SHOWN = (".yaml", ".json", ".csv", ".py", ".calibration")
 TWINS = {
     "sim_gantry": "Gantry", "sim_libs": "Libs", "sim_balance": "Balance", "sim_pipette": "Pipette",
     "sim_depth_camera": "DepthCamera", "sim_dispenser": "Dispenser",
     "sim_colour_camera": "ColourCamera",
+    "sim_pump": "Pump",
+    "sim_ph_probe": "PhProbe", "sim_furnace": "Furnace", "sim_leak_sensor": "LeakSensor",
+    "sim_microscope": "Microscope", "sim_plate_reader": "PlateReader",
 }  # fmt: skip
 """Driver of the simulated lab -> the same one with injected faults, in `twins.py`."""
 
@@ -28,7 +31,7 @@ def demonstration(speed: float) -> Iterator[tuple[Path, Path]]:
         protocols = folder / "protocols"
         protocols.mkdir()
         for entry in files("labrun.protocols").iterdir():
-            if entry.name.endswith(SHOWN):
+            if entry.name.endswith(SHOWN) and not entry.name.startswith("_"):
                 (protocols / entry.name).write_bytes(entry.read_bytes())
         lab = folder / "lab.yaml"
         lab.write_text(demo_lab(speed), encoding="utf-8")

@@ -8,9 +8,15 @@ from labrun.drivers.simulated.balance import SimBalance
 from labrun.drivers.simulated.colour_camera import SimColourCamera
 from labrun.drivers.simulated.depth_camera import SimDepthCamera
 from labrun.drivers.simulated.dispenser import SimDispenser
+from labrun.drivers.simulated.furnace import SimFurnace
 from labrun.drivers.simulated.gantry import SimGantry
+from labrun.drivers.simulated.leak_sensor import SimLeakSensor
 from labrun.drivers.simulated.libs import SimLibs
+from labrun.drivers.simulated.microscope import SimMicroscope
+from labrun.drivers.simulated.ph_probe import SimPhProbe
 from labrun.drivers.simulated.pipette import SimPipette
+from labrun.drivers.simulated.plate_reader import SimPlateReader
+from labrun.drivers.simulated.pump import SimPump
 from labrun.drivers.simulated.twins.twin import Twin
 from labrun.web.demo.orders import take
 
@@ -60,3 +66,27 @@ class ColourCamera(Ordered, SimColourCamera):
 
 class DepthCamera(Ordered, SimDepthCamera):
     """The simulated camera, with injected faults."""
+
+
+class Pump(Ordered, SimPump):
+    """The simulated burette, with injected faults."""
+
+
+class PhProbe(Ordered, SimPhProbe):
+    """The simulated electrode, with injected faults."""
+
+
+class Furnace(Ordered, SimFurnace):
+    """The simulated furnace, with injected faults."""
+
+
+class LeakSensor(Ordered, SimLeakSensor):
+    """The simulated leak sensor, with injected faults."""
+
+
+class Microscope(Ordered, SimMicroscope):
+    """The simulated microscope, with injected faults."""
+
+
+class PlateReader(Ordered, SimPlateReader):
+    """The simulated plate reader, with injected faults."""

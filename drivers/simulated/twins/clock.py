@@ -24,6 +24,10 @@ class Clock:
         self.tick_s = TICKS_S[kind] if isinstance(kind, str) else TICKS_S["real"] * self.speed
         self.elapsed_s = 0.0
 
+    def now_s(self) -> float:
+        """Seconds on a clock that also goes on while nobody sleeps, where any does."""
+        return self.elapsed_s if self.fast else asyncio.get_running_loop().time() * self.speed
+
     async def sleep(self, seconds: float) -> None:
         """Let this many seconds pass."""
         await asyncio.sleep(0 if self.fast else seconds / self.speed)

@@ -4,7 +4,7 @@ import ast
 from typing import Any
 
 from ....schemas.quantity import is_quantity, quantity_text
-from ...language.expression import TIMES, Expression, ExpressionError
+from ...language.expression import STATUS, TIMES, Expression, ExpressionError
 from ...language.functions import CLOCKS, LITERAL
 from ...language.shape import Place
 from ...language.types import LOOP_RESULT
@@ -37,6 +37,8 @@ def spoken(view: Outlook, raw: Any, place: Place) -> str:
         return Speech(view).of(written.expression)
     if isinstance(written, Text):
         return "".join(_part(view, part) for part in written.parts)
+    if isinstance(raw, list):
+        return f"the list of {joined([spoken(view, item, place) for item in raw])}"
     return said(raw)
 
 
@@ -56,6 +58,8 @@ def said(value: Any) -> str:
         return value
     if isinstance(value, dict):
         return ", ".join(f"{key} = {said(item)}" for key, item in value.items())
+    if value == []:
+        return "an empty list"
     if isinstance(value, list) and any(isinstance(item, dict | list) for item in value):
         return f"a list of {count_of(len(value), 'item')}"
     return quantity_text(value) if is_quantity(value) else as_text(value)
@@ -146,6 +150,8 @@ class Speech:
             return f"{self._name(owner.id)}'s {node.attr}"
         if isinstance(owner, ast.Attribute) and ast.unparse(owner.value) == "steps":
             return self._result(owner.attr, node.attr)
+        if isinstance(owner, ast.Attribute) and ast.unparse(owner.value) == STATUS:
+            return f"the {owner.attr}'s {node.attr}"
         inner = self._node(owner)
         return f"{node.attr} in {inner}" if inner else ""
 

@@ -1,12 +1,13 @@
 """The steps of a protocol as numbered sentences."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ....schemas import protocol as p
 from ...language.shape import Place
+from ...language.value import CLOSE, OPEN
 from ..english import bare, joined, lower_first, upper_first
-from ..forecast import Outlook
+from ..forecast import UNKNOWN, Outlook
 from .act import action_sentence
 from .failing import last_sentences, limit_text, retry_sentence
 from .item import Item
@@ -55,10 +56,11 @@ def _failing(view: Outlook, step: p.StepBase, place: Place) -> str:
         said = view.protocol.defaults.retry
     whole = isinstance(step, p.Parallel | p.AnyOf)
     parts = [retry_sentence(said, "each of them that failed" if whole else "it")]
+    later = view.forgetting([step])  # what it has set by then is not known
     if step.fallback:
-        parts.append(_fallback(view, step, place))
+        parts.append(_fallback(later, step, place))
     parts += [
-        _watch(view, (*place, "watch", number), watch)
+        _watch(later, (*place, "watch", number), watch)
         for number, watch in enumerate(p.watches(step))
     ]
     parts += last_sentences(step)
@@ -68,13 +70,29 @@ def _failing(view: Outlook, step: p.StepBase, place: Place) -> str:
 def _watch(view: Outlook, place: Place, watch: p.Watch) -> str:
     """`As soon as ..., the steps are cancelled: ...`"""
     asked = condition(view, watch.when, (*place, "when"))
-    read = f" ({watch.do} is read every {bare(watch.every)})" if watch.do is not None else ""
+    read = f" ({'; '.join(_looking(watch))})"
     if watch.then == "pause":
         return f"As soon as {asked}{read}, the run is paused."
     at, single = (*place, "then"), not isinstance(watch.then, list)
     then = one_sentence(view, watch.steps, at, single=single)
     stops = "" if watch.leaves_running else "they are cancelled, and then "
     return f"As soon as {asked}{read}, {stops}{then}."
+
+
+def _looking(watch: p.Watch) -> Iterator[str]:
+    if watch.every is not None:
+        looked = "looked at" if watch.do is None else f"{watch.do} is read"
+        yield f"{looked} every {bare(watch.every)}"
+    if watch.on_stale == "ignore":
+        yield "not if that is unknown"
+    elif watch.stale is not None:
+        yield f"also if that is unknown for {bare(watch.stale)}"
+    else:
+        yield (
+            "also if that is unknown for three times that"
+            if watch.every
+            else "also if unknown for 5 s"
+        )
 
 
 def _fallback(view: Outlook, step: p.StepBase, place: Place) -> str:
@@ -220,9 +238,16 @@ def _plain(view: Outlook, step: Any, place: Place) -> Item:
         asked = condition(view, step.require, (*place, "require"))
         return _item(f"The run continues only if {asked}")
     if isinstance(step, p.Log):
-        return _item(f"It is noted: “{spoken(view, step.log, (*place, 'log'))}”")
+        return _item(f"It is noted: {_quoted(view, step.log, (*place, 'log'))}")
     if isinstance(step, p.Fail):
-        return _item(f"This counts as a failure: “{spoken(view, step.fail, (*place, 'fail'))}”")
+        return _item(f"This counts as a failure: {_quoted(view, step.fail, (*place, 'fail'))}")
     if isinstance(step, p.Notify):
-        return _item(f"a message is sent: “{spoken(view, step.notify, (*place, 'notify'))}”")
+        return _item(f"a message is sent: {_quoted(view, step.notify, (*place, 'notify'))}")
     return _item(f"{step.KIND}: {bare(getattr(step, step.KIND, ''))}")
+
+
+def _quoted(view: Outlook, raw: str, place: Place) -> str:
+    """A text in quotation marks; the words for it where all of it is computed in the run."""
+    words = spoken(view, raw, place)
+    whole = raw.count(OPEN) == 1 and raw.startswith(OPEN) and raw.endswith(CLOSE)
+    return words if whole and view.value(raw, place) is UNKNOWN else f"“{words}”"

@@ -42,13 +42,13 @@ def played(world: Path, story):
     return asyncio.run(play())
 
 
-def test_it_is_simulated_and_has_two_stations_two_cameras_and_a_place_to_weigh():
+def test_it_is_simulated_and_has_a_device_for_every_role_of_the_shipped_protocols():
     lab = simulated_lab()
 
     assert lab.simulated
     assert list(lab.devices) == [
-        "gantry", "libs", "reduce", "optimizer", "balance", "pipette", "dispenser", "colour_camera", "camera",
-        "overview", "gantry_b", "libs_b",
+        "gantry", "libs", "reduce", "optimizer", "balance", "pipette", "dispenser", "colour_camera", "pump",
+        "electrode", "furnace", "floor", "reader", "microscope", "camera", "overview", "gantry_b", "libs_b",
     ]  # fmt: skip
 
 

@@ -19,3 +19,16 @@ def test_a_list_that_lacks_its_braces_is_told_how_it_is_written(items, hint):
     text = f"labrun: 1\nname: p\nsteps:\n  - {{foreach: {{i: {items}}}, steps: [{{wait: 1 s}}]}}\n"
 
     assert [p.hint for p in check_text(text, "p.yaml").problems if p.code == "E309"] == [hint]
+
+
+def test_lists_that_are_zipped_in_a_run_are_checked_without_a_fault():
+    text = """labrun: 1
+name: p
+steps:
+  - set: {a: [1], b: [2]}
+  - repeat: 2
+    steps: [{set: {a: "${{ a + [3] }}", b: "${{ b + [4] }}"}}]
+  - log: "${{ [p[0] + p[1] for p in zip(a, b)] }}"
+"""
+
+    assert check_text(text, "p.yaml").problems == []

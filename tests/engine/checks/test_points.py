@@ -88,3 +88,19 @@ steps:
 
     assert problem.code == "E207"
     assert problem.message.startswith("gantry.move_to.z: grid point 191 (19.1, 0.0) is outside z")
+
+
+def test_an_item_for_which_the_step_is_left_out_is_not_outside():
+    text = """\
+labrun: 1
+name: portions
+devices: {pipette: pipette@1}
+steps:
+  - foreach: {v: "${{ [0 uL, 5 uL, 2000 uL] }}"}
+    steps:
+      - {do: pipette.dispense, with: {volume: "${{ v }}"}, when: "${{ v > 0 uL }}"}
+"""
+    (problem,) = check_text(text, "portions.yaml").problems
+
+    assert (problem.code, "2000" in problem.message) == ("E207", True)
+    assert check_text(text.replace(", 2000 uL", ""), "portions.yaml").problems == []

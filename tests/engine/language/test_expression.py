@@ -102,3 +102,8 @@ def test_any_text_between_braces_is_a_value_or_an_error_with_a_sentence(text):
         value_of(f"${{{{ {text} }}}}").evaluate(NAMES)
     except ExpressionError as fault:
         assert str(fault)
+
+
+def test_a_step_called_as_a_word_of_python_is_told_as_that():
+    with pytest.raises(ExpressionError, match="try is a word of expressions themselves; choose"):
+        Expression("sharps + [steps.try.sharpness]")

@@ -121,3 +121,28 @@ def test_a_protocol_that_is_used_is_counted_and_shown_with_its_finally(tmp_path)
     assert any("use inner.json: inner" in line for line in said)
     assert any("A1 = {libs.locate}" in line and "5 ×" in line for line in said)
     assert any("A2 = {libs.disarm}" in line and "2 ×" in line for line in said)
+
+
+def test_what_is_open_in_each_of_many_iterations_is_said_once():
+    told = "\n".join(
+        explain_protocol(
+            check_text(
+                """labrun: 1
+name: t
+devices: {gantry: gantry@1}
+steps:
+  - set: {z: 0}
+  - foreach: {i: "${{ range(28) }}"}
+    steps:
+      - if: "${{ z < i }}"
+        then:
+          - foreach: {at: "${{ range(z) }}"}
+            steps: [{do: gantry.move_to, with: {z: "${{ at }}"}}]
+          - set: {z: "${{ z + 1 }}"}
+""",
+                "t.yaml",
+            )
+        )
+    )
+
+    assert "28 × (1 for each at) actions" in told

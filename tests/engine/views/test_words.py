@@ -144,3 +144,24 @@ steps:
     assert "waits until 07:00" in said and "waits until begun + 5 min" in said
     assert "As long as the time since the start is less than 8 h" in said
     assert "only if the duration of 'w' is less than 5 s" in said
+
+
+def test_what_a_group_has_set_is_not_known_where_it_is_watched_or_has_failed():
+    said = words("""\
+devices: {gantry: gantry@1, libs: libs_analyzer@1}
+steps:
+  - set: {n: 0}
+  - watch: [{every: 10 s, when: "${{ status.libs.argon < 1 bar }}", then: {fail: "${{ error.message }}"}}]
+    steps: [{do: gantry.home}, {set: {n: "${{ n + 1 }}"}}]
+    fallback: [{log: "${{ n }} times, ${{ [n, 2] }}"}, {log: "${{ error.message }}"}]
+  - set: {seen: ["${{ n }}", 2], more: []}
+  - log: "${{ more }}"
+  - log: "${{ seen }}"
+""")
+
+    assert "“(n) times" in said and "0 times" not in said
+    assert "it is noted: error's message." in said
+    assert (
+        "As soon as the libs's argon is less than 1 bar (looked at every 10 s; also if that" in said
+    )
+    assert "Let seen be the list of n and 2 and more be an empty list." in said
