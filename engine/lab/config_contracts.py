@@ -7,11 +7,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from ...schemas.contract import Contract
+from ...schemas.contracts import shipped_contracts
 from ...schemas.lab import Lab, LabDevice
 from ...schemas.problem import Problem
 from ..language.shape import read_model
 from ..language.source import Source
-from ..language.suggest import did_you_mean
+from ..language.suggest import closest, did_you_mean
 
 
 def said_contracts(lab: Lab, contracts: dict[str, Contract], source: Source) -> Iterator[Problem]:
@@ -41,6 +42,9 @@ def said_contracts(lab: Lab, contracts: dict[str, Contract], source: Source) -> 
                 f"{name} and {first} are both {device.contract}, but say different actions",
                 "give them the same actions, or each a contract of its own", key=True,
             )  # fmt: skip
+        ships = shipped_contracts().get(device.contract)
+        if ships is not None and contracts.get(device.contract) == ships and _own(made, ships):
+            del contracts[device.contract]  # as a contract in a file of the lab's own comes first
         apart = device.contract in contracts and device.contract not in said
         kept = contracts.setdefault(device.contract, made)
         if not apart:
@@ -52,6 +56,18 @@ def said_contracts(lab: Lab, contracts: dict[str, Contract], source: Source) -> 
             yield source.problem(
                 (*place, *fault.path), "E132", fault.message + guess, key=fault.key
             )
+
+
+def _own(made: Contract, ships: Contract) -> bool:
+    """True if a config says another contract than the one of that name which ships with labrun.
+
+    It does as soon as it says an action that the other does not have, and that is no misspelling.
+    """
+    from ...drivers.bridges.config import LAST_ONCE
+
+    missing = ships.actions.keys() - made.actions.keys()
+    others = made.actions.keys() - ships.actions.keys() - {LAST_ONCE}
+    return any(closest(name, missing) is None for name in others)
 
 
 def broken(name: str, device: LabDevice, source: Source) -> bool:

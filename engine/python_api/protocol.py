@@ -42,6 +42,7 @@ class Protocol:
     summary: str = ""
     params: Mapping[str, Any] = field(default_factory=dict)
     devices: Mapping[str, str] = field(default_factory=dict)
+    functions: Mapping[str, str] = field(default_factory=dict)
     defaults: Mapping[str, Any] = field(default_factory=dict)
     on_resume: Sequence[Any] = ()
     finally_: Sequence[Any] = ()

@@ -29,7 +29,7 @@ def player(name: str, lab: LoadedLab) -> tuple[type[Driver], dict[str, Any], str
         return own, {**device.config, "clock": "rehearsal"}, f"its own twin, {device.driver}"
     for known in sorted(driver_places()):
         found = _found(known)
-        if found is None or not speaks(found, contract.type):
+        if found is None or not speaks(found, contract.type) or not _does(found, contract):
             continue
         if issubclass(found, Twin):
             return found, _configured(found, lab), f"the twin {known}"
@@ -62,6 +62,11 @@ def _found(name: str) -> type[Driver] | None:
         return found
     except DriverFault:
         return None
+
+
+def _does(driver: type[Driver], contract: Contract) -> bool:
+    """False where a lab's own contract has the name of one that ships, and other actions."""
+    return all(hasattr(driver, action) for action in contract.actions)
 
 
 def _configured(twin: type[Twin], lab: LoadedLab) -> dict[str, Any]:

@@ -12,11 +12,17 @@ TYPES = (
     "colour_camera@1",
     "depth_camera@1",
     "dispenser@1",
+    "furnace@1",
     "gantry@1",
     "gantry@2",
+    "leak_sensor@1",
     "libs_analyzer@1",
+    "microscope@1",
     "optimizer@1",
+    "ph_probe@1",
     "pipette@1",
+    "plate_reader@1",
+    "pump@1",
     "spectrum_reducer@1",
 )
 ACTIONS = [

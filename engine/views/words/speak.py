@@ -39,6 +39,8 @@ def spoken(view: Outlook, raw: Any, place: Place) -> str:
         return "".join(_part(view, part) for part in written.parts)
     if isinstance(raw, list):
         return f"the list of {joined([spoken(view, item, place) for item in raw])}"
+    if isinstance(raw, dict):
+        return _pairs({key: (item, spoken(view, item, place)) for key, item in raw.items()})
     return said(raw)
 
 
@@ -57,12 +59,21 @@ def said(value: Any) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, dict):
-        return ", ".join(f"{key} = {said(item)}" for key, item in value.items())
+        return _pairs({key: (item, said(item)) for key, item in value.items()})
     if value == []:
         return "an empty list"
     if isinstance(value, list) and any(isinstance(item, dict | list) for item in value):
         return f"a list of {count_of(len(value), 'item')}"
     return quantity_text(value) if is_quantity(value) else as_text(value)
+
+
+def _pairs(items: dict[str, tuple[Any, str]]) -> str:
+    """`minimum = 0, maximum = 100`; what holds more in brackets: `red (minimum = 0)`."""
+    shown = [
+        f"{key} ({words})" if isinstance(item, dict) else f"{key} = {words}"
+        for key, (item, words) in items.items()
+    ]
+    return ", ".join(shown)
 
 
 def _part(view: Outlook, part: str | Expression) -> str:

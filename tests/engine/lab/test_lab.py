@@ -10,11 +10,11 @@ LAB = """\
 name: cellar
 contracts: [./furnace.yaml]
 devices:
-  oven: {contract: furnace@1, url: "http://10.0.0.7:4101", limits: {target: {maximum: 900 degC}}}
+  oven: {contract: oven@1, url: "http://10.0.0.7:4101", limits: {target: {maximum: 900 degC}}}
   gantry: {contract: gantry@1, driver: sim_gantry, limits: {x: {maximum: 40 cm}}}
 """
 FURNACE = """\
-type: furnace@1
+type: oven@1
 actions:
   heat:
     params: {properties: {target: {type: number, unit: degC, maximum: 1200}}}
@@ -44,7 +44,7 @@ def test_a_lab_brings_its_own_contracts_and_limits(tmp_path):
     lab, problems = load_lab(write(tmp_path))
 
     assert problems == []
-    assert lab is not None and "heat" in lab.contracts["furnace@1"].actions
+    assert lab is not None and "heat" in lab.contracts["oven@1"].actions
     assert lab.lab.devices["gantry"].limits["x"].maximum == "40 cm"
 
 
@@ -58,7 +58,7 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
         "E130 4:20",
     ]
     assert told(write(tmp_path, LAB, FURNACE.replace("degC", "degX"))) == ["E130 2:13", "E130 4:20"]
-    assert told(write(tmp_path, LAB, "type: furnace@1\nactions: 3\n")) == ["E130 2:13", "E130 4:20"]
+    assert told(write(tmp_path, LAB, "type: oven@1\nactions: 3\n")) == ["E130 2:13", "E130 4:20"]
     assert told(tmp_path / "nowhere.yaml") == ["E100 1:1"]
 
 
