@@ -3,7 +3,7 @@
 Configuration: `cylinder_ml`, `bottle_ml` (what there is to fill it from).
 
 A burette of 10,000 steps doses no less than a ten-thousandth of its cylinder, and says what it did; the error
-of its cylinder is one of proportion (ISO 8655-3:2022 allows 0.3 % for 10 mL). After a filling the
+of its cylinder is one of proportion. After a filling the
 piston turns round, and the slack of its spindle is a part of the first dose that does not come.
 """
 
