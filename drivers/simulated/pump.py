@@ -2,9 +2,9 @@
 
 Configuration: `cylinder_ml`, `bottle_ml` (what there is to fill it from).
 
-A burette of 10,000 steps doses no less than a ten-thousandth of its cylinder, and says what it did; the error
-of its cylinder is one of proportion. After a filling the
-piston turns round, and the slack of its spindle is a part of the first dose that does not come.
+A burette of 10,000 steps doses no less than a ten-thousandth of its cylinder, and says what it did; the
+error of its cylinder is one of proportion. After a filling the piston turns round, and the slack of its
+spindle is a part of the first dose that does not come.
 """
 
 import asyncio
