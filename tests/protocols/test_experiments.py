@@ -136,7 +136,8 @@ def test_a_furnace_that_is_killed_in_the_night_is_held_no_longer_than_was_wanted
 def test_what_is_watched_brings_the_furnace_down_in_order_and_tells(bench, trouble):
     more = ", leak_after_s: 14400" if trouble == "leak" else ""
     (bench.folder / "lab.yaml").write_text(NIGHT.replace("MORE", more))
-    engine = bench.begin("furnace_night.yaml", "--lab", "lab.yaml")
+    # Of sixty hours: there is time to see it, however slow the machine is.
+    engine = bench.begin("furnace_night.yaml", "--lab", "lab.yaml", "-p", "hold=60 h")
     bench.wait_for("furnace", "hold", 1)
     words = "water on the floor: status.floor.wet (floor.wet is true)"
     if trouble == "ordered":
@@ -151,7 +152,7 @@ def test_what_is_watched_brings_the_furnace_down_in_order_and_tells(bench, troub
     assert ramps[0]["to"] == 850 and ramps[-1]["to"] == 300
     assert "/f1/" in ramps[-1]["goal"]
     assert bench.truth("furnace", "off")[0]["temperature_c"] == pytest.approx(305, abs=10)
-    assert len(bench.rows()) < 6
+    assert len(bench.rows()) < 60
 
 
 @pytest.mark.parametrize(

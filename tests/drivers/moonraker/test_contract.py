@@ -12,7 +12,7 @@ OUTPUTS = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 class TestMoonraker(KeepsGantryContract):
     case = replace(case_of("moonraker"), config=OUTPUTS)
 

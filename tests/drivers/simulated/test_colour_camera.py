@@ -5,7 +5,7 @@ import pytest
 from labrun.drivers.contract_tests import Case, KeepsContract
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.simulated.colour_camera import SimColourCamera, colour
-from labrun.drivers.simulated.twins.world import World
+from labrun.drivers.world import World
 
 from ..played import played
 

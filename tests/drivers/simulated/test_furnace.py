@@ -18,7 +18,7 @@ def furnace(folder: Path, **config) -> SimFurnace:
     return SimFurnace(place)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 class TestSimFurnace(KeepsContract):
     case = Case(
         driver="sim_furnace",

@@ -7,7 +7,7 @@ import pytest
 from labrun.drivers.contract_tests import Case, KeepsContract
 from labrun.drivers.driver import GoalContext, Place
 from labrun.drivers.simulated.ph_probe import SimPhProbe
-from labrun.drivers.simulated.twins.world import World
+from labrun.drivers.world import World
 
 from ..played import played
 

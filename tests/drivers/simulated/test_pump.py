@@ -7,7 +7,7 @@ import pytest
 from labrun.drivers.contract_tests import Case, KeepsContract
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.simulated.pump import BACKLASH_ML, SimPump
-from labrun.drivers.simulated.twins.world import World
+from labrun.drivers.world import World
 
 from ..played import played
 
@@ -16,7 +16,7 @@ def pump(folder: Path, **config) -> SimPump:
     return SimPump(Place("pump", {"clock": "fast", **config}, {}, folder / "pump", folder))
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 class TestSimPump(KeepsContract):
     case = Case(
         driver="sim_pump",

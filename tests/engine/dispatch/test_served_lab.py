@@ -8,11 +8,11 @@ import sys
 import pytest
 
 from labrun.engine.check import check_file
-from labrun.engine.commands.resume import check_copy
-from labrun.engine.commands.run import keep
 from labrun.engine.dispatch.served_lab import serve_home, served_at
 from labrun.engine.lab.lab import load_lab
 from labrun.engine.run.folder import new_run_folder
+from labrun.engine.runner.begin import keep
+from labrun.engine.runner.change import check_copy
 
 LAB = "name: mine\nsimulated: true\ndevices: {b: {contract: balance@1, driver: sim_balance}}\n"
 URL = "http://127.0.0.1:4107"
