@@ -41,6 +41,7 @@ def test_a_stop_ends_the_move_where_its_pieces_end_and_the_position_is_still_tru
     assert at(peer) == [20, 0, 100] and after["x"] == 20
 
 
+@pytest.mark.slow
 def test_a_hold_brakes_and_resume_goes_on(peers, gantry):
     peer = peers(speed=1)
 
@@ -141,6 +142,7 @@ def test_a_touch_tells_the_contact_and_a_pulled_cable_costs_the_position(
     assert not status["homed"] and "is back. Home it" in status["alarm"]
 
 
+@pytest.mark.slow
 def test_a_driver_for_another_firmware_says_what_it_found(peers, gantry, tmp_path, monkeypatch):
     monkeypatch.setattr(link, "SILENCE_S", 0.3)
     place = Place("gantry", {"port": peers().path, "boot_s": 0.3}, {}, tmp_path, tmp_path)

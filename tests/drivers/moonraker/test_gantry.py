@@ -9,6 +9,7 @@ from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
 from ..played import played
 
 
+@pytest.mark.slow
 def test_a_stop_ends_the_move_soon_and_another_program_s_offset_moves_nothing(peers, gantry):
     peer = peers(speed=50)
 
@@ -32,6 +33,7 @@ def test_a_stop_ends_the_move_soon_and_another_program_s_offset_moves_nothing(pe
     assert peer.place[0] == pytest.approx(ended + 5, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_halted_klipper_is_told_and_unlock_restarts_it(peers, gantry):
     peer = peers(homing_s=2, api_key="secret")
 

@@ -17,6 +17,7 @@ def electrode(folder: Path) -> SimPhProbe:
     return SimPhProbe(Place("electrode", config, {}, folder / "electrode", folder))
 
 
+@pytest.mark.slow
 class TestSimPhProbe(KeepsContract):
     case = Case(
         driver="sim_ph_probe",
