@@ -162,7 +162,7 @@ it('a live run gets more points, and nothing that was done is done again', async
   await reached(bench)
   await ask(bench, '/protocols', { name: 'more.yaml', text: SCAN.replace('span(0, 2 mm', 'span(0, 3 mm') }, now())
   const before = await shots()
-  const run = await startRun(bench, 'scan.yaml', { feed: '30 mm/min' })
+  const run = await startRun(bench, 'scan.yaml', { feed: '1 mm/min' }) // a second a millimetre: it is pressed in time
   await page.goto(`/runs/${run}`)
   await page.getByRole('button', { name: 'Pause', exact: true }).click()
   await page.getByRole('button', { name: 'Pause now' }).click()
