@@ -76,6 +76,8 @@ class Terminal:
 
     def wait_for(self, text):
         wait_until(lambda: text in self.screen or self.process.poll() is not None)
+        if text not in self.screen:  # it has ended: what it said last is still to be read
+            self.reading.join(timeout=500)
         assert text in self.screen, self.screen
 
     def press(self, keys):

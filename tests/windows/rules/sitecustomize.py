@@ -33,6 +33,8 @@ LONGEST = 259
 """Characters of a path with its drive, where nobody has enabled longer ones."""
 OPEN_RIGHTS = os.O_RDONLY, os.O_WRONLY, os.O_RDWR
 TESTS = "labrun.tests.", "labrun.drivers.contract_tests."
+# It writes to the real console; click does without it.
+sys.modules.setdefault("colorama", None)  # pyright: ignore[reportArgumentType]
 text_mode: set[int] = set()
 looks: dict[str, int] = {}
 real_open, real_write, real_fsync, real_close = os.open, os.write, os.fsync, os.close
