@@ -27,7 +27,6 @@ CONNECT_S = 20
 CLOSE_S = 3.0
 SETTLE_S = 1.0
 PORT_S = 10.0
-STALE_S = 2.0
 REPORT_S = 2.0
 RUNNING = "Running"
 SETTING = re.compile(r"^\$(\d+=\S+)")
@@ -52,9 +51,10 @@ class Control:
     command can be sent.
     """
 
-    def __init__(self, url: str, port: dict[str, Any]) -> None:
+    def __init__(self, url: str, port: dict[str, Any], silence_s: float) -> None:
         self.url = url
         self.port = port
+        self._silence_s = silence_s
         self.view: View | None = None
         self.heard_at = 0.0
         self.homed = False
@@ -124,7 +124,7 @@ class Control:
         """Why no command can be sent; empty if one can."""
         if self.disconnected:
             return f"{self.url}: {self.disconnected}"
-        if self.silent_s() > STALE_S:
+        if self.silent_s() > self._silence_s:
             return f"{self.url} has sent no status for {self.silent_s():.0f} s"
         if self.view is None or self.view.connection in (NONE, OPENING):
             return f"OpenBuilds CONTROL at {self.url} has no port open; is the cable plugged in?"

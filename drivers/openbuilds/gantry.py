@@ -30,12 +30,13 @@ AGAIN_S = 3.0
 THERE_S = 3.0  # the position is reported up to 0.9 s late
 ZERO_S = 10.0  # the offset comes with every 30th report, five of them a second
 HELD_S = 3.0
+SILENCE_S = 2.0  # CONTROL sends ten statuses a second
 
 
 class OpenBuilds(GrblDialect):
     """Implements gantry@2 over CONTROL's Socket.IO; reconnects when CONTROL or the port are back."""
 
-    options: ClassVar[tuple[str, ...]] = ("url", "port", "baud", "ip", *PLACING)
+    options: ClassVar[tuple[str, ...]] = ("url", "port", "baud", "ip", "silence_s", *PLACING)
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
@@ -45,7 +46,9 @@ class OpenBuilds(GrblDialect):
         usb = {"type": "usb", "port": config.get("port"), "baud": int(config.get("baud", 115200))}
         telnet = {"type": "telnet", "ip": config.get("ip")}
         self.known = self.control = Control(
-            str(config.get("url", "http://localhost:3000")), telnet if config.get("ip") else usb
+            str(config.get("url", "http://localhost:3000")),
+            telnet if config.get("ip") else usb,
+            float(config.get("silence_s", SILENCE_S)),
         )
         self._keeper: asyncio.Task[None] | None = None
         self._reattaching = False

@@ -31,7 +31,7 @@ def gantry(tmp_path):
     """A driver; `gantry(url, "/dev/ttyUSB0", home_first=True)`."""
 
     def make(url, port, **config):
-        config = {"url": url, "port": port, **config}
+        config = {"url": url, "port": port, "silence_s": 30, **config}
         return OpenBuilds(Place("gantry", config, {}, tmp_path / "gantry", tmp_path))
 
     return make

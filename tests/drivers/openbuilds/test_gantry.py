@@ -372,7 +372,7 @@ def test_a_program_that_tells_no_status_any_more_is_offline(peer, played):
         control.told = False
         return await until(driver, lambda s: s["state"] == "offline")
 
-    assert "has sent no status" in played(peer, story)["alarm"]
+    assert "has sent no status" in played(peer, story, homed=False, silence_s=2)["alarm"]
 
 
 def test_no_program_at_that_address(gantry):
