@@ -28,8 +28,9 @@ class Course:
     """How far a run is, as of the last record that was taken.
 
     `session`: the number of the present engine session. `resumes`: how often `on_resume` was due.
-    `failed`: the paths of the holes. `under_way`, `open_questions`: by the
-    goal's id, and by path. `last_at`: when an engine wrote a record last.
+    `failed`: the paths of the holes; `_within`: by path, those that are or were below it.
+    `under_way`, `open_questions`: by the goal's id, and by path. `last_at`: when an engine wrote a
+    record last.
     """
 
     started: j.Started | None = None
@@ -44,6 +45,7 @@ class Course:
     under_way: dict[str, Goal] = field(default_factory=dict)
     open_questions: dict[str, j.Asked] = field(default_factory=dict)
     failed: set[str] = field(default_factory=set)
+    _within: dict[str, set[str]] = field(default_factory=dict)
     last_n: int = 0
     last_hash: str = ""
     last_at: str = ""
@@ -100,11 +102,14 @@ class Course:
         if fate == "failed" and place.startswith(MAIN):
             self._forget_holes(place)
             self.failed.add(place)
+            for end in (i for i, character in enumerate(place) if character == "/"):
+                self._within.setdefault(place[:end], set()).add(place)
         else:
             self.failed.discard(place)
 
     def _forget_holes(self, path: str) -> None:
-        self.failed -= {one for one in self.failed if f"{one}/".startswith(f"{path}/")}
+        self.failed.discard(path)
+        self.failed -= self._within.pop(path, set())
 
     @property
     def inputs(self) -> j.Started | j.Changed | None:

@@ -136,6 +136,7 @@ class Bench:
 
     laboratory: Laboratory
     folder: Path
+    asking: Thread | None = None
 
     def write(self, body, beside=None):
         """The protocol, and other files beside it; each protocol gets a header.
@@ -221,7 +222,8 @@ class Bench:
             with contextlib.suppress(NotLive):
                 said.append(ask_run(folder, asked, None))
 
-        Thread(target=ask).start()
+        self.asking = Thread(target=ask)
+        self.asking.start()
 
     def _ran(self, status, said):
         (folder,) = (self.folder / "runs").iterdir()
@@ -248,7 +250,7 @@ class Bench:
                         elif verb == "answer":
                             run.questions.answer(event.data["id"], body, "the test")
                         else:
-                            _tell(control, verb)
+                            _tell(control, verb, self)
 
             return told
 
@@ -261,8 +263,9 @@ class Bench:
         assert not steers, f"never came: {steers}"
 
 
-def _tell(control, verb):
-    """`pause` is over after a while; `go_on` ends a pause that the protocol has asked for.
+def _tell(control, verb, bench):
+    """`pause` is over after a while, and once a change is answered; `go_on` ends a pause that the
+    protocol has asked for.
 
     `stop`: another client stops the device `a`.
     """
@@ -272,7 +275,14 @@ def _tell(control, verb):
         return
     if verb in ("pause", "go_on"):
         loop = asyncio.get_running_loop()
-        loop.call_later(PAUSE_S, control.ask, "continue", "the test")
+
+        def go_on():
+            if bench.asking is not None and bench.asking.is_alive():
+                loop.call_later(PAUSE_S, go_on)
+            else:
+                control.ask("continue", "the test")
+
+        loop.call_later(PAUSE_S, go_on)
     if verb != "go_on":
         control.ask(verb.partition("_")[0], "the test")
 
