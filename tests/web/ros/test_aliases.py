@@ -145,8 +145,8 @@ def test_samples_are_detected_as_the_papers_newer_tree_asks_and_keep_their_ids(r
     assert [sorted(told["values"]["ids"]) for told in (once, again)] == [[1, 2, 3], [1, 2, 3]]
     found = [(loc["x_g"], loc["y_g"], loc["z_g"]) for loc in once["values"]["gantry_locs"]]
     nearest = min(found, key=lambda place: abs(place[0] - 0.38))
-    assert nearest[:2] == pytest.approx((0.38, 0.42), abs=0.005)
-    assert nearest[2] == pytest.approx(0.025, abs=0.003)
+    assert nearest[:2] == pytest.approx((0.38, 0.42), abs=0.01)
+    assert nearest[2] == pytest.approx(0.025, abs=0.005)
 
 
 def test_the_zero_is_set_and_places_count_from_it(roslib1, paper):
