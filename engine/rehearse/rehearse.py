@@ -90,7 +90,10 @@ class Rehearsal:
             for device in devices.values():
                 await device.close()
             journal.close()
-        finished = j.Finished(fate=ending.fate, reason=ending.reason, holes=run.history.hole_count)
+        finished = j.Finished(
+            fate=ending.fate, reason=ending.reason, holes=run.history.hole_count,
+            points=run.history.points(),
+        )  # fmt: skip
         totals = counting.close(clock(), finished)
         totals.path_mm = path_lengths(World(folder), list(devices))
         return totals

@@ -35,7 +35,8 @@ def _parts(totals: Totals) -> Iterator[str]:
         each = duration(part.takes_s / part.iterations) if part.iterations else ""
         yield (
             f"{part.name:<{width}}  {duration(part.begins_s):>10}  {duration(part.takes_s):>10}  "
-            f"{each:>9}  {part.goals:,}" + (f" in {part.iterations:,} points" if each else "")
+            f"{each:>9}  {part.goals:,}"
+            + (f" in {_count(part.iterations, 'point')}" if each else "")
         )
 
 
@@ -62,8 +63,8 @@ def _wrong(totals: Totals) -> Iterator[str]:
         )
     if totals.sent_again:
         yield f"  {_count(totals.sent_again, 'goal')} sent again by retry"
-    if totals.holes:
-        yield f"  {_count(totals.holes, 'point')} left as holes"
+    if totals.holes or totals.points.left:
+        yield f"  points: {totals.points.words(totals.holes)}"
     for label, (took, limit) in totals.slow.items():
         yield f"  {label} took up to {duration(took)} of its timeout of {duration(limit)}"
     for text in totals.questions[:SHOWN]:

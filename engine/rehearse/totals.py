@@ -52,12 +52,13 @@ class Totals:
     slow: dict[str, tuple[float, float]] = field(default_factory=dict)
     sent_again: int = 0
     holes: int = 0
+    points: j.Points = field(default_factory=j.Points)
     questions: list[str] = field(default_factory=list)
     players: dict[str, str] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """All of it as plain data."""
-        return asdict(self)
+        return {**asdict(self), "points": self.points.model_dump()}
 
 
 class Counting:
@@ -72,6 +73,7 @@ class Counting:
         self._counts: Counter[str] = Counter()
         self._once: Counter[str] = Counter()
         self._paths: set[str] = set()
+        self._planned: set[str] = set()
         self._expired: set[str] = set()
         self._troubles: dict[tuple[str, str], Trouble] = {}
 
@@ -84,8 +86,10 @@ class Counting:
                 self._expired.add(record.id)
             case j.GoalEnded():
                 self._ended(record, at_s)
-            case j.IterationEnded():
-                self._part(record.loop, at_s).iterations += 1
+            case j.Planned():
+                self._planned.add(record.loop)
+            case j.IterationEnded():  # a turn of a loop inside is part of a point, not one
+                self._part(record.loop, at_s).iterations += record.loop in self._planned
             case j.Asked():
                 self.totals.questions.append(record.text)
             case _:
@@ -100,6 +104,7 @@ class Counting:
         """Return the totals."""
         totals = self.totals
         totals.fate, totals.reason, totals.holes = finished.fate, finished.reason, finished.holes
+        totals.points = finished.points or totals.points
         totals.lasts_s = lasts_s
         totals.parts = list(self._parts.values())
         totals.actions = dict(self._counts.most_common())

@@ -212,9 +212,9 @@ class Outcomes:
                 self.in_flight[goal_id] = goal_in_flight(goal)
 
     def run_ended(self, record: j.Finished) -> None:
-        """The reason for the run's end names the step that failed."""
+        """The details of the run's end name the step that failed; before there were any, its reason did."""
         for path, incident in self.latest.items():
-            if f"{path}:" in record.reason:
+            if f"{path}:" in (record.detail or record.reason):
                 incident.say(f"the run {record.fate} because of it")
 
     def close(self, *, live: bool) -> None:

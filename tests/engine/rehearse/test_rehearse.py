@@ -28,7 +28,8 @@ steps:
     foreach: {x: "${{ span(0, 10, 2) }}"}
     keep_going: {max_failed: 9}
     steps:
-      - {id: move, do: gantry.move_to, with: {x: "${{ x }}", y: 1 mm, z: 0 mm}}
+      - repeat: 2
+        steps: [{id: move, do: gantry.move_to, with: {x: "${{ x }}", y: 1 mm, z: 0 mm}}]
       - {id: shoot, do: libs.measure, timeout: 20 s, retry: {attempts: 2, wait: 5 s}}
 """
 
@@ -41,6 +42,7 @@ def test_a_scan_takes_as_long_as_the_twins_say(tmp_path):
     assert totals.seconds["libs.measure"] == pytest.approx(6 * 8, abs=0.1)
     assert totals.lasts_s == pytest.approx(sum(totals.seconds.values()), abs=0.5)
     assert [(p.name, p.iterations) for p in totals.parts] == [("scan", 6)]
+    assert totals.points.words() == "6 of 6 measured"
 
 
 def test_the_path_is_the_way_that_the_gantry_really_went(tmp_path):
@@ -62,6 +64,7 @@ def test_faults_to_order_show_what_would_happen(tmp_path):
     assert trouble.count == totals.sent_again + totals.holes
     assert totals.lasts_s != calm.lasts_s
     assert f"libs.measure: ButtonNotFound, {trouble.count} time" in told
+    assert f"points: {6 - totals.holes} of 6 measured, {totals.holes} failed" in told
 
 
 def test_the_same_seed_has_the_same_luck(tmp_path):

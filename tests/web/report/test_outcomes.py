@@ -140,7 +140,11 @@ def test_a_group_that_is_begun_again_is_told_of_the_step_that_failed(folder, tel
 
 def test_the_failure_that_ended_the_run_is_named(folder, teller):
     teller.started().failed("main/shoot")
-    teller.finished("failed", reason="main/shoot: libs.measure: ButtonNotFound: no such luck")
+    teller.finished(
+        "failed",
+        reason="step shoot: libs.measure: no such luck",
+        detail="main/shoot: libs.measure: ButtonNotFound: no such luck",
+    )
 
     (group,) = failures(folder)
     assert group.first.followed == ["the run failed because of it"]
