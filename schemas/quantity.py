@@ -4,6 +4,7 @@ A pint `Quantity` is what a protocol computes with; a driver gets bare numbers i
 unit. pint is imported on first use, since its registry takes a third of a second.
 """
 
+import logging
 import re
 import sys
 from functools import cache, lru_cache
@@ -55,9 +56,16 @@ def registry() -> "UnitRegistry":
     UnitRegistry = _pint().UnitRegistry  # noqa: N806
 
     try:
-        return UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
+        made = UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
     except Exception:  # no folder to keep it in, or one left incomplete by another process
-        return UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
+        made = UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
+    told = logging.getLogger("pint.util")
+    told.disabled = True  # it warns of a unit that is defined again
+    made.define(
+        "liter = decimeter ** 3 = L = l = ℓ = litre"
+    )  # mL in the contracts, never ml beside it
+    told.disabled = False
+    return made
 
 
 def _pint() -> Any:

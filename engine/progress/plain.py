@@ -62,7 +62,5 @@ class PlainWatch:
         self.said_at = time.monotonic()
         loop = next(iter(self.progress.loops.values()))
         share = f" ({100 * loop.done / loop.total:.0f} %)" if loop.total else ""
-        return (
-            f"{loop.done_text} points{share}, {rate_text(loop.rate)}, "
-            f"{duration_text(loop.left_s)} left, {loop.failed} failed; now {now}"
-        )
+        rate = f"{rate_text(loop.rate)}, {duration_text(loop.left_s)} left, " if loop.rate else ""
+        return f"{loop.done_text} points{share}, {rate}{loop.failed} failed; now {now}"

@@ -83,8 +83,8 @@ class RichWatch:
             Text(name, style="bold"),
             ProgressBar(total=1 if loop.total == 0 else loop.total, completed=loop.done, width=32),
             Text(loop.done_text),
-            Text(rate_text(loop.rate)),
-            Text(f"{duration_text(loop.left_s)} left"),
+            Text(rate_text(loop.rate) if loop.rate else ""),
+            Text(f"{duration_text(loop.left_s)} left" if loop.rate else ""),
             Text(f"{loop.failed} failed" if loop.failed else "", style="red"),
         )
         return line

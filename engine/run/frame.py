@@ -1,7 +1,7 @@
 """Where a step is: its path in the run, and the names that its expressions may use."""
 
 from collections import ChainMap
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 from urllib.parse import quote
 
@@ -49,8 +49,8 @@ class Frame:
     """
 
     __slots__ = (
-        "attempts", "joiner", "keys", "names", "outer_sets", "own", "owner", "parent", "path", "pending",
-        "reservation", "strand", "urgent",
+        "around", "attempts", "joiner", "keys", "names", "outer_sets", "own", "owner", "parent", "path",
+        "pending", "reservation", "strand", "urgent",
     )  # fmt: skip
 
     def __init__(
@@ -60,6 +60,8 @@ class Frame:
         self.parent = parent
         self.own = own
         self.keys: str = parent.keys if parent is not None else ""
+        self.around: tuple[tuple[Callable[[int], str], int], ...] = parent.around if parent else ()
+        """The iterations in which it is, from the outermost: what names them, and their numbers."""
         self.names: ChainMap[str, Any] = ChainMap(own, *(parent.names.maps if parent else ()))
         self.owner: Frame = self if owns or parent is None else parent.owner
         self.joiner: Frame = self if joins or parent is None else parent.joiner
@@ -93,7 +95,7 @@ class Frame:
     def another(self, path: str, names: dict[str, Any]) -> "Frame":
         """The frame of a used protocol: it sees nothing of what is around it."""
         inner = Frame(path, {**names, "steps": Results()}, None, owns=True, joins=True)
-        inner.keys, inner.urgent = self.keys, self.urgent
+        inner.keys, inner.around, inner.urgent = self.keys, self.around, self.urgent
         inner.reservation, inner.strand = self.reservation, self.strand
         return inner
 

@@ -70,6 +70,8 @@ class Failure:
         may fail`.
         """
         what = self.message or self.name
+        if self.name == "Expression" and what.endswith("...)"):
+            what = what.rpartition(" (in ")[0]  # a long expression says no more where it is cut off
         if self.action and not what.startswith(self.action):
             what = f"{self.action}: {what}"
         what += f", {self.tries} tries" if self.tries > 1 else ""

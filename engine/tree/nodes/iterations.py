@@ -13,6 +13,7 @@ MANY = 10_000
 PLACES = ("ix", "iy", "index")
 """Fields of an item that only number it."""
 TOLD = 4
+LONG = 40
 
 
 class NotOver(ValueError):
@@ -61,7 +62,7 @@ class ItemIterations:
     def begin(self, names: Any) -> None:
         items = self.items_value.evaluate(names)
         if items is None or isinstance(items, str | Mapping) or not hasattr(items, "__getitem__"):
-            raise ValueError(f"foreach needs a list, a span or a grid, not {items!r}")
+            raise ValueError(f"foreach needs a list, a span or a grid, not {words(items)}")
         self.items, self.total = items, len(items)
         self._refuse_doubles(names)
 
@@ -73,13 +74,13 @@ class ItemIterations:
 
     def words(self, index: int) -> str:
         item = self.items[index]
-        fields = item.items() if isinstance(item, Mapping) else [(self.name, item)]
+        noun = self.name if len(self.name) > 1 else "point"
+        fields = item if isinstance(item, Mapping) else {self.name: item}
         told = [
-            f"{name} = {words(value)}"
-            for name, value in fields
+            f"{name} = {_brief(value)}" if name != noun else _brief(value)
+            for name, value in fields.items()
             if name not in PLACES and (is_quantity(value) or isinstance(value, int | float | str))
         ]
-        noun = self.name if len(self.name) > 1 else "point"
         values = f" ({', '.join(told[:TOLD])})" if told else ""
         return f"{noun} {index + 1:,} of {self.total:,}{values}"
 
@@ -170,6 +171,14 @@ def whole(what: str, value: Any) -> int:
     if type(value) is not int or value < 0:
         raise ValueError(f"{what} needs a whole number, 0 or more, not {value!r}")
     return value
+
+
+def _brief(value: Any) -> str:
+    """A value of a point, in no more characters than a person reads at once."""
+    if not isinstance(value, str):
+        return words(value)
+    text = " ".join(value.split())
+    return text if len(text) <= LONG else f"{text[: LONG - 3]}..."
 
 
 def _may_repeat(hashes: Iterator[int]) -> bool:

@@ -262,6 +262,7 @@ class Loop(Parent):
         key = self.turns.key(index, outer.names.new_child(own))
         path = self.run.past.frame_path(f"{self.path}/{key}")
         made = Iteration(index, key, outer.iteration(path, key, own))
+        made.frame.around = (*outer.around, (self.turns.words, index))
         if self.at_once > 1:
             made.frame.strand = outer.strand or path
         return made
@@ -326,8 +327,9 @@ class Loop(Parent):
         fate: StepFate = "succeeded" if failure is None else "failed"
         row = self._write_row(iteration, fate, ahead=ahead)
         if failure is not None:
-            words = self._placed(failure, iteration).words()
-            self.run.log(f"{words} (left out: a hole)", iteration.frame.path)
+            around = [words(index) for words, index in self.outer.frame.around]
+            told = ", ".join([*around, self._placed(failure, iteration).words()])
+            self.run.log(f"{told} (left out: a hole)", iteration.frame.path)
         self.run.record(
             IterationEnded(
                 loop=self.path, index=iteration.index, key=iteration.key,

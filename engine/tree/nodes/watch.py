@@ -4,7 +4,7 @@ import ast
 import asyncio
 from collections import ChainMap, deque
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -367,7 +367,7 @@ class WatchedGroup(Parent):
             return
         yield from then.tick()
         if then.status == Status.FAILURE:
-            self.status = self.fail(failure_of(then))
+            self.status = self.fail(_with_cause(failure_of(then), watcher))
         elif then.status == Status.SUCCESS:
             over = f"{watcher.path}.{watcher.rises}"
             if over not in self.run.history.past.steps:
@@ -383,6 +383,14 @@ class WatchedGroup(Parent):
     def _end_watches(self) -> None:
         for watcher in self.watchers:
             watcher.end()
+
+
+def _with_cause(failure: Failure, watcher: Watcher) -> Failure:
+    """A dead sensor is told as that, not by the words that `fail` has for what nobody has seen."""
+    error = watcher.plan.scope.frame.names["error"]
+    if failure.name != "Failed" or error["name"] != "Stale" or error["message"] in failure.message:
+        return failure
+    return replace(failure, message=f"{error['message']} (watched for: {failure.message})")
 
 
 def _now() -> float:

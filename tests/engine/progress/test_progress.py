@@ -1,5 +1,8 @@
 """Rate and time left are those of the last points, not of the whole run."""
 
+from io import StringIO
+
+from labrun.engine.progress import plain as plain_module
 from labrun.engine.progress import progress as progress_module
 from labrun.engine.progress.progress import Progress
 from labrun.schemas.event import Event
@@ -13,6 +16,7 @@ class Told:
         self.now, self.total, self.done = 0.0, total, 0
         monkeypatch.setattr(progress_module.time, "monotonic", lambda: self.now)
         self.progress = Progress()
+        self.take = self.progress.take
 
     def points(self, count, seconds):
         for _ in range(count):
@@ -24,7 +28,7 @@ class Told:
 
     def tell(self, state):
         data = {"total": self.total, "done": self.done, "failed": 0, "key": str(self.done)}
-        self.progress.take(Event(event="iteration", path="main/scan", state=state, data=data))
+        self.take(Event(event="iteration", path="main/scan", state=state, data=data))
 
 
 def test_a_slow_beginning_does_not_spoil_the_time_left(monkeypatch):
@@ -57,3 +61,18 @@ def test_a_point_that_takes_longer_than_its_kind_slows_the_rate(monkeypatch):
 
 def test_slow_rates_are_told_per_minute_or_hour():
     assert [rate_text(r) for r in (2.0, 0.1, 1 / 600)] == ["2.0/s", "6.0/min", "6.0/h"]
+
+
+def test_no_rate_is_told_before_there_is_one(monkeypatch):
+    told = Told(monkeypatch, total=9)
+    monkeypatch.setattr(plain_module, "EVERY_S", -1.0)
+    out = StringIO()
+    watch = plain_module.PlainWatch(out)
+    told.progress, told.take = watch.progress, watch
+    told.tell("running")
+    told.take(Event(event="goal", path="main/scan/0", state="sent", text="libs.measure"))
+    told.points(4, 2.0)
+
+    first, *_, last = out.getvalue().splitlines()
+    assert first == "0/9 points (0 %), 0 failed; now libs.measure"
+    assert last == "4/9 points (44 %), 0.5/s, 0:10 left, 0 failed; now libs.measure"

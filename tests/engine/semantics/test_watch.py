@@ -85,9 +85,9 @@ steps:
 finally: [{do: b.show, with: {level: 0 mm}}]
 """, {"status": 0, "logged": ["high: 5 mm", "high: 7 mm"], "sent": ["on"]}),
     ("a_dead_sensor", "The device that tells it no longer answers -> After `stale` that counts as the "
-     "condition holding, and is told as stale.",
-     beside(f"{{{HIGH}, stale: 0.5 s, then: {{fail: \"${{{{ error.name }}}}: ${{{{ error.message }}}}\"}}}}", shows="-1 mm"),
-     {"status": 1, "reason": "Stale: nobody knows whether status.b.level > 3 mm"}),
+     "condition holding, and is told as that, with the words of `fail` behind it.",
+     beside(f"{{{HIGH}, stale: 0.5 s, then: {{fail: flood}}}}", shows="-1 mm"),
+     {"status": 1, "reason": " s (watched for: flood)"}),
     ("a_dead_sensor_ignored", "As before, with `on_stale: ignore` -> The steps run to their end.",
      beside(f"{{{HIGH}, stale: 0.3 s, on_stale: ignore, then: {{fail: flood}}}}", shows="-1 mm",
             steps="{do: a.act, with: {name: long, seconds: 1}}"),

@@ -101,3 +101,46 @@ def test_a_failure_is_told_in_words_and_its_details_beside_them(own_device):
     assert ran.finished.detail == "main/scan/5/shoot: a.act: Broken: scripted Broken"
     hole = "point 3 of 6 (x = 4 mm, y = 0 mm): a.act: scripted Broken, 3 tries (left out: a hole)"
     assert ("log", hole) in told
+
+
+def test_a_hole_is_told_with_the_iterations_around_it_and_long_texts_in_short(own_device):
+    told = []
+    liquids = ["acid", "water of the tap in the second laboratory, filtered twice"]
+    ran = own_device().run(
+        f"""
+steps:
+  - id: liquids
+    foreach: {{liquid: {liquids}}}
+    steps:
+      - id: scan
+        foreach: {{i: [1, 2]}}
+        keep_going: true
+        steps:
+          - do: a.act
+            with: {{name: x, script: "${{{{ 'Broken' if i == 1 or liquid != 'acid' else 'ok' }}}}"}}
+""",
+        watch=lambda event: told.append(event.text),
+    )
+
+    where = "liquid 2 of 2 (water of the tap in the second labora...)"
+    assert (
+        "liquid 1 of 2 (acid), point 1 of 2 (i = 1): a.act: scripted Broken (left out: a hole)"
+        in told
+    )
+    assert f"{where}, point 2 of 2 (i = 2): a.act: scripted Broken (left out: a hole)" in told
+    assert ran.finished.reason == f"{where}: none of its 2 iterations succeeded"
+
+
+def test_a_long_expression_is_in_the_details_of_a_failure_alone(own_device):
+    ran = own_device().run("""
+steps:
+  - {id: s, do: a.act, with: {name: x}}
+  - id: scan
+    foreach: {x: "${{ [x / 7 for x in [x for x in range(100) if x > 3] if x + 12.5 > 1 / (0 * steps.s.n)] }}"}
+    steps: [{do: a.act, with: {name: y}}]
+""")
+
+    assert ran.finished.reason == "step scan: 1 is divided by zero"
+    assert ran.finished.detail.startswith(
+        "main/scan: Expression: 1 is divided by zero (in [x / 7 for"
+    )
