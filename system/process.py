@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import getpass
 import os
 import signal
 import subprocess
@@ -17,6 +18,14 @@ AT_ONCE = getattr(signal, "SIGKILL", signal.SIGTERM)
 Process = asyncio.subprocess.Process
 MAY_ASK, ACCESS_DENIED, STILL_ACTIVE = 0x1000, 5, 259
 """Windows': PROCESS_QUERY_LIMITED_INFORMATION, ERROR_ACCESS_DENIED and STILL_ACTIVE."""
+
+
+def user_name() -> str:
+    """Who has started this process; in a container that knows no name for its user, the number."""
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError, ImportError):
+        return f"user {os.getuid()}" if hasattr(os, "getuid") else "somebody"
 
 
 async def start_python(

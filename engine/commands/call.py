@@ -17,7 +17,8 @@ import typer
 from ...system.signals import on_end
 from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
 from ..lab.lab import LoadedLab
-from .options import Lab, WrongUsage, pairs, say, usable_lab
+from .options import RUNS, Lab, WrongUsage, pairs, say, usable_lab
+from .status import status_words
 
 if TYPE_CHECKING:
     from ...drivers.client.client import DeviceClient, Outcome
@@ -89,7 +90,10 @@ def _armed(action: str, danger: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Called:
-    """How one action by hand ended; `cancelled_by` if it was asked to, and where its device stands."""
+    """How one action by hand ended; `cancelled_by` if it was asked to.
+
+    `standing`: where its device stands, if the action was cancelled, or stopped by somebody.
+    """
 
     label: str
     outcome: "Outcome"
@@ -105,26 +109,34 @@ class Called:
     def words(self) -> list[str]:
         """What to tell a person of one that did not."""
         error, state = self.outcome.error, self.outcome.state
-        if not self.cancelled_by:
-            return [f"{self.label}: {error.name}: {error.message}" if error else f"ended {state}"]
         why = f": {error.message}" if error else ""
-        return [
-            f"{self.label} was cancelled by {self.cancelled_by} and ended {state}{why}",
-            f"{self.label.partition('.')[0]} now: {self.standing or 'its status is not known'}",
-        ]
+        if self.cancelled_by:
+            told = [f"{self.label} was cancelled by {self.cancelled_by} and ended {state}{why}"]
+        else:
+            told = [f"{self.label}: {error.name}{why}" if error else f"ended {state}"]
+        if self.cancelled_by or self.standing:
+            device = self.label.partition(".")[0]
+            told.append(f"{device} now: {self.standing or 'its status is not known'}")
+        return told
 
 
 async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any]) -> int:
     from ..dispatch.connect import NotReached, connect
+    from ..dispatch.serving import servers_of
     from ..run.names import FileFault
 
+    # The simulated lab is each command's own; of any other the device is where somebody uses it now.
+    servings = servers_of(lab, [device], RUNS) if lab.path is not None else []
+    found = {serving.device: serving.url for serving in servings}
     with ExitStack() as leaving:
         folder = tempfile.mkdtemp(prefix="labrun-call-")
         leaving.callback(shutil.rmtree, folder, ignore_errors=True)
         owner = f"call-{secrets.token_hex(4)}"
         role = role_of(lab, device)
         try:
-            connections = await connect({device: role}, lab, Path(folder), owner, say=say)
+            connections = await connect(
+                {device: role}, lab, Path(folder), owner, say=say, found=found
+            )
         except NotReached as fault:
             say(f"{fault}. Nothing was sent.")
             return NOT_REACHED
@@ -174,7 +186,8 @@ async def do_action(
         params=arguments, files={n: read_content(Path(), arguments[n]) for n in read if n in arguments},
     )  # fmt: skip
     outcome, by = await _followed(client, goal, contract.cancel_grace_s, hear, say)
-    standing = await _standing(client, device) if by else ""
+    stopped = outcome.error is not None and outcome.error.name == "Stopped"
+    standing = await _standing(client, device) if by or stopped else ""
     for content in outcome.files.values():
         write_content(Path(), content)
     return Called(f"{device}.{name}", outcome, by, standing)
@@ -217,5 +230,4 @@ async def _standing(client, device: str) -> str:
                 before = client.status.get(device)
                 while client.status.get(device) is before:  # noqa: ASYNC110 - none may come
                     await asyncio.sleep(0.02)
-    status = client.status.get(device, {})
-    return ", ".join(f"{name} {value}" for name, value in status.items() if value not in (None, ""))
+    return ", ".join(status_words(client.status.get(device, {})))

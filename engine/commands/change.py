@@ -1,6 +1,5 @@
 """`labrun change RUN FILE`: a live run goes on with another protocol, between two actions."""
 
-import getpass
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -27,6 +26,7 @@ def change(
     by: By = "",
 ) -> None:  # fmt: skip
     """Show what a changed protocol would mean for a live run, ask, and change it between two actions."""
+    from ...system.process import user_name
     from ..control.server import NotLive, ask_run
     from ..journal.journal import JournalFault
     from ..run.folder import FolderFault, find_run
@@ -44,7 +44,7 @@ def change(
     say("the run comes to rest between two actions; `labrun continue` withdraws the change")
     request = {
         "verb": "change", "file": str(file.resolve()) if file is not None else None,
-        "params": params, "yes": yes, "by": by or getpass.getuser(),
+        "params": params, "yes": yes, "by": by or user_name(),
     }  # fmt: skip
     try:
         ok, text = ask_run(folder, request, timeout_s=None)

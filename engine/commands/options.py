@@ -25,6 +25,15 @@ Runs = Annotated[Path, typer.Option("--runs", help="The folder that run folders 
 RUNS = Path("runs")
 
 
+def by_command(command: str) -> str:
+    """Who acts on a run or a device, and how: `ada (labrun stop on bench-pc)`."""
+    import socket
+
+    from ...system.process import user_name
+
+    return f"{user_name()} (labrun {command} on {socket.gethostname()})"
+
+
 class WrongUsage(ValueError):
     """Options that cannot be understood; the text states which, and how to write them."""
 

@@ -1,6 +1,5 @@
 """`labrun release FILE`: let a program, such as an agent behind `labrun mcp`, start this once."""
 
-import getpass
 import secrets
 import shutil
 import sys
@@ -24,6 +23,8 @@ def release(
     file: File, param: Params = None, lab: Lab = None, bind: Bind = None, runs: Runs = RUNS
 ) -> None:
     """Release a protocol with these parameters: a program may then start it, once, as it is now."""
+    from ...system.process import user_name
+
     checked = checked_file(file, lab, bind, param)
     given = name_values(param, "-p")
     if not at_a_terminal():
@@ -41,7 +42,7 @@ def release(
         _show(copy, given)
         released = typer.prompt(f"Type `{YES}` if a program may start this once") == YES
         if released:
-            write_record(folder, copy, file, given, getpass.getuser())
+            write_record(folder, copy, file, given, user_name())
     finally:
         if not released:
             shutil.rmtree(folder, ignore_errors=True)

@@ -1,6 +1,5 @@
 """`labrun resume RUN`: continue after a stop or a crash, at the first unfinished action."""
 
-import getpass
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -58,13 +57,14 @@ def resume(
     json: Json = False,
 ) -> None:
     """Resume a run from its own folder: finished actions are not done again, except in `--holes`."""
+    from ...system.process import user_name
     from ..journal.holes import UnknownHole
     from ..journal.journal import JournalFault
     from ..run.folder import FolderFault, FolderLock, find_run
 
     try:
         answers, params = pairs(answer, "--answer"), pairs(param, "-p")
-        by = by or getpass.getuser()
+        by = by or user_name()
         again = (point or []) if holes or point else None
         folder = find_run(runs, run)
         lock = FolderLock(folder)

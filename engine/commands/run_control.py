@@ -6,7 +6,7 @@ from typing import Any
 import typer
 
 from ..exit_status import FAILED, PROBLEMS
-from .options import say
+from .options import by_command, say
 
 
 def tell_run(runs: Path, name: str, **request: Any) -> None:
@@ -15,7 +15,8 @@ def tell_run(runs: Path, name: str, **request: Any) -> None:
     from ..run.folder import FolderFault, find_run
 
     try:
-        ok, text = ask_run(find_run(runs, name), request)
+        by = by_command(str(request["verb"]))
+        ok, text = ask_run(find_run(runs, name), {"by": by, **request})
     except FolderFault as fault:
         say(str(fault))
         raise typer.Exit(PROBLEMS) from None

@@ -43,6 +43,7 @@ def serve(
     if lab is not None and not lab.exists() and lab.suffix not in (".yaml", ".yml", ".json"):
         devices, lab = [str(lab), *(devices or [])], None
     from ...drivers.server.tokens import WeakToken, chosen
+    from ..dispatch.served_lab import remember
 
     loaded = usable_lab(lab)
     try:
@@ -50,7 +51,10 @@ def serve(
     except WeakToken as fault:
         say(str(fault))
         raise typer.Exit(PROBLEMS) from None
-    folder = folder or _home(loaded)
+    if folder is None:
+        folder = _home(loaded)
+    else:
+        remember(loaded, folder.resolve())
     configs = _configs(loaded, devices, folder, host, port, token, one)
     raise typer.Exit(asyncio.run(_serve(configs, loaded.lab.start_timeout_s)))
 
@@ -90,7 +94,7 @@ def _configs(
         config = server_config(group, lab, folder.resolve())
         fixed = next(iter(group.values())).port
         config.update(
-            host=host, port=fixed or port + index, token=token,
+            host=host, port=fixed or (port + index if port else 0), token=token,
             owner_pid=os.getpid(), ends_with_owner=True,
         )  # fmt: skip
         configs.append(config)

@@ -1,7 +1,7 @@
 """`labrun status [DEVICE]`: where devices stand, what is wrong with them, and who holds them."""
 
 import asyncio
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 import typer
@@ -72,12 +72,19 @@ def _words(described) -> Iterator[str]:
     status = dict(described.status)
     state = status.pop("state", None)
     yield str(state) if state is not None else "ready"
-    for name, value in status.items():
-        if value not in (None, "", [], {}):
-            yield f"{name} {_value(value)}"
+    yield from status_words(status)
     if described.stopped:
         yield described.stopped
     yield f"held by {described.holder}" if described.holder else "held by nobody"
+
+
+def status_words(status: Mapping[str, Any]) -> list[str]:
+    """What a device tells of itself, name by name; what it does not know is left out."""
+    return [
+        f"{name} {_value(value)}"
+        for name, value in status.items()
+        if value not in (None, "", [], {})
+    ]
 
 
 def _value(value: Any) -> str:

@@ -1,15 +1,13 @@
 """`labrun stop [DEVICE...]`: devices into their safe state, from any shell, past every lease."""
 
 import asyncio
-import getpass
-import socket
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ..exit_status import FAILED, PROBLEMS, SUCCEEDED
-from .options import RUNS, Lab, Runs, say
+from .options import RUNS, Lab, Runs, by_command, say
 
 Devices = Annotated[
     list[str] | None, typer.Argument(metavar="[DEVICE...]", help="Which; default: all of the lab.")
@@ -55,7 +53,7 @@ def lab_devices(lab: Path | None, devices: list[str] | None):
 
 
 async def _stop_all(servings) -> list[bool]:
-    by = f"{getpass.getuser()} (labrun stop on {socket.gethostname()})"
+    by = by_command("stop")
     return await asyncio.gather(*(_stop(serving, by) for serving in servings))
 
 

@@ -44,6 +44,7 @@ class Connections:
     started: dict[str, RunningServer] = field(default_factory=dict)
     leased: list[str] = field(default_factory=list)
     marks: Mapping[str, str] = field(default_factory=dict)
+    found: Mapping[str, str] = field(default_factory=dict)
     keeping: list[asyncio.Task[None]] = field(default_factory=list)
     say: Callable[[str], None] = lambda text: None
 
@@ -63,15 +64,18 @@ def servers_folder(run_folder: Path) -> Path:
 async def connect(
     roles: dict[str, BoundRole], lab: LoadedLab, run_folder: Path, owner: str,
     marks: Mapping[str, str] | None = None, say: Callable[[str], None] = lambda text: None,
-    wait_s: float = 0.0,
+    wait_s: float = 0.0, found: Mapping[str, str] | None = None,
 ) -> Connections:  # fmt: skip
     """Clients for every device that plays a role, leases taken; raises NotReached.
 
     `wait_s`: how long devices that others hold are waited for.
+    `found`: the addresses of devices that another command serves now.
     `marks`: what the run has seen of each device's ledger, for the server to say whether it has it.
     `say` hears what is waited for, and later which server has died.
     """
-    connections = Connections(servers_folder(run_folder), marks=marks or {}, say=say)
+    connections = Connections(
+        servers_folder(run_folder), marks=marks or {}, say=say, found=found or {}
+    )
     devices = sorted({role.device for role in roles.values()})
     try:
         reached = await asyncio.gather(
@@ -93,12 +97,16 @@ async def _reach(name: str, lab: LoadedLab, connections: Connections) -> None:
     device = lab.lab.devices[name]
     if (url := named_at(device)) is not None:
         await _open(name, url, device.token, lab, connections)
-    elif (connections.folder / name).exists() or (url := served_at(lab, name)) is None:
+    elif (connections.folder / name).exists():
         # What a run's own server has done lies in its own ledger, and is asked there.
         await _start(name, device, lab, connections)
-    else:
+    elif (url := served_at(lab, name)) is not None:
         connections.say(f"{name} is served at {url} by `labrun serve`")
         await _open(name, url, device.token, lab, connections)
+    elif (url := connections.found.get(name)) is not None:
+        await _open(name, url, device.token, lab, connections)
+    else:
+        await _start(name, device, lab, connections)
 
 
 async def _open(
@@ -214,7 +222,7 @@ async def _lease(device: str, connections: Connections, owner: str) -> None:
         raise Held(
             device, fault.holder,
             f"device {device!r} at {client.url} is held by {fault.holder}; "
-            "`labrun run --wait` waits until that run is over; `labrun abort` ends it, and "
+            "`labrun run --wait` waits until it is free, `labrun abort` ends a run, and "
             f"`labrun stop {device}` stops the device at once",
         ) from fault  # fmt: skip
     except ServerUnreachable as fault:

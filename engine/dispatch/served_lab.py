@@ -9,6 +9,7 @@ from typing import Any
 
 from ...drivers.server.server_file import FILE
 from ...schemas.lab import LabDevice
+from ...system.files import write_whole
 from ...system.process import alive
 from ..lab.lab import LoadedLab
 
@@ -22,6 +23,27 @@ def serve_home(lab: LoadedLab) -> Path:
         path = lab.path.resolve()
         name = f"{path.stem}-{blake2b(str(path).encode(), digest_size=4).hexdigest()}"
     return user_state_path("labrun", appauthor=False) / "servers" / name
+
+
+def remember(lab: LoadedLab, folder: Path) -> None:
+    """That a lab is served from a folder of its own (`--folder`), so that runs and stops find it."""
+    listed, known = _elsewhere(lab), _other_folders(lab)
+    if folder not in known:
+        listed.parent.mkdir(parents=True, exist_ok=True)
+        kept = [str(one) for one in known if one.is_dir()]
+        write_whole(listed, "\n".join([*kept, str(folder)]).encode(), mode=0o644, sync=False)
+
+
+def _elsewhere(lab: LoadedLab) -> Path:
+    home = serve_home(lab)
+    return home.with_name(f"{home.name}.elsewhere")
+
+
+def _other_folders(lab: LoadedLab) -> list[Path]:
+    try:
+        return [Path(line) for line in _elsewhere(lab).read_text("utf-8").splitlines()]
+    except (OSError, ValueError):
+        return []
 
 
 def named_at(device: LabDevice) -> str | None:
@@ -42,13 +64,23 @@ def served_at(lab: LoadedLab, device: str) -> str | None:
     """The address at which `labrun serve` serves this lab file's device now; None if it does not."""
     if lab.path is None:
         return None  # the simulated lab is each run's own
-    home = serve_home(lab)
-    return next((str(w["url"]) for _, w in live_servers(home) if device in w["devices"]), None)
+    return next((str(w["url"]) for w in serving_lab(lab) if device in w["devices"]), None)
 
 
-def live_servers(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
+def serving_lab(lab: LoadedLab) -> Iterator[dict[str, Any]]:
+    """What each server of `labrun serve` for this lab says of itself, wherever its folder is."""
+    for _, words in live_servers(serve_home(lab)):
+        yield words
+    for folder in _other_folders(lab):
+        for _, words in live_servers(folder, f"*/{FILE}"):
+            yield words
+
+
+def live_servers(
+    folder: Path, pattern: str = f"**/{FILE}"
+) -> Iterator[tuple[Path, dict[str, Any]]]:
     """Each server that lives in a folder: its file, and what that says of it."""
-    for path in folder.rglob(FILE):
+    for path in folder.glob(pattern):
         try:
             words = json.loads(path.read_bytes())
             if alive(words["pid"]) and {"url", "devices"} <= words.keys():

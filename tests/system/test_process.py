@@ -1,14 +1,16 @@
 """Processes of our own start apart from the terminal, and end within a time."""
 
 import asyncio
+import getpass
 import os
+import re
 import signal
 import subprocess
 import sys
 
 import pytest
 
-from labrun.system.process import alive, start_python, stop
+from labrun.system.process import alive, start_python, stop, user_name
 
 STUBBORN = "import signal, time\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
 AWAKE = "print('awake', flush=True)\ntime.sleep(600)\n"
@@ -70,3 +72,14 @@ def test_a_process_lives_until_it_ends_reaped_or_not():
         assert not alive(process.pid)
     assert not alive(process.pid)
     assert not alive(None)
+
+
+def test_a_user_without_a_name_has_a_number(monkeypatch):
+    """As in a container that was started for a number of its own; a stop is no place to fail for that."""
+
+    def nobody():
+        raise KeyError("getpwuid(): uid not found: 54321")
+
+    monkeypatch.setattr(getpass, "getuser", nobody)
+
+    assert re.fullmatch(r"user \d+|somebody", user_name())

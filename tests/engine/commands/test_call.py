@@ -58,13 +58,16 @@ def carriage(folder):
 def test_an_axis_does_not_drive_on_after_ctrl_c(tmp_path):
     lab = tmp_path / "lab.yaml"
     lab.write_text(LAB)
-    process = called(tmp_path, lab, "gantry.move_to", "x=700 mm", "feed=600 mm/min")
+    process = called(tmp_path, lab, "gantry.move_to", "x=700 mm", "feed=60 mm/min")
     while carriage(tmp_path)["x"] < 1:
         time.sleep(0.02)
-
+    beside = called(tmp_path, lab, "gantry.halt")
+    _, refused = beside.communicate()
     process.send_signal(signal.SIGINT)
     _, said = process.communicate()
 
+    assert beside.returncode == 4
+    assert "held by call-" in refused and "`labrun stop gantry`" in refused
     assert process.returncode == 130, said
     (told,) = re.findall(r"gantry now: state idle.* x ([\d.]+)", said)
     assert 1 <= float(told) < 700

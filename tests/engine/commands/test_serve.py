@@ -158,20 +158,25 @@ def labrun(cwd, *words):
 
 
 @pytest.mark.slow
-def test_a_device_that_is_served_is_used_there_on_whatever_port(tmp_path):
-    (tmp_path / "lab.yaml").write_text(LAB)
+def test_a_device_that_is_served_is_used_there_on_whatever_port_from_whatever_folder(tmp_path):
+    (tmp_path / "lab.yaml").write_text(
+        LAB.replace("{b: {", "{c: {contract: balance@1, driver: sim_balance}, b: {")
+    )
     (tmp_path / "weigh.yaml").write_text(
         "labrun: 1\nname: weigh\ndevices: {b: balance@1}\nsteps: [{do: b.weigh}]\n"
     )
-    with serving(tmp_path, "lab.yaml") as (at, *_):
+    with serving(tmp_path, "lab.yaml", "--folder", "elsewhere") as (_, at, _):
         url = at.removeprefix("b at ").strip()
         called = labrun(tmp_path, "call", "b.weigh", "--lab", "lab.yaml")
         run = labrun(tmp_path, "run", "weigh.yaml", "--lab", "lab.yaml")
+        stopped = labrun(tmp_path, "stop", "b", "--lab", "lab.yaml")
     alone = labrun(tmp_path, "call", "b.weigh", "--lab", "lab.yaml")
 
     for used in (called, run):
         assert used.returncode == 0, used.stderr
         assert f"b is served at {url} by `labrun serve`" in used.stderr + used.stdout
+    assert int(url.rpartition(":")[2]) > 1023  # free ones for all of them, not 0, 1, 2
+    assert (stopped.returncode, stopped.stdout.strip()) == (0, "b is in its safe state")
     (folder,) = (tmp_path / "runs").iterdir()
     assert not (folder / "servers" / "b").exists()
     assert alone.returncode == 0 and "is served at" not in alone.stderr

@@ -51,7 +51,7 @@ def test_stop_goes_past_the_lease_of_a_call_which_hears_who_it_was(tmp_path, ben
     assert "held by call-" in shown.stdout
     assert (stopped.returncode, stopped.stdout.strip()) == (0, "a is in its safe state")
     assert process.returncode == 1
-    assert "a was stopped by" in said and "labrun stop on" in said
+    assert "a was stopped by" in said and "labrun stop on" in said and "a now: " in said
 
 
 def test_a_device_whose_server_does_not_answer_is_named(tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -107,6 +108,7 @@ def test_a_paused_run_finishes_what_runs_and_then_sends_nothing(tmp_path, bench)
     assert live.end() == 1
     verbs = [record.verb for record in live.records if record.kind == "control"]
     assert verbs == ["pause", "continue", "abort"]
+    assert f"(labrun abort on {socket.gethostname()})" in live.records[-1].reason
 
 
 def test_ctrl_c_aborts_with_130_and_sigterm_with_1(tmp_path, bench):
@@ -158,7 +160,8 @@ def test_a_question_is_answered_from_another_shell(tmp_path, bench):
     assert "open: sure" in unknown.stderr
     assert live.end() == 0
     answered = [record for record in live.records if record.kind == "answered"]
-    assert [(record.choice, record.by) for record in answered] == [("yes", "another shell")]
+    assert [record.choice for record in answered] == ["yes"]
+    assert answered[0].by.endswith(f"(labrun answer on {socket.gethostname()})")
 
 
 def test_an_unanswered_question_fails_at_its_timeout_and_finally_runs(tmp_path, bench):

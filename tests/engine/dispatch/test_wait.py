@@ -82,7 +82,7 @@ def test_a_wait_has_an_end_and_leaves_nothing_behind(held, capsys, wait_s):
 
     assert start(checked, runs, wait_s=wait_s) == NOT_REACHED
     assert list(runs.iterdir()) == []
-    assert "`labrun run --wait` waits until that run is over" in capsys.readouterr().err
+    assert "`labrun run --wait` waits until it is free" in capsys.readouterr().err
 
 
 def test_what_is_no_time_is_refused(capsys):
