@@ -140,6 +140,9 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
         except NotReached as fault:
             say(f"{fault}. Nothing was sent.")
             return NOT_REACHED
+        except asyncio.CancelledError:
+            say("Ctrl-C: nothing was sent")
+            raise
         try:
             client = connections.clients[device]
             id = f"{owner}/{name}/1"

@@ -71,3 +71,33 @@ def test_an_axis_does_not_drive_on_after_ctrl_c(tmp_path):
     assert process.returncode == 130, said
     (told,) = re.findall(r"gantry now: state idle.* x ([\d.]+)", said)
     assert 1 <= float(told) < 700
+
+
+SLOW = """
+import asyncio
+from labrun.drivers.simulated.balance import SimBalance
+
+class Slow(SimBalance):
+    async def open(self):
+        await super().open()
+        await asyncio.sleep(600)
+"""
+
+
+@pytest.mark.slow
+def test_ctrl_c_before_anything_was_sent_says_so(tmp_path):
+    (tmp_path / "slow.py").write_text(SLOW)
+    lab = tmp_path / "lab.yaml"
+    lab.write_text(
+        "name: slow\nstart_timeout: 500 s\n"
+        "devices: {b: {contract: balance@1, driver: ./slow.py:Slow}}\n"
+    )
+    process = called(tmp_path, lab, "b.weigh")
+    waiting = process.stderr.readline()
+
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate()
+
+    assert "waiting for the server of b" in waiting
+    assert process.returncode == 130
+    assert said == "labrun: Ctrl-C: nothing was sent\n"
