@@ -56,7 +56,8 @@ def _list(entries: "list[Entry]", runs: Path, find: str) -> None:
 
 
 def _more(line: dict[str, Any]) -> str:
-    told = [", ".join(line["samples"][:3]), line["points"], line["reason"], *line["tags"]]
+    but = "but " if line["fate"] == "succeeded" and line["reason"] else ""
+    told = [", ".join(line["samples"][:3]), line["points"], but + line["reason"], *line["tags"]]
     return ", ".join(part for part in told if part)
 
 

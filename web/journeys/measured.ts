@@ -6,7 +6,7 @@ interface Run {
   done: number
 }
 
-const UNTIL_MS = 100_000
+const UNTIL_MS = 200_000
 const TICKED = ['enclosure closed', 'nobody in the beam path', 'sample fixed']
 
 /** Headers of a command. */
@@ -14,11 +14,11 @@ export function now(more: Record<string, string> = {}): Record<string, string> {
   return { 'Idempotency-Key': crypto.randomUUID(), 'X-Deadline': String(Date.now() + 8000), ...more }
 }
 
-/** Wait until every device of the bench is online. */
+/** Wait until every device of the bench is online, and no run uses one: a run that has ended still writes its report. */
 export async function reached(bench: Bench): Promise<void> {
   for (const end = Date.now() + UNTIL_MS; Date.now() < end; await rest()) {
-    const devices = await ask<{ reach: string }[]>(bench, '/devices')
-    if (devices.length && devices.every((device) => device.reach === 'online')) return
+    const devices = await ask<{ reach: string; used_by: string | null }[]>(bench, '/devices')
+    if (devices.length && devices.every((device) => device.reach === 'online' && device.used_by === null)) return
   }
   throw new Error('a device did not come up')
 }

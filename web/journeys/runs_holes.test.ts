@@ -21,6 +21,7 @@ steps:
       - {id: travel, do: gantry.move_to, with: {x: "\${{ point.x }}", y: "\${{ point.y }}", z: 0 mm, feed: "\${{ params.feed }}"}}
       - {id: shoot, do: libs.measure}
     collect: {x: "\${{ point.x }}", y: "\${{ point.y }}", shot: "\${{ steps.shoot.shot_id }}"}
+finally: [{fail: the valve is still open, on_error: continue}, {do: gantry.move_to, with: {z: 5 mm}}]
 on_resume: [{do: gantry.home}, {do: gantry.move_to, with: {x: 0 mm, y: 0 mm, z: 0 mm}}]
 `
 interface Told { fate: string; done: number; word: string; total: number; measured: number; failed: number; left: number; holes: number }
@@ -37,7 +38,8 @@ afterAll(async () => {
 })
 
 const shots = async (): Promise<number> => Number((await ask<{ status: Record<string, unknown> }>(bench, '/devices/libs')).status['shots'])
-const fired = (count: number) => expect.poll(shots, { timeout: 15_000 }).toBe(count)
+const height = async (): Promise<number> => Number((await ask<{ status: Record<string, unknown> }>(bench, '/devices/gantry')).status['z'])
+const fired = (count: number) => expect.poll(shots).toBe(count)
 async function numbers(run: string): Promise<number[]> {
   const told = await ask<Told>(bench, `/runs/${run}`)
   return [told.total, told.measured, told.failed, told.left]
@@ -61,6 +63,10 @@ it('holes are offered with the map, chosen, and measured again', async () => {
   await page.goto(`/runs/${run}`)
   const end = page.getByRole('region', { name: 'How it ended' })
   await end.getByText('Done: succeeded with 3 holes').waitFor()
+  await end.getByText(', but finally: the valve is still open').waitFor()
+
+  expect(await height()).toBeCloseTo(5, 2) // what follows in `finally` runs all the same
+
   await end.getByText('9 of 12 measured · 3 failed').waitFor()
   await picture(page, 'run-holes')
   await end.getByRole('button', { name: 'Measure the 3 holes again…' }).click()
@@ -78,7 +84,7 @@ it('holes are offered with the map, chosen, and measured again', async () => {
 
   await tickChecklist(dialog)
   await dialog.getByRole('button', { name: 'Measure 1 point again' }).click()
-  await end.getByText('Done: succeeded with 2 holes').waitFor({ timeout: 60_000 })
+  await end.getByText('Done: succeeded with 2 holes').waitFor()
 
   expect(await numbers(run)).toEqual([12, 10, 2, 0])
   await fired(before + 10)
@@ -86,7 +92,7 @@ it('holes are offered with the map, chosen, and measured again', async () => {
   await end.getByRole('button', { name: 'Measure the 2 holes again…' }).click()
   await tickChecklist(dialog)
   await dialog.getByRole('button', { name: 'Measure 2 points again' }).click()
-  await end.getByText('12 of 12 measured').waitFor({ timeout: 60_000 })
+  await end.getByText('12 of 12 measured').waitFor()
 
   expect(await numbers(run)).toEqual([12, 12, 0, 0])
   await fired(before + 12)
@@ -146,7 +152,7 @@ it('STOP ALL makes no hole: it says who it was, shows one state, and the run is 
   const dialog = page.getByRole('dialog')
   await tickChecklist(dialog)
   await dialog.getByRole('button', { name: 'Resume the run' }).click()
-  await end.getByText('12 of 12 measured').waitFor({ timeout: 60_000 })
+  await end.getByText('12 of 12 measured').waitFor()
 
   expect(await numbers(run)).toEqual([12, 12, 0, 0])
   await fired(before + 12)

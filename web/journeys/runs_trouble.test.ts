@@ -39,9 +39,17 @@ it('what went wrong is found in the outline and in the log, and the run is resum
   await orderFault(bench, { device: 'libs', kind: 'error', action: 'measure', error: 'ButtonNotFound', count: 4 })
   const run = await startRun(bench, 'scan.yaml')
   await until(bench, run, (told) => told.fate === 'failed')
+  const told = await ask<Record<string, number>>(bench, `/runs/${run}`)
+
+  expect([told['total'], told['measured'], told['failed'], told['left']]).toEqual([12, 0, 1, 11])
+
+  await page.goto('/runs')
+  await page.getByRole('listitem').filter({ hasText: run }).getByText('0 of 12 measured · 1 failed · 11 left').waitFor()
   await page.goto(`/runs/${run}`)
   const end = page.getByRole('region', { name: 'How it ended' })
   await end.getByText('The run failed').waitFor()
+  await end.getByText('0 of 12 measured · 1 failed · 11 left').waitFor()
+  await end.getByText(/: point 2 of 12 \(x = 1 mm, y = 0 mm\): libs\.measure: .*, 2 tries; no more than 1 may fail$/).waitFor()
   const outline = page.getByRole('region', { name: 'Outline' })
   await outline.getByRole('checkbox', { name: 'only problems' }).check()
   const point = outline.getByRole('row').filter({ hasText: 'point 1 (0, 0)' })

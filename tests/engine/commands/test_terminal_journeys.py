@@ -42,6 +42,7 @@ steps:
     collect: {{x: "${{{{ point.x }}}}", y: "${{{{ point.y }}}}", shot: "${{{{ steps.shoot.shot_id }}}}"}}
 on_resume: [{{do: gantry.halt}}]
 finally:
+  - {{fail: the valve is still open, on_error: continue}}
   - {{do: gantry.move_to, with: {{z: 5 mm}}}}
 """
 ESCAPES = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\r")
@@ -161,7 +162,7 @@ def test_ctrl_c_in_a_call_stops_the_axis_and_says_where_it_stands(bench):
     assert 1 < float(told) < 700
 
 
-def test_a_stop_from_another_shell_pauses_the_run_and_makes_no_hole(bench):
+def test_a_stop_from_another_shell_makes_no_hole_and_finally_runs_whatever_fails_in_it(bench):
     bench.set_up(rows=3)
     terminal = bench.run()
     wait_until(lambda: len(bench.fired()) == 2)
@@ -178,6 +179,8 @@ def test_a_stop_from_another_shell_pauses_the_run_and_makes_no_hole(bench):
     assert "libs is in its safe state" in said and "was stopped by" in shown
     assert before == after
     assert bench.told() == ("succeeded", [12, 12, 0, 0])
+    assert "run succeeded, but finally: the valve is still open" in terminal.screen
+    assert bench.truth("gantry", "move")[-1]["end"][2] == pytest.approx(5, abs=0.01)
     assert sorted(bench.fired()) == sorted(set(bench.fired())) and len(bench.fired()) == 12
 
 

@@ -44,7 +44,12 @@ export function exact(value: number): string {
   return String(Number.isInteger(value) ? value : Number(value.toPrecision(15)))
 }
 
-/** The same for a value of a Float32Array: the shortest number that is stored so. */
+/** A computed number where it is read: six digits, and a whole number with all of its own. */
+export function sixDigits(value: number): string {
+  return String(Number.isInteger(value) ? value : Number(value.toPrecision(6)))
+}
+
+/** A value of a Float32Array as it was measured: the shortest number that is stored so. */
 export function exactSingle(value: number): string {
   for (let digits = 1; digits < 9; digits++) {
     const short = Number(value.toPrecision(digits))
