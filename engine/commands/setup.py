@@ -1,12 +1,15 @@
 """`labrun setup gantry`: from a cable to a lab file, with somebody beside the machine."""
 
 import asyncio
+import os
+import sys
+from collections.abc import Coroutine
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from ..exit_status import FAILED, PROBLEMS
+from ..exit_status import CTRL_C, FAILED, PROBLEMS
 from .options import say
 
 KINDS = ("gantry",)
@@ -32,7 +35,34 @@ def setup(
         say(f"{output} is there already; choose another name with -o")
         raise typer.Exit(PROBLEMS)
     try:
-        asyncio.run(set_up(port, baud, output))
+        asyncio.run(_until_end(set_up(port, baud, output), output))
     except GaveUp as fault:
         say(str(fault))
         raise typer.Exit(FAILED) from None
+
+
+async def _until_end(work: Coroutine[Any, Any, None], output: Path) -> None:
+    """Set up; a signal that asks to end stops what moves first, whoever is still asked something."""
+    from ...system.signals import on_end
+    from ...system.tasks import spawn
+    from .setup_gantry import GaveUp
+
+    asked: list[str] = []
+    setting_up = spawn("set up", work, expected=(GaveUp,))
+
+    def end(by: str) -> None:
+        asked.append(by)
+        setting_up.cancel()
+
+    deaf = on_end(end)
+    try:
+        await asyncio.wait({setting_up})
+    finally:
+        deaf()
+    if setting_up.cancelled():
+        say(f"{asked[0]}: stopped; {output} was not written")
+        sys.stdout.flush()
+        os._exit(
+            CTRL_C if asked[0] == "Ctrl-C" else FAILED
+        )  # a thread may still wait for an answer
+    setting_up.result()

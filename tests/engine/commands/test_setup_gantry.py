@@ -2,6 +2,7 @@
 
 import os
 import pty
+import signal
 import subprocess
 import sys
 import time
@@ -114,6 +115,30 @@ def test_an_axis_that_does_not_move_ends_it_and_nothing_is_written(terminal, pee
     assert status != 0
     assert "X did not move: look at its motor's cable" in terminal.text.replace("\r\n", " ")
     assert not (tmp_path / "lab.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("number", "word", "status"),
+    [(signal.SIGINT, "Ctrl-C", 130), (signal.SIGTERM, "SIGTERM", 1)],
+)
+def test_a_signal_stops_what_moves_and_waits_for_no_answer(terminal, peers, number, word, status):
+    peer = peers()
+    peer.homing_s = 1000.0
+    terminal = terminal("--port", peer.path)
+    terminal.answer("$20=1: soft limits are off", "n")
+    if word == "Ctrl-C":
+        terminal.wait_for("Move?")
+    else:
+        terminal.answer("Move?", "n")
+        terminal.answer("Home it now?", "y")
+        while peer.state != "Home" and terminal.process.poll() is None:
+            time.sleep(0.02)
+    terminal.process.send_signal(number)
+    ended = terminal.end()
+
+    assert ended == status, terminal.text
+    assert f"{word}: stopped; lab.yaml was not written" in terminal.text
+    assert peer.state != "Home"
 
 
 def test_no_controller_there(terminal, tmp_path):
