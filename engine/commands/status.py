@@ -1,14 +1,17 @@
 """`labrun status [DEVICE]`: where devices stand, what is wrong with them, and who holds them."""
 
 import asyncio
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any
+from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..exit_status import FAILED, SUCCEEDED
 from .options import RUNS, Lab, Runs
 from .stop import REACH_S, lab_devices
+
+if TYPE_CHECKING:
+    from ..dispatch.serving import Serving
 
 EVERY_S = 1.0
 
@@ -25,44 +28,69 @@ def status(
     from ..dispatch.serving import servers_of
 
     loaded, names = lab_devices(lab, None if device is None else [device])
-    servings = servers_of(loaded, names, runs)
-    for name in names:
-        if name not in {one.device for one in servings}:
-            typer.echo(f"{name:<12} not served: nobody uses it, and no server of it is known here")
+
+    def find(name: str) -> "list[Serving]":
+        return servers_of(loaded, [name], runs)
+
+    shows = [_follow(name, find) if follow else _show(name, find, {}) for name in names]
+    answered = asyncio.run(_all(shows))
+    none_there = device is not None and answered == [None]
+    raise typer.Exit(FAILED if False in answered or none_there else SUCCEEDED)
+
+
+async def _all(shows: Iterable[Coroutine[Any, Any, bool | None]]) -> list[bool | None]:
+    return await asyncio.gather(*shows)
+
+
+async def _follow(name: str, find: "Callable[[str], list[Serving]]") -> bool | None:
+    """Show a device until Ctrl-C; its servers come and go."""
+    shown: dict[str, str] = {}
+    while True:
+        await _show(name, find, shown, follow=True)
+        await asyncio.sleep(EVERY_S)
+
+
+async def _show(
+    name: str,
+    find: "Callable[[str], list[Serving]]",
+    shown: dict[str, str],
+    *,
+    follow: bool = False,
+) -> bool | None:
+    """What each server of a device says; whether all answered, None if there is none."""
+    servings = find(name)
     if not servings:
-        raise typer.Exit(FAILED if device else SUCCEEDED)
-    answered = asyncio.run(_show(servings, follow=follow))
-    raise typer.Exit(SUCCEEDED if answered else FAILED)
-
-
-async def _show(servings, *, follow: bool) -> bool:
-    names = [serving.device for serving in servings]
-    labels = [
-        f"{one.device} at {one.url}" if names.count(one.device) > 1 else one.device
+        _tell(shown, name, "not served: nobody uses it, and no server of it is known here")
+        return None
+    several = len(servings) > 1
+    watched = [
+        _watch(one, f"{name} at {one.url}" if several else name, shown, follow=follow)
         for one in servings
     ]
-    watched = map(_watch, servings, labels, [follow] * len(servings))
     return all(await asyncio.gather(*watched))
 
 
-async def _watch(serving, label: str, follow: bool) -> bool:
+def _tell(shown: dict[str, str], label: str, line: str) -> None:
+    if shown.get(label) != line:
+        typer.echo(f"{label:<12} {line}")
+    shown[label] = line
+
+
+async def _watch(serving: "Serving", label: str, shown: dict[str, str], *, follow: bool) -> bool:
     from ...drivers.client.client import DeviceClient, ServerUnreachable
 
-    client = DeviceClient(serving.url, serving.token)
-    shown = ""
+    client, heard = DeviceClient(serving.url, serving.token), False
     try:
         await client.open(REACH_S)
         while True:
-            described = (await client.describe())[serving.device]
-            line = f"{label:<12} {', '.join(_words(described))}"
-            if line != shown:
-                typer.echo(line)
-            shown = line
+            _tell(shown, label, ", ".join(_words((await client.describe())[serving.device])))
+            heard = True
             if not follow:
                 return True
             await asyncio.sleep(EVERY_S)
     except (ServerUnreachable, KeyError) as fault:
-        typer.echo(f"{label:<12} no answer: {fault}")
+        if not heard:  # of one that has ended since, the next look tells
+            _tell(shown, label, f"no answer: {fault}")
         return False
     finally:
         await client.close()

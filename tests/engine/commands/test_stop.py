@@ -1,6 +1,7 @@
 """Stop and status from another shell, past every lease."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -17,7 +18,7 @@ devices:
 SCAN = """labrun: 1
 name: far
 devices: {gantry: gantry@1}
-steps: [{do: gantry.move_to, with: {x: 700 mm, y: 10 mm, z: 40 mm}}]
+steps: [{do: gantry.move_to, with: {x: 700 mm, y: 10 mm, z: 40 mm, feed: 60 mm/min}}]
 """
 
 
@@ -26,6 +27,15 @@ def labrun(folder, *words, tmpdir=None):
     return subprocess.run(
         [*COMMAND, *map(str, words)], cwd=folder, env=environment, capture_output=True, text=True
     )
+
+
+def read_until(process, words):
+    """Its lines up to one with these words."""
+    lines = [process.stdout.readline()]
+    while words not in lines[-1]:
+        assert lines[-1], f"it ended without {words!r}"
+        lines.append(process.stdout.readline())
+    return lines
 
 
 def begun(bench, folder, name):
@@ -113,6 +123,11 @@ def test_a_device_that_is_not_in_the_lab_is_refused(tmp_path, bench):
 def test_the_device_of_a_live_run_is_found_stopped_and_shown(tmp_path):
     (tmp_path / "lab.yaml").write_text(LAB)
     (tmp_path / "far.yaml").write_text(SCAN)
+    looking = subprocess.Popen(
+        [*COMMAND, "status", "gantry", "--follow", "--lab", "lab.yaml"],
+        cwd=tmp_path, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    read_until(looking, "not served: nobody uses it")
     process = subprocess.Popen(
         [*COMMAND, "run", "far.yaml", "--lab", "lab.yaml"],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -121,15 +136,21 @@ def test_the_device_of_a_live_run_is_found_stopped_and_shown(tmp_path):
     while journal is None or '"kind":"goal"' not in journal.read_text():
         journal = next(tmp_path.glob("runs/*/journal.jsonl"), None)
         time.sleep(0.05)
+    read_until(looking, "moving")
 
     stopped = labrun(tmp_path, "stop", "--lab", "lab.yaml")
+    read_until(looking, "gantry was stopped by")
     until = time.monotonic() + 500
     while '"verb":"pause"' not in journal.read_text() and time.monotonic() < until:
         time.sleep(0.05)
     shown = labrun(tmp_path, "status", "gantry", "--lab", "lab.yaml")
     labrun(tmp_path, "abort", "last")
     process.communicate()
+    read_until(looking, "not served: nobody uses it")  # it goes on until Ctrl-C
+    looking.send_signal(signal.SIGINT)
+    looking.communicate()
 
+    assert looking.returncode == 130
     assert stopped.returncode == 0, stopped.stderr
     assert "gantry was stopped by" in journal.read_text()
     assert "gantry was stopped by" in shown.stdout and "held by 2" in shown.stdout
