@@ -50,9 +50,10 @@ def runs(runs: Runs = RUNS, find: Find = "", value: Value = "", json: Json = Fal
 def _list(entries: "list[Entry]", runs: Path, find: str) -> None:
     if not entries:
         typer.echo(f"no runs in {runs}{f' for {find}' if find else ''}")
+    width = max([12, *(len(entry.word) for entry in entries)])
     for entry in entries:
         line = row(entry, runs)
-        typer.echo(f"{line['run']:<44} {line['word']:<12} {_more(line)}".rstrip())
+        typer.echo(f"{line['run']:<44} {line['word']:<{width}}  {_more(line)}".rstrip())
 
 
 def _more(line: dict[str, Any]) -> str:

@@ -2,7 +2,7 @@
 
 import json
 
-from labrun.engine.commands.runs import row
+from labrun.engine.commands.runs import row, runs
 from labrun.engine.index.entry import entry_of
 from labrun.engine.journal import journal as journal_module
 from labrun.engine.run.summary import FILE, kept_summary, summary_of
@@ -48,6 +48,9 @@ def test_success_with_holes_is_its_own_word(own_device, capsys):
         "succeeded",
     )
     assert "The run succeeded with 3 holes." in (ran.folder / "report.html").read_text()
+    capsys.readouterr()
+    runs(ran.folder.parent, find="", value="", json=False)
+    assert "succeeded with 3 holes  4 of 7 measured, 3 failed\n" in capsys.readouterr().out
 
 
 def test_the_list_of_runs_reads_no_journal(own_device, monkeypatch):
