@@ -4,7 +4,6 @@ A pint `Quantity` is what a protocol computes with; a driver gets bare numbers i
 unit. pint is imported on first use, since its registry takes a third of a second.
 """
 
-import logging
 import re
 import sys
 from functools import cache, lru_cache
@@ -53,6 +52,8 @@ class UnitError(ValueError):
 @cache
 def registry() -> "UnitRegistry":
     """The one unit registry of the process."""
+    import logging  # pint does; what needs no pint needs none
+
     UnitRegistry = _pint().UnitRegistry  # noqa: N806
 
     try:
@@ -60,11 +61,11 @@ def registry() -> "UnitRegistry":
     except Exception:  # no folder to keep it in, or one left incomplete by another process
         made = UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
     told = logging.getLogger("pint.util")
-    told.disabled = True  # it warns of a unit that is defined again
-    made.define(
-        "liter = decimeter ** 3 = L = l = ℓ = litre"
-    )  # mL in the contracts, never ml beside it
-    told.disabled = False
+    level = told.level
+    told.setLevel(logging.ERROR)  # it warns of a unit that is defined again
+    # mL as in the contracts, and not ml beside it
+    made.define("liter = decimeter ** 3 = L = l = ℓ = litre")
+    told.setLevel(level)
     return made
 
 
