@@ -151,7 +151,7 @@ describe('people elsewhere', () => {
     expect(await page.getByLabel('Address of 1').inputValue()).toBe(to)
     const run = await startRun(bench, 'pegmatite_map.yaml', { width: '0.2 mm', height: '0.2 mm' })
     await until(bench, run, (told) => told.fate === 'succeeded')
-    await expect.poll(() => got.join(), { timeout: 20_000 }).toContain('succeeded')
+    await expect.poll(() => got.join()).toContain('succeeded')
 
     expect(got[0]).toContain('This is a test')
     expect(faults).toEqual([])

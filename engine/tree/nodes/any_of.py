@@ -103,7 +103,8 @@ class AnyOf(Parent):
         if ends or self.winner is not None:
             self._over(failure)
         elif len(self.out) < len(self.children):
-            self.run.log(f"{failure.sentence()} (the others continue)", self.path)
+            told = failure.told_in(self.scope.frame)
+            self.run.log(f"{told} (the others continue)", self.path)
 
     def _over(self, failure: Failure | None) -> None:
         self.failure = failure

@@ -41,7 +41,7 @@ class EveryStep(Parent):
         self.failures.append(failure)
         ends = failure.stop or failure.bygone or failure.anew
         if not ends and self.current < len(self.children):
-            self.run.log(f"{failure.sentence()} (the rest of `finally` runs)", failure.step)
+            self.run.log(f"{failure.words()} (the rest of `finally` runs)", failure.step)
         return ends
 
     def _failure(self) -> Failure:

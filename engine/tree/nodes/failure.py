@@ -1,9 +1,12 @@
 """Why a step failed, as it travels up the ladder retry, fallback, on_error, keep_going, finally."""
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ....schemas.contract import Happened
+
+if TYPE_CHECKING:
+    from ...run.frame import Frame
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,10 @@ class Failure:
         where = [part for part in (self.step, self.action) if part]
         own = ": ".join((*where, self.name, self.message))
         return "; ".join((own, *(other.sentence() for other in self.others)))
+
+    def told_in(self, frame: "Frame") -> str:
+        """`words` for a log, behind the iterations in which this frame is."""
+        return ", ".join([*(words(index) for words, index in frame.around), self.words()])
 
     def words(self) -> str:
         """One line for a person who knows neither paths nor codes.

@@ -148,7 +148,8 @@ class Fallback(Parent):
         self.run.record(
             Turned(path=f"{self._base()}/f", turn=self.current + 1, error=failure.as_error())
         )
-        self.run.log(f"{failure.sentence()} (fallback {self.current + 1})", self.path)
+        told = failure.told_in(self.outer.frame)
+        self.run.log(f"{told} (fallback {self.current + 1})", self.path)
         self._enter(self.current + 1, failure)
 
     def _next_round(self) -> None:

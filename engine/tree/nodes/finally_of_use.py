@@ -71,7 +71,7 @@ class FinallyOfUse:
                 return
             failure = failure_of(root) if root.status == Status.FAILURE else None
             if failure is not None:
-                self.run.log(f"finally: {failure.sentence()}", path)
+                self.run.log(f"finally: {failure.words()}", path)
             end_finally(self.run, path, failure)
             self.due.popleft()
             self.root = None

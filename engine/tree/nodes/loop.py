@@ -327,8 +327,7 @@ class Loop(Parent):
         fate: StepFate = "succeeded" if failure is None else "failed"
         row = self._write_row(iteration, fate, ahead=ahead)
         if failure is not None:
-            around = [words(index) for words, index in self.outer.frame.around]
-            told = ", ".join([*around, self._placed(failure, iteration).words()])
+            told = self._placed(failure, iteration).told_in(self.outer.frame)
             self.run.log(f"{told} (left out: a hole)", iteration.frame.path)
         self.run.record(
             IterationEnded(

@@ -114,7 +114,7 @@ class Retry(Parent):
             return
         wait_s = self.rules.pause_s(self.turn)
         self.run.log(
-            f"{failure.sentence()} (attempt {self.turn} of {self.rules.attempts}"
+            f"{failure.told_in(self.outer.frame)} (attempt {self.turn} of {self.rules.attempts}"
             + (f", again in {wait_s:g} s)" if wait_s else ", again)"),
             self.path,
         )

@@ -142,13 +142,14 @@ class StepNode(Parent):
         self._store(None)
         self.run.tell("step", self.path, "failed", failure.sentence())
         if skips_here or goes_on:
-            self.run.log(f"{failure.sentence()} (the run continues)", self.path)
+            told = failure.told_in(self.scope.frame)
+            self.run.log(f"{told} (the run continues)", self.path)
             if self.rules.in_finally:
                 self.run.left_undone[self.path] = failure.words()
             self.status = Status.SUCCESS
         elif self.rules.on_error == "pause" and not failure.skip and not failure.stop:
             self.run.requests.pause = (
-                f"{failure.sentence()}; `labrun continue` tries the step again"
+                f"{failure.told_in(self.scope.frame)}; `labrun continue` tries the step again"
             )
             self.held = True
             self.run.requests.again()

@@ -123,4 +123,4 @@ class Use(Parent):
         if self.failure is None or failure.anew:
             self.failure = failure
         else:
-            self.run.log(f"finally: {failure.sentence()}", self.path)
+            self.run.log(f"finally: {failure.words()}", self.path)
