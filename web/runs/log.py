@@ -176,7 +176,9 @@ def _text(record: j.JournalRecord, sent: j.GoalSent | None) -> str:
         case j.Answered():
             return f"answered {record.choice} by {record.by}"
         case j.IterationEnded():
-            return f"{record.key}: {record.message or 'failed'} (a hole)"
+            place, _, rest = record.message.partition(": ")
+            why = rest if place.startswith(f"{record.loop}/") else record.message
+            return f"{record.key}: {why or 'failed'} (a hole)"
         case j.LoopEnded():
             return (
                 f"loop ended: {record.succeeded} ok, {record.failed} failed, "
@@ -192,7 +194,9 @@ def _text(record: j.JournalRecord, sent: j.GoalSent | None) -> str:
         case j.Again():
             return "the failed step is retried" + _more(record.by)
         case j.Finished():
-            return f"run {record.fate}" + _more(record.reason)
+            but = record.fate == "succeeded" and record.reason
+            more = f", but {record.reason}" if but else _more(record.reason)
+            return f"run {j.ended_as(record.fate, record.holes)}{more}"
         case _:
             return record.kind
 

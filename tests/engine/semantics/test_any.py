@@ -146,7 +146,7 @@ steps:
     assert ran.words == [
         "left", "right", "right.", "after", "after.", "left.", "asked", "asked.",
     ]  # fmt: skip
-    assert "Busy" in ran.said[0]
+    assert "a is still busy with a.shoot" in ran.said[0]
 
 
 # fmt: off

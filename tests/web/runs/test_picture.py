@@ -116,8 +116,10 @@ def test_points_of_nested_loops_are_told_apart_by_the_keys_around(teller, outlin
                 j.IterationEnded(
                     loop=f"main/samples/{sample}/scan", index=index, key=key, within=sample,
                     fate="failed" if (sample, key) == ("B", "1,0") else "succeeded",
+                    message=f"{path}/careful/shoot: libs.measure: NoSignal: too dark",
                 )
             )  # fmt: skip
+    teller.finished(holes=1, reason="finally: the valve is open")
     picture = Picture(teller.path, outline)
     read(picture, Follower(teller.path))
     nodes, points, lines = picture.take_changes()
@@ -135,6 +137,11 @@ def test_points_of_nested_loops_are_told_apart_by_the_keys_around(teller, outlin
     assert nodes["main/samples/*/scan/*/careful/shoot"].failed == 1
     assert picture.hole_count == 1 and not picture.take_changes()[1]
     assert len(lines) == len(picture.log)
+    window = picture.log.window(outline, None, None, 2, problems=False, device=None, find="")
+    assert [line.text for line in window.lines] == [
+        "1,0: libs.measure: NoSignal: too dark (a hole)",
+        "run succeeded with 1 hole, but finally: the valve is open",
+    ]
 
 
 def test_a_question_and_a_goal_under_way_end_with_the_run(teller, outline):
