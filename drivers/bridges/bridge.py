@@ -226,8 +226,12 @@ class Bridge(Driver):
             await self.drop()
             if not again:
                 break
-            with contextlib.suppress(OSError):  # the second attempt says it
+            try:
                 await self.ready(self.timeout_s(None))
+            except OSError as fault:
+                raise self.failed(
+                    "Lost", name, f"{fault} (before: {failure.message})", "unknown"
+                ) from fault
         raise failure
 
     async def _until(self, said: ActionConfig, goal: GoalContext, known: Values) -> None:

@@ -45,6 +45,7 @@ class LineConfig(Model):
     resource: str
     terminator: str | Terminator | None = None
     encoding: Literal["ascii", "latin-1", "utf-8"] = "latin-1"
+    decimal: Literal[".", ","] = "."
     echo: bool = False
     prompt: str | None = None
     banner: str | None = None
@@ -156,30 +157,44 @@ class Lines:
 
     async def at_once(self, text: str) -> None:
         """Send a line without waiting for anybody's turn: an abort."""
+        await self.channel.write(self._summed(text) + self._end.write.encode("latin-1"))
+
+    def _summed(self, text: str) -> bytes:
         line, sums = self._encoded(text), self._config.checksum
-        whole = line if sums is None else sums.added(line)
-        await self.channel.write(whole + self._end.write.encode("latin-1"))
+        return line if sums is None else sums.added(line)
 
     async def finish(self, text: str, timeout_s: float) -> str:
         """After a line without an answer: its echo, and all up to the prompt, which is returned."""
         if self._config.prompt is not None:
             return await self.answer(text, timeout_s)
         if self._config.echo:
-            await self._line(asyncio.get_running_loop().time() + timeout_s)
+            await self._pass_echo(text, asyncio.get_running_loop().time() + timeout_s)
         return ""
 
     async def answer(self, text: str, timeout_s: float) -> str:
         """The next answer to `text`: a line, or all lines up to the prompt. Raises NoAnswer, OSError."""
         until = asyncio.get_running_loop().time() + timeout_s
-        if self._config.prompt is not None:
-            lines = await self._until_prompt(until)
-        else:
-            lines = [await self._line(until)]
-        if self._config.echo and lines and lines[0].strip() == text.strip():
-            lines = lines[1:]
-            if not lines and self._config.prompt is None:
-                lines = [await self._line(until)]
-        return "\n".join(lines)
+        if self._config.echo:
+            await self._pass_echo(text, until)
+        if self._config.prompt is None:
+            return await self._line(until)
+        return "\n".join(await self._until_prompt(until))
+
+    async def _pass_echo(self, text: str, until: float) -> None:
+        """Drop what it repeats, which ends as what is sent does; one that does not is forgiven."""
+        buffer, sent = self.channel.received, re.escape(self._summed(text).strip())
+        ends = {"\r", "\n", self._end.read or "\n", self._end.write}
+        end, begin = (
+            b"|".join(re.escape(one.strip(" ").encode("latin-1")) for one in sorted(marks))
+            for marks in (ends, {*ends - {""}, self._config.prompt or "\n"})
+        )
+        echo = re.compile(rb"(?:^|%s) *%s *(?:%s)" % (begin, sent, end))
+        while (found := echo.search(buffer)) is None:
+            whole = [self._decoded(line) for line in self._ending().split(bytes(buffer))[:-1]]
+            if any(line.strip() and not self._ignored(line) for line in whole):
+                return
+            await self._more(until)
+        del buffer[: found.end()]
 
     async def next_line(self, timeout_s: float) -> str:
         """One more line; raises NoAnswer, OSError."""
@@ -190,8 +205,11 @@ class Lines:
             line = self._taken_line()
             if line is None:
                 await self._more(until)
-            elif line.strip() and not (self._ignore and self._ignore.search(line)):
+            elif line.strip() and not self._ignored(line):
                 return self._checked(line)
+
+    def _ignored(self, line: str) -> bool:
+        return self._ignore is not None and self._ignore.search(line) is not None
 
     def _checked(self, line: str) -> str:
         """The line without its checksum; raises NoAnswer if that is another line's."""
@@ -226,7 +244,7 @@ class Lines:
                 kept = [one for one in told if one.strip() and one.strip() != prompt]
                 # A device that echoes at its prompt shows both in one line.
                 kept = [one.strip().removeprefix(prompt).strip() for one in kept]
-                kept = [o for o in kept if o and not (self._ignore and self._ignore.search(o))]
+                kept = [one for one in kept if one and not self._ignored(one)]
                 return [self._checked(one) for one in kept]
             await self._more(until)
 

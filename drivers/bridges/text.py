@@ -86,7 +86,8 @@ class Text(LineBridge):
         self, said: TextAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
         params = action.param_schemas()
-        texts = [fill(text, values, params, goal.id) for text in said.sends]
+        decimal = self.config.decimal
+        texts = [fill(text, values, params, goal.id, decimal) for text in said.sends]
         self.out = 0
         for text in texts:
             await self.put(text)
