@@ -14,10 +14,7 @@ from ..serial_io.port import read_port
 from .channel import Channel, Network, Serial, Visa
 from .checksum import Checksum
 from .config import Time, pattern, time
-from .resource import Resource, read_resource
-
-CALM_S = 0.1
-"""What comes within this time after connecting is a banner."""
+from .resource import read_resource
 
 
 class Terminator(Model):
@@ -93,7 +90,7 @@ class Lines:
 
     def __init__(self, place: Place, config: LineConfig) -> None:
         self.resource = read_resource(config.resource)
-        self.channel = _channel(self.resource, place, config)
+        self.channel = channel_of(place, config)
         self.turn = asyncio.Lock()
         self._device = place.device
         self._config = config
@@ -125,7 +122,7 @@ class Lines:
                 self.channel.received.clear()
                 await self.at_once(step.send)
         if self.resource.kind != "visa":  # which is only read when it has been asked
-            await self.quiet(CALM_S)
+            await self.channel.quiet()
 
     async def _said(self, words: str, until: float, verb: str) -> None:
         """Wait for words that need no line end; raises NoAnswer."""
@@ -134,12 +131,6 @@ class Lines:
             if not await self.channel.more(until - asyncio.get_running_loop().time()):
                 said = self._decoded(self.channel.received).strip() or "nothing"
                 raise NoAnswer(f"{self} did not {verb} {words!r}, but {said!r}")
-
-    async def quiet(self, calm_s: float, most: int = 20) -> None:
-        """Drop what has come, until nothing comes any more for a moment."""
-        while most and await self.channel.more(calm_s):
-            most -= 1
-        self.channel.received.clear()
 
     async def close(self) -> None:
         """Disconnect: a late answer must not be taken for a later one."""
@@ -294,7 +285,9 @@ class Lines:
         return f"{self._device} at {self.resource}"
 
 
-def _channel(resource: Resource, place: Place, config: LineConfig) -> Channel:
+def channel_of(place: Place, config: LineConfig) -> Channel:
+    """The bytes to and from what a config names; not open yet."""
+    resource = read_resource(config.resource)
     if resource.kind == "visa":
         return Visa(resource, config.visa_library)
     if resource.kind != "serial":

@@ -42,3 +42,27 @@ class Signal:
 
     def set(self, value):
         self.value = value
+
+
+class Source:
+    """An instrument as PyMeasure has them: a property, a method, an adapter that is closed."""
+
+    name = "source"
+
+    def __init__(self, resource, visa_library):
+        self.adapter = self
+        self._volts, self.resets = 0.0, 0
+
+    @property
+    def voltage(self):
+        return self._volts
+
+    @voltage.setter
+    def voltage(self, value):
+        self._volts = value
+
+    def reset(self):
+        self.resets += 1
+
+    def close(self):
+        pass
