@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import field_validator
 
-from ...schemas.contract import Action
+from ...schemas.contract import Action, Happened
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext, Place
 from .answers import BadAnswer, values
@@ -14,7 +14,7 @@ from .bridge import Bridge, Values, doubtful
 from .config import ActionConfig, BridgeConfig, ConfigFault, pattern
 from .lines import LineConfig, Lines, NoAnswer
 
-NUMBER_ERRORS = {
+NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
     "BadAnswer": ("unknown", "The answer is not what this action returns"),
     "Overload": ("yes", "The instrument answered that the value is beyond its range"),
     "NotANumber": ("yes", "The instrument answered that it has no value"),
