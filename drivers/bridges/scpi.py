@@ -136,6 +136,9 @@ class Scpi(LineBridge):
         self.versions = dict(zip(names, (part.strip() for part in said.split(",")), strict=False))
         await self._errors()  # those of before are nobody's now
 
+    def answers(self, said: ScpiAction) -> bool:
+        return bool(said.wait or said.query or self.config.error_query)
+
     async def perform(
         self, said: ScpiAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:

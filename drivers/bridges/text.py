@@ -82,6 +82,10 @@ class Text(LineBridge):
             raise OSError(failure.message) from failure
         self.versions = {name: str(value) for name, value in told.items()}
 
+    def answers(self, said: TextAction) -> bool:
+        listened = (said.answer, said.done, self.config.prompt, said.until)
+        return bool(said.returns or self.config.echo or any(one is not None for one in listened))
+
     async def perform(
         self, said: TextAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:

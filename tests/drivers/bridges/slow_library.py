@@ -52,6 +52,7 @@ class Source:
     def __init__(self, resource, visa_library):
         self.adapter = self
         self._volts, self.resets = 0.0, 0
+        self.points, self.deaf = 0, False
 
     @property
     def voltage(self):
@@ -63,6 +64,9 @@ class Source:
 
     def reset(self):
         self.resets += 1
+
+    def trigger(self):
+        self.points += not self.deaf
 
     def close(self):
         pass

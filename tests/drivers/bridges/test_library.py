@@ -122,3 +122,23 @@ def test_what_is_set_is_an_attribute_that_is_there_and_no_method(config, ask):
     assert "Source has no voltge" in faults[0][2]
     assert "reset is a method of Source: say `call: reset`" in faults[1][2]
     assert (volts, resets) == (2.0, 1)
+
+
+def test_what_is_only_written_has_happened_when_its_count_says_so(config, ask):
+    actions = {
+        "points": {"get": "points", "returns": {"points": {"type": "integer"}}},
+        "trigger": {"call": "trigger", "count": "points", "timeout": 0.3},
+    }
+    said = {"instrument": "slow_library.Source", "resource": "ASRL1", "actions": actions}
+
+    async def story(made):
+        await made.method("trigger")(GoalContext("run/1"))
+        made._instrument.deaf = True  # a write that was lost with the connection raises nothing
+        with pytest.raises(ActionFailed, match=r"points is still \{'points': 1\}") as lost:
+            await made.method("trigger")(GoalContext("run/2"))
+        return lost.value, await made.method("last_once")(GoalContext("run/3"))
+
+    lost, last = ask("pymeasure", said, story)
+
+    assert (lost.name, lost.happened) == ("Timeout", "unknown")
+    assert last == {"goal_id": "run/1"}
