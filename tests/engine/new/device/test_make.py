@@ -96,7 +96,7 @@ def test_its_whole_test_passes_for_every_contract(tmp_path, contract):
 def test_it_serves_and_answers_at_once(tmp_path):
     new(tmp_path, "hot_plate")
     lab = tmp_path / "lab.yaml"
-    lab.write_text(lab.read_text().replace("baud: 9600", "clock: fast"))
+    lab.write_text(lab.read_text().replace("clock: real", "clock: fast"))
     command = [sys.executable, "-m", "labrun.engine", "serve", "lab.yaml", "--port", "0"]
     with subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, env=ENVIRONMENT
@@ -116,7 +116,7 @@ def test_a_driver_whose_instrument_is_not_there_says_so(tmp_path):
     new(tmp_path, "hot_plate")
     lab = tmp_path / "lab.yaml"
     text = lab.read_text().replace("./hot_plate.py:SimHotPlate", "./hot_plate.py:HotPlate")
-    lab.write_text(text.replace("/dev/ttyUSB0", "/dev/ttyNowhere"))
+    lab.write_text(text.replace("USB0", "Nowhere").replace(", clock: real", ""))
     done = labrun(tmp_path, "serve", "lab.yaml")
 
     assert done.returncode == 4
