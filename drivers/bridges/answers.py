@@ -11,13 +11,16 @@ from typing import Any
 from ...schemas.quantity import UnitError, kind_of_unit, magnitude_in, quantity, registry, unit_of
 
 NUMBER = re.compile(
-    r"\s*([+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?|ovld|overload|overflow|overrange|over|ol))"
+    r"\s*([+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?|ovld|overload|overflow|ovrflw|overrange|over|ovl|ovf|o\.?l|underflow|underrange|under))"
     r"\s*([A-Za-z%°µμΩ][^,;]*)?\s*",
     re.I,
 )
 INFINITE = 9.9e37
 NOT_A_NUMBER = 9.91e37
-BEYOND = ("ovld", "overload", "overflow", "overrange", "over", "ol")
+BEYOND = (
+    "ovld", "overload", "overflow", "ovrflw", "overrange", "over", "ovl", "ovf", "ol", "o.l",
+    "underflow", "underrange", "under",
+)  # fmt: skip
 WORDS: dict[str, float] = dict.fromkeys(BEYOND, math.inf)
 DASHES = re.compile(r"[-*?]{2,}")
 """What a display shows that has no reading."""
@@ -46,29 +49,40 @@ class NoNumber(ValueError):
         self.name = name
 
 
-def values(text: str, returns: Mapping[str, Any], pattern: Any) -> dict[str, Any]:
+def values(
+    text: str, returns: Mapping[str, Any], pattern: Any, decimal: str = "."
+) -> dict[str, Any]:
     """The values of an answer; raises BadAnswer or NoNumber.
 
     With a pattern: its named groups, or its groups in order. Without: fields between commas or
-    semicolons; an array takes what is left.
+    semicolons; an array takes what is left. A decimal comma stands between two digits.
     """
+    pointed = str if decimal == "." else _pointed
     if pattern is None:
-        return _split(text, returns)
+        return _split(pointed(text), returns)
     found = pattern.fullmatch(text.strip())
     if found is None:
         raise BadAnswer(f"it does not match {pattern.pattern!r}")
     if not returns:
         return {}
+
+    def read(part: str, schema: Mapping[str, Any]) -> Any:
+        return value(pointed(part), schema)
+
     named = found.groupdict()
     if named:
         missing = [name for name in returns if named.get(name) is None]
         if missing and not _may_lack(returns[missing[0]]):
             raise BadAnswer(f"{missing[0]} is not in it")
-        return {n: None if named.get(n) is None else value(named[n], s) for n, s in returns.items()}
+        return {n: None if named.get(n) is None else read(named[n], s) for n, s in returns.items()}
     parts = [part for part in found.groups() if part is not None] or [found[0]]
     if len(parts) < len(returns):
         raise BadAnswer(f"it has {len(parts)} of {len(returns)} values")
-    return {name: value(part, schema) for (name, schema), part in zip(returns.items(), parts)}  # noqa: B905
+    return {name: read(part, schema) for (name, schema), part in zip(returns.items(), parts)}  # noqa: B905
+
+
+def _pointed(text: str) -> str:
+    return re.sub(r"(?<=\d),(?=\d)", ".", text)
 
 
 def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
@@ -108,7 +122,8 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
     if DASHES.match(text):
         return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
     if found is None:
-        raise BadAnswer(f"{text!r} is not a number")
+        comma = NUMBER.fullmatch(_pointed(text)) and '; a decimal comma? Then say `decimal: ","`'
+        raise BadAnswer(f"{text!r} is not a number{comma or ''}")
     word = found[1].replace(" ", "")
     number = WORDS[word.lstrip("+-").lower()] if word.lstrip("+-").lower() in WORDS else float(word)
     size = abs(number)

@@ -69,6 +69,10 @@ class Bridge(Driver):
         """Do one action; raises ActionFailed, NoAnswer, BadAnswer, NoNumber or OSError."""
         raise NotImplementedError
 
+    def answers(self, said: Any) -> bool:
+        """Whether an action is answered by the instrument: what is only written may be lost."""
+        return True
+
     async def abort(self) -> bool:
         """Tell the instrument to give up what it is doing, past whoever has its turn."""
         name = self.config.abort
@@ -187,6 +191,8 @@ class Bridge(Driver):
             raise self.failed("Lost", name, f"{fault}; nothing was sent", "no") from fault
         try:
             result = await self._attempt(name, goal, values)
+            if once and said.count is not None and not self.answers(said):
+                await self._until_counted(name, goal)
         except ActionFailed as failure:
             if once:
                 self.record.ended(goal.id, failure.happened or action.happened(failure.name))
@@ -194,6 +200,22 @@ class Bridge(Driver):
         if once:
             self.record.ended(goal.id, "yes", result)
         return result
+
+    async def _until_counted(self, name: str, goal: GoalContext) -> None:
+        """What is only written may be lost with the connection; the count says that it arrived."""
+        said, clock = self._said[name], asyncio.get_running_loop().time
+        before, until = (self.record.begun or {})["count"], clock() + self.timeout_s(said)
+        while True:
+            try:
+                now = await self._attempt(said.count, GoalContext(f"count:{goal.id}"), {})
+            except ActionFailed as failure:
+                raise doubtful(failure) from failure
+            if now != before:
+                return
+            if clock() >= until:
+                words = f"it does not answer, and {said.count} is still {now}"
+                raise self.failed("Timeout", name, words, "unknown")
+            await asyncio.sleep(COUNT_AGAIN_S)
 
     async def _counted(self, name: str | None, goal: GoalContext) -> Values | None:
         """The count before a `once` action, of which nothing has been sent yet."""
@@ -226,8 +248,12 @@ class Bridge(Driver):
             await self.drop()
             if not again:
                 break
-            with contextlib.suppress(OSError):  # the second attempt says it
+            try:
                 await self.ready(self.timeout_s(None))
+            except OSError as fault:
+                raise self.failed(
+                    "Lost", name, f"{fault} (before: {failure.message})", "unknown"
+                ) from fault
         raise failure
 
     async def _until(self, said: ActionConfig, goal: GoalContext, known: Values) -> None:

@@ -19,6 +19,8 @@ from ..serial_io.port import SerialPort
 from .resource import Resource
 
 REFUSED_AGAIN_S = 0.25
+CALM_S, MOST_CALMS = 0.1, 20
+"""What comes within this time after connecting is a banner."""
 MOST = 256 * 1024 * 1024
 """Bytes that are kept of an instrument that nobody listens to."""
 
@@ -54,6 +56,13 @@ class Channel:
         if not self.is_open:
             raise OSError(f"{self.resource}: {self.fault}")
         return False
+
+    async def quiet(self) -> None:
+        """Drop what has come, until nothing comes any more for a moment."""
+        for _ in range(MOST_CALMS):
+            if not await self.more(CALM_S):
+                break
+        self.received.clear()
 
     def take(self, data: bytes) -> None:
         """What came in."""

@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from enum import Enum
 from importlib import import_module
 from importlib.util import find_spec
+from types import BuiltinFunctionType, FunctionType, MethodType
 from typing import Any, ClassVar
 
 from pydantic import Field, model_validator
@@ -29,6 +30,9 @@ from .lines import NoAnswer
 
 FAILED = {"Failed": ("unknown", "The library or the instrument says that it failed")}
 """For libraries whose exceptions are about the action, not about the connection."""
+
+
+METHODS = (FunctionType, MethodType, BuiltinFunctionType, classmethod, staticmethod)
 
 
 class Refused(ValueError):
@@ -118,8 +122,14 @@ class Library(Bridge):
 
     def set(self, path: str, value: Any) -> Any:
         """Set a property; raises Refused if the library does not take the value."""
-        owner, _, name = path.rpartition(".")
-        setattr(last_of(self._instrument, owner), name, value)
+        inside, _, name = path.rpartition(".")
+        owner = last_of(self._instrument, inside)
+        there = inspect.getattr_static(owner, name, None)  # a property is not asked for its value
+        if isinstance(there, METHODS):
+            raise Refused(f"{name} is a method of {type(owner).__name__}: say `call: {path}`")
+        if there is None and not hasattr(owner, name):
+            raise Refused(f"{type(owner).__name__} has no {name}, so that nothing would be set")
+        setattr(owner, name, value)
 
     def call(self, path: str, values: Values, action: Action) -> Any:
         """Call a method; what it returns is read as `returns`."""

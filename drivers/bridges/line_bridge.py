@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import field_validator
 
-from ...schemas.contract import Action
+from ...schemas.contract import Action, Happened
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext, Place
 from .answers import BadAnswer, values
@@ -14,11 +14,15 @@ from .bridge import Bridge, Values, doubtful
 from .config import ActionConfig, BridgeConfig, ConfigFault, pattern
 from .lines import LineConfig, Lines, NoAnswer
 
-NUMBER_ERRORS = {
+NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
     "BadAnswer": ("unknown", "The answer is not what this action returns"),
     "Overload": ("yes", "The instrument answered that the value is beyond its range"),
     "NotANumber": ("yes", "The instrument answered that it has no value"),
 }
+
+
+MOST_TOLD = 3
+"""Lines that were no answer, of those that are named."""
 
 
 class LineAction(ActionConfig):
@@ -98,7 +102,7 @@ class LineBridge(Bridge):
         until = clock() + self.timeout_s(said)
         wanted = regular_expression(said.answer) if said.answer is not None else None
         returns = action.returns.get("properties", {})
-        first, wrong = True, ""
+        first, wrong = True, list[str]()
         while True:
             try:
                 left = until - clock()
@@ -107,17 +111,19 @@ class LineBridge(Bridge):
                 )
             except NoAnswer as fault:
                 if wrong:
-                    raise BadAnswer(wrong) from fault
+                    answers = "; then ".join(dict.fromkeys(wrong))
+                    raise BadAnswer(f"it was sent {sent!r} and answered {answers}") from fault
                 raise NoAnswer(f"it was sent {sent!r} and {fault}") from fault
             first = False
             self.refuse(sent, text, said)
             try:
-                return values(text, returns, wanted)
+                return values(text, returns, wanted, self.config.decimal)
             except BadAnswer as fault:
-                wrong = f"it was sent {sent!r} and answered {text[:80]!r}: {fault}"
+                words = f"it was sent {sent!r} and answered {text[:80]!r}: {fault}"
+                wrong += [f"{text[:80]!r}: {fault}"][len(wrong) // MOST_TOLD :]
                 if self.config.prompt is not None:
-                    raise BadAnswer(wrong) from fault
-                goal.feedback(None, wrong)
+                    raise BadAnswer(words) from fault
+                goal.feedback(None, words)
 
     def refuse(self, sent: str, text: str, said: ActionConfig) -> None:
         """Raise ActionFailed if this answer is an error that the lab names."""

@@ -14,10 +14,7 @@ from ..serial_io.port import read_port
 from .channel import Channel, Network, Serial, Visa
 from .checksum import Checksum
 from .config import Time, pattern, time
-from .resource import Resource, read_resource
-
-CALM_S = 0.1
-"""What comes within this time after connecting is a banner."""
+from .resource import read_resource
 
 
 class Terminator(Model):
@@ -45,6 +42,7 @@ class LineConfig(Model):
     resource: str
     terminator: str | Terminator | None = None
     encoding: Literal["ascii", "latin-1", "utf-8"] = "latin-1"
+    decimal: Literal[".", ","] = "."
     echo: bool = False
     prompt: str | None = None
     banner: str | None = None
@@ -92,7 +90,7 @@ class Lines:
 
     def __init__(self, place: Place, config: LineConfig) -> None:
         self.resource = read_resource(config.resource)
-        self.channel = _channel(self.resource, place, config)
+        self.channel = channel_of(place, config)
         self.turn = asyncio.Lock()
         self._device = place.device
         self._config = config
@@ -124,7 +122,7 @@ class Lines:
                 self.channel.received.clear()
                 await self.at_once(step.send)
         if self.resource.kind != "visa":  # which is only read when it has been asked
-            await self.quiet(CALM_S)
+            await self.channel.quiet()
 
     async def _said(self, words: str, until: float, verb: str) -> None:
         """Wait for words that need no line end; raises NoAnswer."""
@@ -133,12 +131,6 @@ class Lines:
             if not await self.channel.more(until - asyncio.get_running_loop().time()):
                 said = self._decoded(self.channel.received).strip() or "nothing"
                 raise NoAnswer(f"{self} did not {verb} {words!r}, but {said!r}")
-
-    async def quiet(self, calm_s: float, most: int = 20) -> None:
-        """Drop what has come, until nothing comes any more for a moment."""
-        while most and await self.channel.more(calm_s):
-            most -= 1
-        self.channel.received.clear()
 
     async def close(self) -> None:
         """Disconnect: a late answer must not be taken for a later one."""
@@ -156,30 +148,44 @@ class Lines:
 
     async def at_once(self, text: str) -> None:
         """Send a line without waiting for anybody's turn: an abort."""
+        await self.channel.write(self._summed(text) + self._end.write.encode("latin-1"))
+
+    def _summed(self, text: str) -> bytes:
         line, sums = self._encoded(text), self._config.checksum
-        whole = line if sums is None else sums.added(line)
-        await self.channel.write(whole + self._end.write.encode("latin-1"))
+        return line if sums is None else sums.added(line)
 
     async def finish(self, text: str, timeout_s: float) -> str:
         """After a line without an answer: its echo, and all up to the prompt, which is returned."""
         if self._config.prompt is not None:
             return await self.answer(text, timeout_s)
         if self._config.echo:
-            await self._line(asyncio.get_running_loop().time() + timeout_s)
+            await self._pass_echo(text, asyncio.get_running_loop().time() + timeout_s)
         return ""
 
     async def answer(self, text: str, timeout_s: float) -> str:
         """The next answer to `text`: a line, or all lines up to the prompt. Raises NoAnswer, OSError."""
         until = asyncio.get_running_loop().time() + timeout_s
-        if self._config.prompt is not None:
-            lines = await self._until_prompt(until)
-        else:
-            lines = [await self._line(until)]
-        if self._config.echo and lines and lines[0].strip() == text.strip():
-            lines = lines[1:]
-            if not lines and self._config.prompt is None:
-                lines = [await self._line(until)]
-        return "\n".join(lines)
+        if self._config.echo:
+            await self._pass_echo(text, until)
+        if self._config.prompt is None:
+            return await self._line(until)
+        return "\n".join(await self._until_prompt(until))
+
+    async def _pass_echo(self, text: str, until: float) -> None:
+        """Drop what it repeats, which ends as what is sent does; one that does not is forgiven."""
+        buffer, sent = self.channel.received, re.escape(self._summed(text).strip())
+        ends = {"\r", "\n", self._end.read or "\n", self._end.write}
+        end, begin = (
+            b"|".join(re.escape(one.strip(" ").encode("latin-1")) for one in sorted(marks))
+            for marks in (ends, {*ends - {""}, self._config.prompt or "\n"})
+        )
+        echo = re.compile(rb"(?:^|%s) *%s *(?:%s)" % (begin, sent, end))
+        while (found := echo.search(buffer)) is None:
+            whole = [self._decoded(line) for line in self._ending().split(bytes(buffer))[:-1]]
+            if any(line.strip() and not self._ignored(line) for line in whole):
+                return
+            await self._more(until)
+        del buffer[: found.end()]
 
     async def next_line(self, timeout_s: float) -> str:
         """One more line; raises NoAnswer, OSError."""
@@ -190,8 +196,11 @@ class Lines:
             line = self._taken_line()
             if line is None:
                 await self._more(until)
-            elif line.strip() and not (self._ignore and self._ignore.search(line)):
+            elif line.strip() and not self._ignored(line):
                 return self._checked(line)
+
+    def _ignored(self, line: str) -> bool:
+        return self._ignore is not None and self._ignore.search(line) is not None
 
     def _checked(self, line: str) -> str:
         """The line without its checksum; raises NoAnswer if that is another line's."""
@@ -226,7 +235,7 @@ class Lines:
                 kept = [one for one in told if one.strip() and one.strip() != prompt]
                 # A device that echoes at its prompt shows both in one line.
                 kept = [one.strip().removeprefix(prompt).strip() for one in kept]
-                kept = [o for o in kept if o and not (self._ignore and self._ignore.search(o))]
+                kept = [one for one in kept if one and not self._ignored(one)]
                 return [self._checked(one) for one in kept]
             await self._more(until)
 
@@ -276,7 +285,9 @@ class Lines:
         return f"{self._device} at {self.resource}"
 
 
-def _channel(resource: Resource, place: Place, config: LineConfig) -> Channel:
+def channel_of(place: Place, config: LineConfig) -> Channel:
+    """The bytes to and from what a config names; not open yet."""
+    resource = read_resource(config.resource)
     if resource.kind == "visa":
         return Visa(resource, config.visa_library)
     if resource.kind != "serial":

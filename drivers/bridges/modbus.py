@@ -14,10 +14,12 @@ from pydantic import Field, field_validator, model_validator
 from ...schemas.contract import Action, Effect, Happened, Name
 from ...schemas.model import Model
 from ...system.extras import not_installed
-from ..driver import ActionFailed, GoalContext
+from ..driver import ActionFailed, GoalContext, Place
+from .answers import NoNumber, none_for
 from .bridge import Bridge, Values
 from .by_action import ByAction, filled, texts
 from .config import ActionConfig, ConfigFault
+from .line_bridge import NUMBER_ERRORS
 from .lines import NoAnswer
 from .resource import read_resource
 
@@ -53,6 +55,8 @@ class Register(Model):
     length: int = Field(default=8, gt=0, le=125)
     bit: int | None = Field(default=None, ge=0, le=15)
     word_order: Literal["big", "little"] | None = None
+    nothing: list[int] = Field(default_factory=list)
+    """Raw values that stand for no value, such as 32767 for a probe that is not plugged in."""
 
     @model_validator(mode="after")
     def _one_table(self) -> "Register":
@@ -107,7 +111,10 @@ class ModbusAction(ActionConfig):
 class ModbusConfig(ByAction):
     """The config of `driver: modbus`."""
 
-    own_errors = {name: (happened, words) for name, happened, words in REFUSALS.values()}  # type: ignore[assignment] # noqa: RUF012
+    own_errors = {  # type: ignore[assignment] # noqa: RUF012
+        **{name: (happened, words) for name, happened, words in REFUSALS.values()},
+        "NotANumber": NUMBER_ERRORS["NotANumber"],
+    }
 
     resource: str
     unit: int = Field(default=1, ge=0, le=255)
@@ -160,6 +167,10 @@ class Modbus(Bridge):
     config_model: ClassVar = ModbusConfig
     _client: Any = None
 
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self._waiting: set[asyncio.Timeout] = set()
+
     async def ready(self, timeout_s: float) -> None:
         if self._client is not None and self._client.connected:
             return
@@ -170,8 +181,9 @@ class Modbus(Bridge):
         except ImportError as fault:
             raise OSError(not_installed(fault) or str(fault)) from fault
         # A repeated request may write twice: whether to ask again is decided here.
-        options = {"timeout": LONGEST_S, "retries": 0, "reconnect_delay": 0}
+        options: Values = {"timeout": LONGEST_S, "retries": 0, "reconnect_delay": 0}
         framer = self.config.framer or ("socket" if at.kind == "tcp" else "rtu")
+        options["trace_connect"] = self._connected
         options["framer"] = import_module("pymodbus").FramerType(framer)
         if at.kind == "tcp":
             self._client = library.AsyncModbusTcpClient(at.host, port=at.port, **options)
@@ -189,6 +201,11 @@ class Modbus(Bridge):
             where = f"{self.place.device} at {at}"
             raise OSError(f"{where} cannot be reached: is it on, and is this its address?")
 
+    def _connected(self, there: bool) -> None:
+        """The library goes on waiting for an answer over a connection that is gone."""
+        for waiting in () if there else self._waiting:
+            waiting.reschedule(asyncio.get_running_loop().time())
+
     async def drop(self) -> None:
         client, self._client = self._client, None
         if client is not None:
@@ -201,8 +218,13 @@ class Modbus(Bridge):
         for number, (name, value) in enumerate((said.write or {}).items()):
             await self._write(name, filled(value, values, params, goal.id), said, first=not number)
         returns = action.returns.get("properties", {})
-        found = {name: await self._read(name, said) for name in said.reads}
-        return {name: _as(value, returns[name]) for name, value in found.items() if name in returns}
+        found: Values = {}
+        for name in said.reads:
+            try:
+                found[name] = _as(await self._read(name, said), returns.get(name, {}))
+            except NoNumber as fault:
+                found[name] = none_for(fault.name, str(fault), returns.get(name, {}))
+        return {name: value for name, value in found.items() if name in returns}
 
     async def _read(self, name: str, said: ModbusAction) -> Any:
         one: Register = self.config.registers[name]
@@ -221,8 +243,10 @@ class Modbus(Bridge):
         value = self._client.convert_from_registers(words, kind)
         if isinstance(value, str):
             return value.rstrip("\0 ")
+        if value in one.nothing:
+            raise NoNumber("NotANumber", f"{name} is {value}: the device has no value")
         if one.type.startswith("float") and value != value:
-            raise ActionFailed("NotANumber", f"{self.place.device}: {name} is NaN", "yes")
+            raise NoNumber("NotANumber", f"{name} is NaN: the device has no value")
         return value * one.scale + one.offset if (one.scale, one.offset) != (1, 0) else value
 
     async def _write(self, name: str, value: Any, said: ModbusAction, *, first: bool) -> None:
@@ -273,9 +297,15 @@ class Modbus(Bridge):
             raise OSError("the connection was closed")
         words = f"{self.place.device} was asked to {call.replace('_', ' ')} {given[0]} ({name})"
         try:
-            async with asyncio.timeout(self.timeout_s(said)):
-                answer = await getattr(client, call)(*given, device_id=self.config.unit, **more)
+            async with asyncio.timeout(self.timeout_s(said)) as waiting:
+                self._waiting.add(waiting)
+                try:
+                    answer = await getattr(client, call)(*given, device_id=self.config.unit, **more)
+                finally:
+                    self._waiting.discard(waiting)
         except (TimeoutError, library.ModbusIOException) as fault:
+            if not client.connected:
+                raise OSError(f"{words}, and the connection was closed") from fault
             raise NoAnswer(f"{words} and was silent") from fault
         except library.ConnectionException as fault:
             raise OSError(f"{words}: {fault}") from fault

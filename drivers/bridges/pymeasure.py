@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar
 
-from .library import Library, LibraryConfig, Refused, instrument_class
+from .library import Library, LibraryAction, LibraryConfig, Refused, instrument_class
 
 PACKAGE = "pymeasure.instruments"
 
@@ -29,6 +29,9 @@ class Pymeasure(Library):
 
     def disconnect(self, instrument: Any) -> None:
         instrument.adapter.close()
+
+    def answers(self, said: LibraryAction) -> bool:
+        return bool(said.returns)
 
     def set(self, path: str, value: Any) -> None:
         try:

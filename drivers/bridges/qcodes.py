@@ -6,7 +6,7 @@ their whole ones.
 
 from typing import Any, ClassVar
 
-from .library import Library, LibraryConfig, Refused, instrument_class, last_of
+from .library import Library, LibraryAction, LibraryConfig, Refused, instrument_class, last_of
 
 PACKAGE = "qcodes.instrument_drivers"
 
@@ -46,6 +46,9 @@ class Qcodes(Library):
 
     def disconnect(self, instrument: Any) -> None:
         instrument.close()
+
+    def answers(self, said: LibraryAction) -> bool:
+        return bool(said.returns)
 
     def get(self, path: str) -> Any:
         return last_of(self._instrument, path).get()

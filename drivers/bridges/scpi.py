@@ -3,8 +3,10 @@
 IEEE 488.2 and SCPI 1999.0, volume 2, chapter 21. See docs/how-to/instruments-in-yaml.md.
 """
 
+import asyncio
 import re
 from collections.abc import Iterator
+from functools import partial
 from hashlib import sha256
 from typing import Any, ClassVar
 
@@ -32,6 +34,7 @@ NOT_DONE = {*range(-229, -219), -211, -213, -203}
 """Execution errors by which a command was refused: parameters, triggers, protection."""
 ERROR = re.compile(r"\s*([+-]?\d+)\s*,\s*(.*)|\s*[+-]?0+\s*")
 """A bare number that is not 0 is a late answer to something else."""
+COMPLETED = re.compile(r"\s*\+?1\s*")
 MOST_ERRORS = 30
 QUERY = re.compile(r"\s*[*:]?[A-Za-z][\w:]*\?.*", re.S)
 KINDS = re.compile(r"[<>]?[iuf][1248]")
@@ -133,12 +136,16 @@ class Scpi(LineBridge):
         self.versions = dict(zip(names, (part.strip() for part in said.split(",")), strict=False))
         await self._errors()  # those of before are nobody's now
 
+    def answers(self, said: ScpiAction) -> bool:
+        return bool(said.wait or said.query or self.config.error_query)
+
     async def perform(
         self, said: ScpiAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
         params = action.param_schemas()
-        texts = [fill(text, values, params, goal.id) for text in said.writes]
-        query = fill(said.query, values, params, goal.id) if said.query is not None else None
+        put = partial(fill, given=values, params=params, goal=goal.id, decimal=self.config.decimal)
+        texts = [put(text) for text in said.writes]
+        query = put(said.query) if said.query is not None else None
         timeout_s, sent = self.timeout_s(said), " ".join([*texts, query or ""]).strip()
         result: Values = {}
         self.out = 0
@@ -161,9 +168,22 @@ class Scpi(LineBridge):
 
     async def _completed(self, timeout_s: float) -> None:
         await self.lines.send("*OPC?")
-        told = await self.lines.answer("*OPC?", timeout_s)
-        if told.strip().lstrip("+") != "1":
-            raise NoAnswer(f"it was sent '*OPC?' and answered {told[:80]!r} where 1 is expected")
+        await self._told("*OPC?", COMPLETED, timeout_s, "where 1 is expected")
+
+    async def _told(self, query: str, wanted: re.Pattern[str], timeout_s: float, why: str) -> Any:
+        """The answer of this form; lines that nobody asked for are passed over until time is up."""
+        clock = asyncio.get_running_loop().time
+        until, told = clock() + timeout_s, ""
+        try:
+            told = await self.lines.answer(query, timeout_s)
+            while (found := wanted.fullmatch(told)) is None:
+                if self.config.prompt is not None:
+                    raise NoAnswer("nothing else")
+                told = await self.lines.next_line(until - clock())
+        except NoAnswer as fault:
+            heard = f"answered {told[:80]!r} {why}" if told else str(fault)
+            raise NoAnswer(f"it was sent {query!r} and {heard}") from fault
+        return found
 
     async def _answered(
         self, query: str, said: ScpiAction, action: Action, given: Values, goal: GoalContext
@@ -197,12 +217,7 @@ class Scpi(LineBridge):
         found: list[tuple[int, str]] = []
         while len(found) < MOST_ERRORS:
             await self.lines.send(query)
-            told = await self.lines.answer(query, self.timeout_s(None))
-            error = ERROR.fullmatch(told)
-            if error is None:
-                raise NoAnswer(
-                    f"it was sent {query!r} and answered {told[:80]!r}, which is no error"
-                )
+            error = await self._told(query, ERROR, self.timeout_s(None), "which is no error")
             if int(error[1] or 0) == 0:
                 break
             found.append((int(error[1]), (error[2] or "").strip().strip('"')))

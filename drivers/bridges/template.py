@@ -32,7 +32,9 @@ def template_faults(text: str, params: Mapping[str, Any]) -> Iterator[str]:
                 yield f"{{{name}:{spec}}}: {fault}"
 
 
-def fill(text: str, given: Mapping[str, Any], params: Mapping[str, Any], goal: str) -> str:
+def fill(
+    text: str, given: Mapping[str, Any], params: Mapping[str, Any], goal: str, decimal: str = "."
+) -> str:
     """The text as it is sent; a parameter that is not given has its default.
 
     Raises ActionFailed (Rejected) for a text with control characters: it would be a second command.
@@ -46,7 +48,10 @@ def fill(text: str, given: Mapping[str, Any], params: Mapping[str, Any], goal: s
         value = (
             goal if name == GOAL and name not in params else given.get(name, schema.get("default"))
         )
-        put = _put(_of_kind(value, schema), spec or "", name)
+        value = _of_kind(value, schema)
+        put = _put(value, spec or "", name)
+        if isinstance(value, float):
+            put = put.replace(".", decimal)
         if any(ord(sign) < 32 or ord(sign) == 127 for sign in put):
             raise ActionFailed(
                 "Rejected", f"{name}: {put!r} has control characters; nothing was sent", "no"

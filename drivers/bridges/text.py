@@ -82,11 +82,16 @@ class Text(LineBridge):
             raise OSError(failure.message) from failure
         self.versions = {name: str(value) for name, value in told.items()}
 
+    def answers(self, said: TextAction) -> bool:
+        listened = (said.answer, said.done, self.config.prompt, said.until)
+        return bool(said.returns or self.config.echo or any(one is not None for one in listened))
+
     async def perform(
         self, said: TextAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
         params = action.param_schemas()
-        texts = [fill(text, values, params, goal.id) for text in said.sends]
+        decimal = self.config.decimal
+        texts = [fill(text, values, params, goal.id, decimal) for text in said.sends]
         self.out = 0
         for text in texts:
             await self.put(text)

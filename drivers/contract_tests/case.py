@@ -53,12 +53,18 @@ class Case:
 
     @classmethod
     def of_lab(cls, lab: Path, device: str) -> "Case":
-        """The twin of a device whose lab entry says its actions, with calls that its contract allows."""
-        entry = Lab.model_validate(YAML(typ="safe", pure=True).load(lab)).devices[device]
-        model = find_driver(str(entry.driver), lab.parent).config_model  # type: ignore[attr-defined]
-        contract = model.model_validate(entry.config).contract(entry.contract)
+        """The twin of a device whose bridge says its actions, with calls that its contract allows."""
+        read = Lab.model_validate(YAML(typ="safe", pure=True).load(lab))
+        entry = read.devices[device]
+        files = (read_contract(lab.parent / file) for file in read.contracts)
+        contract = next((one for one in files if one.type == entry.contract), None)
+        if contract is None:
+            model = find_driver(str(entry.driver), lab.parent).config_model  # type: ignore[attr-defined]
+            contract = model.model_validate(entry.config).contract(entry.contract)
+        file, colon, name = str(entry.driver).rpartition(":")  # `./file.py:Class`, or a known name
+        twin = f"Sim{name.removeprefix('Sim')}" if colon else f"sim_{name}"
         return cls(
-            driver=f"sim_{entry.driver}", config={**entry.config, "clock": "fast"},
+            driver=f"{lab.parent / file}:{twin}" if colon else twin, config={**entry.config, "clock": "fast"},
             slow={"clock": slow_clock(contract)}, contract=contract, device=device,
             good={name: good_call(action) for name, action in contract.actions.items()},
             lasting=lasting(contract),

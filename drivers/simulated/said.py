@@ -15,7 +15,7 @@ from pydantic import Field, create_model
 from ...schemas.contract import Action
 from ...schemas.good_calls import duration_s, plain
 from ...schemas.messages import FileContent
-from ..bridges.bridge import read_config
+from ..bridges.bridge import Bridge, read_config
 from ..bridges.config import LAST_ONCE, BridgeConfig
 from ..driver import ActionCanceled, GoalContext, Place
 from .twins.twin import SHARED, Twin
@@ -102,9 +102,14 @@ def __getattr__(name: str) -> type[SaidTwin]:
     if not name.startswith("Sim"):
         raise AttributeError(name)
     bridge = name.removeprefix("Sim")
-    real = getattr(import_module(f"..bridges.{bridge.lower()}", __package__), bridge)
+    return twin_of(getattr(import_module(f"..bridges.{bridge.lower()}", __package__), bridge))
+
+
+def twin_of(real: type[Bridge]) -> type[SaidTwin]:
+    """The twin of a bridge, of your own, too: it takes the same config, and what every twin takes."""
+    name = f"Sim{real.__name__}"
     model = create_model(
         f"{name}Config", __base__=real.config_model, clock=(Any, "real"), seed=(int, 1),
         drawn_faults=(dict[str, Any], Field({}, alias="faults")),
     )  # fmt: skip
-    return type(name, (SaidTwin,), {"config_model": model, "__module__": __name__})
+    return type(name, (SaidTwin,), {"config_model": model, "__module__": real.__module__})

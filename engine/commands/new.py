@@ -161,6 +161,10 @@ def _new_device(name: str, contract: str | None) -> None:
     print(f"{', '.join(made.files)} are written. Next:")
     print(f"  pytest test_{name}.py")
     print(f"  labrun serve {LAB} {name}")
+    if contract is None:
+        print(
+            "Is it spoken to in SCPI or in lines of text? `--speaks scpi` or `lines` needs no Python."
+        )
     if has_lab:
         print(f"\n{LAB} already exists; add these lines to its `devices`:\n\n{made.device}", end="")
         if made.contract_file is not None:

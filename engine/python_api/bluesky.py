@@ -22,6 +22,12 @@ class Status:
     def __init__(self, future: "Future[Any]") -> None:
         self._future = future
 
+    def __repr__(self) -> str:
+        """What a plan's stop document gives as the reason."""
+        fault = self.exception() if self.done else None
+        state = "succeeded" if self.success else f"failed: {fault}" if self.done else "goes on"
+        return f"<{state}>"
+
     @property
     def done(self) -> bool:
         return self._future.done()

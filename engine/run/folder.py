@@ -10,14 +10,13 @@ from hashlib import sha256
 from pathlib import Path
 from typing import IO
 
-from ruamel.yaml import YAML
-
 from ...schemas.contract import Contract
 from ...schemas.lab import Lab
 from ...system import WINDOWS
 from ...system.files import remove
 from ..journal.course import Course
 from ..language.used_files import COPIES, USED
+from ..language.yaml_write import write_yaml
 
 JOURNAL = "journal.jsonl"
 PROTOCOL = "protocol.yaml"
@@ -130,7 +129,7 @@ def check_hashes(folder: Path, course: Course) -> None:
 
 def _dump(path: Path, data: object) -> None:
     with path.open("w", encoding="utf-8") as file:
-        YAML(typ="safe", pure=True).dump(data, file)
+        write_yaml(data, file)
 
 
 def protocol_file(folder: Path) -> Path:

@@ -4,9 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from ruamel.yaml import YAML
-
 from ..lab.lab import LoadedLab
+from ..language.yaml_write import write_yaml
 
 SPEED = 300
 """How many times faster than real the simulated clocks run: a shot of 8 s takes 27 ms."""
@@ -23,7 +22,7 @@ def write_lab(lab: LoadedLab, devices: list[str], path: Path, urls: dict[str, st
         told["contracts"].append(f"./{file.name}")
     told["devices"] = {name: _device(lab, name, urls.get(name)) for name in devices}
     with path.open("w", encoding="utf-8") as out:
-        YAML(typ="safe", pure=True).dump(told, out)
+        write_yaml(told, out)
 
 
 def _device(lab: LoadedLab, name: str, url: str | None) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
+from ...engine.language.yaml_write import write_yaml
 from ...engine.run.folder import LAB
 from ...schemas.lab import without_secrets
 from ..report.files import is_working, walk
@@ -72,5 +73,5 @@ def without_tokens(text: str) -> str:
         return text
     data = YAML(typ="safe", pure=True).load(text)
     out = io.StringIO()
-    YAML(typ="safe", pure=True).dump(without_secrets(data or {}), out)
+    write_yaml(without_secrets(data or {}), out)
     return "# tokens were removed\n" + out.getvalue()

@@ -12,6 +12,7 @@ from ...lab.lab import check_schemas
 from ...language.suggest import did_you_mean, listed
 from ..protocol import CannotMake
 from . import render
+from .entry import test_text
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 LAB = "lab.yaml"
@@ -48,25 +49,28 @@ def new_device(name: str, wanted: str | None, *, with_lab: bool) -> NewDevice:
 
     Raises CannotMake for an unsuitable name or contract.
     """
-    contract, contract_file, files = _contract(device_name(name), wanted)
-    files |= render.python_texts(name, contract, contract_file)
-    if with_lab:
-        files[LAB] = render.lab_text(name, contract, contract_file)
-    return NewDevice(files, render.device_text(name, contract), contract_file)
-
-
-def _contract(name: str, wanted: str | None) -> tuple[Contract, str | None, dict[str, str]]:
-    shipped = shipped_contracts()
+    name, own = device_name(name), f"{name}.yaml"
     if wanted is None:
-        if f"{name}@1" in shipped:
+        if f"{name}@1" in shipped_contracts():
             raise CannotMake(
                 f"there is already a contract {name}@1: use it with --contract {name}@1, or choose "
                 "another name"
             )
-        text, file = render.contract_text(name), f"{name}.yaml"
-        return parse_contract(text, file), file, {file: text}
+        files = {**render.own_texts(name), f"test_{name}.py": test_text(name, LAB)}
+        contract, contract_file = parse_contract(files[own], own), own
+    else:
+        contract, contract_file = _contract(wanted)
+        files = render.python_texts(name, contract, contract_file)
+    device = render.device_text(name, contract, own=wanted is None)
+    if with_lab:
+        files[LAB] = render.lab_text(name, contract, contract_file, device)
+    return NewDevice(files, device, contract_file)
+
+
+def _contract(wanted: str) -> tuple[Contract, str | None]:
+    shipped = shipped_contracts()
     if wanted in shipped:
-        return shipped[wanted], None, {}
+        return shipped[wanted], None
     if not wanted.endswith((".yaml", ".yml")):
         raise CannotMake(
             f"there is no contract {wanted}{did_you_mean(wanted, shipped)}; there is {listed(shipped)}, "
@@ -77,4 +81,4 @@ def _contract(name: str, wanted: str | None) -> tuple[Contract, str | None, dict
         check_schemas(contract, wanted)
     except ContractFault as fault:
         raise CannotMake(str(fault)) from fault
-    return contract, Path(wanted).as_posix().removeprefix("./"), {}
+    return contract, Path(wanted).as_posix().removeprefix("./")

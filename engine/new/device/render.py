@@ -10,9 +10,13 @@ from ....schemas.good_calls import good_call, lasting, slow_clock
 from . import parts, pieces
 
 
-def contract_text(name: str) -> str:
-    """A contract to start from."""
-    return _render("contract", _names(name) | {"contract": f"{name}@1"})
+def own_texts(name: str) -> dict[str, str]:
+    """File name -> text, of a contract to start from, and of a driver in bytes with its twin."""
+    words = _names(name) | {"contract": f"{name}@1"}
+    return {
+        f"{name}.yaml": _render("contract", words),
+        f"{name}.py": _render("driver_bytes", words),
+    }
 
 
 def python_texts(name: str, contract: Contract, contract_file: str | None) -> dict[str, str]:
@@ -25,9 +29,10 @@ def python_texts(name: str, contract: Contract, contract_file: str | None) -> di
     }
 
 
-def device_text(name: str, contract: Contract) -> str:
-    """The lines of a lab for the new device."""
-    return _render("device", _names(name) | {"contract": contract.type})
+def device_text(name: str, contract: Contract, *, own: bool = False) -> str:
+    """The lines of a lab for the new device; `own` if its driver speaks in bytes."""
+    words = _names(name) | {"contract": contract.type}
+    return _render("device_bytes" if own else "device", words)
 
 
 def speaking_text(name: str, language: str) -> str:
@@ -35,12 +40,12 @@ def speaking_text(name: str, language: str) -> str:
     return _render(f"speaks_{language}", _names(name))
 
 
-def lab_text(name: str, contract: Contract, contract_file: str | None) -> str:
+def lab_text(name: str, contract: Contract, contract_file: str | None, device: str) -> str:
     """A lab with only this device."""
     simple = [n for n, a in contract.actions.items() if not good_call(a)]
     quiet = min(simple or contract.actions, key=lambda n: contract.actions[n].effect != "pure")
     own = "" if contract_file is None else f"contracts: [./{contract_file}]\n"
-    more = {"quiet": quiet, "contracts": own, "device": device_text(name, contract).rstrip()}
+    more = {"quiet": quiet, "contracts": own, "device": device.rstrip()}
     return _render("lab", _names(name) | more)
 
 

@@ -42,3 +42,31 @@ class Signal:
 
     def set(self, value):
         self.value = value
+
+
+class Source:
+    """An instrument as PyMeasure has them: a property, a method, an adapter that is closed."""
+
+    name = "source"
+
+    def __init__(self, resource, visa_library):
+        self.adapter = self
+        self._volts, self.resets = 0.0, 0
+        self.points, self.deaf = 0, False
+
+    @property
+    def voltage(self):
+        return self._volts
+
+    @voltage.setter
+    def voltage(self, value):
+        self._volts = value
+
+    def reset(self):
+        self.resets += 1
+
+    def trigger(self):
+        self.points += not self.deaf
+
+    def close(self):
+        pass

@@ -51,6 +51,7 @@ def test_a_value_is_read_in_the_contracts_unit(text, schema, wanted):
         ("1.23 bananas", VOLT, "its unit is 'bananas'"),
         ("hello", VOLT, "'hello' is not a number"),
         ("1.5", {"type": "integer"}, "not a whole number"),
+        ("23,5 V", VOLT, "a decimal comma"),
         ("maybe", {"type": "boolean"}, "neither on nor off"),
         ("1.5 V", {"type": "number"}, "the contract has none"),
     ],
@@ -62,7 +63,8 @@ def test_what_is_no_such_value_is_said(text, schema, words):
 
 @pytest.mark.parametrize(
     ("text", "name"),
-    [("9.9E37", "Overload"), ("-9.90000000E+37", "Overload"), ("OVLD", "Overload"), ("+OL", "Overload"),
+    [("9.9E37", "Overload"), ("-9.90000000E+37", "Overload"), ("OVLD", "Overload"),
+     ("+OL", "Overload"), ("OVL", "Overload"), ("O.L", "Overload"), ("UNDER", "Overload"),
      ("inf", "Overload"), ("OVER", "Overload"), ("----", "NotANumber"),
      ("--.- V", "NotANumber"), ("9.91E37", "NotANumber"), ("NaN", "NotANumber"), ("1E300", "Overload")],
 )  # fmt: skip
@@ -71,6 +73,16 @@ def test_no_number_has_its_name(text, name):
         value(text, VOLT)
 
     assert fault.value.name == name
+
+
+def test_a_decimal_comma_is_read_where_it_is_said():
+    returns = {"x": VOLT, "t": CELSIUS}
+
+    assert values("2,5 V; 23,5", returns, None, ",") == {"x": 2.5, "t": 23.5}
+    assert values("T=23,5 X=2", returns, re.compile("T=(?P<t>.*) X=(?P<x>.*)"), ",") == {
+        "x": 2.0,
+        "t": 23.5,
+    }
 
 
 def test_a_pattern_gives_names_or_an_order():

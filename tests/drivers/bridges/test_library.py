@@ -97,3 +97,48 @@ def test_what_is_returned_is_read_as_the_contract_says(found, returns, made):
 def test_nothing_is_no_number():
     with pytest.raises(ValueError, match="it returned nothing, where number is expected"):
         plain(None, {"type": "number"})
+
+
+def test_what_is_set_is_an_attribute_that_is_there_and_no_method(config, ask):
+    params = {"value": {}}
+    names = {"ok": "voltage", "typo": "voltge", "method": "reset"}
+    actions = {name: {"set": path, "params": params} for name, path in names.items()}
+    actions["reset"] = {"call": "reset"}
+    said = {"instrument": "slow_library.Source", "resource": "ASRL1", "actions": actions}
+
+    async def story(made):
+        await made.method("ok")(GoalContext("run/1"), value=2.0)
+        faults = []
+        for name in ("typo", "method"):
+            with pytest.raises(ActionFailed) as fault:
+                await made.method(name)(GoalContext(f"run/{name}"), value=2.0)
+            faults.append((fault.value.name, fault.value.happened, fault.value.message))
+        await made.method("reset")(GoalContext("run/2"))
+        return faults, made._instrument.voltage, made._instrument.resets
+
+    faults, volts, resets = ask("pymeasure", said, story)
+
+    assert [fault[:2] for fault in faults] == [("Rejected", "no")] * 2
+    assert "Source has no voltge" in faults[0][2]
+    assert "reset is a method of Source: say `call: reset`" in faults[1][2]
+    assert (volts, resets) == (2.0, 1)
+
+
+def test_what_is_only_written_has_happened_when_its_count_says_so(config, ask):
+    actions = {
+        "points": {"get": "points", "returns": {"points": {"type": "integer"}}},
+        "trigger": {"call": "trigger", "count": "points", "timeout": 0.3},
+    }
+    said = {"instrument": "slow_library.Source", "resource": "ASRL1", "actions": actions}
+
+    async def story(made):
+        await made.method("trigger")(GoalContext("run/1"))
+        made._instrument.deaf = True  # a write that was lost with the connection raises nothing
+        with pytest.raises(ActionFailed, match=r"points is still \{'points': 1\}") as lost:
+            await made.method("trigger")(GoalContext("run/2"))
+        return lost.value, await made.method("last_once")(GoalContext("run/3"))
+
+    lost, last = ask("pymeasure", said, story)
+
+    assert (lost.name, lost.happened) == ("Timeout", "unknown")
+    assert last == {"goal_id": "run/1"}

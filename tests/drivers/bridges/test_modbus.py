@@ -134,6 +134,44 @@ def test_refusals_have_names(peer, once):
     assert (large.value.name, large.value.happened) == ("IllegalValue", "no")
 
 
+def test_a_raw_value_may_stand_for_none(peer, once):
+    where = peer("modbus_peer.py").where
+    registers = {"probe": {"input": 1, "nothing": [0]}}
+    returns = {"probe": {"type": ["integer", "null"]}}
+    actions = {
+        "sure": {"read": "probe", "returns": {"probe": {"type": "integer"}}},
+        "may_lack": {"read": "probe", "returns": returns},
+    }
+    said = {"resource": where, "registers": registers, "actions": actions}
+
+    assert once("modbus", said, "may_lack") == {"probe": None}
+    with pytest.raises(ActionFailed, match="probe is 0: the device has no value") as none:
+        once("modbus", said, "sure")
+    assert none.value.name == "NotANumber"
+
+
+def test_a_connection_that_is_cut_is_not_waited_for(ask):
+    async def cut(reader, writer):
+        await reader.read(12)
+        writer.write(b"half")
+        writer.close()
+
+    async def story(driver):
+        async with await asyncio.start_server(cut, "127.0.0.1", 0) as server:
+            port = server.sockets[0].getsockname()[1]
+            at = {"resource": f"127.0.0.1:{port}"}
+            driver.config = driver.config.model_copy(update=at)
+            await driver.open()
+            with pytest.raises(ActionFailed, match="the connection was closed") as lost:
+                await driver.dose(GoalContext("run/x/1"))
+        return lost.value.name, lost.value.happened
+
+    said = config("127.0.0.1:9", timeout="1 h")
+    said["actions"]["dose"] = {"write": {"start": True}}
+
+    assert ask("modbus", said, story, opened=False) == ("Lost", "unknown")
+
+
 def test_one_that_is_not_there_is_said(once):
     with pytest.raises(OSError, match=r"dmm at 127\.0\.0\.1:9 cannot be reached"):
         once("modbus", config("127.0.0.1:9"), "temperature")

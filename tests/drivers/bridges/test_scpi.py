@@ -69,6 +69,15 @@ def test_its_habits_can_be_said(peer, once, habits, said):
     assert there.soon("range") == [{"done": "range", "to": 2.5}]
 
 
+def test_lines_that_nobody_asked_for_are_no_answer_of_the_drivers_own_questions(peer, once):
+    there = peer(chatter="!TEMP 31.5", work_s=0.4)
+    dispense = {"write": "DISP {volume:.1f}", "wait": True, "params": {"volume": {"unit": "uL"}}}
+    said = config(there.where, actions={"dispense": dispense}, decimal=",", idn="ACME")
+
+    assert once("scpi", said, "dispense", volume=2.5) == {}
+    assert there.done("dispense") == [{"done": "dispense", "given": "2,5"}]
+
+
 def test_another_instrument_at_its_address_is_named(peer, once):
     with pytest.raises(OSError, match=r"is 'ACME,DM-1,0042,1.0', but the lab expects 'KEITHLEY'"):
         once("scpi", config(peer().where, idn="KEITHLEY"), "voltage")

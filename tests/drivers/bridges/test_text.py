@@ -35,10 +35,12 @@ def config(where, **more):
         ({"chatter": "T=21.5 C"}, {}),
         ({"banner": "PUMP 3000 ready", "banner_s": 0.3}, {"banner": "ready"}),
         ({"echo": True, "end": "\r\n"}, {"echo": True}),
+        ({"echo": True, "echo_end": "\r", "end": "\x03", "over": "pty"},
+         {"echo": True, "terminator": {"write": "\r", "read": "\x03"}}),
         ({"echo": True, "checksum": True}, {"echo": True, "checksum": {"of": "xor", "after": "*"}}),
         ({"login": True}, {"login": LOGIN}),
     ],
-)
+)  # fmt: skip
 def test_a_reading_and_a_move_that_takes_time(peer, once, habits, said):
     there = peer(**habits, error_query=False)
     hello = {

@@ -17,7 +17,7 @@ import tty
 from pathlib import Path
 
 HABITS = {
-    "over": "tcp", "banner": "", "banner_s": 0.0, "echo": False, "prompt": "", "end": "\n",
+    "over": "tcp", "banner": "", "banner_s": 0.0, "echo": False, "echo_end": "", "prompt": "", "end": "\n",
     "unit": "", "chatter": "", "work_s": 0.0, "answer_s": 0.0, "idn": "ACME,DM-1,0042,1.0",
     "closes": False, "error_query": True, "checksum": False, "login": False, "deaf": 0, "noise": "",
     "help": False,
@@ -191,7 +191,9 @@ class Link:
                     self._enter(text)
                     continue
                 if self.habits["echo"]:
-                    self.write(text.encode("latin-1") + self.habits["end"].encode())
+                    self.write(
+                        (text + (self.habits["echo_end"] or self.habits["end"])).encode("latin-1")
+                    )
                 if self.habits["checksum"]:
                     text, _, sums = text.rpartition("*")
                     if sums != xor(text):
