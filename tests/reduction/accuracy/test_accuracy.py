@@ -10,7 +10,7 @@ from truth import Score, line_free, pure_noise, score, summary
 from labrun.reduction import Spectrum, reduce_spectrum
 
 # One process makes what all of them look at.
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("accuracy")]
+pytestmark = pytest.mark.slow
 
 
 FAMILIES = {"train": range(0, 33, 2), "held out": range(20)}
