@@ -22,15 +22,19 @@ class Gun(Driver):
 
     async def fire(self, goal, *, n):
         self.done = Path(self.place.config["done"])
-        with self.done.open("a") as file:
-            file.write(f"{n} {goal.id}\\n")
+        for kept in self.done, self.place.folder / "own":
+            with kept.open("a") as file:
+                file.write(f"{n} {goal.id}\\n")
         async with asyncio.timeout(500):
             await self.after(n)
         return {"goal_id": goal.id}
 
     async def last_fired(self, goal):
-        lines = Path(self.place.config["done"]).read_text().splitlines()
+        lines = self.memory().read_text().splitlines()
         return {"goal_id": lines[-1].split(" ", 1)[1] if lines else ""}
+
+    def memory(self):
+        return Path(self.place.config["done"])
 
     def dies(self):
         died = self.done.with_name("died")
@@ -47,6 +51,10 @@ DIES_WITH_ITS_ENGINE = """
                 await asyncio.sleep(0.01)
             os.kill(os.getppid(), signal.SIGKILL)
             os.kill(os.getpid(), signal.SIGKILL)
+"""
+REMEMBERS_IN_ITS_FOLDER = """
+    def memory(self):
+        return self.place.folder / "own"
 """
 DIES_AFTER_TWO = """
     async def after(self, n):
@@ -128,8 +136,8 @@ TWO = (
 )
 
 
-def killed_in_the_second_shot(folder, **more) -> Bench:
-    bench = Bench(folder, DIES_WITH_ITS_ENGINE, TWO, **more)
+def killed_in_the_second_shot(folder, driver=DIES_WITH_ITS_ENGINE, **more) -> Bench:
+    bench = Bench(folder, driver, TWO, **more)
     bench.labrun("run", "p.yaml", "--lab", "lab.yaml")
     bench.put_back_the_older_ledger()
     return bench
@@ -143,6 +151,16 @@ def test_a_ledger_that_went_back_in_time_denies_nothing_and_the_probe_is_asked(t
 
     assert (ended.returncode, bench.fired) == (0, ["1", "2"]), ended.stderr + ended.stdout
     assert [r.continues for r in bench.records("leased")] == [True, False]
+
+
+@pytest.mark.slow
+def test_a_driver_s_memory_that_went_back_with_the_ledger_denies_nothing(tmp_path):
+    bench = killed_in_the_second_shot(tmp_path, DIES_WITH_ITS_ENGINE + REMEMBERS_IN_ITS_FOLDER)
+
+    ended = bench.labrun("resume", "last", "--answer", "second=skip")
+
+    assert bench.fired == ["1", "2"], ended.stderr + ended.stdout
+    assert [r.choice for r in bench.records("answered")] == ["skip"]
 
 
 @pytest.mark.slow
