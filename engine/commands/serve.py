@@ -50,8 +50,9 @@ def serve(
     except WeakToken as fault:
         say(str(fault))
         raise typer.Exit(PROBLEMS) from None
-    folder = folder or _home(loaded)
-    configs = _configs(loaded, devices, folder, host, port, token, one)
+    configs = _configs(loaded, devices, folder or _home(loaded), host, port, token, one)
+    if folder is not None:
+        _note(loaded, folder)
     raise typer.Exit(asyncio.run(_serve(configs, loaded.lab.start_timeout_s)))
 
 
@@ -66,6 +67,15 @@ def _home(lab: LoadedLab) -> Path:
     if EARLIER.is_dir() and not home.exists():
         say(f"{EARLIER} holds earlier ledgers; `--folder {EARLIER}` continues with them")
     return home
+
+
+def _note(lab: LoadedLab, folder: Path) -> None:
+    from ..dispatch.served_lab import serves_in
+
+    try:
+        serves_in(lab, folder.resolve())
+    except OSError as fault:
+        say(f"other commands will find these servers only by their addresses: {fault}")
 
 
 def _configs(

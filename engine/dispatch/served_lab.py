@@ -1,5 +1,6 @@
 """Where a lab's device is served now: where the lab names a server, or by `labrun serve`."""
 
+import contextlib
 import json
 import socket
 from collections.abc import Iterator
@@ -9,8 +10,12 @@ from typing import Any
 
 from ...drivers.server.server_file import FILE
 from ...schemas.lab import LabDevice
+from ...system.files import write_whole
 from ...system.process import alive
 from ..lab.lab import LoadedLab
+
+CHOSEN = "chosen_folders.txt"
+"""Beside a lab's servers: the other folders in which it was served."""
 
 
 def serve_home(lab: LoadedLab) -> Path:
@@ -22,6 +27,23 @@ def serve_home(lab: LoadedLab) -> Path:
         path = lab.path.resolve()
         name = f"{path.stem}-{blake2b(str(path).encode(), digest_size=4).hexdigest()}"
     return user_state_path("labrun", appauthor=False) / "servers" / name
+
+
+def serving_folders(lab: LoadedLab) -> list[Path]:
+    """Where its servers may be: its home, and the folders that a person chose."""
+    home, chosen = serve_home(lab), ""
+    with contextlib.suppress(OSError):
+        chosen = (home / CHOSEN).read_text(encoding="utf-8")
+    return [home, *map(Path, chosen.splitlines())]
+
+
+def serves_in(lab: LoadedLab, folder: Path) -> None:
+    """Note a folder that a person chose, so that this user's commands find the servers in it."""
+    known = serving_folders(lab)
+    if folder not in known:
+        known[0].mkdir(parents=True, exist_ok=True)
+        text = "".join(f"{path}\n" for path in [*known[1:], folder])
+        write_whole(known[0] / CHOSEN, text.encode(), sync=False)
 
 
 def named_at(device: LabDevice) -> str | None:
@@ -42,13 +64,13 @@ def served_at(lab: LoadedLab, device: str) -> str | None:
     """The address at which `labrun serve` serves this lab file's device now; None if it does not."""
     if lab.path is None:
         return None  # the simulated lab is each run's own
-    home = serve_home(lab)
-    return next((str(w["url"]) for _, w in live_servers(home) if device in w["devices"]), None)
+    live = (words for folder in serving_folders(lab) for _, words in live_servers(folder))
+    return next((str(words["url"]) for words in live if device in words["devices"]), None)
 
 
 def live_servers(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
     """Each server that lives in a folder: its file, and what that says of it."""
-    for path in folder.rglob(FILE):
+    for path in folder.glob(f"*/{FILE}"):
         try:
             words = json.loads(path.read_bytes())
             if alive(words["pid"]) and {"url", "devices"} <= words.keys():
