@@ -6,6 +6,7 @@ The instrument here outlives every kill: what it does is written to a file that 
 import shutil
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -61,6 +62,12 @@ DIES_AFTER_TWO = """
         while len(self.done.read_text().splitlines()) < 2:
             await asyncio.sleep(0.01)
         if self.dies():
+            os.kill(os.getpid(), signal.SIGKILL)
+"""
+DIES_WITH_WHO_SERVES_IT = """
+    async def after(self, n):
+        if n == 2 and self.dies():
+            os.kill(os.getppid(), signal.SIGKILL)
             os.kill(os.getpid(), signal.SIGKILL)
 """
 ANOTHER_BENCH_FIRES = """
@@ -130,6 +137,19 @@ class Bench:
         shutil.copytree(self.folder / "kept", ledger)
 
 
+@contextmanager
+def served(bench: Bench, folder: str):
+    """`labrun serve`, with its ledger in a folder; ended in order, if it has not ended before."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "labrun.engine", "serve", "lab.yaml", "g", "--port", "0", "--folder",
+         folder], cwd=bench.folder, stdout=subprocess.PIPE, text=True,
+    ) as server:  # fmt: skip
+        assert server.stdout is not None
+        assert [server.stdout.readline() for _ in range(3)][2].startswith("serving")
+        yield server
+        server.terminate()
+
+
 TWO = (
     "[{do: g.fire, with: {n: 1}}, {id: second, do: g.fire, with: {n: 2}}, "
     "{log: 'told ${{ steps.second.goal_id }}'}]"
@@ -172,6 +192,27 @@ def test_without_a_probe_a_person_is_asked(tmp_path):
     assert bench.fired == ["1", "2"], ended.stderr + ended.stdout
     assert [r.choice for r in bench.records("answered")] == ["skip"]
     assert [r.error.happened for r in bench.records("ended") if r.error] == ["unknown"]
+
+
+@pytest.mark.slow
+def test_a_new_ledger_and_a_shot_by_hand_deny_none_of_ours(tmp_path):
+    bench = Bench(tmp_path, DIES_WITH_WHO_SERVES_IT, TWO)
+    with served(bench, "first") as server:
+        engine = subprocess.Popen(
+            [sys.executable, "-m", "labrun.engine", "run", "p.yaml", "--lab", "lab.yaml"],
+            cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        server.wait()
+    engine.kill()
+    engine.wait()
+
+    with served(bench, "second"):
+        called = bench.labrun("call", "g.fire", "n=9", "--lab", "lab.yaml")
+        ended = bench.labrun("resume", "last", "--answer", "second=skip")
+
+    assert called.returncode == 0, called.stderr
+    assert bench.fired == ["1", "2", "9"], ended.stderr + ended.stdout
+    assert [r.choice for r in bench.records("answered")] == ["skip"]
 
 
 @pytest.mark.slow
