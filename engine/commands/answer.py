@@ -1,5 +1,7 @@
 """`labrun answer RUN ID CHOICE`: answer a question of a live run from another shell."""
 
+import getpass
+import socket
 from typing import Annotated
 
 import typer
@@ -27,4 +29,5 @@ def answer(
 ) -> None:
     """Answer an open question of a run."""
     values = name_values(result, "-r")
-    tell_run(runs, run, verb="answer", id=id, choice=choice, values=values)
+    by = f"{getpass.getuser()} (labrun answer on {socket.gethostname()})"
+    tell_run(runs, run, verb="answer", id=id, choice=choice, values=values, by=by)

@@ -1,5 +1,6 @@
 """Progress in a terminal: a bar for each loop, what runs now, and the lines that matter above."""
 
+import getpass
 import sys
 
 from rich.console import Console, Group
@@ -119,9 +120,10 @@ class RichWatch:
         values = {pair.partition("=")[0]: pair.partition("=")[2] for pair in pairs}
         word = " ".join(part for part in line.split() if part not in pairs)
         fitting = [c for c in question.choices if word and c.lower().startswith(word.lower())]
+        by = f"{getpass.getuser()} (terminal)"
         try:
             self.run.questions.answer(
-                question.path, fitting[0] if len(fitting) == 1 else word, "terminal", values
+                question.path, fitting[0] if len(fitting) == 1 else word, by, values
             )
         except WrongAnswer as fault:
             self._say(f"{fault}", "yellow")
