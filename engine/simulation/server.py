@@ -112,7 +112,7 @@ class SimulatedServer:
             for record in read_records(self._journal)
             if isinstance(record, j.Leased | j.Marked) and record.device == self.instrument.name
         ]
-        older = [copied for number, *copied in self.copies if seen and number < seen[-1]]
+        older = [copied[1:] for copied in self.copies if seen and copied[0] < seen[-1]]
         if seen and self.random.random() < 0.3:
             self._put_back({}, "")
         elif older:
