@@ -60,7 +60,7 @@ class Goal(Model):
 class GoalReport(Model):
     """What a server knows about one goal: in acknowledgements, answers to `query`, and `update`.
 
-    `mark`, in acknowledgements only: the newest change in the ledger, which contains the goal by then.
+    `mark`, in answers only: the newest change in the ledger, which contains the goal by then.
     """
 
     id: str

@@ -178,7 +178,7 @@ class GoalWatch:
         """Conclude from the server's own record, or resend what certainly never arrived."""
         goal = tracking.goal
         record = answer["goals"].get(goal.id)
-        report = None if record is None else _report(record)
+        report = None if record is None else _report({**record, "mark": answer.get("mark", "")})
         tracking.doubtful = False
         if report is not None and report.ended:
             tracking.conclude(outcome_of(report))

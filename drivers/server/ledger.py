@@ -115,6 +115,10 @@ class Ledger:
                 disk.execute("PRAGMA locking_mode = EXCLUSIVE")
                 disk.execute("PRAGMA journal_mode = WAL")
                 disk.execute("PRAGMA synchronous = FULL")
+                # An older file beside a newer write-ahead log has newest changes, and gaps before.
+                found = disk.execute("PRAGMA quick_check(1)").fetchone()[0]
+                if found != "ok":
+                    raise sqlite3.DatabaseError(found.replace("\n", " "))
                 disk.executescript(TABLES)
                 on_failure.pop_all()
             return disk
@@ -123,6 +127,11 @@ class Ledger:
                 raise LedgerInUse(
                     f"another device server is using {self.path}; stop it, or give this one "
                     f"another folder"
+                ) from fault
+            if type(fault) is sqlite3.DatabaseError:
+                raise LedgerFault(
+                    f"the ledger {self.path} is damaged: {fault}; move it away with its -wal and start "
+                    f"again: runs that have used it notice, and ask what happened"
                 ) from fault
             raise LedgerFault(f"the ledger {self.path} cannot be opened: {fault}") from fault
 

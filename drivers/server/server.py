@@ -272,7 +272,8 @@ class DeviceServer:
             else:
                 known = {i: await self._known(i, session) for i in data["ids"]}
                 found = {i: None if r is None else wire(r) for i, r in known.items()}
-        return {"boot": self.ledger.boot, "ledger": self.ledger.id, "goals": found}
+            mark = self.ledger.mark
+        return {"boot": self.ledger.boot, "ledger": self.ledger.id, "mark": mark, "goals": found}
 
     async def _stop(self, session: str, data: Answer) -> Answer:
         name = data.get("device")

@@ -43,7 +43,6 @@ def serve(
     if lab is not None and not lab.exists() and lab.suffix not in (".yaml", ".yml", ".json"):
         devices, lab = [str(lab), *(devices or [])], None
     from ...drivers.server.tokens import WeakToken, chosen
-    from ..dispatch.served_lab import remember
 
     loaded = usable_lab(lab)
     try:
@@ -51,11 +50,9 @@ def serve(
     except WeakToken as fault:
         say(str(fault))
         raise typer.Exit(PROBLEMS) from None
-    if folder is None:
-        folder = _home(loaded)
-    else:
-        remember(loaded, folder.resolve())
-    configs = _configs(loaded, devices, folder, host, port, token, one)
+    configs = _configs(loaded, devices, folder or _home(loaded), host, port, token, one)
+    if folder is not None:
+        _note(loaded, folder)
     raise typer.Exit(asyncio.run(_serve(configs, loaded.lab.start_timeout_s)))
 
 
@@ -70,6 +67,15 @@ def _home(lab: LoadedLab) -> Path:
     if EARLIER.is_dir() and not home.exists():
         say(f"{EARLIER} holds earlier ledgers; `--folder {EARLIER}` continues with them")
     return home
+
+
+def _note(lab: LoadedLab, folder: Path) -> None:
+    from ..dispatch.served_lab import serves_in
+
+    try:
+        serves_in(lab, folder.resolve())
+    except OSError as fault:
+        say(f"other commands will find these servers only by their addresses: {fault}")
 
 
 def _configs(

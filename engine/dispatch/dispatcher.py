@@ -443,7 +443,7 @@ class Dispatcher:
             outcome = await client.follow(
                 self._goal(request, client), self._heard(request), send=request.adopt is None
             )
-            outcome = await checked_with_server(request, outcome, client)
+            outcome = await checked_with_server(request, outcome, client, self.run.history)
         except FileFault as fault:
             outcome = _aborted("Rejected", str(fault), "no")
         except Exception as fault:  # an internal error must not leave the tree waiting for ever

@@ -8,6 +8,9 @@ earlier one.
 
 Nor does a goal that its server never had: somebody else reaches the instrument past this server, by
 another one or by hand, and may have done so before us or after.
+
+Where the server's ledger was replaced by an older copy or another, only our goal proves anything: a
+driver keeps its own memory beside the ledger, and that may be as old.
 """
 
 from dataclasses import replace
@@ -25,7 +28,8 @@ from .request import Request
 PROBE_TIMEOUT_S = 60.0
 PROBE = "/probe"
 STRANGER = "Stranger"
-"""The error beside the answer of a probe that names a goal which its server never had."""
+"""The error beside the answer of a probe that denies our goal, and proves nothing by it: it names a
+goal which its server never had, or its server has another ledger than when ours was sent."""
 
 
 def probe_path(goal_id: str) -> str:
@@ -59,25 +63,40 @@ def told_before(history: History, goal_id: str) -> dict[str, Any] | None:
 
 
 def told_by(ended: Outcome | j.GoalEnded) -> dict[str, Any] | None:
-    """What a probe reports; without the goal, where that proves nothing."""
+    """What a probe reports; without the goal, where that was seen to prove nothing."""
     if ended.state != "SUCCEEDED" or ended.error is None or ended.error.name != STRANGER:
         return ended.result if ended.state == "SUCCEEDED" else None
     return {**(ended.result or {}), "goal_id": None}
 
 
-async def checked_with_server(request: Request, outcome: Outcome, client: DeviceHandle) -> Outcome:
-    """The outcome of a probe, with an error if it names a goal of others that its server never had."""
-    newest = str((outcome.result or {}).get("goal_id") or "")
-    own = request.goal_id.partition("/")[0]
-    probed = request.path.endswith(PROBE) and outcome.state == "SUCCEEDED" and outcome.error is None
-    if not probed or not newest or newest.partition("/")[0] == own:
+async def checked_with_server(
+    request: Request, outcome: Outcome, client: DeviceHandle, history: History
+) -> Outcome:
+    """The outcome of a probe, with an error if what it says does not deny the goal that is asked about."""
+    newest = (outcome.result or {}).get("goal_id")
+    own, asked = request.goal_id.partition("/")[0], request.path.removesuffix(PROBE)
+    probed = asked != request.path and outcome.state == "SUCCEEDED" and outcome.error is None
+    if not probed or newest is None or newest == f"{own}/{asked}":
+        return outcome
+    past = history.past.goal(*split_goal_id(f"{own}/{asked}"))
+    if not client.continues or (past is not None and not history.is_remembered(past.sent)):
+        words = (
+            "its server has another ledger, or an older copy, and what the driver itself remembers "
+            "may be as old"
+        )
+        return _proves_nothing(outcome, words)
+    if not newest or str(newest).partition("/")[0] == own:
         return outcome
     try:
-        if await client.knows(newest):
+        if await client.knows(str(newest)):
             return outcome
         words = f"its server never had the goal {newest}: somebody else uses the instrument, too"
     except ServerUnreachable as fault:
         words = f"its server could not be asked about the goal {newest}: {fault}"
+    return _proves_nothing(outcome, words)
+
+
+def _proves_nothing(outcome: Outcome, words: str) -> Outcome:
     return replace(outcome, error=GoalError(name=STRANGER, message=words, happened="yes"))
 
 

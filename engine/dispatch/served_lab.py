@@ -1,5 +1,6 @@
 """Where a lab's device is served now: where the lab names a server, or by `labrun serve`."""
 
+import contextlib
 import json
 import socket
 from collections.abc import Iterator
@@ -13,6 +14,9 @@ from ...system.files import write_whole
 from ...system.process import alive
 from ..lab.lab import LoadedLab
 
+CHOSEN = "chosen_folders.txt"
+"""Beside a lab's servers: the other folders in which it was served."""
+
 
 def serve_home(lab: LoadedLab) -> Path:
     """Where `labrun serve` keeps a lab's, wherever it is given: a device's ledger must be found again."""
@@ -25,25 +29,21 @@ def serve_home(lab: LoadedLab) -> Path:
     return user_state_path("labrun", appauthor=False) / "servers" / name
 
 
-def remember(lab: LoadedLab, folder: Path) -> None:
-    """That a lab is served from a folder of its own (`--folder`), so that runs and stops find it."""
-    listed, known = _elsewhere(lab), _other_folders(lab)
+def serving_folders(lab: LoadedLab) -> list[Path]:
+    """Where its servers may be: its home, and the folders that a person chose."""
+    home, chosen = serve_home(lab), ""
+    with contextlib.suppress(OSError):
+        chosen = (home / CHOSEN).read_text(encoding="utf-8")
+    return [home, *map(Path, chosen.splitlines())]
+
+
+def serves_in(lab: LoadedLab, folder: Path) -> None:
+    """Note a folder that a person chose, so that this user's commands find the servers in it."""
+    known = serving_folders(lab)
     if folder not in known:
-        listed.parent.mkdir(parents=True, exist_ok=True)
-        kept = [str(one) for one in known if one.is_dir()]
-        write_whole(listed, "\n".join([*kept, str(folder)]).encode(), mode=0o644, sync=False)
-
-
-def _elsewhere(lab: LoadedLab) -> Path:
-    home = serve_home(lab)
-    return home.with_name(f"{home.name}.elsewhere")
-
-
-def _other_folders(lab: LoadedLab) -> list[Path]:
-    try:
-        return [Path(line) for line in _elsewhere(lab).read_text("utf-8").splitlines()]
-    except (OSError, ValueError):
-        return []
+        known[0].mkdir(parents=True, exist_ok=True)
+        text = "".join(f"{path}\n" for path in [*known[1:], folder])
+        write_whole(known[0] / CHOSEN, text.encode(), sync=False)
 
 
 def named_at(device: LabDevice) -> str | None:
@@ -64,23 +64,13 @@ def served_at(lab: LoadedLab, device: str) -> str | None:
     """The address at which `labrun serve` serves this lab file's device now; None if it does not."""
     if lab.path is None:
         return None  # the simulated lab is each run's own
-    return next((str(w["url"]) for w in serving_lab(lab) if device in w["devices"]), None)
+    live = (words for folder in serving_folders(lab) for _, words in live_servers(folder))
+    return next((str(words["url"]) for words in live if device in words["devices"]), None)
 
 
-def serving_lab(lab: LoadedLab) -> Iterator[dict[str, Any]]:
-    """What each server of `labrun serve` for this lab says of itself, wherever its folder is."""
-    for _, words in live_servers(serve_home(lab)):
-        yield words
-    for folder in _other_folders(lab):
-        for _, words in live_servers(folder, f"*/{FILE}"):
-            yield words
-
-
-def live_servers(
-    folder: Path, pattern: str = f"**/{FILE}"
-) -> Iterator[tuple[Path, dict[str, Any]]]:
+def live_servers(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
     """Each server that lives in a folder: its file, and what that says of it."""
-    for path in folder.glob(pattern):
+    for path in (*folder.glob(FILE), *folder.glob(f"*/{FILE}")):
         try:
             words = json.loads(path.read_bytes())
             if alive(words["pid"]) and {"url", "devices"} <= words.keys():

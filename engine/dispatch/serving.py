@@ -10,7 +10,7 @@ from ...drivers.client.launch import SETTINGS
 from ..lab.lab import LoadedLab
 from ..run.folder import all_runs, is_live
 from .connect import base_of, servers_folder
-from .served_lab import live_servers, named_at, serving_lab
+from .served_lab import live_servers, named_at, serving_folders
 
 CALLS = "labrun-call-*"
 """The temporary folders of `labrun call`, whose servers end with it."""
@@ -50,11 +50,9 @@ def servers_of(lab: LoadedLab, devices: list[str], runs: Path) -> list[Serving]:
 
 def _local(lab: LoadedLab, runs: Path) -> Iterator[tuple[str, set[str], Path | None]]:
     """Address and devices of each server; its settings, where it may be another lab's."""
-    for words in serving_lab(lab):
-        yield str(words["url"]), set(words["devices"]), None
-    folders = [runs.resolve().parent / PAGE]
+    folders = [*serving_folders(lab), runs.resolve().parent / PAGE]
     folders += [servers_folder(folder) for folder in all_runs(runs) if is_live(folder)]
-    calls = list(Path(tempfile.gettempdir()).glob(CALLS))
+    calls = [servers_folder(path) for path in Path(tempfile.gettempdir()).glob(CALLS)]
     for folder in (*folders, *calls):
         for path, words in live_servers(folder):
             settings = path.with_name(SETTINGS) if folder in calls else None

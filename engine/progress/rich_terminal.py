@@ -11,6 +11,7 @@ from rich.text import Text
 from ...schemas.event import Event
 from ...system.keyboard import Keyboard
 from ...system.pace import duration_text, rate_text
+from ...system.process import user_name
 from ..control.control import Control
 from ..run.questions import Question, WrongAnswer
 from ..run.run import Run
@@ -119,9 +120,10 @@ class RichWatch:
         values = {pair.partition("=")[0]: pair.partition("=")[2] for pair in pairs}
         word = " ".join(part for part in line.split() if part not in pairs)
         fitting = [c for c in question.choices if word and c.lower().startswith(word.lower())]
+        by = f"{user_name()} (terminal)"
         try:
             self.run.questions.answer(
-                question.path, fitting[0] if len(fitting) == 1 else word, "terminal", values
+                question.path, fitting[0] if len(fitting) == 1 else word, by, values
             )
         except WrongAnswer as fault:
             self._say(f"{fault}", "yellow")

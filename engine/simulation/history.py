@@ -107,7 +107,9 @@ class History:
         lab = self.checked.lab
         for name in sorted({role.device for role in self.checked.roles.values()}):
             contract = lab.contracts[lab.lab.devices[name].contract]
-            instrument = Instrument(self.bench, name, contract, remembers=name != "c")
+            instrument = Instrument(
+                self.bench, name, contract, remembers=name != "c", beside_ledger=name == "a"
+            )
             random = Random(self.random.random())
             journal = self.folder / "journal.jsonl"
             self.servers.append(SimulatedServer(instrument, self.network, random, journal))

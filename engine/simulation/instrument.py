@@ -42,11 +42,16 @@ class Bench:
 
 
 class Instrument:
-    """What it has begun it ends, whoever asked for it. `remembers`: it knows goals by their ids."""
+    """What it has begun it ends, whoever asked for it. `remembers`: it knows goals by their ids.
 
-    def __init__(self, bench: Bench, name: str, contract: Contract, *, remembers: bool) -> None:
+    `beside_ledger`: its driver knows them for it, and its files are put back with the ledger.
+    """
+
+    def __init__(
+        self, bench: Bench, name: str, contract: Contract, *, remembers: bool, beside_ledger: bool
+    ) -> None:
         self.bench, self.name, self.contract = bench, name, contract
-        self.remembers = remembers
+        self.remembers, self.beside_ledger = remembers, beside_ledger
         self.settings: dict[str, Any] = {}
         self.under_way: dict[str, asyncio.Future[None]] = {}
         self.is_safe = True

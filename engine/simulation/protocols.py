@@ -22,7 +22,7 @@ ACTIONS: dict[str, Any] = {
     "rest": {"effect": "idempotent", "duration": "100 ms"},
 }  # fmt: skip
 KINDS: dict[str, dict[str, Any]] = {
-    "a": {"on_lease_lapse": "safe"},
+    "a": {"on_lease_lapse": "safe"},  # what is known of its goals lies beside its ledger
     "b": {"concurrent": True, "on_lease_lapse": "cancel"},
     "c": {},  # it remembers no goals: a person is asked
 }

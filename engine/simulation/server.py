@@ -25,7 +25,7 @@ class SimulatedServer:
         self.instrument, self.network, self.random = instrument, network, random
         self.url = f"http://{instrument.name}"
         self.disk = Disk()
-        self.copies: list[tuple[int, dict[str, bytes]]] = []
+        self.copies: list[tuple[int, dict[str, bytes], str]] = []
         self.process: OnDisk | None = None
         self.server: DeviceServer | None = None
         self.loses_ledger = False
@@ -99,7 +99,8 @@ class SimulatedServer:
     def copy_ledger(self) -> None:
         """Somebody copies its files."""
         if self.server is not None:
-            self.copies.append((_number(self.server.ledger.mark), self.disk.copy()))
+            number = _number(self.server.ledger.mark)
+            self.copies.append((number, self.disk.copy(), self.instrument.newest))
 
     def _replace_ledger(self) -> None:
         """At the next start it is an older one, or none, if the journal can know (decision 0027)."""
@@ -111,11 +112,16 @@ class SimulatedServer:
             for record in read_records(self._journal)
             if isinstance(record, j.Leased | j.Marked) and record.device == self.instrument.name
         ]
-        older = [copied for number, copied in self.copies if seen and number < seen[-1]]
+        older = [copied[1:] for copied in self.copies if seen and copied[0] < seen[-1]]
         if seen and self.random.random() < 0.3:
-            self.disk.put_back({})
+            self._put_back({}, "")
         elif older:
-            self.disk.put_back(self.random.choice(older))
+            self._put_back(*self.random.choice(older))
+
+    def _put_back(self, files: dict[str, bytes], newest: str) -> None:
+        self.disk.put_back(files)
+        if self.instrument.beside_ledger:
+            self.instrument.newest = newest
 
 
 async def _connected(server: DeviceServer, session: str) -> None:

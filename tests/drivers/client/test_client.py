@@ -47,6 +47,28 @@ async def until(true, timeout_s=500):
             await asyncio.sleep(0.01)
 
 
+def test_a_goal_that_is_asked_about_brings_a_mark_too_since_its_acknowledgement_may_be_lost(bench):
+    async def story():
+        heard = []
+        async with bench.serving() as (server, url), bench.client(url) as client:
+            goal = bench.goal(client, "hold", seconds=60)
+            sent = asyncio.create_task(client.follow(goal))
+            await bench.until(f"hold {goal.id}")
+            async with bench.client(url, lease=False) as other:
+                asked = asyncio.create_task(other.follow(goal, heard.append, send=False))
+                await until(lambda: any(report.mark for report in heard))
+                await client.cancel(goal.id)
+                await asyncio.gather(sent, asked)
+            return server.ledger.report(goal.id), server.ledger.has(
+                next(report.mark for report in heard if report.mark)
+            )
+
+    ended, known = asyncio.run(story())
+
+    assert ended.state == "CANCELED"
+    assert known
+
+
 def test_a_goal_is_followed_to_its_end(bench):
     async def story():
         async with bench.connected() as client:

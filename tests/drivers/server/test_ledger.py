@@ -151,8 +151,28 @@ def test_a_file_that_is_no_ledger_is_a_sentence(path):
     path.parent.mkdir()
     path.write_bytes(b"no database at all, and longer than a header of one hundred bytes" * 4)
 
-    with pytest.raises(LedgerFault, match="cannot be opened: file is not a database"):
+    with pytest.raises(LedgerFault, match="is damaged: file is not a database; move it away"):
         Ledger(path)
+
+
+def test_an_older_file_beside_the_newest_write_ahead_log_is_no_ledger(path):
+    ledger = Ledger(path)
+    ledger._disk.execute("PRAGMA synchronous = OFF")
+    older = b""
+    for number in range(400):
+        ledger.admit(goal(f"run/{number}/1"), "EXECUTING")
+        if number in (200, 390):
+            ledger._disk.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            older = older or path.read_bytes()
+    mixed = path.parent / "mixed" / path.name
+    mixed.parent.mkdir()
+    mixed.write_bytes(older)
+    log = mixed.with_name(f"{path.name}-wal")
+    log.write_bytes(path.with_name(log.name).read_bytes())
+    ledger.close()
+
+    with pytest.raises(LedgerFault, match=r"is damaged: .*; move it away"):
+        Ledger(mixed)
 
 
 def test_a_full_disk_is_a_sentence_and_what_was_written_stays(path):

@@ -6,6 +6,7 @@ The instrument here outlives every kill: what it does is written to a file that 
 import shutil
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -22,15 +23,19 @@ class Gun(Driver):
 
     async def fire(self, goal, *, n):
         self.done = Path(self.place.config["done"])
-        with self.done.open("a") as file:
-            file.write(f"{n} {goal.id}\\n")
+        for kept in self.done, self.place.folder / "own":
+            with kept.open("a") as file:
+                file.write(f"{n} {goal.id}\\n")
         async with asyncio.timeout(500):
             await self.after(n)
         return {"goal_id": goal.id}
 
     async def last_fired(self, goal):
-        lines = Path(self.place.config["done"]).read_text().splitlines()
+        lines = self.memory().read_text().splitlines()
         return {"goal_id": lines[-1].split(" ", 1)[1] if lines else ""}
+
+    def memory(self):
+        return Path(self.place.config["done"])
 
     def dies(self):
         died = self.done.with_name("died")
@@ -48,11 +53,21 @@ DIES_WITH_ITS_ENGINE = """
             os.kill(os.getppid(), signal.SIGKILL)
             os.kill(os.getpid(), signal.SIGKILL)
 """
+REMEMBERS_IN_ITS_FOLDER = """
+    def memory(self):
+        return self.place.folder / "own"
+"""
 DIES_AFTER_TWO = """
     async def after(self, n):
         while len(self.done.read_text().splitlines()) < 2:
             await asyncio.sleep(0.01)
         if self.dies():
+            os.kill(os.getpid(), signal.SIGKILL)
+"""
+DIES_WITH_WHO_SERVES_IT = """
+    async def after(self, n):
+        if n == 2 and self.dies():
+            os.kill(os.getppid(), signal.SIGKILL)
             os.kill(os.getpid(), signal.SIGKILL)
 """
 ANOTHER_BENCH_FIRES = """
@@ -122,14 +137,27 @@ class Bench:
         shutil.copytree(self.folder / "kept", ledger)
 
 
+@contextmanager
+def served(bench: Bench, folder: str):
+    """`labrun serve`, with its ledger in a folder; ended in order, if it has not ended before."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "labrun.engine", "serve", "lab.yaml", "g", "--port", "0", "--folder",
+         folder], cwd=bench.folder, stdout=subprocess.PIPE, text=True,
+    ) as server:  # fmt: skip
+        assert server.stdout is not None
+        assert [server.stdout.readline() for _ in range(3)][2].startswith("serving")
+        yield server
+        server.terminate()
+
+
 TWO = (
     "[{do: g.fire, with: {n: 1}}, {id: second, do: g.fire, with: {n: 2}}, "
     "{log: 'told ${{ steps.second.goal_id }}'}]"
 )
 
 
-def killed_in_the_second_shot(folder, **more) -> Bench:
-    bench = Bench(folder, DIES_WITH_ITS_ENGINE, TWO, **more)
+def killed_in_the_second_shot(folder, driver=DIES_WITH_ITS_ENGINE, **more) -> Bench:
+    bench = Bench(folder, driver, TWO, **more)
     bench.labrun("run", "p.yaml", "--lab", "lab.yaml")
     bench.put_back_the_older_ledger()
     return bench
@@ -146,6 +174,16 @@ def test_a_ledger_that_went_back_in_time_denies_nothing_and_the_probe_is_asked(t
 
 
 @pytest.mark.slow
+def test_a_driver_s_memory_that_went_back_with_the_ledger_denies_nothing(tmp_path):
+    bench = killed_in_the_second_shot(tmp_path, DIES_WITH_ITS_ENGINE + REMEMBERS_IN_ITS_FOLDER)
+
+    ended = bench.labrun("resume", "last", "--answer", "second=skip")
+
+    assert bench.fired == ["1", "2"], ended.stderr + ended.stdout
+    assert [r.choice for r in bench.records("answered")] == ["skip"]
+
+
+@pytest.mark.slow
 def test_without_a_probe_a_person_is_asked(tmp_path):
     bench = killed_in_the_second_shot(tmp_path, probe=False)
 
@@ -154,6 +192,27 @@ def test_without_a_probe_a_person_is_asked(tmp_path):
     assert bench.fired == ["1", "2"], ended.stderr + ended.stdout
     assert [r.choice for r in bench.records("answered")] == ["skip"]
     assert [r.error.happened for r in bench.records("ended") if r.error] == ["unknown"]
+
+
+@pytest.mark.slow
+def test_a_new_ledger_and_a_shot_by_hand_deny_none_of_ours(tmp_path):
+    bench = Bench(tmp_path, DIES_WITH_WHO_SERVES_IT, TWO)
+    with served(bench, "first") as server:
+        engine = subprocess.Popen(
+            [sys.executable, "-m", "labrun.engine", "run", "p.yaml", "--lab", "lab.yaml"],
+            cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        server.wait()
+    engine.kill()
+    engine.wait()
+
+    with served(bench, "second"):
+        called = bench.labrun("call", "g.fire", "n=9", "--lab", "lab.yaml")
+        ended = bench.labrun("resume", "last", "--answer", "second=skip")
+
+    assert called.returncode == 0, called.stderr
+    assert bench.fired == ["1", "2", "9"], ended.stderr + ended.stdout
+    assert [r.choice for r in bench.records("answered")] == ["skip"]
 
 
 @pytest.mark.slow

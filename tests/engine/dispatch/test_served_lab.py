@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from labrun.engine.check import check_file
-from labrun.engine.dispatch.served_lab import serve_home, served_at
+from labrun.engine.dispatch.served_lab import serve_home, served_at, serves_in, serving_folders
 from labrun.engine.lab.lab import load_lab
 from labrun.engine.run.folder import new_run_folder
 from labrun.engine.runner.begin import keep
@@ -24,8 +24,8 @@ def lab(tmp_path):
     return load_lab(tmp_path / "lab.yaml")[0]
 
 
-def told(lab, text):
-    path = serve_home(lab) / "b" / "server.json"
+def told(lab, text, folder=None):
+    path = (folder or serve_home(lab)) / "b" / "server.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text if isinstance(text, str) else json.dumps(text))
 
@@ -35,6 +35,15 @@ def test_it_is_found_while_its_server_lives(lab):
 
     assert served_at(lab, "b") == URL
     assert served_at(lab, "c") is None
+
+
+def test_it_is_found_in_a_folder_that_a_person_has_chosen(lab, tmp_path):
+    for folder in ("mine", "and mine", "mine"):
+        serves_in(lab, tmp_path / folder)
+    told(lab, {"pid": os.getpid(), "url": URL, "devices": ["b"]}, tmp_path / "mine")
+
+    assert served_at(lab, "b") == URL
+    assert serving_folders(lab) == [serve_home(lab), tmp_path / "mine", tmp_path / "and mine"]
 
 
 def test_a_server_that_was_killed_and_a_file_that_is_not_whole_are_none(lab):

@@ -8,6 +8,7 @@ import pytest
 
 from labrun.drivers.server.ledger import Ledger
 from labrun.engine.check import check_file
+from labrun.engine.dispatch import dispatcher
 from labrun.engine.simulation import disk
 from labrun.engine.simulation.simulate import histories
 from labrun.engine.tree.nodes import loop
@@ -24,8 +25,12 @@ steps:
       - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: "s/${{ i }}.csv"}, timeout: 60 s}
 finally: [{do: libs.disarm, on_error: continue}]
 """
-SEEN = {"ledger": 20, "disk": 100, "journal": 100, "finished": 140}
+SEEN = {"ledger": 20, "disk": 100, "journal": 100, "finished": 140, "probe": 190}
 """Where each planted fault is first found: those before it take long."""
+
+
+async def believed(request, outcome, *more):
+    return outcome
 
 
 def first_broken(seeds):
@@ -65,6 +70,7 @@ def test_a_seed_tells_everything_in_any_process():
         ("a disk at the server that syncs nothing", ""),
         ("a journal that syncs nothing", ""),
         ("what finished iterations had set is not set again", "instead of"),
+        ("a probe that is believed beside an older ledger", "was done 2 times"),
     ],
 )
 def test_a_planted_fault_is_found_and_its_seed_finds_it_again(monkeypatch, plant, said):
@@ -77,6 +83,8 @@ def test_a_planted_fault_is_found_and_its_seed_finds_it_again(monkeypatch, plant
             write = disk.SimulatedJournal._write
             unsynced = lambda self, data, *, sync=True: write(self, data, sync=False)  # noqa: E731
             monkeypatch.setattr(disk.SimulatedJournal, "_write", unsynced)
+        case ["a", "probe", *_]:
+            monkeypatch.setattr(dispatcher, "checked_with_server", believed)
         case _:
             monkeypatch.setattr(loop, "settings_of", lambda *given: [])
 
