@@ -6,6 +6,7 @@ Left to itself, ruamel.yaml writes `:MEAS?` and `? x` without quotes, which noth
 from typing import Any, TextIO
 
 SIGNS = (":", "?")
+"""A text that begins so and is not quoted is read as a key without a value, or not at all."""
 
 
 def write_yaml(data: Any, out: TextIO) -> None:

@@ -18,6 +18,7 @@ from ...schemas import protocol as schema
 from ...schemas.quantity import is_quantity, quantity_text
 from ..language.load import read_protocol
 from ..language.source import read_source
+from ..language.yaml_write import SIGNS
 from .faults import ProtocolFault
 
 WIDEST = 96
@@ -125,7 +126,9 @@ def _laid_out(value: Any, used: int) -> Any:
     elif isinstance(value, list):
         made = CommentedSeq(_laid_out(one, used + 2) for one in value)
     else:
-        return SingleQuotedScalarString(value) if str(value).lower() in TRUTHS else value
+        text = value if isinstance(value, str) else ""
+        quoted = text.lower() in TRUTHS or text.startswith(SIGNS)
+        return SingleQuotedScalarString(value) if quoted else value
     if isinstance(value, list):
         block = any(schema.step_kind(one) for one in value)
     elif schema.step_kind(value):

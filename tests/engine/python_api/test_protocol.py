@@ -116,6 +116,19 @@ def test_what_is_written_is_read_again(tmp_path):
         labrun.Protocol.read(tmp_path / "bad.yaml")
 
 
+def test_texts_that_begin_with_a_sign_of_yaml_are_read_as_they_were_given():
+    texts = [":MEAS:VOLT?", "? why", "?", ":", "- a", "yes", "it's: {so}", "#1", ""]
+    protocol = labrun.Protocol(
+        name="a", steps=[Log(text, id=f"step_{n}") for n, text in enumerate(texts)]
+    )
+    said = [
+        step["log"]
+        for step in parse_source(protocol.dump(), Path("a.yaml"), "a.yaml")[0].data["steps"]
+    ]
+
+    assert said == texts
+
+
 def test_what_yaml_has_no_word_for_is_a_mistake_of_the_program():
     with pytest.raises(TypeError, match="no value of a protocol"):
         labrun.Protocol("scan", steps=[Wait(object())]).dump()
