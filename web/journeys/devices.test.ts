@@ -316,6 +316,7 @@ describe('a device', () => {
     await orderFault(bench, { device: 'balance', kind: 'kill' })
     await page.getByRole('link', { name: /balance/ }).getByText(/lost|failed|starting/).first().waitFor()
     await picture(page, 'lost')
+    expect(await axe(page)).toEqual([])
     await page.getByRole('button', { name: 'Scan' }).click()
     await page.getByRole('link', { name: /balance/ }).getByText('ready').waitFor()
     await leave(person)
