@@ -1,5 +1,6 @@
 // A status as values with units, for the list and for the detail.
-import { number } from '../ui/format'
+import { valueWords } from '../runs/valueWords'
+import { mm, sixDigits } from '../ui/format'
 import type { Schema } from './form/schema'
 
 export interface StatusValue {
@@ -16,7 +17,7 @@ export function statusValues(status: Readonly<Record<string, unknown>>, schema: 
   return names.map((name) => ({
     name,
     value: valueWord(status[name], known[name]),
-    unit: known[name]?.unit ?? '',
+    unit: (known[name]?.unit ?? '').replace(/^u(?=[A-Z])/, 'µ'),
     about: known[name]?.description ?? '',
   }))
 }
@@ -26,9 +27,9 @@ export function valueWord(value: unknown, schema?: Schema): string {
   if (value === undefined || value === null) return '–'
   if (typeof value === 'boolean') return value ? 'yes' : 'no'
   if (typeof value === 'number') {
-    return schema?.unit === 'mm' ? value.toFixed(2).replace('-', '−') : number(value)
+    return schema?.unit === 'mm' ? mm(value) : sixDigits(value).replace('-', '−')
   }
-  return typeof value === 'string' ? value : JSON.stringify(value)
+  return valueWords(value)
 }
 
 /** One line for the list: `x 104.20 · y 201.00 · z 0.00`. */
