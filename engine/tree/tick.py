@@ -23,6 +23,10 @@ QUIET_S = 60.0
 """After so long without any news, and longer than what is under way should take, a run says what it
 waits for."""
 
+CLOCK_STEP_S = 1e-6
+"""No wait is shorter: what is due within the clock's own rounding would be waited for again, at once
+and without end where time stands still between two rounds."""
+
 Ended = Literal["succeeded", "failed", "aborted", "state lost", "changed"]
 
 
@@ -130,7 +134,7 @@ async def _wait(
     handle, loop = None, asyncio.get_running_loop()
     at = [] if look_at is None else [look_at]
     if wake_at is not None and not dispatcher.paused:
-        at.append(loop.time() + max(0.0, wake_at - run.clock.now()))
+        at.append(loop.time() + max(CLOCK_STEP_S, wake_at - run.clock.now()))
     if at:
         handle = loop.call_at(min(at), dispatcher.wake.set)
     patience_s = max(QUIET_S, dispatcher.longest_s())

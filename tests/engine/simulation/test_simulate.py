@@ -41,6 +41,12 @@ def test_a_few_histories_keep_the_promise():
     assert [o.breaches for o in histories(range(20)) if o.breaches] == []
 
 
+def test_a_wait_that_is_over_within_the_rounding_of_the_clock_ends():
+    (outcome,) = histories(range(10_445, 10_446))  # once it waited on and on at one moment
+
+    assert outcome.breaches == []
+
+
 def test_a_person_reads_off_what_later_steps_need_and_a_device_may_have_no_safe_state(tmp_path):
     (tmp_path / "shoot.yaml").write_text(SHOOT)
     told = list(histories(range(24), check_file(tmp_path / "shoot.yaml")))
