@@ -52,21 +52,12 @@ class UnitError(ValueError):
 @cache
 def registry() -> "UnitRegistry":
     """The one unit registry of the process."""
-    import logging  # pint does; what needs no pint needs none
-
     UnitRegistry = _pint().UnitRegistry  # noqa: N806
 
     try:
-        made = UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
+        return UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
     except Exception:  # no folder to keep it in, or one left incomplete by another process
-        made = UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
-    told = logging.getLogger("pint.util")
-    level = told.level
-    told.setLevel(logging.ERROR)  # it warns of a unit that is defined again
-    # mL as in the contracts, and not ml beside it
-    made.define("liter = decimeter ** 3 = L = l = ℓ = litre")
-    told.setLevel(level)
-    return made
+        return UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
 
 
 def _pint() -> Any:

@@ -142,7 +142,7 @@ def test_what_is_watched_brings_the_furnace_down_in_order_and_tells(bench, troub
     words = "water on the floor: status.floor.wet (floor.wet is true)"
     if trouble == "ordered":
         order(bench.of_run / "servers" / "world", "furnace", "hold", "SensorBroken", 1)
-        words = "furnace.hold: SensorBroken"
+        words = "furnace.hold: hold: injected fault (demo) (fallback 1)"
     status = bench.over(engine.wait())
 
     ramps = bench.truth("furnace", "ramp")
