@@ -115,10 +115,10 @@ def _param(data: ReportData, name: str, told: Any) -> Entity:
         }
     else:
         entity["value"] = told if isinstance(told, str | int | float | bool) else value(told)
-    whence = "Set for this run." if data.inputs.given(name) else "The protocol's default."
+    origin = "Set for this run." if data.inputs.given(name) else "The protocol's default."
     summary = str(data.inputs.param(name).get("summary", ""))
     return entity | {
-        "description": f"{summary[:1].upper()}{summary[1:]}. {whence}" if summary else whence
+        "description": f"{summary[:1].upper()}{summary[1:]}. {origin}" if summary else origin
     }
 
 

@@ -1,4 +1,4 @@
-"""`labrun web --demo`: a bench without hardware, the same each time, with faults to order."""
+"""`labrun web --demo`: a bench without hardware, the same each time, with chosen faults."""
 
 import pytest
 
