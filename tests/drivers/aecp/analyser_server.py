@@ -169,11 +169,11 @@ class AnalyserServer:
         into = self.exports / name
         into.mkdir()
         whole = 0.4 if plan == "half" else 1.0  # its own Delete breaks the export off
-        eventlet.spawn(
+        growing = eventlet.spawn(
             self.grow, {into / f"{name}_{n}.csv": text for n, text in files.items()}, whole
         )
         if plan == "die":
-            self.sio.sleep(self.write_s + 0.2)
+            growing.wait()
             os._exit(9)
 
     def name(self):

@@ -13,7 +13,7 @@ WHOLE = "".join(f"{190 + k / 10:.4f},{k % 7}.5\n" for k in range(500)).encode()
 def come(folder, **wanted):
     """What has arrived of an export that was typed `mine`."""
     asked = Wanted(
-        frozenset(), "*1.csv", ours=lambda name: has_name(name, ["mine-1"]), settle_s=0.1, **wanted
+        frozenset(), "*1.csv", ours=lambda name: has_name(name, ["mine-1"]), settle_s=0.0, **wanted
     )
     return asyncio.run(arrived(SharedFolder(str(folder)), asked, 1.0))
 
