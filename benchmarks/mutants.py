@@ -95,7 +95,7 @@ def judge(clone: Path, path: str, text: str, python: str, limit_s: float) -> tup
     (clone / path).write_text(text)
     tests = [f"{where}{name}.py" for where, names in FILES[path].items() for name in names.split()]
     command = [python, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header",
-               "--tb=line", "--timeout=120", *tests]  # fmt: skip
+               "--tb=line", f"--timeout={limit_s}", *tests]  # fmt: skip
     here = dict(os.environ, PYTHONPATH=str(clone.parent), PYTHONDONTWRITEBYTECODE="1")
     process = subprocess.Popen(
         command, cwd=clone, env=here, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -113,6 +113,8 @@ def judge(clone: Path, path: str, text: str, python: str, limit_s: float) -> tup
         return "survived", ""
     if process.returncode in (4, 5):  # wrong paths, or nothing collected
         raise SystemExit(told)
+    if "Failed: Timeout" in told:
+        return "time", ""
     lines = (line for line in told.splitlines() if line.startswith(("FAILED", "ERROR")))
     return "killed", next(lines, "an error before the first test")[:200]
 

@@ -12,8 +12,8 @@ from .contract import Effect
 from .messages import GoalError
 from .model import Model
 
-FORMAT = 2
-"""Version of the journal's format; a newer one is refused with a message."""
+FORMAT = 3
+"""Version of the journal's format, raised where it gains kinds or fields; a newer one is refused."""
 
 StepFate = Literal["succeeded", "failed", "skipped", "cancelled", "unknown"]
 RunFate = Literal["succeeded", "failed", "aborted", "paused", "interrupted"]

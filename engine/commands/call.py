@@ -122,12 +122,8 @@ class Called:
 
 async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any]) -> int:
     from ..dispatch.connect import NotReached, connect
-    from ..dispatch.serving import servers_of
     from ..run.names import FileFault
 
-    # The simulated lab is each command's own; of any other the device is where somebody uses it now.
-    servings = servers_of(lab, [device], RUNS) if lab.path is not None else []
-    found = {serving.device: serving.url for serving in servings}
     with ExitStack() as leaving:
         folder = tempfile.mkdtemp(prefix="labrun-call-")
         leaving.callback(shutil.rmtree, folder, ignore_errors=True)
@@ -135,7 +131,7 @@ async def _call(lab: LoadedLab, device: str, name: str, arguments: dict[str, Any
         role = role_of(lab, device)
         try:
             connections = await connect(
-                {device: role}, lab, Path(folder), owner, say=say, found=found
+                {device: role}, lab, Path(folder), owner, say=say, found=used_at(lab, device)
             )
         except NotReached as fault:
             say(f"{fault}. Nothing was sent.")
@@ -169,6 +165,15 @@ def role_of(lab: LoadedLab, device: str):
 
     contract = lab.contracts[lab.lab.devices[device].contract]
     return BoundRole(device, device, contract, lab.lab.devices[device].limits)
+
+
+def used_at(lab: LoadedLab, device: str) -> dict[str, str]:
+    """The address where somebody uses a device now, by its name, if anybody does."""
+    from ..dispatch.serving import servers_of
+
+    if lab.path is None:
+        return {}  # the simulated lab is each command's own
+    return {serving.device: serving.url for serving in servers_of(lab, [device], RUNS)}
 
 
 async def do_action(

@@ -35,6 +35,8 @@ class DiskFull(JournalFault):
 
 
 KIND = b'"kind":'
+NEWER = ("extra_forbidden", "union_tag_invalid")
+"""The faults of a record that has a field, or is of a kind, that this labrun does not know."""
 NONE = "none"
 """No record has this kind: only the chain is gone through."""
 
@@ -207,9 +209,10 @@ class Follower:
         try:
             return RECORD.validate_json(line)
         except ValidationError as fault:
-            raise JournalFault(
-                f"{self.path}: record {self.number} cannot be understood: {first_fault(fault)}"
-            ) from fault
+            words = f"{self.path}: record {self.number} cannot be understood: {first_fault(fault)}"
+            if fault.errors()[0]["type"] in NEWER:
+                words += ". A newer labrun has gone on with this run; resume it with that one."
+            raise JournalFault(words) from fault
 
 
 class Records:

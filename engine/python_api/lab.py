@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from ...schemas.contract import Danger
-from ..commands.call import Called, do_action, find_action, fitted, role_of
+from ..commands.call import Called, do_action, find_action, fitted, role_of, used_at
 from ..commands.options import WrongUsage
 from ..dispatch.connect import Connections, NotReached, connect
 from ..journal.encode import with_units
@@ -189,8 +189,9 @@ class _Session:
         try:
             if device not in self._connected:
                 self._connected[device] = await connect(
-                    {device: role}, self._lab, Path(self._folder), self._owner, say=print
-                )
+                    {device: role}, self._lab, Path(self._folder), self._owner, say=print,
+                    found=used_at(self._lab, device),
+                )  # fmt: skip
             called = await do_action(
                 self._connected[device].clients[device], role.contract, device, name, arguments,
                 f"{self._owner}/{name}/{self._count}", hear=functools.partial(self._hear, device), say=print,

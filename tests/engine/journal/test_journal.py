@@ -1,6 +1,7 @@
 """The journal: records chained by hashes, whole or cut, and honest about a full disk."""
 
 import errno
+import json
 import os
 
 import pytest
@@ -8,7 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labrun.engine.journal import journal as journal_module
-from labrun.engine.journal.journal import DiskFull, Journal, JournalFault, read_records, reopen
+from labrun.engine.journal.journal import (
+    DiskFull,
+    Journal,
+    JournalFault,
+    chain,
+    read_records,
+    reopen,
+)
 from labrun.schemas import journal as j
 
 
@@ -110,6 +118,22 @@ def test_a_journal_of_a_newer_format_is_refused_with_a_sentence(tmp_path):
     path = written(tmp_path / "journal.jsonl", started)
 
     with pytest.raises(JournalFault, match="newer one"):
+        list(read_records(path))
+
+
+@pytest.mark.parametrize(
+    "newer", [{"kind": "phase", "phase": "main", "colour": "red"}, {"kind": "painted"}]
+)
+def test_a_run_that_a_newer_labrun_has_gone_on_with_says_so(tmp_path, newer):
+    path = written(tmp_path / "journal.jsonl", *some(1))
+    body = json.dumps({"n": 2, "at": "2026-11-24T08:00:00Z", **newer})[:-1]
+    previous = json.loads(path.read_text())["hash"]
+    with path.open("a") as file:
+        file.write(f'{body},"hash":"{chain(previous, body)}"}}\n')
+
+    with pytest.raises(
+        JournalFault, match=r"record 2 .* A newer labrun .*; resume it with that one"
+    ):
         list(read_records(path))
 
 

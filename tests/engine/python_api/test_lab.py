@@ -80,7 +80,7 @@ def test_a_device_that_somebody_else_holds_is_left_to_them(bench):
 
 
 @pytest.mark.slow
-def test_labrun_stop_finds_its_devices_and_they_are_leased_anew_after_it(tmp_path):
+def test_others_find_its_devices_and_after_a_stop_they_are_leased_anew(tmp_path):
     path = tmp_path / "lab.yaml"
     path.write_text(
         "name: held\nsimulated: true\n"
@@ -89,6 +89,11 @@ def test_labrun_stop_finds_its_devices_and_they_are_leased_anew_after_it(tmp_pat
     stop = [sys.executable, "-m", "labrun.engine", "stop", "gantry", "--lab", path]
     with labrun.lab(path, yes=["motion"]) as lab:
         lab.gantry.move_to(x=1)
+        with (
+            labrun.lab(path, yes=["motion"]) as another,
+            pytest.raises(labrun.Refused, match=r"held by call-.*`labrun stop gantry`.*Nothing"),
+        ):
+            another.gantry.halt()
         stopped = subprocess.run(stop, cwd=tmp_path, capture_output=True, text=True)
         with pytest.raises(labrun.ActionFailed, match=r"gantry\.move_to: Stopped: .* stopped by"):
             lab.gantry.move_to(x=2)

@@ -147,7 +147,7 @@ def test_a_journal_of_a_newer_labrun_is_refused(stopped):
     ended = labrun("resume", run)
 
     assert ended.returncode == 2
-    assert "is written in journal format 99; this labrun reads format 2" in ended.stderr
+    assert "is written in journal format 99; this labrun reads format 3" in ended.stderr
 
 
 @pytest.mark.slow
