@@ -50,6 +50,7 @@ SHIPPED = {
     "grbl": "labrun.drivers.grbl.gantry:Grbl",
     "marlin": "labrun.drivers.marlin.gantry:Marlin",
     "moonraker": "labrun.drivers.moonraker.gantry:Moonraker",
+    "zaber": "labrun.drivers.zaber.gantry:Zaber",
     "openbuilds": "labrun.drivers.openbuilds.gantry:OpenBuilds",
     "aecp": "labrun.drivers.aecp.driver:Aecp",
     "sciaps_gui": "labrun.drivers.sciaps_gui.driver:SciapsGui",

@@ -26,6 +26,7 @@ EXTRAS = {
     "sila2": ("sila2",),
     "opcua": ("asyncua",),
     "ophyd": ("ophyd", "ophyd_async"),
+    "zaber": ("zaber_motion",),
 }
 """Extra -> the libraries that labrun imports from it, as pyproject.toml has them."""
 

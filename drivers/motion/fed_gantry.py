@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from ..driver import ActionFailed, GoalContext, Place
 from .bench import LETTERS, Point, place_words
-from .faults import Ended, Lost, MotionFault, NotStopped, Silent, WrongPlace
+from .faults import Ended, Lost, MotionFault, NotConnected, NotStopped, Silent, WrongPlace
 from .jog_rules import JogRules
 from .work_zero import WorkZero
 
@@ -162,7 +162,7 @@ class FedGantry(JogRules):
                 yield
         except Ended:
             raise self._ending(goal, error, "yes") from None
-        except Lost as fault:
+        except (Lost, NotConnected) as fault:  # the way that it was given before is gone, too
             if self._ended(goal)():
                 raise self._ending(goal, error, "yes") from fault
             raise Lost(f"{fault}. It may finish what it was given; home it") from fault
