@@ -3,12 +3,14 @@
 import time
 from dataclasses import dataclass
 from typing import Annotated
+from urllib.parse import unquote
 
 from fastapi import Depends, Header, Request
 
 from ..local.refusal import Refusal
 
 LONGEST_MS = 60_000.0
+LONGEST_NAME = 80
 
 Key = Annotated[
     str | None,
@@ -31,7 +33,7 @@ Name = Annotated[
     str,
     Header(
         alias="X-Name", max_length=1000,
-        description="Who stops, percent-encoded; for the log, and needed for nothing.",
+        description="Who stops or pauses, percent-encoded; for the log, and needed for nothing.",
     ),
 ]  # fmt: skip
 ControlLease = Annotated[
@@ -80,6 +82,17 @@ def _deadline(until_ms: float) -> Deadline:
     return deadline
 
 
+def by_whom(name: str, how: str) -> str:
+    """Who says to be `name`, and `how`; nobody has to say who they are."""
+    said = " ".join("".join(c for c in name if c.isprintable()).split())[:LONGEST_NAME]
+    return f"{said} ({how})" if said else how
+
+
+async def by_name(name: Name = "") -> str:
+    """Who acts on the page, as the log says it."""
+    return by_whom(unquote(name), "the page")
+
+
 async def by_holder(request: Request, lease: ControlLease = None) -> str:
     """The name of the holder of control, which this renews; 423 for everybody else."""
     return request.app.state.app_state.control.used_by(lease)
@@ -94,5 +107,6 @@ async def needs_key(key: Key = None) -> str:
 
 InTime = Annotated[Deadline, Depends(in_time)]
 PerhapsInTime = Annotated[Deadline, Depends(perhaps_in_time)]
+ByName = Annotated[str, Depends(by_name)]
 Operator = Annotated[str, Depends(by_holder)]
 CommandKey = Annotated[str, Depends(needs_key)]

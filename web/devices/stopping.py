@@ -7,6 +7,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 from ...system.tasks import spawn
+from ..access.headers import by_whom
 from ..local.clock import now_iso
 from ..models.devices import Stopped, StoppedDevice, StoppedRun
 from .arming import Arming
@@ -15,7 +16,6 @@ from .jogging import Jogging
 
 LOG = logging.getLogger("labrun")
 BY = "STOP ALL on the page"
-LONGEST_NAME = 80
 ANSWER_S = 0.9
 """Time for a device to confirm; the answer is sent within one second."""
 
@@ -44,7 +44,7 @@ class Stopping:
         """
         same = press is not None and press == self._press
         if self._latest is None or (self._latest.done() and not same):
-            self._latest = spawn("stop all devices", self._stop_all(_by(name)))
+            self._latest = spawn("stop all devices", self._stop_all(by_whom(name, BY)))
             self._press = press
         return await asyncio.shield(self._latest)
 
@@ -67,12 +67,6 @@ class Stopping:
         return Stopped(
             all_confirmed=not silent, devices=devices, runs=aborting.result(), at=now_iso()
         )
-
-
-def _by(name: str) -> str:
-    """Who stops, and how; nobody has to say who they are."""
-    said = " ".join("".join(c for c in name if c.isprintable()).split())[:LONGEST_NAME]
-    return f"{said} ({BY})" if said else BY
 
 
 async def _stop(device_link: DeviceLink, by: str) -> StoppedDevice:

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from ..access.headers import CommandKey, InTime, Operator, PerhapsInTime
+from ..access.headers import ByName, CommandKey, InTime, Operator, PerhapsInTime
 from ..access.once import CommandRoute
 from ..models import runs as models
 from ..models.base import Answer
@@ -83,10 +83,10 @@ async def get_log(
 
 @commands.post("/runs/{id}/pause")
 async def pause_run(
-    id: str, asked: models.PauseRun, app_state: TheSite, in_time: PerhapsInTime
+    id: str, asked: models.PauseRun, app_state: TheSite, in_time: PerhapsInTime, by: ByName
 ) -> Answer:
     """Pause; needs no control."""
-    return await app_state.commands.pause(id, asked.when)
+    return await app_state.commands.pause(id, asked.when, by)
 
 
 @commands.post("/runs/{id}/continue")

@@ -39,6 +39,8 @@ class OpenRun:
         self.live = False
         self.pausing: tuple[str, str] | None = None
         """The loop and key of the iteration after which it is to pause."""
+        self.paused_by = ""
+        """Who wanted that."""
         self.inputs = Inputs("", "", None, None, Launch())
         self.picture = Picture(folder / JOURNAL, None)
         self.damage = ""

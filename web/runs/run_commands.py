@@ -37,16 +37,16 @@ class RunCommands:
         """Wait for no engine any more; changes that were asked for still come."""
         await end(*self._changing)
 
-    async def pause(self, id: str, when: Literal["now", "after_point"]) -> Answer:
+    async def pause(self, id: str, when: Literal["now", "after_point"], by: str) -> Answer:
         """Pause once the actions under way end, or when the present iteration ends."""
         run = await self._runs.opened(id)
         current = _current(run)
         if when == "after_point" and current is not None and not run.picture.paused:
             self._check_live(run)
-            run.pausing = current
+            run.pausing, run.paused_by = current, f"{by}, after the point"
             run.picture.changed.head = True
             return Answer(text=f"the run pauses after the point {current[1]}")
-        return await self._ask(run, verb="pause", by="the page")
+        return await self._ask(run, verb="pause", by=by)
 
     async def go_on(self, id: str, by: str, deadline: Deadline) -> Answer:
         """Continue after a pause."""
@@ -116,7 +116,7 @@ class RunCommands:
 
     async def _pause_now(self, run: OpenRun) -> None:
         try:
-            await self._ask(run, verb="pause", by="the page, after the point")
+            await self._ask(run, verb="pause", by=run.paused_by)
         except Refusal as refusal:
             self._runs.tell(f"{run.id} was not paused: {refusal}", run.id)
 

@@ -29,7 +29,7 @@ def test_every_command_says_which_headers_it_wants():
             "X-Control-Lease",
             "X-Deadline",
         },
-        "/api/v1/runs/{id}/pause": {"X-Deadline"},
+        "/api/v1/runs/{id}/pause": {"X-Deadline", "X-Name"},
         "/api/v1/stop": {"Idempotency-Key", "X-Deadline", "X-Name"},
     }
     for path, headers in wanted.items():

@@ -90,7 +90,7 @@ def test_pausing_needs_no_control_and_going_on_does(unhurried, hand, wait_for):
     client, other = hand, unhurried.client()
     id = client.run_of("long.yaml", checklist=[])
     wait_for(lambda: client.run(id)["live"], "live")
-    paused = other.post(f"/runs/{id}/pause", json={})
+    paused = other.post(f"/runs/{id}/pause", json={}, headers={"X-Name": "Bo%20%C3%98."})
     client.until(id, "paused")
     refused = other.command(f"/runs/{id}/continue")
     client.command(f"/runs/{id}/continue")
@@ -102,6 +102,7 @@ def test_pausing_needs_no_control_and_going_on_does(unhurried, hand, wait_for):
     assert refused.status_code == 423
     assert aborted.status_code == 200
     assert run["reason"] == "aborted by Ada"
+    assert "pause by Bo Ø. (the page)" in client.get(f"/runs/{id}/log").text
 
 
 @pytest.mark.slow

@@ -6242,6 +6242,8 @@ export interface operations {
             header?: {
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
+                /** @description Who stops or pauses, percent-encoded; for the log, and needed for nothing. */
+                "X-Name"?: string;
             };
             path: {
                 id: string;
@@ -7037,7 +7039,7 @@ export interface operations {
             header?: {
                 /** @description New for each click. Repeating a key returns the same answer and does nothing. */
                 "Idempotency-Key"?: string | null;
-                /** @description Who stops, percent-encoded; for the log, and needed for nothing. */
+                /** @description Who stops or pauses, percent-encoded; for the log, and needed for nothing. */
                 "X-Name"?: string;
                 /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
                 "X-Deadline"?: number | null;
