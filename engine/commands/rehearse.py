@@ -7,8 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
+from ...schemas.quantity import UnitError, seconds
 from ..check import Checked
 from ..exit_status import FAILED, PROBLEMS, SUCCEEDED
+from ..journal.gantt import Gantt
 from .checked_protocol import checked_file
 from .options import Bind, Lab, Params, WrongUsage, say
 from .run import File
@@ -22,8 +24,15 @@ Fail = Annotated[
     ),
 ]
 Seed = Annotated[int | None, typer.Option("--seed", help="Seed for the injected faults.")]
-Reservations = Annotated[
+Turns = Annotated[
     int, typer.Option("--turns", min=1, help="The most turns of a `while` without `max`.")
+]
+From = Annotated[
+    str, typer.Option("--from", metavar="TIME", help="The chart of what runs when begins then.")
+]
+To = Annotated[
+    str,
+    typer.Option("--to", metavar="TIME", help="And ends then: --to '10 min' for a closer look."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
 
@@ -35,22 +44,26 @@ def rehearse(
     bind: Bind = None,
     fail: Fail = None,
     seed: Seed = None,
-    turns: Reservations = 10_000,
+    turns: Turns = 10_000,
+    from_: From = "0 s",
+    to: To = "",
     json: Json = False,
 ) -> None:
     """Play the whole protocol on simulated devices and a virtual clock: how long, how far, what fails."""
     checked = checked_file(file, lab, bind, param, json=json)
-    raise typer.Exit(_rehearse(checked, fail or [], seed, turns, json=json))
+    raise typer.Exit(_rehearse(checked, fail or [], seed, turns, (from_, to), json=json))
 
 
 def _rehearse(
-    checked: Checked, fail: list[str], seed: int | None, turns: int, *, json: bool
-) -> int:
+    checked: Checked, fail: list[str], seed: int | None, turns: int, part: tuple[str, str],
+    *, json: bool,
+) -> int:  # fmt: skip
     from ..rehearse.rehearse import NoRehearsal, Rehearsal
     from ..rehearse.table import lines
 
     try:
-        rehearsal = Rehearsal(checked, ordered(fail, checked), seed, turns, _progress(json=json))
+        faults, shown = ordered(fail, checked), looked_at(*part)
+        rehearsal = Rehearsal(checked, faults, seed, turns, _progress(json=json), shown)
         totals = rehearsal.play()
     except (NoRehearsal, WrongUsage) as fault:
         say(str(fault))
@@ -79,6 +92,18 @@ def _progress(*, json: bool) -> Callable[[float, int], None]:
             )
 
     return show
+
+
+def looked_at(from_: str, to: str) -> Gantt:
+    """The part of the time that the chart shows; raises WrongUsage with a sentence."""
+    try:
+        from_s, to_s = seconds(from_), seconds(to) if to else None
+    except UnitError:
+        given = f"--from {from_}" + (f" --to {to}" if to else "")
+        raise WrongUsage(f"{given}: write times, such as --to '10 min'") from None
+    if to_s is not None and from_s >= to_s:
+        raise WrongUsage(f"--from {from_} is not before --to {to}")
+    return Gantt(from_s, to_s)
 
 
 def ordered(fail: list[str], checked: Checked) -> dict[str, dict[str, Any]]:

@@ -18,6 +18,7 @@ from ...drivers.world import World
 from ...schemas import journal as j
 from ...schemas.contract import RESERVED_ERRORS
 from ..check import Checked
+from ..journal.gantt import Gantt
 from ..journal.journal import Journal, R
 from ..language.suggest import listed
 from ..run.clock import RunClock
@@ -51,6 +52,7 @@ class Rehearsal:
     seed: int | None = None
     turns: int = TURNS
     say: Callable[[float, int], None] = lambda at_s, goals: None
+    gantt: Gantt = field(default_factory=Gantt)
     real_s: float = 0.0
 
     def play(self) -> Totals:
@@ -72,7 +74,8 @@ class Rehearsal:
         folder.mkdir(parents=True)
         keep_used(folder, checked.source.name, checked.survey)
         names = [step.id or step.name for step in checked.protocol.steps]
-        counting = Counting([name or f"step {n + 1}" for n, name in enumerate(names)])
+        names = [name or f"step {n + 1}" for n, name in enumerate(names)]
+        counting = Counting(names, self.gantt)
         journal = _EventRelay(folder / "journal.jsonl", lambda r: self._heard(counting, r, clock()))
         run = new_run(
             folder, checked, RunOptions(yes=True), journal=journal, clock=RunClock.virtual(clock)

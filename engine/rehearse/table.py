@@ -1,11 +1,17 @@
 """A rehearsal as lines of text."""
 
+import math
 from collections.abc import Iterator
 
 from ...schemas.journal import ended_as
-from .totals import Totals
+from ..journal.gantt import marks
+from .totals import COLUMNS, Totals
 
 SHOWN = 12
+WIDTH = 60
+"""Characters of the Gantt chart."""
+MARKS = 6
+BLOCKS = " ▁▂▃▄▅▆▇█"
 
 
 def lines(totals: Totals, real_s: float) -> Iterator[str]:
@@ -16,6 +22,7 @@ def lines(totals: Totals, real_s: float) -> Iterator[str]:
     yield ""
     yield from _work(totals)
     yield ""
+    yield from gantt(totals)
     yield from _wrong(totals)
     strange = [f"{d} is played by {who}" for d, who in totals.players.items() if "stand-in" in who]
     if strange:
@@ -48,6 +55,27 @@ def _work(totals: Totals) -> Iterator[str]:
         yield f"{label:<{width}}  {count:>7,}  {duration(totals.seconds[label]):>10}{once}"
     for device, mm in totals.path_mm.items():
         yield f"{device} travels {mm / 1000:,.2f} m"
+
+
+def gantt(totals: Totals) -> Iterator[str]:
+    """What each device does when: a line for each action, the fuller the more of the time it is under way."""
+    (from_s, to_s), each = totals.shown_s, COLUMNS // WIDTH
+    if not totals.gantt:
+        if totals.actions:
+            yield f"No action is under way from {duration(from_s)} to {duration(to_s)}."
+            yield ""
+        return
+    width = max(len("when"), *(len(label) for label in totals.gantt))
+    axis = ""
+    for moment, words in marks(from_s, to_s - from_s, MARKS):
+        at = int(WIDTH * (moment - from_s) / (to_s - from_s))
+        axis += f"{'' if not axis else ' '}".ljust(at - len(axis)) + words
+    yield f"{'when':<{width}}  {axis}"
+    for label, row in totals.gantt.items():
+        parts = (sum(row[n : n + each]) / each for n in range(0, COLUMNS, each))
+        blocks = (BLOCKS[math.ceil(part * (len(BLOCKS) - 1))] for part in parts)
+        yield f"{label:<{width}}  {''.join(blocks)}".rstrip()
+    yield ""
 
 
 def _wrong(totals: Totals) -> Iterator[str]:

@@ -6,6 +6,10 @@ from typing import Any
 
 from ...schemas import journal as j
 from ..journal.course import split_goal_id
+from ..journal.gantt import Gantt
+
+COLUMNS = 120
+"""Of the Gantt chart."""
 
 
 @dataclass(slots=True)
@@ -38,7 +42,11 @@ class Trouble:
 
 @dataclass(slots=True)
 class Totals:
-    """A rehearsal in figures."""
+    """A rehearsal in figures.
+
+    `gantt`: by action, the share of each of `COLUMNS` columns of time in which it was under way; they divide
+    `shown_s`, a part of the rehearsed time from its beginning.
+    """
 
     fate: str = ""
     reason: str = ""
@@ -55,6 +63,8 @@ class Totals:
     points: j.Points = field(default_factory=j.Points)
     questions: list[str] = field(default_factory=list)
     players: dict[str, str] = field(default_factory=dict)
+    gantt: dict[str, list[float]] = field(default_factory=dict)
+    shown_s: tuple[float, float] = (0.0, 0.0)
 
     def as_dict(self) -> dict[str, Any]:
         """All of it as plain data."""
@@ -64,9 +74,10 @@ class Totals:
 class Counting:
     """Listens to a rehearsed run's records, each with its virtual time."""
 
-    def __init__(self, names: list[str]) -> None:
+    def __init__(self, names: list[str], gantt: Gantt) -> None:
         self.totals = Totals()
         self._names = names
+        self._gantt = gantt
         self._parts: dict[str, Part] = {}
         self._sent: dict[str, tuple[j.GoalSent, float]] = {}
         self._busy: dict[str, float] = defaultdict(float)
@@ -106,6 +117,8 @@ class Counting:
         totals.fate, totals.reason, totals.holes = finished.fate, finished.reason, finished.holes
         totals.points = finished.points or totals.points
         totals.lasts_s = lasts_s
+        totals.gantt = self._gantt.rows(COLUMNS, lasts_s)
+        totals.shown_s = (self._gantt.from_s, self._gantt.from_s + self._gantt.span_s(lasts_s))
         totals.parts = list(self._parts.values())
         totals.actions = dict(self._counts.most_common())
         totals.seconds = {label: self._busy[label] for label in totals.actions}
@@ -126,6 +139,7 @@ class Counting:
         sent, began = self._sent.pop(ended.id)
         label, took = sent.label, at_s - began
         self._busy[label] += took
+        self._gantt.add(label, began, at_s)
         path, _ = split_goal_id(ended.id)
         self._part(path, at_s)
         if sent.timeout_s and took > self.totals.slow.get(label, (sent.timeout_s / 2, 0))[0]:

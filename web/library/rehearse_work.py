@@ -22,5 +22,5 @@ def rehearse(asked: dict[str, Any]) -> dict[str, Any]:
     totals = rehearsal.play()
     return {
         "fate": totals.fate, "reason": totals.reason, "lasts_s": totals.lasts_s,
-        "lines": list(lines(totals, rehearsal.real_s)),
+        "lines": list(lines(totals, rehearsal.real_s)), "gantt": totals.gantt,
     }  # fmt: skip

@@ -274,3 +274,7 @@ class Rehearsed(ApiModel):
     reason: str
     lasts_s: float
     lines: list[str] = Field(description="The result as text for people.")
+    gantt: dict[str, list[float]] = Field(
+        description="By action (`gantry.move_to`), the share of each of 120 columns of time, which divide "
+        "`lasts_s`, for which it was under way; actions of one device stand together."
+    )

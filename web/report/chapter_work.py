@@ -1,5 +1,9 @@
 """Report chapters on the work itself: what was asked for, on which devices, when, by which actions."""
 
+import math
+from itertools import groupby
+
+from ...engine.journal.gantt import marks
 from .counts import KEPT
 from .formatting import count, duration, moment, seconds_between, value
 from .html import (
@@ -22,6 +26,8 @@ from .report_data import ReportData
 from .spans import EngineSpan
 
 PROTOCOL_SHOWN = 200_000
+COLUMNS, MARKS, SHADES = 240, 8, 5
+"""Of the Gantt chart."""
 
 
 def provenance(title: str, data: ReportData) -> Html:
@@ -217,7 +223,42 @@ def actions(title: str, data: ReportData) -> Html:
     ]  # fmt: skip
     return section(
         "actions", title,
-        table("Goals by device and action", header, rows, numbers=".nnnnnnnn"),
+        table("Goals by device and action", header, rows, numbers=".nnnnnnnn"), _gantt(data),
+    )  # fmt: skip
+
+
+def _gantt(data: ReportData) -> Html:
+    """A line for each action, the darker the more of the time it was under way; without interruptions."""
+    lasted_s = data.digest.spans.running_s
+    rows = [
+        (label(name), _line(name, row), duration(sum(row) * lasted_s / COLUMNS))
+        for name, row in data.digest.gantt.rows(COLUMNS, lasted_s).items()
+    ]
+    if not rows:
+        return Html()
+    written = (
+        tag("span", words, style=f"left:{100 * at_s / lasted_s:.2f}%")
+        for at_s, words in marks(0.0, lasted_s, MARKS)
+    )
+    away = ", interruptions left out" if len(data.digest.spans.lives) > 1 else ""
+    axis = tag("div", *written, class_="axis")
+    return table(
+        f"What each device did when, over {duration(lasted_s)}{away}", ["action", axis, "under way"], rows,
+        numbers="..n",
+    )  # fmt: skip
+
+
+def _line(name: str, row: list[float]) -> Html:
+    """As a picture: columns alike are drawn as one."""
+    pieces, at = [], 0
+    for part, same in groupby(math.ceil(part * SHADES) / SHADES for part in row):
+        wide = len(list(same))
+        if part:
+            pieces.append(tag("rect", x=f"{at}", width=f"{wide}", height="1", opacity=f"{part:g}"))
+        at += wide
+    return tag(
+        "svg", *pieces, class_="gantt", viewBox=f"0 0 {COLUMNS} 1", preserveAspectRatio="none",
+        role="img", aria_label=f"when {name} was under way",
     )  # fmt: skip
 
 

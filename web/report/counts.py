@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from ...engine.journal.course import Course
+from ...engine.journal.gantt import Gantt
 from ...schemas import journal as j
 from .outcomes import Outcomes
 from .rows_hash import RowsHash
@@ -90,6 +91,7 @@ class JournalDigest(Course):
     spans: Spans = field(default_factory=Spans)
     outcomes: Outcomes = field(init=False)
     deeds: dict[str, Deed] = field(default_factory=dict)
+    gantt: Gantt = field(default_factory=Gantt)
     loops: dict[str, Counted] = field(default_factory=dict)
     holes: dict[str, Holes] = field(default_factory=dict)
     asked: list[Asking] = field(default_factory=list)

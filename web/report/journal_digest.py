@@ -102,6 +102,7 @@ def _resumed(digest: JournalDigest, record: j.Resumed) -> None:
         last = digest.spans.lives[-1]
         last.under_way = len(digest.under_way)
         digest.spans.go_on(last.ended, "the end of its engine")
+        digest.spans.earlier_s += last.seconds
     digest.outcomes.engine_gone()
     number = len(digest.spans.lives) + 1
     digest.spans.lives.append(
@@ -138,6 +139,8 @@ def _ended(digest: JournalDigest, record: j.GoalEnded) -> None:
     deed.timed += 1
     deed.seconds += took_s
     deed.longest_s = max(deed.longest_s, took_s)
+    ended_s = digest.spans.earlier_s + digest.spans.lives[-1].seconds
+    digest.gantt.add(goal.record.label, ended_s - took_s, ended_s)
 
 
 def _iteration(digest: JournalDigest, record: j.IterationEnded) -> None:

@@ -38,10 +38,11 @@ class Hold:
 
 @dataclass(slots=True)
 class Spans:
-    """The engine sessions of a run in order, and its pauses."""
+    """The engine sessions of a run in order, and its pauses; `earlier_s`: how long all but the last ran."""
 
     lives: list[EngineSpan] = field(default_factory=list)
     holds: list[Hold] = field(default_factory=list)
+    earlier_s: float = 0.0
 
     @property
     def running_s(self) -> float:

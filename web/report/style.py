@@ -54,6 +54,8 @@ img{max-width:100%;height:auto;background:#fff;border-radius:.4rem}
 .bar{display:flex;height:1.1rem;border-radius:.3rem;overflow:hidden;margin:.6rem 0 .2rem;
 border:1px solid var(--line)}
 .bar span{min-width:2px}.bar .ran{background:#3f8f63}.bar .away{background:#c8504a}
+.gantt{display:block;width:100%;min-width:24rem;height:1.1rem;background:var(--wash);fill:#2f7fb8}
+.axis{position:relative;height:1.2em}.axis span{position:absolute;white-space:nowrap}
 @media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;--wash:#fff;
 --link:#000;--good:#000;--bad:#000;--warn:#000;--good-wash:#fff;--bad-wash:#fff;--warn-wash:#fff}
 body{font-size:10pt}main{max-width:none;padding:0}nav{display:none}.scroll{overflow:visible}

@@ -6,20 +6,21 @@ import pytest
 
 from labrun.engine.check import check_file
 from labrun.engine.commands.options import WrongUsage
-from labrun.engine.commands.rehearse import ordered
+from labrun.engine.commands.rehearse import looked_at, ordered
+from labrun.engine.journal.gantt import Gantt
 from labrun.engine.rehearse.rehearse import NoRehearsal, Rehearsal
-from labrun.engine.rehearse.table import duration, lines
+from labrun.engine.rehearse.table import duration, gantt, lines
 
 SHIPPED = Path(__file__).parents[3] / "protocols"
 HEAD = "labrun: 1\nname: r\ndevices: {gantry: gantry@1, libs: libs_analyzer@1}\n"
 
 
-def rehearsed(folder, steps, *, faults=None, lab=None, seed=None, head=HEAD):
+def rehearsed(folder, steps, *, faults=None, lab=None, seed=None, head=HEAD, shown=None):
     path = folder / "r.yaml"
     path.write_text(head + steps, encoding="utf-8")
     checked = check_file(path, lab=lab)
     assert checked.ok, checked.problems
-    return Rehearsal(checked, faults or {}, seed).play()
+    return Rehearsal(checked, faults or {}, seed, gantt=shown or Gantt()).play()
 
 
 SCAN = """
@@ -65,6 +66,25 @@ def test_faults_to_order_show_what_would_happen(tmp_path):
     assert totals.lasts_s != calm.lasts_s
     assert f"libs.measure: ButtonNotFound, {trouble.count} time" in told
     assert f"points: {6 - totals.holes} of 6 measured, {totals.holes} failed" in told
+
+
+def test_what_each_device_does_when_is_drawn(tmp_path):
+    steps = (
+        "steps:\n  - {do: libs.locate}\n  - {wait: 20 s}\n  - parallel:\n"
+        "      - {do: gantry.move_to, with: {x: 200 mm, y: 0 mm, z: 100 mm}}\n"
+        "      - steps: [{wait: 1 s}, {do: libs.locate}]\n"
+    )
+    whole = rehearsed(tmp_path, steps)
+    drawn = {row.split()[0]: row for row in gantt(whole) if row}
+    late = "\n".join(gantt(rehearsed(tmp_path, steps, shown=looked_at("1 h", ""))))
+
+    assert list(whole.gantt) == ["libs.locate", "gantry.move_to"]
+    assert sum(whole.gantt["libs.locate"]) / 120 * whole.lasts_s == pytest.approx(
+        whole.seconds["libs.locate"], rel=0.05
+    )
+    assert drawn["when"].startswith("when            0")
+    assert drawn["gantry.move_to"].index("█") > 40
+    assert "No action is under way from 1 h 00 min" in late
 
 
 def test_the_same_seed_has_the_same_luck(tmp_path):
@@ -143,6 +163,12 @@ def test_a_lab_of_real_devices_is_rehearsed_with_their_twins(tmp_path):
     assert totals.players == {"gantry": "the twin sim_gantry", "libs": "the twin sim_libs"}
     assert totals.fate == "failed"  # home leaves the gantry at 100 mm: no light from there
     assert "out of focus" in totals.reason
+
+
+@pytest.mark.parametrize("part", [("3 mm", ""), ("0 s", "soon"), ("2 min", "1 min")])
+def test_a_part_of_the_time_that_cannot_be_is_said(part):
+    with pytest.raises(WrongUsage, match=r"write times, such as|is not before"):
+        looked_at(*part)
 
 
 def test_faults_that_cannot_be_are_said(tmp_path):

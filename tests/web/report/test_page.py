@@ -1,5 +1,6 @@
 """The page is whole, escaped and readable for every kind of run, also for one that has no end."""
 
+import re
 import struct
 import zlib
 
@@ -103,6 +104,18 @@ def test_a_run_that_was_resumed_shows_its_engines_and_the_time_between(folder, t
     assert "9 bytes were cut off" in found.text
     assert "labrun, engine 2 0.2.0" in found.text
     assert "1 action" in found.text
+    assert "What each device did when" not in found.text  # nobody saw how long it took
+
+
+def test_what_each_device_did_when_is_drawn_without_the_time_between_engines(folder, teller):
+    teller.started().sent("main/a").after(30).ended("main/a").after(245)
+    teller.tell(j.Resumed(count=1, labrun="0.2.0")).after(10).sent("main/b").after(20)
+    text = page(gather(teller.ended("main/b").finished() and folder))
+    drawn = [(int(x), int(w)) for x, w in re.findall(r'<rect x="(\d+)" width="(\d+)"', text)]
+
+    assert "What each device did when, over 1 min 00 s, interruptions left out" in text
+    wide = [(round(x, -1), round(w, -1)) for x, w in drawn if w > 1]
+    assert wide == [(0, 120), (160, 80)]
 
 
 def test_changed_and_lost_files_and_a_table_that_was_edited_are_said_at_the_top(

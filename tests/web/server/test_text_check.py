@@ -128,6 +128,9 @@ def test_a_rehearsal_gives_figures_and_faults_that_were_ordered(shared, page):
     assert plain["fate"] == "succeeded" and plain["lasts_s"] > 6 * 8
     assert any(re.match(r"libs\.measure +6 ", line) for line in plain["lines"])
     assert any("travels" in line for line in plain["lines"])
+    assert {len(row) for row in plain["gantt"].values()} == {120} and max(
+        plain["gantt"]["libs.measure"]
+    ) == 1
     assert len(faults["lines"]) > len(plain["lines"])
     assert wrong.status_code == 422 and "ROLE.ACTION" in wrong.json()["message"]
     assert broken.status_code == 422 and broken.json()["problems"]

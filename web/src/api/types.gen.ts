@@ -3418,6 +3418,13 @@ export interface components {
         Rehearsed: {
             /** Fate */
             fate: string;
+            /**
+             * Gantt
+             * @description By action (`gantry.move_to`), the share of each of 120 columns of time, which divide `lasts_s`, for which it was under way; actions of one device stand together.
+             */
+            gantt: {
+                [key: string]: number[];
+            };
             /** Lasts S */
             lasts_s: number;
             /**
