@@ -30,11 +30,16 @@ UNITS = {
     "c": "degC", "f": "degF", "celsius": "degC", "kohm": "kohm", "mohm": "megaohm",
 }  # fmt: skip
 """What instruments write -> the unit, where pint does not know it or knows another one."""
+SEPARATOR = re.compile(r"[,;\s]+")
+OWN = ("scale", "offset", "base", "bit", "words")
+"""How a value is written, as a lab says it: value = what is written × scale + offset."""
 TRUE, FALSE = {"1", "on", "true", "yes"}, {"0", "off", "false", "no"}
 
 
-FIELD = re.compile(r"""(?:^|[,;])(\s*(?:"(?:[^"]|"")*"|'[^']*')\s*(?=[,;]|$)|[^,;]*)""")
+FIELD = re.compile(r"""(?:^|[,;\n])(\s*(?:"(?:[^"]|"")*"|'[^']*')\s*(?=[,;\n]|$)|[^,;\n]*)""")
 """One of several values; a comma within quotes is part of a text."""
+BASE = re.compile(r"#[hqb]|0[xob]|\$|h$", re.I)
+"""What stands before or behind a number that is not decimal."""
 
 
 class BadAnswer(ValueError):
@@ -60,6 +65,8 @@ def values(
     pointed = str if decimal == "." else _pointed
     if pattern is None:
         return _split(pointed(text), returns)
+    if len(returns) > 1 and all(_kind(schema) == "array" for schema in returns.values()):
+        return _columns([_parts(line, returns, pattern) for line in text.splitlines()], returns)
     found = pattern.fullmatch(text.strip())
     if found is None:
         raise BadAnswer(f"it does not match {pattern.pattern!r}")
@@ -88,6 +95,9 @@ def _pointed(text: str) -> str:
 def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
     if len(returns) <= 1:
         return {name: value(text, schema) for name, schema in returns.items()}
+    if all(_kind(schema) == "array" for schema in returns.values()) and "\n" in text:
+        rows = [[part for part in SEPARATOR.split(line) if part] for line in text.splitlines()]
+        return _columns(rows, returns)
     left = FIELD.findall(text)
     found = {}
     for name, schema in returns.items():
@@ -100,12 +110,37 @@ def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def _columns(rows: list[list[str]], returns: Mapping[str, Any]) -> dict[str, Any]:
+    """A table, a line of the answer for each row: each column is an array."""
+    if short := next((row for row in rows if len(row) < len(returns)), None):
+        raise BadAnswer(f"the row {short} has {len(short)} of {len(returns)} values")
+    items = [schema.get("items", {"type": "number"}) for schema in returns.values()]
+    columns = [[value(row[at], one) for row in rows] for at, one in enumerate(items)]
+    return dict(zip(returns, columns, strict=True))
+
+
+def _parts(line: str, returns: Mapping[str, Any], pattern: Any) -> list[str]:
+    found = pattern.fullmatch(line.strip())
+    if found is None:
+        raise BadAnswer(f"its line {line[:80]!r} does not match {pattern.pattern!r}")
+    named = found.groupdict()
+    return [named.get(name) or "" for name in returns] if named else list(found.groups())
+
+
 def value(text: str, schema: Mapping[str, Any]) -> Any:
     """One value; raises BadAnswer or NoNumber."""
     plain, kind = text.strip(), _kind(schema)
     if kind == "array":
-        items = schema.get("items", {"type": "number"})
-        return [value(part, items) for part in re.split(r"[,;\s]+", plain) if part]
+        own = {key: schema[key] for key in OWN if key in schema}
+        items = {**schema.get("items", {"type": "number"}), **own}
+        return [value(part, items) for part in SEPARATOR.split(plain) if part]
+    if "words" in schema:
+        for word, written in schema["words"].items():
+            if plain.strip("\"'").lower() == str(written).strip().lower():
+                return word
+        raise BadAnswer(f"{plain!r} is none of {', '.join(map(str, schema['words'].values()))}")
+    if "bit" in schema:
+        return bool(_whole(plain, schema) >> int(schema["bit"]) & 1)
     if kind in ("number", "integer"):
         return _number(plain, schema, whole=kind == "integer")
     if kind == "boolean":
@@ -118,6 +153,8 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
 
 
 def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int | None:
+    if "base" in schema:
+        return _scaled(_whole(text, schema), schema, whole=whole)
     found = NUMBER.fullmatch(text)
     if DASHES.match(text):
         return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
@@ -137,7 +174,22 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
         raise BadAnswer(f"{text!r} has a unit, and the contract has none")
     if whole and number != int(number):
         raise BadAnswer(f"{text!r} is not a whole number")
-    return int(number) if whole else number
+    return _scaled(number, schema, whole=whole)
+
+
+def _whole(text: str, schema: Mapping[str, Any]) -> int:
+    """A whole number in the base that the lab says, decimal unless it does."""
+    try:
+        return int(BASE.sub("", text.strip()), int(schema.get("base", 10)))
+    except ValueError:
+        raise BadAnswer(f"{text!r} is no number of base {schema.get('base', 10)}") from None
+
+
+def _scaled(number: float, schema: Mapping[str, Any], *, whole: bool) -> float | int:
+    scale, offset = schema.get("scale", 1), schema.get("offset", 0)
+    if (scale, offset) != (1, 0):
+        number = float(f"{number * scale + offset:.12g}")
+    return int(number) if whole else float(number)
 
 
 def none_for(name: str, words: str, schema: Mapping[str, Any]) -> None:
