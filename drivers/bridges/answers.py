@@ -11,7 +11,7 @@ from typing import Any
 from ...schemas.quantity import UnitError, kind_of_unit, magnitude_in, quantity, registry, unit_of
 
 NUMBER = re.compile(
-    r"\s*([+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?|ovld|overload|overflow|ovrflw|overrange|over|ovl|ovf|o\.?l|underflow|underrange|under))"
+    r"\s*([+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?|ovld|overload|overflow|ovrflw|overrange|over|ovl|ovf|o\.?l|underflow|underrange|under))"
     r"\s*([A-Za-z%°µμΩ][^,;]*)?\s*",
     re.I,
 )
@@ -28,6 +28,7 @@ UNITS = {
     "vdc": "V", "vac": "V", "adc": "A", "aac": "A", "ohms": "ohm", "ohm4w": "ohm", "ohms4w": "ohm",
     "secs": "s", "sec": "s", "deg c": "degC", "deg f": "degF", "°c": "degC", "°f": "degF",
     "c": "degC", "f": "degF", "celsius": "degC", "kohm": "kohm", "mohm": "megaohm",
+    "cel": "degC", "volts": "V", "amps": "A", "%rh": "%", "nm": "N*m", "cts": "count", "g": "gauss",
 }  # fmt: skip
 """What instruments write -> the unit, where pint does not know it or knows another one."""
 SEPARATOR = re.compile(r"[,;\s]+")
@@ -40,6 +41,9 @@ FIELD = re.compile(r"""(?:^|[,;\n])(\s*(?:"(?:[^"]|"")*"|'[^']*')\s*(?=[,;\n]|$)
 """One of several values; a comma within quotes is part of a text."""
 BASE = re.compile(r"#[hqb]|0[xob]|\$|h$", re.I)
 """What stands before or behind a number that is not decimal."""
+NUMERAL = re.compile(r"#h[0-9a-f]+|#q[0-7]+|#b[01]+|0x[0-9a-f]+", re.I)
+BASES = {"h": 16, "x": 16, "q": 8, "b": 2}
+"""How SCPI (IEEE 488.2, 8.7.3) and C write it."""
 
 
 class BadAnswer(ValueError):
@@ -153,7 +157,7 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
 
 
 def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int | None:
-    if "base" in schema:
+    if "base" in schema or NUMERAL.fullmatch(text):
         return _scaled(_whole(text, schema), schema, whole=whole)
     found = NUMBER.fullmatch(text)
     if DASHES.match(text):
@@ -162,7 +166,9 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
         comma = NUMBER.fullmatch(_pointed(text)) and '; a decimal comma? Then say `decimal: ","`'
         raise BadAnswer(f"{text!r} is not a number{comma or ''}")
     word = found[1].replace(" ", "")
-    number = WORDS[word.lstrip("+-").lower()] if word.lstrip("+-").lower() in WORDS else float(word)
+    size = WORDS.get(word.lstrip("+-").lower())
+    number = float(re.sub("[dD]", "e", word)) if size is None and word[-1:].isdigit() else size
+    number = float(word) if number is None else number
     size = abs(number)
     if math.isnan(number) or math.isclose(size, NOT_A_NUMBER, rel_tol=1e-6):
         return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
@@ -171,7 +177,10 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
     if found[2] and schema.get("unit"):
         number = _in_unit(number, found[2].strip(), schema["unit"])
     elif found[2]:
-        raise BadAnswer(f"{text!r} has a unit, and the contract has none")
+        raise BadAnswer(
+            f"{text!r} has a unit, and the contract has none; an `answer: '(.*) {found[2].strip()}'` picks "
+            f"the number"
+        )
     if whole and number != int(number):
         raise BadAnswer(f"{text!r} is not a whole number")
     return _scaled(number, schema, whole=whole)
@@ -180,7 +189,8 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
 def _whole(text: str, schema: Mapping[str, Any]) -> int:
     """A whole number in the base that the lab says, decimal unless it does."""
     try:
-        return int(BASE.sub("", text.strip()), int(schema.get("base", 10)))
+        base = BASES.get(text[1:2].lower(), 10) if NUMERAL.fullmatch(text) else 10
+        return int(BASE.sub("", text.strip()), int(schema.get("base", base)))
     except ValueError:
         raise BadAnswer(f"{text!r} is no number of base {schema.get('base', 10)}") from None
 

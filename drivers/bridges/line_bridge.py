@@ -180,10 +180,7 @@ class LineBridge(Bridge):
         if name is None:
             return {}
         if form is None:
-            path = str(given.get(name) or f"{name}.bin")
-            digest = sha256(data).hexdigest()
-            goal.files[name] = FileContent(path=path, sha256=digest, data=data)
-            return {name: path}
+            return {name: file_of(goal, name, given, data)}
         if len(data) % kind.itemsize:
             raise BadAnswer(
                 f"a block of {len(data)} bytes does not hold whole {said.block} numbers"
@@ -191,6 +188,13 @@ class LineBridge(Bridge):
         numbers: list[Any] = np.frombuffer(data, kind).tolist()
         schemas = self.config.written({name: action.returns["properties"][name]}, said.returns)
         return values(",".join(repr(number) for number in numbers), schemas, None)
+
+
+def file_of(goal: GoalContext, name: str, given: Values, data: bytes) -> str:
+    """The path at which a result that is a file goes back with the goal."""
+    path = str(given.get(name) or f"{name}.bin")
+    goal.files[name] = FileContent(path=path, sha256=sha256(data).hexdigest(), data=data)
+    return path
 
 
 def _own_faults(schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
