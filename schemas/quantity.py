@@ -42,6 +42,8 @@ SIZES = {
     "mass": {"ug": 1e-6, "µg": 1e-6, "mg": 1e-3, "g": 1.0, "kg": 1e3},
 }
 """The units that most protocols need, in one of their kind; a test holds them against pint."""
+GAS_FLOWS = ("sccm = cm**3 / min", "slm = L / min", "slpm = L / min")
+"""As a volume at the standard conditions of whoever wrote it, which differ: 0, 15, 20 or 25 degC."""
 PLAIN = {unit: (kind, size) for kind, sizes in SIZES.items() for unit, size in sizes.items()}
 
 
@@ -55,9 +57,12 @@ def registry() -> "UnitRegistry":
     UnitRegistry = _pint().UnitRegistry  # noqa: N806
 
     try:
-        return UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
+        made = UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
     except Exception:  # no folder to keep it in, or one left incomplete by another process
-        return UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
+        made = UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
+    for definition in GAS_FLOWS:
+        made.define(definition)
+    return made
 
 
 def _pint() -> Any:

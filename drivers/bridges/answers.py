@@ -11,7 +11,7 @@ from typing import Any
 from ...schemas.quantity import UnitError, kind_of_unit, magnitude_in, quantity, registry, unit_of
 
 NUMBER = re.compile(
-    r"\s*([+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?|ovld|overload|overflow|ovrflw|overrange|over|ovl|ovf|o\.?l|underflow|underrange|under))"
+    r"\s*([+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?|ovld|overload|overflow|ovrflw|overrange|over|ovl|ovf|o\.?l|underflow|underrange|under))"
     r"\s*([A-Za-z%°µμΩ][^,;]*)?\s*",
     re.I,
 )
@@ -28,13 +28,22 @@ UNITS = {
     "vdc": "V", "vac": "V", "adc": "A", "aac": "A", "ohms": "ohm", "ohm4w": "ohm", "ohms4w": "ohm",
     "secs": "s", "sec": "s", "deg c": "degC", "deg f": "degF", "°c": "degC", "°f": "degF",
     "c": "degC", "f": "degF", "celsius": "degC", "kohm": "kohm", "mohm": "megaohm",
+    "cel": "degC", "volts": "V", "amps": "A", "%rh": "%", "nm": "N*m", "cts": "count", "g": "gauss",
 }  # fmt: skip
 """What instruments write -> the unit, where pint does not know it or knows another one."""
+SEPARATOR = re.compile(r"[,;\s]+")
+OWN = ("scale", "offset", "base", "bit", "words")
+"""How a value is written, as a lab says it: value = what is written × scale + offset."""
 TRUE, FALSE = {"1", "on", "true", "yes"}, {"0", "off", "false", "no"}
 
 
-FIELD = re.compile(r"""(?:^|[,;])(\s*(?:"(?:[^"]|"")*"|'[^']*')\s*(?=[,;]|$)|[^,;]*)""")
+FIELD = re.compile(r"""(?:^|[,;\n])(\s*(?:"(?:[^"]|"")*"|'[^']*')\s*(?=[,;\n]|$)|[^,;\n]*)""")
 """One of several values; a comma within quotes is part of a text."""
+BASE = re.compile(r"#[hqb]|0[xob]|\$|h$", re.I)
+"""What stands before or behind a number that is not decimal."""
+NUMERAL = re.compile(r"#h[0-9a-f]+|#q[0-7]+|#b[01]+|0x[0-9a-f]+", re.I)
+BASES = {"h": 16, "x": 16, "q": 8, "b": 2}
+"""How SCPI (IEEE 488.2, 8.7.3) and C write it."""
 
 
 class BadAnswer(ValueError):
@@ -60,6 +69,8 @@ def values(
     pointed = str if decimal == "." else _pointed
     if pattern is None:
         return _split(pointed(text), returns)
+    if len(returns) > 1 and all(_kind(schema) == "array" for schema in returns.values()):
+        return _columns([_parts(line, returns, pattern) for line in text.splitlines()], returns)
     found = pattern.fullmatch(text.strip())
     if found is None:
         raise BadAnswer(f"it does not match {pattern.pattern!r}")
@@ -88,6 +99,9 @@ def _pointed(text: str) -> str:
 def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
     if len(returns) <= 1:
         return {name: value(text, schema) for name, schema in returns.items()}
+    if all(_kind(schema) == "array" for schema in returns.values()) and "\n" in text:
+        rows = [[part for part in SEPARATOR.split(line) if part] for line in text.splitlines()]
+        return _columns(rows, returns)
     left = FIELD.findall(text)
     found = {}
     for name, schema in returns.items():
@@ -100,12 +114,37 @@ def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def _columns(rows: list[list[str]], returns: Mapping[str, Any]) -> dict[str, Any]:
+    """A table, a line of the answer for each row: each column is an array."""
+    if short := next((row for row in rows if len(row) < len(returns)), None):
+        raise BadAnswer(f"the row {short} has {len(short)} of {len(returns)} values")
+    items = [schema.get("items", {"type": "number"}) for schema in returns.values()]
+    columns = [[value(row[at], one) for row in rows] for at, one in enumerate(items)]
+    return dict(zip(returns, columns, strict=True))
+
+
+def _parts(line: str, returns: Mapping[str, Any], pattern: Any) -> list[str]:
+    found = pattern.fullmatch(line.strip())
+    if found is None:
+        raise BadAnswer(f"its line {line[:80]!r} does not match {pattern.pattern!r}")
+    named = found.groupdict()
+    return [named.get(name) or "" for name in returns] if named else list(found.groups())
+
+
 def value(text: str, schema: Mapping[str, Any]) -> Any:
     """One value; raises BadAnswer or NoNumber."""
     plain, kind = text.strip(), _kind(schema)
     if kind == "array":
-        items = schema.get("items", {"type": "number"})
-        return [value(part, items) for part in re.split(r"[,;\s]+", plain) if part]
+        own = {key: schema[key] for key in OWN if key in schema}
+        items = {**schema.get("items", {"type": "number"}), **own}
+        return [value(part, items) for part in SEPARATOR.split(plain) if part]
+    if "words" in schema:
+        for word, written in schema["words"].items():
+            if plain.strip("\"'").lower() == str(written).strip().lower():
+                return word
+        raise BadAnswer(f"{plain!r} is none of {', '.join(map(str, schema['words'].values()))}")
+    if "bit" in schema:
+        return bool(_whole(plain, schema) >> int(schema["bit"]) & 1)
     if kind in ("number", "integer"):
         return _number(plain, schema, whole=kind == "integer")
     if kind == "boolean":
@@ -118,6 +157,8 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
 
 
 def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int | None:
+    if "base" in schema or NUMERAL.fullmatch(text):
+        return _scaled(_whole(text, schema), schema, whole=whole)
     found = NUMBER.fullmatch(text)
     if DASHES.match(text):
         return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
@@ -125,7 +166,9 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
         comma = NUMBER.fullmatch(_pointed(text)) and '; a decimal comma? Then say `decimal: ","`'
         raise BadAnswer(f"{text!r} is not a number{comma or ''}")
     word = found[1].replace(" ", "")
-    number = WORDS[word.lstrip("+-").lower()] if word.lstrip("+-").lower() in WORDS else float(word)
+    size = WORDS.get(word.lstrip("+-").lower())
+    number = float(re.sub("[dD]", "e", word)) if size is None and word[-1:].isdigit() else size
+    number = float(word) if number is None else number
     size = abs(number)
     if math.isnan(number) or math.isclose(size, NOT_A_NUMBER, rel_tol=1e-6):
         return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
@@ -134,10 +177,29 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
     if found[2] and schema.get("unit"):
         number = _in_unit(number, found[2].strip(), schema["unit"])
     elif found[2]:
-        raise BadAnswer(f"{text!r} has a unit, and the contract has none")
+        raise BadAnswer(
+            f"{text!r} has a unit, and the contract has none; an `answer: '(.*) {found[2].strip()}'` picks "
+            f"the number"
+        )
     if whole and number != int(number):
         raise BadAnswer(f"{text!r} is not a whole number")
-    return int(number) if whole else number
+    return _scaled(number, schema, whole=whole)
+
+
+def _whole(text: str, schema: Mapping[str, Any]) -> int:
+    """A whole number in the base that the lab says, decimal unless it does."""
+    try:
+        base = BASES.get(text[1:2].lower(), 10) if NUMERAL.fullmatch(text) else 10
+        return int(BASE.sub("", text.strip()), int(schema.get("base", base)))
+    except ValueError:
+        raise BadAnswer(f"{text!r} is no number of base {schema.get('base', 10)}") from None
+
+
+def _scaled(number: float, schema: Mapping[str, Any], *, whole: bool) -> float | int:
+    scale, offset = schema.get("scale", 1), schema.get("offset", 0)
+    if (scale, offset) != (1, 0):
+        number = float(f"{number * scale + offset:.12g}")
+    return int(number) if whole else float(number)
 
 
 def none_for(name: str, words: str, schema: Mapping[str, Any]) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from ...schemas.contract import Contract
 from .config import BridgeConfig, ConfigFault
-from .template import fill
+from .template import fill, written
 
 WHOLE = re.compile(r"\{(\w+)\}")
 
@@ -30,7 +30,8 @@ def filled(data: Any, given: Mapping[str, Any], params: Mapping[str, Any], goal:
         return data
     whole = WHOLE.fullmatch(data)
     if whole and whole[1] in params:
-        return given.get(whole[1], params[whole[1]].get("default"))
+        schema = params[whole[1]]
+        return written(given.get(whole[1], schema.get("default")), schema, "")
     return fill(data, given, params, goal)
 
 

@@ -4,7 +4,7 @@ Every bridge has the same keys for what an action is; how it is done (`query`, `
 are the bridge's own. A contract may also stand apart: then `params` and `returns` may be left out.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
@@ -85,7 +85,7 @@ class BridgeConfig(Model):
     """What every bridge's config has: actions, status, safe state."""
 
     own_keys: ClassVar[tuple[str, ...]] = ()
-    """Keys of a returned value that say where it is found, and are no part of the contract."""
+    """Keys of a value that say where it is found or how it is written; no part of the contract."""
     own_errors: ClassVar[dict[str, tuple[Happened, str]]] = {}
 
     summary: str = ""
@@ -129,7 +129,7 @@ class BridgeConfig(Model):
         errors = {n: ActionError(happened=h, summary=s) for n, (h, s) in self.own_errors.items()}
         for name, error in {**self.errors, **said.errors}.items():
             errors[name] = ActionError(happened=error.happened, summary=error.summary)
-        params = {name: typed(schema) for name, schema in said.params.items()}
+        params = {name: self._plain(schema) for name, schema in said.params.items()}
         needed = [name for name, schema in params.items() if "default" not in schema]
         returns = {name: self._plain(schema) for name, schema in said.returns.items()}
         return Action(
@@ -146,7 +146,22 @@ class BridgeConfig(Model):
         return said.duration or (f"{limit_s / 2:g} s" if limit_s > 10 else "1 s")
 
     def _plain(self, schema: JsonSchema) -> JsonSchema:
-        return typed({key: value for key, value in schema.items() if key not in self.own_keys})
+        own = {key: schema[key] for key in self.own_keys if key in schema}
+        plain = {key: value for key, value in schema.items() if key not in own}
+        if "bit" in own:
+            plain = {"type": "boolean", **plain}
+        elif isinstance(own.get("words"), dict) and "type" not in plain:
+            plain = {"enum": list(own["words"]), **plain}
+        return typed(plain)
+
+    def written(
+        self, schemas: Mapping[str, JsonSchema], said: Mapping[str, JsonSchema]
+    ) -> dict[str, JsonSchema]:
+        """A contract's schemas with the own keys that the lab says beside them."""
+        return {
+            name: {**schema, **{k: v for k, v in said.get(name, {}).items() if k in self.own_keys}}
+            for name, schema in schemas.items()
+        }
 
     def _nullable(self, schema: JsonSchema) -> JsonSchema:
         """In a status, a value that is not known is null."""
@@ -206,7 +221,8 @@ class BridgeConfig(Model):
         from .template import template_faults
 
         for key, text in said.used():
-            for message in template_faults(text, action.param_schemas()):
+            params = self.written(action.param_schemas(), said.params)
+            for message in template_faults(text, params):
                 yield ConfigFault((key,), message)
 
     def _until_faults(self, until: dict[str, Any], known: set[str]) -> Iterator[ConfigFault]:

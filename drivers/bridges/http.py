@@ -5,6 +5,7 @@ See docs/how-to/instruments-in-yaml.md.
 
 import asyncio
 import json
+from base64 import b64encode
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -13,11 +14,13 @@ from pydantic import Field, field_validator, model_validator
 from ...schemas.contract import Action, Effect, Name
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
-from .answers import BadAnswer
+from .answers import OWN, BadAnswer, value
+from .answers import values as values_of
 from .bridge import Bridge, Values
 from .by_action import ByAction, filled, texts
-from .config import ActionConfig
+from .config import ActionConfig, pattern
 from .library import plain
+from .line_bridge import file_of
 from .lines import NoAnswer
 from .template import fill
 
@@ -28,7 +31,7 @@ METHODS = ("get", "put", "post", "patch", "delete")
 
 
 class HttpAction(ActionConfig):
-    """One of get, put, post, patch or delete, with a path; `body` is sent as JSON."""
+    """One of get, put, post, patch or delete, with a path; `body` is sent as JSON, `form` as a form."""
 
     get: str | None = None
     put: str | None = None
@@ -36,6 +39,13 @@ class HttpAction(ActionConfig):
     patch: str | None = None
     delete: str | None = None
     body: Any = None
+    form: dict[str, Any] | None = None
+    answer: str | None = None
+
+    @field_validator("answer")
+    @classmethod
+    def _is_a_pattern(cls, value: str | None) -> str | None:
+        return pattern(value)
 
     @model_validator(mode="after")
     def _one_method(self) -> "HttpAction":
@@ -54,12 +64,15 @@ class HttpAction(ActionConfig):
     def used(self) -> Iterator[tuple[str, str]]:
         yield self.request
         yield from texts("body", self.body)
+        yield from texts("form", self.form)
+        for schema in self.returns.values():
+            yield "returns", str(schema.get("at", ""))
 
 
 class HttpConfig(ByAction):
     """The config of `driver: http`; a returned value says `at: data.speed` where it is found."""
 
-    own_keys = ("at",)
+    own_keys = ("at", *OWN)
     own_errors = {  # type: ignore[assignment] # noqa: RUF012
         "Refused": ("no", "The device refused it (status 400 to 499)"),
         "DeviceError": ("unknown", "The device failed (status 500 to 599)"),
@@ -70,6 +83,8 @@ class HttpConfig(ByAction):
 
     url: str
     headers: dict[str, str] = Field(default_factory=dict)
+    user: str | None = None
+    password: str = ""
     hello: str | None = None
     actions: dict[Name, HttpAction] = Field(min_length=1)
     status: list[str] = Field(default_factory=list)
@@ -93,7 +108,12 @@ class Http(Bridge):
             return
         from aiohttp import ClientSession
 
-        self._session = ClientSession(headers=self.config.headers)
+        said: HttpConfig = self.config
+        headers = said.headers
+        if said.user is not None:
+            known = b64encode(f"{said.user}:{said.password}".encode()).decode()
+            headers = {"Authorization": f"Basic {known}", **headers}
+        self._session = ClientSession(headers=headers)
         try:  # any answer shows that it is there; `hello` is a path that it has
             async with asyncio.timeout(timeout_s):
                 url = self.config.url + (self.config.hello or "/")
@@ -117,11 +137,14 @@ class Http(Bridge):
     ) -> Values:
         from aiohttp import ClientError
 
-        params = action.param_schemas()
+        params = self.config.written(action.param_schemas(), said.params)
         method, template = said.request
         path = fill(template, values, params, goal.id)
         body = filled(said.body, values, params, goal.id)
-        more = {"json": body} if body is not None else {}
+        more: dict[str, Any] = {"json": body} if body is not None else {}
+        if said.form is not None:
+            made = filled(said.form, values, params, goal.id)
+            more = {"data": {name: _plainly(value) for name, value in made.items()}}
         url = self.config.url + path
         what = f"{self.place.device} was asked to {method.upper()} {path}"
         if self._session is None:
@@ -131,14 +154,19 @@ class Http(Bridge):
                 asyncio.timeout(self.timeout_s(said)),
                 self._session.request(method, url, allow_redirects=False, **more) as got,
             ):
-                status, text = got.status, await got.text()
+                status, data = got.status, await got.read()
+                text = data.decode(got.charset or "utf-8", "backslashreplace")
         except TimeoutError as fault:
             wait = f"{self.timeout_s(said):g} s"
             raise NoAnswer(f"{what} and did not answer within {wait}") from fault
         except ClientError as fault:
             raise OSError(f"{what}: {fault or type(fault).__name__}") from fault
         self._refuse(what, said, status, text)
-        returns = action.returns.get("properties", {})
+        returns = self.config.written(action.returns.get("properties", {}), said.returns)
+        if file := next((n for n, s in returns.items() if s.get("format") == "path"), None):
+            return {file: file_of(goal, file, values, data)}
+        if said.answer is not None:
+            return values_of(text, returns, regular_expression(said.answer))
         try:
             data = json.loads(text) if returns else None
         except ValueError as fault:
@@ -149,7 +177,8 @@ class Http(Bridge):
             ):
                 raise BadAnswer(f"{what} and answered {text[:80]!r}, which is no JSON") from fault
             data = text  # a single value, as some devices answer
-        return {name: _found(data, name, said, schema) for name, schema in returns.items()}
+        at = {n: fill(str(s.get("at", "")), values, params, goal.id) for n, s in returns.items()}
+        return {name: _found(data, name, at[name], schema) for name, schema in returns.items()}
 
     def _refuse(self, what: str, said: HttpAction, status: int, text: str) -> None:
         words = f"{what} and answered with status {status}: {text[:200].strip()}"
@@ -165,13 +194,19 @@ class Http(Bridge):
         raise ActionFailed("DeviceError", words, "unknown")
 
 
-def _found(data: Any, name: str, said: HttpAction, schema: dict[str, Any]) -> Any:
+def _plainly(value: Any) -> str:
+    """As a form has it."""
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def _found(data: Any, name: str, at: str, schema: dict[str, Any]) -> Any:
     """A value of the answer, at its place."""
-    at = said.returns.get(name, {}).get("at")
-    single = at is None and not isinstance(data, dict)
-    for part in [] if single else str(at or name).split("."):
+    single = not at and not isinstance(data, dict)
+    for part in [] if single else (at or name).split("."):
         try:
             data = data[int(part)] if isinstance(data, list) else data[part]
         except (KeyError, IndexError, ValueError, TypeError) as fault:
             raise BadAnswer(f"the answer has no {at or name}: {str(data)[:80]}") from fault
+    if set(OWN) & set(schema):
+        return value(_plainly(data), schema)
     return plain(data, schema)

@@ -1,15 +1,19 @@
 """What `scpi` and `text` share: lines out, and answers that are values, errors, or neither."""
 
 import asyncio
+import re
 from collections.abc import Iterator
+from hashlib import sha256
 from typing import Any
 
+import numpy as np
 from pydantic import field_validator
 
 from ...schemas.contract import Action, Happened
+from ...schemas.messages import FileContent
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext, Place
-from .answers import BadAnswer, values
+from .answers import OWN, BadAnswer, values
 from .bridge import Bridge, Values, doubtful
 from .config import ActionConfig, BridgeConfig, ConfigFault, pattern
 from .lines import LineConfig, Lines, NoAnswer
@@ -21,6 +25,7 @@ NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
 }
 
 
+KINDS = re.compile(r"(?P<size>[1-9]\d*)?(?P<kind>[<>]?[iuf][1248])")
 MOST_TOLD = 3
 """Lines that were no answer, of those that are named."""
 
@@ -29,21 +34,40 @@ class LineAction(ActionConfig):
     """An action with texts that are sent and an answer that is a text."""
 
     answer: str | None = None
+    lines: int | str | None = None
+    block: str | None = None
 
-    @field_validator("answer")
+    @field_validator("answer", "lines")
     @classmethod
-    def _is_a_pattern(cls, value: str | None) -> str | None:
-        return pattern(value)
+    def _is_a_pattern(cls, value: int | str | None) -> int | str | None:
+        if isinstance(value, int) and value < 1:
+            raise ValueError(f"an answer has at least 1 line, not {value}")
+        return pattern(value) if isinstance(value, str) else value
+
+    @field_validator("block")
+    @classmethod
+    def _is_a_kind(cls, value: str | None) -> str | None:
+        if value in (None, "file") or KINDS.fullmatch(value or ""):
+            return value
+        raise ValueError(
+            f"{value!r} is no kind of block: `file`, or a number type as >f4, <i2, u1, or 1024<u2 for "
+            f"so many of them without the # of a block"
+        )
 
 
 class LineBridgeConfig(LineConfig, BridgeConfig):
     """Address, habits, and actions."""
 
+    own_keys = OWN
     own_errors = NUMBER_ERRORS  # type: ignore[assignment]
 
     def faults(self, contract: Any, *, apart: bool) -> Iterator[ConfigFault]:
         yield from super().faults(contract, apart=apart)
         for name, said in self.said().items():
+            for part in ("params", "returns"):
+                for one, schema in getattr(said, part).items():
+                    for key, message in _own_faults(schema):
+                        yield ConfigFault(("actions", name, part, one, key), message)
             if said.answer is None:
                 continue
             groups = set(regular_expression(said.answer).groupindex)
@@ -101,7 +125,7 @@ class LineBridge(Bridge):
         clock = asyncio.get_running_loop().time
         until = clock() + self.timeout_s(said)
         wanted = regular_expression(said.answer) if said.answer is not None else None
-        returns = action.returns.get("properties", {})
+        returns = self.config.written(action.returns.get("properties", {}), said.returns)
         first, wrong = True, list[str]()
         while True:
             try:
@@ -117,6 +141,9 @@ class LineBridge(Bridge):
             first = False
             self.refuse(sent, text, said)
             try:
+                if said.lines is not None:
+                    more = await self.lines.lines_after(text, said.lines, until - clock())
+                    text = "\n".join(more)
                 return values(text, returns, wanted, self.config.decimal)
             except BadAnswer as fault:
                 words = f"it was sent {sent!r} and answered {text[:80]!r}: {fault}"
@@ -128,9 +155,57 @@ class LineBridge(Bridge):
     def refuse(self, sent: str, text: str, said: ActionConfig) -> None:
         """Raise ActionFailed if this answer is an error that the lab names."""
         for name, error in {**self.config.errors, **said.errors}.items():
-            if error.answer is not None and regular_expression(error.answer).search(text):
+            if error.answer is None:
+                continue
+            known = regular_expression(error.answer)
+            if known.search(text) or known.search(self.lines.prompted or text):
                 words = f"it was sent {sent!r} and answered {text[:80]!r}"
                 summary = f": {error.summary}" if error.summary else ""
                 told = f"{self.place.device}: {words}{summary}"
                 failure = ActionFailed(name, told, error.happened)
                 raise failure if self.out <= 1 else doubtful(failure)
+
+    async def blocked(
+        self, query: str, said: LineAction, action: Action, given: Values, goal: GoalContext
+    ) -> Values:
+        """A binary answer, as the numbers or the file that the first result is."""
+        name = next(iter(action.returns.get("properties", {})), None)
+        form = KINDS.fullmatch(said.block or "")
+        kind = np.dtype(form["kind"]) if form else np.dtype("u1")
+        if form and form["size"]:
+            size = int(form["size"]) * kind.itemsize
+            data = await self.lines.bytes_of(query, size, self.timeout_s(said))
+        else:
+            data = await self.lines.block(query, self.timeout_s(said))
+        if name is None:
+            return {}
+        if form is None:
+            return {name: file_of(goal, name, given, data)}
+        if len(data) % kind.itemsize:
+            raise BadAnswer(
+                f"a block of {len(data)} bytes does not hold whole {said.block} numbers"
+            )
+        numbers: list[Any] = np.frombuffer(data, kind).tolist()
+        schemas = self.config.written({name: action.returns["properties"][name]}, said.returns)
+        return values(",".join(repr(number) for number in numbers), schemas, None)
+
+
+def file_of(goal: GoalContext, name: str, given: Values, data: bytes) -> str:
+    """The path at which a result that is a file goes back with the goal."""
+    path = str(given.get(name) or f"{name}.bin")
+    goal.files[name] = FileContent(path=path, sha256=sha256(data).hexdigest(), data=data)
+    return path
+
+
+def _own_faults(schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """(key, message) of what says how a value is written, and cannot be."""
+    if schema.get("scale", 1) == 0 or not isinstance(schema.get("scale", 1), (int, float)):
+        yield "scale", "it is a number other than 0: value = what is written × scale + offset"
+    if not isinstance(schema.get("offset", 0), (int, float)):
+        yield "offset", "it is a number: value = what is written × scale + offset"
+    if schema.get("base", 10) not in (2, 8, 10, 16):
+        yield "base", "it is 2, 8, 10 or 16"
+    if not isinstance(schema.get("bit", 0), int) or schema.get("bit", 0) < 0:
+        yield "bit", "it is the number of a bit, from 0 for the lowest"
+    if "words" in schema and not (isinstance(schema["words"], dict) and schema["words"]):
+        yield "words", 'say what the instrument writes for each value: {idle: "0", running: "1"}'

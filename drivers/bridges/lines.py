@@ -16,16 +16,24 @@ from .checksum import Checksum
 from .config import Time, pattern, time
 from .resource import read_resource
 
+MOST_LINES = 1_000_000
+
 
 class Terminator(Model):
-    """What ends a line: one that is sent, one that is read."""
+    """What ends a line: one that is sent, one that is read; or how long nothing comes after it."""
 
     write: str = "\n"
-    read: str | None = None
+    read: str | None = Field(default=None, min_length=1)
+    silence: Time | None = None
+
+    @field_validator("silence")
+    @classmethod
+    def _is_a_silence(cls, value: Time | None) -> Time | None:
+        return time(value)
 
 
-class Login(Model):
-    """One exchange before anything else: what is said first, and what is sent then."""
+class Exchange(Model):
+    """What is said first, and what is sent then."""
 
     after: str | None = None
     send: str | None = None
@@ -44,9 +52,10 @@ class LineConfig(Model):
     encoding: Literal["ascii", "latin-1", "utf-8"] = "latin-1"
     decimal: Literal[".", ","] = "."
     echo: bool = False
-    prompt: str | None = None
+    prompt: str | list[str] | None = None
+    frame: str | None = None
     banner: str | None = None
-    login: list[Login] = Field(default_factory=list)
+    login: list[Exchange] = Field(default_factory=list)
     checksum: Checksum | None = None
     ignore: str | None = None
     pause: Time | None = None
@@ -63,7 +72,7 @@ class LineConfig(Model):
         read_resource(value)
         return value
 
-    @field_validator("banner", "ignore")
+    @field_validator("banner", "ignore", "frame")
     @classmethod
     def _is_a_pattern(cls, value: str | None) -> str | None:
         return pattern(value)
@@ -77,8 +86,14 @@ class LineConfig(Model):
     def terminators(self) -> Terminator:
         """Sent is a line feed, and any line end is read, unless they are given."""
         if isinstance(self.terminator, str):
-            return Terminator(write=self.terminator, read=self.terminator)
+            return Terminator(write=self.terminator, read=self.terminator or None)
         return self.terminator or Terminator()
+
+    @property
+    def prompts(self) -> list[str]:
+        """Each that may stand there."""
+        said = [self.prompt] if isinstance(self.prompt, str) else self.prompt or []
+        return [one.strip() for one in said]
 
 
 class NoAnswer(Exception):
@@ -95,7 +110,11 @@ class Lines:
         self._device = place.device
         self._config = config
         self._end = config.terminators
+        self.prompted = ""
+        """Which of several prompts came last."""
         self._ignore = regular_expression(config.ignore) if config.ignore else None
+        self._frame = regular_expression(config.frame) if config.frame else None
+        self._silence_s = seconds(self._end.silence) if self._end.silence is not None else None
         self._pause_s = seconds(config.pause) if config.pause is not None else 0.0
 
     @property
@@ -177,7 +196,7 @@ class Lines:
         ends = {"\r", "\n", self._end.read or "\n", self._end.write}
         end, begin = (
             b"|".join(re.escape(one.strip(" ").encode("latin-1")) for one in sorted(marks))
-            for marks in (ends, {*ends - {""}, self._config.prompt or "\n"})
+            for marks in (ends, {*ends - {""}, *(self._config.prompts or "\n")})
         )
         echo = re.compile(rb"(?:^|%s) *%s *(?:%s)" % (begin, sent, end))
         while (found := echo.search(buffer)) is None:
@@ -187,6 +206,20 @@ class Lines:
             await self._more(until)
         del buffer[: found.end()]
 
+    async def lines_after(self, first: str, wanted: int | str, timeout_s: float) -> list[str]:
+        """An answer of so many lines, or up to one that a pattern finds, which is not part of it."""
+        until = asyncio.get_running_loop().time() + timeout_s
+        told = [first]
+        last = regular_expression(wanted) if isinstance(wanted, str) else None
+        most = wanted if isinstance(wanted, int) else MOST_LINES
+        while len(told) < most and (last is None or last.search(told[-1]) is None):
+            try:
+                told.append(await self._line(until))
+            except NoAnswer as fault:
+                lines = f"{len(told)} lines, the last {told[-1][:80]!r}"
+                raise NoAnswer(f"answered {lines}, and then {fault}") from fault
+        return told if last is None else told[:-1]
+
     async def next_line(self, timeout_s: float) -> str:
         """One more line; raises NoAnswer, OSError."""
         return await self._line(asyncio.get_running_loop().time() + timeout_s)
@@ -194,10 +227,17 @@ class Lines:
     async def _line(self, until: float) -> str:
         while True:
             line = self._taken_line()
+            if line is None and self._silence_s is not None and await self._is_over():
+                line = self._decoded(self.channel.received)
+                self.channel.received.clear()
             if line is None:
                 await self._more(until)
             elif line.strip() and not self._ignored(line):
                 return self._checked(line)
+
+    async def _is_over(self) -> bool:
+        """Something has come, and nothing more comes for as long as the lab says."""
+        return bool(self.channel.received) and not await self.channel.more(self._silence_s or 0.0)
 
     def _ignored(self, line: str) -> bool:
         return self._ignore is not None and self._ignore.search(line) is not None
@@ -214,8 +254,15 @@ class Lines:
 
     def _taken_line(self) -> str | None:
         buffer = self.channel.received
+        if self._frame is not None:  # a pattern sees one sign for each byte
+            framed = self._frame.search(buffer.decode("latin-1"))
+            if framed is None:
+                return None
+            line = self._decoded(buffer[framed.start() : framed.end()])
+            del buffer[: framed.end()]
+            return line
         found = self._ending().search(buffer)
-        if found is None:
+        if found is None or self._silence_s is not None:
             return None
         line = self._decoded(buffer[: found.start()])
         del buffer[: found.end()]
@@ -226,18 +273,30 @@ class Lines:
         return re.compile(rb"\r\n|\n|\r" if end is None else re.escape(end.encode("latin-1")))
 
     async def _until_prompt(self, until: float) -> list[str]:
-        prompt = (self._config.prompt or "").strip()
+        prompts = self._config.prompts
         while True:
             *lines, last = self._ending().split(bytes(self.channel.received))
-            if self._decoded(last).strip() == prompt:
+            if (prompt := self._decoded(last).strip()) in prompts:
                 self.channel.received.clear()
-                told = [self._decoded(line) for line in lines]
-                kept = [one for one in told if one.strip() and one.strip() != prompt]
-                # A device that echoes at its prompt shows both in one line.
-                kept = [one.strip().removeprefix(prompt).strip() for one in kept]
+                told = [self._decoded(line).strip() for line in lines]
+                kept = [one for one in told if one and one not in prompts]
+                if len(prompts) == 1:  # a device that echoes at its prompt shows both in one line
+                    kept = [one.removeprefix(prompt).strip() for one in kept]
                 kept = [one for one in kept if one and not self._ignored(one)]
+                if prompts[1:]:  # which of several it is says how the instrument stands
+                    self.prompted, kept = prompt, kept or [prompt]
                 return [self._checked(one) for one in kept]
             await self._more(until)
+
+    async def bytes_of(self, text: str, size: int, timeout_s: float) -> bytes:
+        """So many bytes, as they are; raises NoAnswer, OSError."""
+        until = asyncio.get_running_loop().time() + timeout_s
+        if self._config.echo:
+            await self._pass_echo(text, until)
+        await self._at_least(size, until)
+        data = bytes(self.channel.received[:size])
+        del self.channel.received[:size]
+        return data
 
     async def block(self, text: str, timeout_s: float) -> bytes:
         """A binary block of IEEE 488.2: `#` digits, length, data; `#0` goes on to the line's end."""

@@ -16,6 +16,7 @@ from ...schemas.model import Model
 from ...system.extras import not_installed
 from ..driver import ActionFailed, GoalContext, Place
 from .answers import NoNumber, none_for
+from .answers import value as value_of
 from .bridge import Bridge, Values
 from .by_action import ByAction, filled, texts
 from .config import ActionConfig, ConfigFault
@@ -55,6 +56,7 @@ class Register(Model):
     length: int = Field(default=8, gt=0, le=125)
     bit: int | None = Field(default=None, ge=0, le=15)
     word_order: Literal["big", "little"] | None = None
+    unit: int | None = Field(default=None, ge=0, le=255)
     nothing: list[int] = Field(default_factory=list)
     """Raw values that stand for no value, such as 32767 for a probe that is not plugged in."""
 
@@ -111,6 +113,7 @@ class ModbusAction(ActionConfig):
 class ModbusConfig(ByAction):
     """The config of `driver: modbus`."""
 
+    own_keys = ("words",)
     own_errors = {  # type: ignore[assignment] # noqa: RUF012
         **{name: (happened, words) for name, happened, words in REFUSALS.values()},
         "NotANumber": NUMBER_ERRORS["NotANumber"],
@@ -214,10 +217,10 @@ class Modbus(Bridge):
     async def perform(
         self, said: ModbusAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
-        params = action.param_schemas()
+        params = self.config.written(action.param_schemas(), said.params)
         for number, (name, value) in enumerate((said.write or {}).items()):
             await self._write(name, filled(value, values, params, goal.id), said, first=not number)
-        returns = action.returns.get("properties", {})
+        returns = self.config.written(action.returns.get("properties", {}), said.returns)
         found: Values = {}
         for name in said.reads:
             try:
@@ -295,12 +298,14 @@ class Modbus(Bridge):
         client = self._client
         if client is None:
             raise OSError("the connection was closed")
+        own = self.config.registers[name].unit
+        unit = self.config.unit if own is None else own
         words = f"{self.place.device} was asked to {call.replace('_', ' ')} {given[0]} ({name})"
         try:
             async with asyncio.timeout(self.timeout_s(said)) as waiting:
                 self._waiting.add(waiting)
                 try:
-                    answer = await getattr(client, call)(*given, device_id=self.config.unit, **more)
+                    answer = await getattr(client, call)(*given, device_id=unit, **more)
                 finally:
                     self._waiting.discard(waiting)
         except (TimeoutError, library.ModbusIOException) as fault:
@@ -329,6 +334,8 @@ def _kind(client: Any, one: Register) -> Any:
 
 
 def _as(value: Any, schema: dict[str, Any]) -> Any:
+    if "words" in schema:
+        return value_of(str(int(value) if isinstance(value, bool) else value), schema)
     kind = schema.get("type", "number")
     if kind == "boolean" or (isinstance(kind, list) and "boolean" in kind):
         return bool(value)

@@ -7,17 +7,14 @@ import asyncio
 import re
 from collections.abc import Iterator
 from functools import partial
-from hashlib import sha256
 from typing import Any, ClassVar
 
-import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from ...schemas.contract import Action, Effect, Happened, Name
-from ...schemas.messages import FileContent
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
-from .answers import BadAnswer, values
+from .answers import BadAnswer
 from .bridge import Values, doubtful
 from .config import pattern
 from .line_bridge import NUMBER_ERRORS, LineAction, LineBridge, LineBridgeConfig
@@ -32,12 +29,14 @@ CLASSES: dict[str, tuple[Happened, str]] = {
 }
 NOT_DONE = {*range(-229, -219), -211, -213, -203}
 """Execution errors by which a command was refused: parameters, triggers, protection."""
-ERROR = re.compile(r"\s*([+-]?\d+)\s*,\s*(.*)|\s*[+-]?0+\s*")
+ERROR = re.compile(
+    r"""\s*([+-]?\d+)(?:\s*[,;:]\s*|\s+(?=["']))(.*)|\s*[+-]?0+\s*|\s*["']?no errors?["']?\s*""",
+    re.I,
+)
 """A bare number that is not 0 is a late answer to something else."""
 COMPLETED = re.compile(r"\s*\+?1\s*")
 MOST_ERRORS = 30
 QUERY = re.compile(r"\s*[*:]?[A-Za-z][\w:]*\?.*", re.S)
-KINDS = re.compile(r"[<>]?[iuf][1248]")
 
 
 class ScpiAction(LineAction):
@@ -46,14 +45,6 @@ class ScpiAction(LineAction):
     write: str | list[str] | None = None
     query: str | None = None
     wait: bool = False
-    block: str | None = None
-
-    @field_validator("block")
-    @classmethod
-    def _is_a_kind(cls, value: str | None) -> str | None:
-        if value in (None, "file") or KINDS.fullmatch(value or ""):
-            return value
-        raise ValueError(f"{value!r} is no kind of block: `file`, or a number type as >f4, <i2, u1")
 
     @model_validator(mode="after")
     def _does_something(self) -> "ScpiAction":
@@ -142,7 +133,7 @@ class Scpi(LineBridge):
     async def perform(
         self, said: ScpiAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
-        params = action.param_schemas()
+        params = self.config.written(action.param_schemas(), said.params)
         put = partial(fill, given=values, params=params, goal=goal.id, decimal=self.config.decimal)
         texts = [put(text) for text in said.writes]
         query = put(said.query) if said.query is not None else None
@@ -190,23 +181,7 @@ class Scpi(LineBridge):
     ) -> Values:
         if said.block is None:
             return await self.heard(query, said, action, goal)
-        data = await self.lines.block(query, self.timeout_s(said))
-        name = next(iter(action.returns.get("properties", {})), None)
-        if name is None:
-            return {}
-        if said.block == "file":
-            path = str(given.get(name) or f"{name}.bin")
-            digest = sha256(data).hexdigest()
-            goal.files[name] = FileContent(path=path, sha256=digest, data=data)
-            return {name: path}
-        kind = np.dtype(said.block)
-        if len(data) % kind.itemsize:
-            raise BadAnswer(
-                f"a block of {len(data)} bytes does not hold whole {said.block} numbers"
-            )
-        numbers: list[Any] = np.frombuffer(data, kind).tolist()
-        whole = ",".join(repr(number) for number in numbers)
-        return values(whole, {name: action.returns["properties"][name]}, None)
+        return await self.blocked(query, said, action, given, goal)
 
     async def _errors(self) -> list[tuple[int, str]]:
         """What the instrument's error queue holds; it is empty then."""

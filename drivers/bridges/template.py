@@ -27,7 +27,8 @@ def template_faults(text: str, params: Mapping[str, Any]) -> Iterator[str]:
             yield f"{{{name}}}: only a format may follow the name, such as {{{name}:.3f}}"
         else:
             try:
-                _put(_sample(params.get(name, {"type": "string"})), spec or "", name)
+                schema = params.get(name, {"type": "string"})
+                _put(written(_sample(schema), schema, spec or ""), spec or "", name)
             except (ValueError, TypeError) as fault:
                 yield f"{{{name}:{spec}}}: {fault}"
 
@@ -48,7 +49,7 @@ def fill(
         value = (
             goal if name == GOAL and name not in params else given.get(name, schema.get("default"))
         )
-        value = _of_kind(value, schema)
+        value = written(_of_kind(value, schema), schema, spec or "")
         put = _put(value, spec or "", name)
         if isinstance(value, float):
             put = put.replace(".", decimal)
@@ -64,6 +65,18 @@ def _of_kind(value: Any, schema: Mapping[str, Any]) -> Any:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return value
     return int(value) if schema.get("type") == "integer" else float(value)
+
+
+def written(value: Any, schema: Mapping[str, Any], spec: str) -> Any:
+    """As the instrument writes it: its own word, or its own number, (value - offset) / scale."""
+    if "words" in schema:
+        return schema["words"].get(value, value)
+    if not {"scale", "offset"} & set(schema) or isinstance(value, (bool, str)) or value is None:
+        return value
+    if isinstance(value, (list, tuple)):
+        return [written(one, schema, spec) for one in value]
+    number = float(f"{(value - schema.get('offset', 0)) / schema.get('scale', 1):.12g}")
+    return round(number) if spec[-1:] in tuple("bcdoxX") else number
 
 
 def _put(value: Any, spec: str, name: str) -> str:

@@ -15,8 +15,8 @@ from ..driver import ActionFailed, GoalContext
 from .answers import BadAnswer
 from .bridge import Values
 from .config import pattern
-from .line_bridge import LineAction, LineBridge, LineBridgeConfig
-from .lines import NoAnswer
+from .line_bridge import NUMBER_ERRORS, LineAction, LineBridge, LineBridgeConfig
+from .lines import Exchange, NoAnswer
 from .template import fill
 
 REFUSED_S = 0.2
@@ -26,7 +26,7 @@ REFUSED_S = 0.2
 class TextAction(LineAction):
     """`send`, then an `answer`, then for what takes time a line that it is `done`."""
 
-    send: str | list[str] | None = None
+    send: str | list[str | Exchange] | None = None
     done: str | None = None
 
     @field_validator("done")
@@ -36,6 +36,8 @@ class TextAction(LineAction):
 
     @model_validator(mode="after")
     def _does_something(self) -> "TextAction":
+        if any(one.send is None for one in self.sends):
+            raise ValueError("in `send`, say what is sent: {after: OK, send: GO}")
         if self.send is None and self.answer is None:
             raise ValueError(
                 "it needs `send`, or the `answer` of an instrument that speaks by itself"
@@ -43,18 +45,37 @@ class TextAction(LineAction):
         return self
 
     @property
-    def sends(self) -> list[str]:
-        """The lines, in order; the answer is that to the last."""
-        return [self.send] if isinstance(self.send, str) else list(self.send or [])
+    def sends(self) -> list[Exchange]:
+        """The lines, in order, and what is waited for before each; the answer is that to the last."""
+        whole = self.send if isinstance(self.send, list) else [self.send]
+        return [
+            Exchange(send=one) if isinstance(one, str) else one for one in whole if one is not None
+        ]
 
     def used(self) -> Iterator[tuple[str, str]]:
-        yield from (("send", text) for text in self.sends)
+        yield from (("send", one.send) for one in self.sends if one.send is not None)
 
 
 class TextConfig(LineBridgeConfig):
     """The config of `driver: text`; `hello` asks who it is."""
 
+    own_errors = {  # type: ignore[assignment] # noqa: RUF012
+        **NUMBER_ERRORS,
+        "DeviceError": ("unknown", "The instrument reports an error that the lab does not name"),
+    }
+
     hello: TextAction | None = None
+    error_query: TextAction | None = None
+
+    @field_validator("error_query")
+    @classmethod
+    def _asks(cls, value: TextAction | None) -> TextAction | None:
+        if value is not None and (not isinstance(value.send, str) or value.answer is None):
+            raise ValueError(
+                'say what is asked, and which `answer` means no error: {send: "ERR?", answer: "0"}'
+            )
+        return value
+
     actions: dict[Name, TextAction] = Field(min_length=1)
     status: list[str] = Field(default_factory=list)
 
@@ -83,24 +104,37 @@ class Text(LineBridge):
         self.versions = {name: str(value) for name, value in told.items()}
 
     def answers(self, said: TextAction) -> bool:
-        listened = (said.answer, said.done, self.config.prompt, said.until)
-        return bool(said.returns or self.config.echo or any(one is not None for one in listened))
+        listened = (said.answer, said.done, said.block, said.until, self.config.error_query)
+        return bool(
+            said.returns
+            or self.config.echo
+            or self.config.prompts
+            or any(one is not None for one in listened)
+        )
 
     async def perform(
         self, said: TextAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
-        params = action.param_schemas()
+        params = self.config.written(action.param_schemas(), said.params)
         decimal = self.config.decimal
-        texts = [fill(text, values, params, goal.id, decimal) for text in said.sends]
+        texts = [
+            (one.after, fill(one.send or "", values, params, goal.id, decimal))
+            for one in said.sends
+        ]
         self.out = 0
-        for text in texts:
+        last = ""
+        for number, (after, text) in enumerate(texts):
+            if after is not None:
+                await self._until_said(after, last, said)
+            elif number:
+                self.refuse(last, await self.lines.finish(last, self.timeout_s(said)), said)
             await self.put(text)
-            if text is not texts[-1]:
-                self.refuse(text, await self.lines.finish(text, self.timeout_s(said)), said)
-        last = texts[-1] if texts else ""
+            last = text
         result: Values = {}
         answered = said.answer is not None or bool(action.returns.get("properties"))
-        if answered:
+        if said.block is not None:
+            result = await self.blocked(last, said, action, values, goal)
+        elif answered:
             if not texts:
                 self.lines.channel.received.clear()
             result = await self.heard(last, said, action, goal)
@@ -109,8 +143,22 @@ class Text(LineBridge):
             await self._listen_for_errors(last, said)
         if said.done is not None:
             self.out += answered  # it has been accepted: what is reported now is no refusal
-            await self._until_done(said, last)
+            await self._until_said(said.done, last, said)
+        await self._ask_for_errors(last, goal)
         return result
+
+    async def _ask_for_errors(self, sent: str, goal: GoalContext) -> None:
+        """An instrument that keeps its errors for whoever asks; an `answer` means that there is none."""
+        asked: TextAction | None = self.config.error_query
+        if asked is None or goal.id in ("hello", "abort"):
+            return
+        text = str(asked.send)
+        await self.lines.send(text)
+        told = (await self.lines.answer(text, self.timeout_s(asked))).strip()
+        self.refuse(sent, told, asked)
+        if not regular_expression(asked.answer or "").fullmatch(told):
+            words = f"{self.place.device} was sent {sent!r} and reports {told[:80]!r}"
+            raise ActionFailed("DeviceError", words, "unknown")
 
     async def _listen_for_errors(self, sent: str, said: TextAction) -> None:
         """A command without an answer may be refused all the same."""
@@ -120,8 +168,9 @@ class Text(LineBridge):
                 while True:
                     self.refuse(sent, await self.lines.next_line(REFUSED_S), said)
 
-    async def _until_done(self, said: TextAction, sent: str) -> None:
-        wanted = regular_expression(said.done or "")
+    async def _until_said(self, words: str, sent: str, said: TextAction) -> None:
+        """Pass over lines until one that says so; raises NoAnswer, or ActionFailed for an error."""
+        wanted = regular_expression(words)
         while True:
             try:
                 line = await self.lines.next_line(self.timeout_s(said))

@@ -141,6 +141,48 @@ def test_an_answer_that_is_no_number_has_a_name(peer, ask):
     assert ask("http", said, story) == odd
 
 
+def test_what_is_no_plain_json(peer, ask):
+    """A place with a parameter in it, XML, a file, codes and tenths, a form from somebody with a password."""
+    odd = {"type": "string"}
+    said = config(peer("http_peer.py").where, abort=None, user="ada", password="x")
+    said["actions"] = {
+        "nth": {
+            "get": "/state", "params": {"n": {"type": "integer"}},
+            "returns": {"x": {"type": "integer", "at": "data.list.{n}"}},
+        },
+        "xml": {
+            "get": "/odd/" + quote("<r><t>21.5 C</t></r>"), "answer": "(?s).*<t>(?P<t>[^<]*)</t>.*",
+            "returns": {"t": {"unit": "degC"}},
+        },
+        "picture": {"get": "/odd/PNG", "returns": {"picture": {"format": "path"}}},
+        "state": {
+            "get": "/odd/" + quote('{"mode": 1, "t": 253}'),
+            "returns": {"mode": {"words": {"idle": 0, "busy": 1}}, "t": {"unit": "degC", "scale": 0.1}},
+        },
+        "enter": {
+            "post": "/enter", "form": {"mode": "{mode}", "go": True},
+            "params": {"mode": {"words": {"fast": "F"}}},
+            "returns": {"mode": {**odd, "at": "form.mode"}, "go": {**odd, "at": "form.go"}, "who": odd},
+        },
+    }  # fmt: skip
+
+    async def story(driver):
+        goal = GoalContext("run/x/1")
+        told = [
+            await driver.nth(goal, n=1), await driver.xml(goal), await driver.state(goal),
+            await driver.enter(goal, mode="fast"), await driver.picture(goal),
+        ]  # fmt: skip
+        return told, goal.files["picture"].data
+
+    told, picture = ask("http", said, story)
+
+    assert told == [
+        {"x": 2}, {"t": 21.5}, {"mode": "busy", "t": 25.3},
+        {"mode": "F", "go": "true", "who": "Basic YWRhOng="}, {"picture": "picture.bin"},
+    ]  # fmt: skip
+    assert picture == b"PNG"
+
+
 def test_one_that_is_not_there_is_said(once):
     with pytest.raises(OSError, match=r"http://127.0.0.1:9 cannot be reached"):
         once("http", config("http://127.0.0.1:9"), "speed")

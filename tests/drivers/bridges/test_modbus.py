@@ -19,6 +19,7 @@ REGISTERS = {
     "target": {"holding": 10, "type": "int16", "scale": 0.1},
     "gain": {"holding": 20, "type": "float32"},
     "nowhere": {"holding": 500},
+    "other": {"input": 0, "unit": 2},
     "start": {"coil": 0},
     "door": {"discrete": 0},
 }
@@ -28,6 +29,8 @@ ACTIONS = {
     "doses": {"read": ["doses"], "returns": {"doses": {"type": "integer"}}},
     "state": {"read": ["busy"], "returns": {"busy": {"type": "boolean"}}},
     "broken": {"read": ["broken"], "returns": {"broken": {}}},
+    "said": {"read": ["busy"], "returns": {"busy": {"words": {"idle": 0, "dosing": 1}}}},
+    "other": {"read": ["other"], "returns": {"other": {}}, "timeout": "0.3 s"},
     "heat": {"write": {"target": "{to}"}, "params": {"to": DEGREES}, "effect": "idempotent"},
     "set_gain": {
         "write": {"gain": "{gain}"}, "read": "gain", "params": {"gain": {"type": "number"}},
@@ -51,6 +54,9 @@ def test_registers_have_types_scales_and_units(peer, once):
 
     assert once("modbus", said, "temperature") == {"temperature": 215.3}
     assert once("modbus", said, "door") == {"door": True}
+    assert once("modbus", said, "said") == {"busy": "idle"}
+    with pytest.raises(ActionFailed, match=r"read input registers 0 \(other\)"):
+        once("modbus", said, "other")  # a device of its own on the line, which is not there
     assert once("modbus", said, "set_gain", gain=-1.5) == {"gain": -1.5}
     once("modbus", said, "heat", to=123.4)
     assert there.done("write")[-1] == {"done": "write", "address": 10, "values": [1234]}

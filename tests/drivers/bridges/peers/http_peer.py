@@ -72,6 +72,12 @@ async def odd(request):
     return web.Response(text=request.match_info["text"])
 
 
+async def enter(request):
+    """A form, and who sends it."""
+    form, who = await request.post(), request.headers.get("Authorization", "")
+    return web.json_response({"form": dict(form), "who": who})
+
+
 async def stop(request):
     state["busy"] = False
     done("stop")
@@ -89,6 +95,7 @@ async def main():
     app.router.add_post("/api/shake", shake)
     app.router.add_post("/api/stop", stop)
     app.router.add_get("/api/broken", broken)
+    app.router.add_post("/api/enter", enter)
     app.router.add_post("/api/jobs", post_job)
     app.router.add_get("/api/jobs/{number}", get_job)
     app.router.add_get("/api/odd/{text:.*}", odd)

@@ -1,0 +1,154 @@
+"""Instruments whose habits no standard has, said in YAML: handshakes, frames, prompts, tables, bits."""
+
+import pytest
+from ruamel.yaml import YAML
+
+from labrun.drivers.bridges.text import TextConfig
+from labrun.drivers.driver import ActionFailed, GoalContext
+
+GAUGE = r"""
+terminator: "\r\n"
+errors: {Refused: {answer: "^\x15", happened: no}}
+actions:
+  pressure:
+    {send: [PR1, {after: "\x06", send: "\x05"}], answer: '0,(.*)', returns: {p: {unit: mbar}}, effect: pure}
+  threshold: {send: "SP1,{to:.2E}", answer: "\x06", params: {to: {unit: mbar}}, effect: idempotent}
+  wrong: {send: [XX, {after: "\x06", send: "\x05"}], answer: '0,(.*)'}
+"""
+CONTROLLER = r"""
+terminator: ""
+frame: "\x06|\x15|\x02[^\x03]*\x03(?s:.)"
+errors: {Refused: {answer: "\x15", happened: no}}
+actions:
+  temperature: {send: "\x04PV\x05", answer: '\x02PV(.*)\x03(?s:.)', returns: {t: {unit: degC}}, effect: pure}
+  setting: {send: "\x04SP\x05", answer: '\x02SP(.*)\x03(?s:.)', returns: {t: {unit: degC}}, effect: pure}
+"""
+SUMMED = r"""
+terminator: ""
+frame: "\x06|\x15|\x02[^\x03]*\x03(?s:.)"
+checksum: {of: xor, form: c, skips: 1, answers: false}
+errors: {Refused: {answer: "\x15", happened: no}}
+actions:
+  heat: {send: "\x02SP{to:05.1f}\x03", answer: "\x06", params: {to: {unit: degC}}, effect: idempotent}
+"""
+PUMP = r"""
+terminator: {write: "\r"}
+prompt: [":", ">", "T*"]
+errors: {Stalled: {answer: '^T\*$', happened: unknown}, Unknown: {answer: Unknown, happened: no}}
+actions:
+  run: {send: run, effect: idempotent}
+  halt: {send: stop, effect: idempotent}
+  block: {send: block, effect: idempotent}
+  state: {send: "", returns: {state: {words: {idle: ":", running: ">"}}}, effect: pure}
+  rate: {send: rate, returns: {rate: {unit: ml/min}}, effect: pure}
+  diagnosis:
+    {send: diag, answer: 'volume (?P<volume>.*)\ntime (?P<time>.*)', effect: pure,
+     returns: {volume: {unit: ul}, time: {unit: min}}}
+"""
+STATION = r"""
+ignore: "^!"
+actions:
+  weather:
+    {send: ALL, lines: ^END, answer: 'TEMP (.*)\nHUM (.*)\nWIND (.*)', effect: pure,
+     returns: {t: {unit: degC}, humidity: {unit: "%"}, wind: {unit: m/s}}}
+  log: {send: LOG, lines: ^END, returns: {time: {type: array}, t: {type: array}}, effect: pure}
+  first: {send: LOG, lines: 2, returns: {all: {type: array}}, effect: pure}
+"""
+CHILLER = r"""
+terminator: {write: "\r", silence: 50 ms}
+error_query: {send: ER, answer: E00}
+errors: {TooHot: {answer: E07, happened: no}}
+actions:
+  target: {send: RT, returns: {target: {unit: degC, scale: 0.1}}, effect: pure}
+  set_target: {send: "WT{to:04d}", params: {to: {unit: degC, scale: 0.1}}, effect: idempotent}
+  state: {send: ST, returns: {pumping: {bit: 5, base: 16}}, effect: pure}
+  code: {send: ST, returns: {code: {type: integer, base: 16}}, effect: pure}
+  mode: {send: MO, returns: {mode: {words: {slow: F1, fast: F2}}}, effect: pure}
+  set_mode: {send: "SM{mode}", params: {mode: {words: {slow: F1, fast: F2}}}, effect: idempotent}
+"""
+SPECTROMETER = r"""
+actions:
+  spectrum:
+    {send: "SPEC?", lines: '^\.$', returns: {wavelength: {type: array}, counts: {type: array}}, effect: pure}
+  raw: {send: "RAW?", block: 4<u2, returns: {counts: {type: array}}, effect: pure}
+"""
+
+
+def said_in(text):
+    return YAML(typ="safe", pure=True).load(text)
+
+
+REFUSED = {
+    "gauge": ("wrong", {}, "Refused", "no"),
+    "controller": ("heat", {"to": 999}, "Refused", "no"),
+    "pump": ("block", {}, "Stalled", "unknown"),
+    "chiller": ("set_target", {"to": 99}, "TooHot", "no"),
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "said", "told", "done"),
+    [
+        ("gauge", GAUGE, [
+            ("pressure", {}, {"p": 0.00123}),
+            ("threshold", {"to": 0.5}, {}),
+        ], [{"done": "set", "to": "5.00E-01"}]),
+        ("controller", CONTROLLER, [
+            ("temperature", {}, {"t": 21.4}),
+            ("setting", {}, {"t": 20.0}),
+        ], []),
+        ("controller", SUMMED, [("heat", {"to": 85.5}, {})], [{"done": "set", "to": 85.5}]),
+        ("pump", PUMP, [
+            ("state", {}, {"state": "idle"}),
+            ("run", {}, {}),
+            ("state", {}, {"state": "running"}),
+            ("rate", {}, {"rate": 0.5}),
+            ("diagnosis", {}, {"volume": 1250, "time": 1.5}),
+        ], [{"done": "run"}]),
+        ("station", STATION, [
+            ("weather", {}, {"t": 21.5, "humidity": 40, "wind": 3.5}),
+            ("log", {}, {"time": [0, 60, 120], "t": [21.5, 21.6, 21.9]}),
+            ("first", {}, {"all": [0, 21.5, 60, 21.6]}),
+        ], []),
+        ("chiller", CHILLER, [
+            ("target", {}, {"target": 20}),
+            ("set_target", {"to": 25.3}, {}),
+            ("target", {}, {"target": 25.3}),
+            ("state", {}, {"pumping": True}),
+            ("code", {}, {"code": 42}),
+            ("mode", {}, {"mode": "fast"}),
+            ("set_mode", {"mode": "slow"}, {}),
+        ], [{"done": "target", "to": 253}, {"done": "mode", "to": "F1"}]),
+        ("spectrometer", SPECTROMETER, [
+            ("spectrum", {}, {"wavelength": [400.0, 400.5, 401.0], "counts": [12, 15, 13]}),
+            ("raw", {}, {"counts": [10, 2570, 13, 65535]}),
+        ], []),
+    ],
+)  # fmt: skip
+def test_what_it_reads_sets_and_refuses(peer, ask, kind, said, told, done):
+    there = peer("odd_peer.py", kind=kind)
+
+    async def story(made):
+        goal = GoalContext("run/x/1")
+        answers = [(n, given, await made.method(n)(goal, **given)) for n, given, _ in told]
+        action, given, name, happened = REFUSED.get(kind, ("", {}, "", ""))
+        if action in made.contract_kept.actions:
+            with pytest.raises(ActionFailed) as refused:
+                await made.method(action)(goal, **given)
+            assert (refused.value.name, refused.value.happened) == (name, happened)
+        return answers
+
+    assert ask("text", {"resource": there.where, **said_in(said)}, story) == told
+    assert [one for one in there.done() if one["done"] != "on"] == done
+
+
+def test_the_contract_has_no_word_of_how_a_value_is_written():
+    contract = TextConfig(resource="a:1", **said_in(CHILLER)).contract("chiller@1")
+
+    assert contract.actions["set_mode"].param_schemas()["mode"] == {
+        "enum": ["slow", "fast"], "type": "string",
+    }  # fmt: skip
+    assert contract.actions["state"].returns["properties"]["pumping"] == {"type": "boolean"}
+    assert contract.actions["target"].returns["properties"]["target"] == {
+        "type": "number", "unit": "degC",
+    }  # fmt: skip
