@@ -175,20 +175,27 @@ class Lines:
 
     async def finish(self, text: str, timeout_s: float) -> str:
         """After a line without an answer: its echo, and all up to the prompt, which is returned."""
-        if self._config.prompt is not None:
-            return await self.answer(text, timeout_s)
+        until = asyncio.get_running_loop().time() + timeout_s
         if self._config.echo:
-            await self._pass_echo(text, asyncio.get_running_loop().time() + timeout_s)
-        return ""
+            await self._pass_echo(text, until)
+        if self._config.prompt is None:
+            return ""
+        return "\n".join(await self._until_prompt(until))
 
     async def answer(self, text: str, timeout_s: float) -> str:
         """The next answer to `text`: a line, or all lines up to the prompt. Raises NoAnswer, OSError."""
         until = asyncio.get_running_loop().time() + timeout_s
         if self._config.echo:
             await self._pass_echo(text, until)
+        return await self.next_answer(until)
+
+    async def next_answer(self, until: float) -> str:
+        """As `answer`, up to this time; a prompt alone is a late one, since a question has an answer."""
         if self._config.prompt is None:
             return await self._line(until)
-        return "\n".join(await self._until_prompt(until))
+        while not (told := await self._until_prompt(until)):
+            pass
+        return "\n".join(told)
 
     async def _pass_echo(self, text: str, until: float) -> None:
         """Drop what it repeats, which ends as what is sent does; one that does not is forgiven."""

@@ -163,14 +163,11 @@ class Scpi(LineBridge):
 
     async def _told(self, query: str, wanted: re.Pattern[str], timeout_s: float, why: str) -> Any:
         """The answer of this form; lines that nobody asked for are passed over until time is up."""
-        clock = asyncio.get_running_loop().time
-        until, told = clock() + timeout_s, ""
+        until, told = asyncio.get_running_loop().time() + timeout_s, ""
         try:
             told = await self.lines.answer(query, timeout_s)
-            while (found := wanted.fullmatch(told)) is None:
-                if self.config.prompt is not None:
-                    raise NoAnswer("nothing else")
-                told = await self.lines.next_line(until - clock())
+            while (found := wanted.fullmatch(told.rpartition("\n")[2])) is None:
+                told = await self.lines.next_answer(until)
         except NoAnswer as fault:
             heard = f"answered {told[:80]!r} {why}" if told else str(fault)
             raise NoAnswer(f"it was sent {query!r} and {heard}") from fault

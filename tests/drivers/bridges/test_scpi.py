@@ -47,6 +47,7 @@ def test_a_query_is_a_number_in_the_contracts_unit(peer, once):
         ({"banner": "Welcome to DM-1", "banner_s": 0.5}, {"banner": "Welcome"}),
         ({"echo": True}, {"echo": True}),
         ({"prompt": "DM> "}, {"prompt": "DM>"}),
+        ({"prompt": "DM> ", "banner_s": 0.5}, {"prompt": "DM>"}),
         ({"prompt": "DM> ", "echo": True, "banner": "hello", "end": "\r\n"},
          {"prompt": "DM>", "echo": True}),
         ({"unit": " mV"[1:]}, {}),
@@ -191,11 +192,15 @@ def test_a_long_action_ends_when_it_is_aborted(peer, ask):
 def test_a_broken_line_costs_a_reading_nothing_and_a_command_is_not_repeated(peer, ask):
     there = peer(closes=True)
 
+    async def closed(driver):
+        while driver.lines.is_open:  # noqa: ASYNC110 - it tells nobody that it was closed
+            await asyncio.sleep(0.02)
+
     async def story(driver):
         first = await driver.voltage(GoalContext("run/x/1"))
-        await asyncio.sleep(0.8)
+        await closed(driver)
         await driver.dispense(GoalContext("run/y/1"), volume=3)
-        await asyncio.sleep(0.8)
+        await closed(driver)
         return first, await driver.voltage(GoalContext("run/x/2"))
 
     said = config(there.where, actions={"dispense": DISPENSE})

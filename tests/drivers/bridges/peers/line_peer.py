@@ -143,8 +143,8 @@ class Link:
         self._asked = ["login: ", "password: "] if self.habits["login"] else []
         if self._asked:
             self.write(self._asked[0].encode())
+        time.sleep(self.habits["banner_s"])
         if self.habits["banner"]:
-            time.sleep(self.habits["banner_s"])
             self.say(self.habits["banner"])
         self.prompt()
         if self.habits["chatter"]:
