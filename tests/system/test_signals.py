@@ -14,6 +14,8 @@ THERE = ["SIGINT", "SIGTERM", *(["SIGHUP"] if hasattr(signal, "SIGHUP") else [])
 @pytest.fixture(autouse=True)
 def former_handlers():
     before = {name: signal.getsignal(getattr(signal, name)) for name in THERE}
+    for name in THERE:  # `nohup` has one of them ignored
+        signal.signal(getattr(signal, name), signal.default_int_handler)
     yield
     for name, handler in before.items():
         signal.signal(getattr(signal, name), handler)
