@@ -142,7 +142,8 @@ class Link:
                 if not isinstance(fault, (ServerUnreachable, LinkDown)):
                     LOG.exception("connecting to %s failed", self.url)
                 self.refusal = getattr(fault, "reason", str(fault))
-                self._refused = not isinstance(fault, Slow)
+                # Somebody who is too slow to greet, or whose greeting broke off, has refused nothing.
+                self._refused = not isinstance(fault, (Slow, LinkDown))
                 if isinstance(fault, Denied) and not first.done():
                     first.set_exception(fault)
             finally:

@@ -16,7 +16,7 @@ from aiohttp import web
 
 from labrun.drivers.client.client import DeviceClient, LeaseHeld, ServerUnreachable
 from labrun.drivers.client.launch import start_server
-from labrun.drivers.client.link import LinkDown
+from labrun.drivers.client.link import Link, LinkDown
 from labrun.schemas.messages import FileContent
 
 
@@ -690,6 +690,25 @@ def test_a_server_that_is_there_and_slow_is_waited_for(bench, monkeypatch):
             return described
 
     assert "arm" in asyncio.run(story()).devices
+
+
+def test_a_greeting_that_breaks_off_is_no_refusal(bench, monkeypatch):
+    monkeypatch.setattr("labrun.drivers.client.link.REACH_S", 0.0)
+    left = [LinkDown("the connection broke")] * 2
+
+    async def greet():
+        if left:
+            raise left.pop()
+
+    async def story():
+        async with bench.serving() as (_, url):
+            link = Link(url, None, {}, greet, lambda: None)
+            await link.open(60)
+            await link.close()
+
+    asyncio.run(story())
+
+    assert left == []
 
 
 def test_a_server_that_never_greets_is_given_up_after_the_time_that_was_given(bench, monkeypatch):

@@ -173,7 +173,8 @@ def test_hardware_that_does_not_answer_yet_is_tried_again_and_that_is_said(bench
     assert "device arm cannot be opened: it does not answer yet" in said[0]
 
 
-def test_a_server_that_is_still_ending_is_waited_for(bench):
+def test_a_server_that_is_still_ending_is_waited_for(bench, monkeypatch):
+    monkeypatch.setattr(launch, "QUIET_S", 60.0)  # however slow its start, nothing is told of it
     settings = bench.settings()
     older = Ledger(Path(settings["folder"]) / "ledger.sqlite")
     said = []
@@ -191,7 +192,8 @@ def test_a_server_that_is_still_ending_is_waited_for(bench):
     assert len(said) == 1 and "another device server is using" in said[0]
 
 
-def test_what_cannot_be_served_at_all_is_not_tried_again(bench):
+def test_what_cannot_be_served_at_all_is_not_tried_again(bench, monkeypatch):
+    monkeypatch.setattr(launch, "QUIET_S", 60.0)
     said = []
     settings = bench.settings(limits={"y": [0, 1]})
 
