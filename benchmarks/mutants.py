@@ -31,11 +31,11 @@ FILES = {
     "drivers/server/device.py": {SERVED: "owner held_goals server"},
     "drivers/server/execution.py": {SERVED: "execution held_goals"},
     "engine/dispatch/dispatcher.py": {
-        "tests/engine/dispatch/test_": "outcomes evidence lost_with_server",
+        "tests/engine/dispatch/test_": "dispatcher outcomes lost_with_server",
         SESSIONS: "between_sessions stopped", MEANING: "background timeout",
     },
     "engine/dispatch/probe.py": {
-        "tests/engine/dispatch/test_": "evidence", SESSIONS: "between_sessions", MEANING: "once",
+        "tests/engine/dispatch/test_": "probe", SESSIONS: "between_sessions", MEANING: "once",
     },
     "engine/journal/course.py": {JOURNAL: "course history"},
     "engine/journal/history.py": {JOURNAL: "history", SESSIONS: "between_sessions state_lost"},

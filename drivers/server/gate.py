@@ -7,6 +7,7 @@ A port that others can reach is open to whoever has the token, by whatever name 
 """
 
 import asyncio
+import hmac
 import ipaddress
 import socket
 from urllib.parse import SplitResult, urlsplit
@@ -17,19 +18,35 @@ GUESSES_WAITING = 4
 
 
 class Brake:
-    """Tokens are looked at one by one a moment apart after a wrong one; those in excess not at all."""
+    """The token of a port: those that are given are looked at one by one, a moment apart after a wrong one.
 
-    def __init__(self) -> None:
+    Those in excess are not looked at at all. Without a token everybody may come in.
+    """
+
+    def __init__(self, token: str | None) -> None:
+        self._token = token
         self._turn = asyncio.Lock()
         self._waiting = 0
 
-    async def look(self, *, right: bool) -> bool:
+    @property
+    def is_on(self) -> bool:
+        """Whether a token is wanted."""
+        return self._token is not None
+
+    def is_right(self, given: object) -> bool:
+        """Whether this is the token; compared in constant time."""
+        if self._token is None or not isinstance(given, str):
+            return self._token is None
+        return hmac.compare_digest(given.encode(errors="replace"), self._token.encode())
+
+    async def look(self, given: object) -> bool:
         """Whether a token lets its sender in."""
         if self._waiting >= GUESSES_WAITING:
             return False
         self._waiting += 1
         try:
             async with self._turn:
+                right = self.is_right(given)
                 if not right:
                     await asyncio.sleep(GUESS_S)
                 return right

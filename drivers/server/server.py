@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import hmac
 import logging
 import math
 import time
@@ -59,9 +58,8 @@ class DeviceServer:
         self.ledger = ledger
         self.devices: dict[str, ServedDevice] = {}
         self.sessions: set[str] = set()
-        self._token = token
         self._listens_on = listens_on
-        self._brake = Brake()
+        self._brake = Brake(token)
         self._outbox: asyncio.Queue[tuple[str, Answer, set[str]]] = asyncio.Queue()
         self._tasks: list[asyncio.Task[None]] = []
         self._refusals: dict[tuple[str, int], Refused] = {}
@@ -167,12 +165,12 @@ class DeviceServer:
         if (words := why_not(self._listens_on, host, origin)) is not None:
             raise ConnectionRefusedError(words)
         given = auth.get("token") if isinstance(auth, dict) else None
-        if self._token is not None and given is None:
+        if self._brake.is_on and given is None:
             words = (
                 "a token is required (the lab's `token`); without, only its own user may connect"
             )
             raise ConnectionRefusedError(words)
-        if self._token is not None and not await self._brake.look(right=_same(given, self._token)):
+        if not await self._brake.look(given):
             raise ConnectionRefusedError("the token is wrong, or too many wrong ones came at once")
         self.sessions.add(session)
 
@@ -353,7 +351,3 @@ def _text(data: Answer, name: str) -> str:
 
 def _is_other(device: ServedDevice, session: str) -> bool:
     return device.lease.holder is None or device.lease.holder.session != session
-
-
-def _same(given: Any, token: str) -> bool:
-    return isinstance(given, str) and hmac.compare_digest(given.encode(), token.encode())

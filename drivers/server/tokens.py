@@ -24,10 +24,10 @@ class WeakToken(ValueError):
     """A token that cannot be used, with the reason."""
 
 
-def chosen(token: str | None, file: Path | None, variable: str) -> str | None:
+def chosen(token: str | None, file: Path | None, variable: str, host: str) -> str | None:
     """The token that a person gave: as a file, in a variable of the environment, or directly.
 
-    Raises WeakToken.
+    Raises WeakToken; also without one, where other machines can reach the host that is listened on.
     """
     if file is not None:
         try:
@@ -41,6 +41,11 @@ def chosen(token: str | None, file: Path | None, variable: str) -> str | None:
     if token is not None and len(token) < LEAST:
         raise WeakToken(
             f"a token of {len(token)} characters is easily guessed; use {LEAST} or more"
+        )
+    if token is None and not is_loopback(host):
+        raise WeakToken(
+            f"--host {host}: other machines can reach this address, so a token is required; "
+            "give --token-file, or serve on 127.0.0.1"
         )
     return token
 

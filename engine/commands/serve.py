@@ -46,7 +46,7 @@ def serve(
 
     loaded = usable_lab(lab)
     try:
-        token = chosen(token, token_file, "LABRUN_TOKEN")
+        token = chosen(token, token_file, "LABRUN_TOKEN", host)
     except WeakToken as fault:
         say(str(fault))
         raise typer.Exit(PROBLEMS) from None

@@ -50,7 +50,6 @@ class Campaign:
     _copies: dict[Path, dict[Path, bytes]] = field(default_factory=dict)
     _unreached: int = 0
     _heard_at: float = 0.0
-    _last_words: str = ""
 
     @property
     def world(self) -> Path:

@@ -46,12 +46,16 @@ FIRST_TABLE = "data.csv"
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a step is compiled: its scope, its path inside the scope's frame, and its loop."""
+    """Where a step is compiled: its scope, its path inside the scope's frame, and its loop.
+
+    `retry`: that of the set whose member it is.
+    """
 
     scope: Scope
     path: str
     in_loop: bool
     question_id: str
+    retry: int | p.Retry | None = None
 
 
 @dataclass(slots=True)
@@ -174,7 +178,7 @@ class TreeCompiler:
         if not step.fallback:
             return self._retried(step, place)
         inner = Scope()
-        primary = self._retried(step, Place(inner, place.path, place.in_loop, place.question_id))
+        primary = self._retried(step, replace(place, scope=inner))
         alternatives = [self._alternative(item, place) for item in step.fallback]
         return Fallback(place.path, self.run, primary, inner, alternatives, place.scope)
 
@@ -230,7 +234,9 @@ class TreeCompiler:
         role_name, _, action_name = step.do.partition(".")
         role = self.survey.roles[role_name]
         timeout = step.timeout if step.timeout is not None else self.defaults.timeout
-        retry = step.retry if step.retry is not None else self.defaults.retry
+        retry = next(
+            (r for r in (step.retry, self.defaults.retry, place.retry) if r is not None), None
+        )
         on = None if retry is None else retry_rules(retry).on
         action = role.contract.actions[action_name]
         counted = retry is not None and action.effect != "once" and (on is None or "Lost" in on)
@@ -260,13 +266,14 @@ class TreeCompiler:
             if step.retry is None:
                 members.append(self.step(member, there))
             else:
-                members.append(self._member_again(member, there, retry_rules(step.retry)))
+                members.append(self._member_again(member, replace(there, retry=step.retry)))
         return members
 
-    def _member_again(self, member: p.Step, place: Place, rules: RetryRules) -> Behaviour:
+    def _member_again(self, member: p.Step, place: Place) -> Behaviour:
         """A member of a set that is retried: only what failed is sent again."""
-        inner = Scope()
-        node = self.step(member, Place(inner, place.path, place.in_loop, place.question_id))
+        assert place.retry is not None
+        inner, rules = Scope(), retry_rules(place.retry)
+        node = self.step(member, replace(place, scope=inner))
         return Retry(place.path, self.run, rules, node, place.scope, inner)
 
     def _foreach(self, step: p.Foreach, place: Place) -> Behaviour:

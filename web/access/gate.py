@@ -10,14 +10,15 @@ from typing import Any
 
 from ...drivers.server.gate import is_ours, split
 from ..local.refusal import Refusal, as_response
-from .sessions import Sessions
+from .sessions import Sessions, bearer
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 
 LARGEST_BODY = 4_000_000
-OPEN_PATHS = ("/api/v1/session", "/api/v1/openapi.json", "/api/v1/stop")
+STOP_PATH = "/api/v1/stop"
+OPEN_PATHS = ("/api/v1/session", "/api/v1/openapi.json", STOP_PATH)
 POLICY = (
     "default-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; worker-src 'self' blob:; "
@@ -48,7 +49,7 @@ class Gate:
             return
         headers = {k.decode("latin-1").lower(): v.decode("latin-1") for k, v in scope["headers"]}
         try:
-            self._check(scope, headers)
+            await self._check(scope, headers)
         except Refusal as refusal:
             await _refuse(scope, receive, send, refusal)
             return
@@ -58,7 +59,7 @@ class Gate:
         bounded = _Bounded(scope, receive, _with_headers(send))
         await self._app(scope, bounded.receive, bounded.send)
 
-    def _check(self, scope: Scope, headers: dict[str, str]) -> None:
+    async def _check(self, scope: Scope, headers: dict[str, str]) -> None:
         host = headers.get("host", "")
         if not is_ours(self._listens_on, host):
             raise Refusal(421, "WRONG_HOST", f"this server is not {host[:100]!r}")
@@ -73,6 +74,9 @@ class Gate:
         path = str(scope.get("path", ""))
         is_socket = scope["type"] == "websocket"
         needs = path.startswith("/api/") and path not in OPEN_PATHS
+        given = bearer(headers)
+        if given is not None and self._sessions.token_needed and path != STOP_PATH:
+            await self._sessions.admit(given)
         if (needs or is_socket) and not self._sessions.knows_raw(headers):
             hint = "GET /api/v1/session, then try again"
             raise Refusal(401, "SIGN_IN", "sign in first", hint)

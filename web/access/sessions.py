@@ -10,7 +10,9 @@ from pathlib import Path
 
 from fastapi import Response
 
+from ...drivers.server.gate import Brake
 from ...system.files import write_whole
+from ..local.refusal import Refusal
 
 COOKIE = "labrun_session"
 LASTS_S = 30 * 24 * 3600
@@ -20,23 +22,26 @@ class Sessions:
     """If `token` is given, everybody needs it; on loopback it may be omitted."""
 
     def __init__(self, secret_file: Path, token: str | None, *, secure: bool = False) -> None:
-        self._token = token
+        self._brake = Brake(token)
         self._secure = secure
         self._secret = _secret(secret_file) + sha256((token or "").encode()).digest()
 
     @property
     def token_needed(self) -> bool:
         """True if signing in is required."""
-        return self._token is not None
+        return self._brake.is_on
 
-    def is_token(self, given: str) -> bool:
-        """Whether this is the token; compared in constant time."""
-        return self._token is not None and hmac.compare_digest(given.encode(), self._token.encode())
+    async def admit(self, given: str) -> None:
+        """Raise Refusal (401) for a wrong token, and for one of many that come at once."""
+        if not await self._brake.look(given):
+            words = "the token is wrong, or too many wrong ones came at once"
+            hint = "use the one that labrun web was started with"
+            raise Refusal(401, "WRONG_TOKEN", words, hint)
 
     def knows(self, cookies: Mapping[str, str], headers: Mapping[str, str]) -> bool:
         """Whether a request is signed in, by its cookie or as a program by `Authorization`."""
-        kind, _, given = headers.get("authorization", "").partition(" ")
-        if kind.lower() == "bearer" and self.is_token(given.strip()):
+        given = bearer(headers)
+        if given is not None and self._brake.is_on and self._brake.is_right(given):
             return True
         return self._is_ours(cookies.get(COOKIE, ""))
 
@@ -74,6 +79,12 @@ class Sessions:
 
     def _sign(self, name: str, until: str) -> str:
         return hmac.new(self._secret, f"{name}.{until}".encode(), sha256).hexdigest()
+
+
+def bearer(headers: Mapping[str, str]) -> str | None:
+    """The token that a program has sent along, if any."""
+    kind, _, given = headers.get("authorization", "").partition(" ")
+    return given.strip() if kind.lower() == "bearer" else None
 
 
 def _secret(path: Path) -> bytes:

@@ -6,13 +6,6 @@ from typing import Any
 
 from ...engine.journal.encode import QUANTITY_KEY
 
-FATES = {
-    "succeeded": "succeeded",
-    "failed": "failed",
-    "aborted": "aborted",
-    "running": "still running",
-    "interrupted": "interrupted: its engine is gone",
-}
 VARIABLE = re.compile(r"\d+(?:\.\d+)?")
 
 

@@ -83,7 +83,12 @@ def ros(
     elif ros_args:
         refuse("--ros-args are for a node of ROS: add --node")
     else:
-        token = _token(host, token, token_file)
+        from ...drivers.server.tokens import WeakToken, chosen
+
+        try:
+            token = chosen(token, token_file, "LABRUN_ROS_TOKEN", host)
+        except WeakToken as fault:
+            refuse(str(fault))
         _run(_bridge(loaded, package, folders, host, port, token, origin or []), f"{host}:{port}")
 
 
@@ -122,28 +127,12 @@ def _write(lab: "LoadedLab", package: str, folder: Path) -> None:
     )
 
 
-def _token(host: str, token: str | None, file: Path | None) -> str | None:
-    from ...drivers.server.tokens import WeakToken, chosen
-    from .bridge.gate import is_loopback
-
-    try:
-        token = chosen(token, file, "LABRUN_ROS_TOKEN")
-    except WeakToken as fault:
-        refuse(str(fault))
-    if token is None and not is_loopback(host):
-        refuse(
-            f"--host {host}: other machines can reach this address, so a token is required; "
-            "give --token-file, or serve on 127.0.0.1"
-        )
-    return token
-
-
 async def _bridge(
     lab: "LoadedLab", package: str, folders: "Folders", host: str, port: int, token: str | None,
     origins: list[str],
 ) -> None:  # fmt: skip
     from ...system.signals import until_end
-    from .bridge.gate import Gate
+    from .bridge.gate import Brake, Gate
     from .bridge.serve import ask_for, bridge
     from .offers.greeting import greeting
     from .open_lab import opened
@@ -153,7 +142,7 @@ async def _bridge(
     async with (
         opened(lab, package, folders) as offered,
         bridge(
-            offered.offers, offered.goals, Gate(host, token, frozenset(origins)), port
+            offered.offers, offered.goals, Gate(host, Brake(token), frozenset(origins)), port
         ) as address,
     ):
         typer.echo(f"labrun ros at {address}")

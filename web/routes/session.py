@@ -29,13 +29,7 @@ async def get_session(request: Request, response: Response, app_state: TheSite) 
 @router.post("/session")
 async def sign_in(asked: SignIn, response: Response, app_state: TheSite) -> Session:
     """Sign in with the token; the answer sets an HttpOnly cookie."""
-    if not app_state.sessions.is_token(asked.token):
-        raise Refusal(
-            401,
-            "WRONG_TOKEN",
-            "the token is wrong",
-            "use the one that labrun web was started with",
-        )
+    await app_state.sessions.admit(asked.token)
     app_state.sessions.set_cookie(response)
     return _session(app_state, True)
 

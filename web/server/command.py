@@ -64,20 +64,14 @@ def web(
     no_browser: NoBrowser = False,
 ) -> None:
     """Serve the page to edit, launch, watch and review; runs continue without it."""
-    from ...drivers.server.gate import is_loopback
     from ...drivers.server.tokens import WeakToken, chosen
 
     if token is not None:  # crash logs show the command line
         sys.argv = [part.replace(token, "***") for part in sys.argv]
     try:
-        token = chosen(token, token_file, "LABRUN_WEB_TOKEN")
+        token = chosen(token, token_file, "LABRUN_WEB_TOKEN", host)
     except WeakToken as fault:
         _refuse(str(fault))
-    if token is None and not is_loopback(host):
-        _refuse(
-            f"--host {host}: other machines can reach this address, so a token is required; "
-            "give --token-file, or serve on 127.0.0.1"
-        )
     if demo and (folder is not None or lab is not None or runs is not None):
         _refuse("--demo has its own protocols, lab and runs: omit the folder, --lab and --runs")
     if demo:
@@ -89,10 +83,10 @@ def web(
             )
             _serve(options, browser=not no_browser)
         return
-    chosen = (folder or Path()).resolve()
-    if not chosen.is_dir():
+    protocols = (folder or Path()).resolve()
+    if not protocols.is_dir():
         _refuse(f"{folder} is not a folder; give the folder with your protocols")
-    _serve(_options(chosen, host, port, token, lab, runs, check_timeout), browser=not no_browser)
+    _serve(_options(protocols, host, port, token, lab, runs, check_timeout), browser=not no_browser)
 
 
 def _options(

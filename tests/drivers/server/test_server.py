@@ -409,9 +409,9 @@ def test_guesses_at_the_token_are_slow_however_many_come_at_once(bench, monkeypa
             looked_at = []
             look = server._brake.look
 
-            async def looking(*, right):
+            async def looking(given):
                 began = asyncio.get_running_loop().time()
-                answer = await look(right=right)
+                answer = await look(given)
                 looked_at.append(asyncio.get_running_loop().time() - began)
                 return answer
 

@@ -63,10 +63,12 @@ def test_a_token_comes_from_a_file_a_variable_or_the_command(tmp_path, monkeypat
     file.write_text("sixteen-in-a-file\n")
     monkeypatch.setenv("LABRUN_TOKEN", "sixteen-in-the-environment")
 
-    assert chosen(None, file, "LABRUN_TOKEN") == "sixteen-in-a-file"
-    assert chosen(None, None, "LABRUN_TOKEN") == "sixteen-in-the-environment"
-    assert chosen("sixteen-as-an-option", None, "LABRUN_TOKEN") == "sixteen-as-an-option"
-    assert chosen(None, None, "LABRUN_OTHER_TOKEN") is None
+    assert chosen(None, file, "LABRUN_TOKEN", "127.0.0.1") == "sixteen-in-a-file"
+    assert chosen(None, None, "LABRUN_TOKEN", "127.0.0.1") == "sixteen-in-the-environment"
+    assert (
+        chosen("sixteen-as-an-option", None, "LABRUN_TOKEN", "127.0.0.1") == "sixteen-as-an-option"
+    )
+    assert chosen(None, None, "LABRUN_OTHER_TOKEN", "127.0.0.1") is None
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"], ids=["Notepad", "PowerShell's `>`"])
@@ -74,11 +76,15 @@ def test_a_file_with_a_mark_in_front_of_the_token_is_read_without_it(tmp_path, e
     file = tmp_path / "token"
     file.write_bytes("sixteen-in-a-file\r\n".encode(encoding))
 
-    assert chosen(None, file, "LABRUN_TOKEN") == "sixteen-in-a-file"
+    assert chosen(None, file, "LABRUN_TOKEN", "127.0.0.1") == "sixteen-in-a-file"
 
 
 def test_a_token_that_is_short_or_cannot_be_read_is_a_sentence(tmp_path):
     with pytest.raises(WeakToken, match="15 characters is easily guessed; use 16 or more"):
-        chosen("x" * 15, None, "LABRUN_TOKEN")
+        chosen("x" * 15, None, "LABRUN_TOKEN", "127.0.0.1")
     with pytest.raises(WeakToken, match="No such file"):
-        chosen(None, tmp_path / "none", "LABRUN_TOKEN")
+        chosen(None, tmp_path / "none", "LABRUN_TOKEN", "127.0.0.1")
+    with pytest.raises(
+        WeakToken, match=r"--host 0\.0\.0\.0: .* a token is required; give --token-file"
+    ):
+        chosen(None, None, "LABRUN_OTHER_TOKEN", "0.0.0.0")

@@ -74,8 +74,14 @@ def test_a_server_that_goes_on_dying_is_a_failure_of_the_step(tmp_path):
 
 
 @pytest.mark.slow
-def test_with_a_retry_the_number_of_attempts_is_the_persons_also_of_those_that_are_lost(tmp_path):
-    status, ended, _ = run(tmp_path, deaths=99, retry=", retry: 2")
+@pytest.mark.parametrize("of_the_set", [False, True])
+def test_with_a_retry_the_number_of_attempts_is_the_persons_also_of_those_that_are_lost(
+    tmp_path, of_the_set
+):
+    press = "{do: m.press, with: {lives: 99}"
+    steps = f"{{parallel: [{press}}}], retry: 2}}" if of_the_set else f"{press}, retry: 2}}"
+
+    status, ended, _ = run(tmp_path, steps=steps)
 
     assert (status, [e.error.name for e in ended]) == (1, ["Lost"] * 2)
 

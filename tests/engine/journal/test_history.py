@@ -53,6 +53,12 @@ def test_a_goal_lost_together_with_its_engine_is_no_failure_of_its_step():
     assert not alone.past.goal("main/scan/0/shoot", 1).spent
 
 
+def test_each_time_that_finally_begins_is_counted():
+    phases = [j.Phase(n=2, phase="main"), j.Phase(n=3, phase="finally:1")]
+
+    assert [read_history([STARTED, *phases[:n]]).finals for n in (0, 1, 2)] == [0, 0, 1]
+
+
 def test_failures_before_the_end_of_a_run_are_spent_when_it_goes_on():
     broken = GoalError(name="Broken", happened="no")
     records = [

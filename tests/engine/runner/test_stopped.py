@@ -1,5 +1,6 @@
 """A stop is never a point's failure: the run is paused, says who it was, and goes on when told to."""
 
+import asyncio
 from threading import Thread
 
 import pytest
@@ -17,15 +18,21 @@ steps:
 on_resume:
   - {do: a.act, with: {name: home}}
 """
+ENDS = ("aborted", "canceled", "succeeded")
 LONG_SHOT = SCAN.replace("SHOT", "20 if i == 1 else 0").replace("LOOK", "'ok'")
 LONG_LOOK = SCAN.replace("SHOT", "0").replace("LOOK", "'hang,ok' if i == 1 else 'ok'")
 
 
-def stops_at(device, path, then="continue"):
-    """Stop the device when something at `path` is under way, and answer the pause that follows."""
-    stoppers, told = [], []
+def stops_at(device, path, then="continue", *, late=False):
+    """Stop the device when something at `path` is under way, and answer the pause that follows.
+
+    `late`: as a person does, once what was cut has ended and the tree was ticked again.
+    """
+    stoppers, told, due = [], [], {"pause", "end"}
 
     def watch(event):
+        if event.event == "goal" and event.path.endswith(path) and event.state in ENDS:
+            heard("end")
         if event.path.endswith(path) and event.event == "feedback" and not stoppers:
             stoppers.append(Thread(target=device.stop_by_hand))
             stoppers[0].start()
@@ -33,12 +40,21 @@ def stops_at(device, path, then="continue"):
             told.append((event.state, event.text))
             if event.state == "pause" and then:
                 stoppers[0].join()  # until then the device is closed to whoever comes
-                device.control.ask(then, "the test")
+                heard("pause")
+
+    def heard(what):
+        due.discard(what)
+        if not late and what == "pause":
+            device.control.ask(then, "the test")
+        elif late and not due and stoppers:
+            due.add("never")
+            asyncio.get_running_loop().call_soon(device.control.ask, then, "the test")
 
     watch.told = told
     return watch
 
 
+@pytest.mark.parametrize("late", [False, True])
 @pytest.mark.parametrize(
     ("protocol", "path", "sent"),
     [
@@ -49,10 +65,10 @@ def stops_at(device, path, then="continue"):
     ],
 )
 def test_a_device_that_is_stopped_pauses_the_run_and_costs_no_point(
-    own_device, protocol, path, sent
+    own_device, protocol, path, sent, late
 ):
     device = own_device()
-    watch = stops_at(device, path)
+    watch = stops_at(device, path, late=late)
 
     ran = device.run(protocol, watch=watch)
 

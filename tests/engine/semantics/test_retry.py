@@ -2,7 +2,7 @@
 
 `retry: 3` means three attempts in all. What failed is tried again; only then comes the `fallback`.
 An action that may be repeated and was lost with its device server is sent again by itself up to three
-times; with a `retry` of its own, such an attempt counts like any other.
+times; with a `retry` of its own or of its set, such an attempt counts like any other.
 
     - do: gantry.home
       retry: {attempts: 3, wait: 10 s, factor: 2, on: [HomingFailed]}

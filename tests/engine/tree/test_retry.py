@@ -8,6 +8,7 @@ def test_pauses_grow_by_their_factor_up_to_their_limit():
     rules = RetryRules(5, wait_s=2.0, factor=3.0, max_wait_s=20.0)
 
     assert [rules.pause_s(n) for n in (1, 2, 3, 4)] == [2.0, 6.0, 18.0, 20.0]
+    assert RetryRules(5).pause_s(1) == 0
 
 
 def test_jitter_makes_a_pause_shorter_as_well_as_longer_within_its_share():

@@ -90,12 +90,18 @@ def test_elsewhere_the_token_is_wanted(guarded):
     right = client.post("/session", json={"token": SECRET})
     inside = client.get("/devices")
     program = get(f"{guarded.url}/api/v1/devices", headers={"Authorization": f"Bearer {SECRET}"})
+    guess = {"Authorization": "Bearer guess"}
+    guesses = [get(f"{guarded.url}/api/v1/{path}", headers=guess) for path in ("session", "runs")]
+    stop = post(f"{guarded.url}/api/v1/stop", headers=guess)
     client.delete("/session")
 
     assert before == before | {"signed_in": False, "token_needed": True}
     assert (refused.status_code, wrong.status_code, right.status_code) == (401, 401, 200)
     assert inside.status_code == program.status_code == 200
     assert client.get("/devices").status_code == 401
+    # each has met the brake, in which a wrong token is held up
+    assert [(a.status_code, a.json()["code"]) for a in guesses] == [(401, "WRONG_TOKEN")] * 2
+    assert wrong.json()["code"] == "WRONG_TOKEN" and stop.status_code == 200
 
 
 def test_addresses_are_ours_elsewhere_and_names_of_others_are_not(guarded):

@@ -5,7 +5,6 @@ ours; and such a site may make its own name resolve to 127.0.0.1 (DNS rebinding)
 be ours too. Programs send no Origin.
 """
 
-import secrets
 from dataclasses import dataclass
 from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
@@ -13,7 +12,9 @@ from urllib.parse import parse_qs, urlsplit
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from ....drivers.server.gate import is_loopback, is_ours, split
+from ....drivers.server.gate import Brake, is_loopback, is_ours, split
+
+WRONG = "a token is required: ws://HOST:PORT/?token=..."
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,19 +22,21 @@ class Gate:
     """`host` is the listening address; `origins` are allowed besides pages of this machine."""
 
     host: str
-    token: str | None = None
+    brake: Brake
     origins: frozenset[str] = frozenset()
 
-    def check(self, connection: ServerConnection, request: Request) -> Response | None:
+    async def check(self, connection: ServerConnection, request: Request) -> Response | None:
         """None if the client may connect, else the refusal."""
         refusal = self.refusal(request)
+        if refusal is None and not await self.brake.look(_token(request)):
+            refusal = HTTPStatus.UNAUTHORIZED, WRONG
         if refusal is None:
             return None
         status, words = refusal
         return connection.respond(status, f"labrun ros: {words}\n")
 
     def refusal(self, request: Request) -> tuple[HTTPStatus, str] | None:
-        """The reason to refuse a client, if any."""
+        """The reason to refuse a client whatever its token, if any."""
         if len(request.headers.get_all("Host")) != 1 or not is_ours(
             self.host, request.headers["Host"]
         ):
@@ -43,18 +46,14 @@ class Gate:
                 return HTTPStatus.FORBIDDEN, (
                     f"pages of {origin[:100]} may not connect; `labrun ros --origin {origin[:100]}` allows it"
                 )
-        if self.token is not None and not secrets.compare_digest(
-            _token(request), self.token.encode()
-        ):
-            return HTTPStatus.UNAUTHORIZED, "a token is required: ws://HOST:PORT/?token=..."
         return None
 
 
-def _token(request: Request) -> bytes:
+def _token(request: Request) -> str:
     words = request.headers.get("Authorization", "")
     if words.startswith("Bearer "):
-        return words.removeprefix("Bearer ").encode()
-    return parse_qs(urlsplit(request.path).query).get("token", [""])[0].encode()
+        return words.removeprefix("Bearer ")
+    return parse_qs(urlsplit(request.path).query).get("token", [""])[0]
 
 
 def _is_local_page(origin: str) -> bool:

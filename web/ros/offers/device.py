@@ -83,11 +83,6 @@ class Device:
         """Why it is not online."""
         return self._reason
 
-    @property
-    def server_pid(self) -> int | None:
-        """Its server process, if started here."""
-        return self._server.pid if self._server is not None else None
-
     @asynccontextmanager
     async def borrowed(self) -> AsyncIterator[DeviceClient]:
         """The device's client, holding its lease during the block; raises Refused."""

@@ -1,0 +1,22 @@
+"""The dispatcher by itself: what it makes of what its devices' clients tell it."""
+
+from types import SimpleNamespace
+
+from labrun.engine.dispatch.dispatcher import Dispatcher
+
+
+def test_a_stop_counts_where_it_is_heeded_and_only_of_a_device_that_the_run_uses():
+    client = SimpleNamespace()
+    dispatcher = Dispatcher(SimpleNamespace(roles={}), {"a": client})
+    seen = []
+    for heeds, device, words in (
+        (False, "a", "in `finally`"),
+        (True, "b", "on the same server"),
+        (True, "a", "first"),
+        (True, "a", "second"),
+    ):
+        dispatcher.heeds_stops = heeds
+        client.on_stopped(device, words)
+        seen.append(dict(dispatcher.stopped))
+
+    assert seen == [{}, {}, {"a": "first"}, {"a": "first"}]
