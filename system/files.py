@@ -13,8 +13,8 @@ from . import WINDOWS
 
 BINARY = getattr(os, "O_BINARY", 0)
 """A flag for `os.open`: without it Windows writes every line's end as two characters."""
-REFUSALS = 1000
-"""How often Windows may refuse, 1 ms apart, while another program has the old file open."""
+PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, *[0.05] * 100)
+"""Between attempts while Windows refuses since another program has the old file open: 5 s in all."""
 
 
 def write_whole(path: Path, data: bytes, *, mode: int | None = None, sync: bool = True) -> None:
@@ -73,14 +73,13 @@ def remove(path: Path) -> None:
 
 
 def _patiently(act: Callable[[], object]) -> None:
-    for attempt in range(REFUSALS):
+    for pause_s in PAUSES_S if WINDOWS else ():
         try:
             act()
             return
         except PermissionError:
-            if not WINDOWS or attempt == REFUSALS - 1:
-                raise
-            time.sleep(0.001)
+            time.sleep(pause_s)
+    act()
 
 
 def sync_folder(folder: Path) -> None:

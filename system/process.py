@@ -59,8 +59,12 @@ def apart() -> Apart:
 async def stop(process: Process, timeout_s: float) -> int | None:
     """Ask it to end, and kill it after `timeout_s`; its exit status, None if it is still there."""
     for number in (PLEASE_END, AT_ONCE):
-        with contextlib.suppress(ProcessLookupError, PermissionError):
+        try:
             process.send_signal(number)
+        except (ProcessLookupError, PermissionError):
+            pass
+        except (OSError, SystemError):  # Windows': with no console in common there is no Ctrl-Break
+            continue
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(timeout_s):
                 return await process.wait()

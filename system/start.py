@@ -3,6 +3,7 @@
 import gc
 import os
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -29,6 +30,24 @@ def collector_at_rest() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
+
+
+@contextmanager
+def without(library: str) -> Iterator[None]:
+    """In the block this thread does not find a library, unless it is loaded; other threads do."""
+    here = threading.get_ident()
+
+    class Refusal:
+        @staticmethod
+        def find_spec(name: str, *_: object) -> None:
+            if name == library and threading.get_ident() == here:
+                raise ModuleNotFoundError(name=name)
+
+    sys.meta_path.insert(0, Refusal)  # pyright: ignore[reportArgumentType]
+    try:
+        yield
+    finally:
+        sys.meta_path.remove(Refusal)  # pyright: ignore[reportArgumentType]
 
 
 @contextmanager

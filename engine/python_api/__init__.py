@@ -2,3 +2,5 @@
 
 It has no way of its own to do anything: it calls what the commands call.
 """
+
+import numpy  # noqa: F401 - before pint, so that quantities and arrays of a notebook know each other

@@ -62,6 +62,28 @@ def test_it_is_asked_to_end_and_killed_when_it_does_not(modules, text, timeout_s
     assert asyncio.run(story()) == (status, status)
 
 
+@pytest.mark.parametrize("fault", [OSError, SystemError])
+@pytest.mark.posix("Windows has no such exit statuses")
+def test_it_is_killed_at_once_where_it_cannot_be_asked(modules, fault):
+    """As by Windows where the two have no console in common; Python 3.11 has a SystemError for it."""
+    options = modules("sleeps", "import time\n" + AWAKE)
+
+    async def story():
+        process = await start_python("sleeps", **options)
+        assert await process.stdout.readline() == b"awake\n"
+        send = process.send_signal
+
+        def refuse(number):
+            if number == signal.SIGTERM:
+                raise fault
+            send(number)
+
+        process.send_signal = refuse
+        return await stop(process, 600)
+
+    assert asyncio.run(story()) == -signal.SIGKILL
+
+
 @pytest.mark.posix("Windows cannot be asked")
 def test_a_process_lives_until_it_ends_reaped_or_not():
     with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as process:

@@ -5,12 +5,14 @@ import os
 import re
 import subprocess
 import sys
+import threading
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from labrun.schemas.contracts import shipped_contracts
-from labrun.system.start import later
+from labrun.system.start import later, without
 
 HEAVY = {
     "aiohttp", "cv2", "dask", "fastapi", "jsonschema", "matplotlib", "numba", "numpy", "pandas",
@@ -55,6 +57,14 @@ def test_a_check_with_usual_units_imports_neither_pint_nor_what_only_runs_need(t
     path.write_text(STEP, encoding="utf-8")
 
     assert (imported_by("check", str(path)) - before_all()) & COMMANDS == set()
+
+
+def test_units_that_need_pint_need_no_numpy(tmp_path):
+    path = tmp_path / "one.yaml"
+    path.write_text(STEP.replace("10 mm", "0.4 inch"), encoding="utf-8")
+    there = imported_by("check", str(path)) - before_all()
+
+    assert there & {"pint", "numpy._core", "dask"} == {"pint"}  # what is not found is named, too
 
 
 def test_a_check_without_options_imports_nothing_that_reads_options(tmp_path):
@@ -124,6 +134,18 @@ def test_after_the_block_it_is_imported_as_ever(package: Path):
 
     assert package.exists()
     assert type(heavy_one).__module__ == "builtins"
+
+
+def test_one_thread_does_without_a_library_and_another_has_it(package: Path):
+    found = []
+    with without("heavy_one"):
+        with pytest.raises(ModuleNotFoundError):
+            import_module("heavy_one")
+        other = threading.Thread(target=lambda: found.append(import_module("heavy_one").answer))
+        other.start()
+        other.join()
+
+    assert found == [42]
 
 
 def test_a_server_process_can_still_be_a_client_of_another():
