@@ -5,6 +5,7 @@
     python benchmarks/reduce.py accuracy 20  accuracy over 20 spectra of each family
     python benchmarks/reduce.py everyday 12  the same over 12 spectra of each everyday instrument
     python benchmarks/reduce.py vices 6      the same by vice: gain steps, roll-off, cut at zero, ...
+    python benchmarks/reduce.py errors 8     by vice, how often T and Li's share are within 1 and 2 errors
     python benchmarks/reduce.py first        what the first spectrum after an install has to wait for
 
 Times are of the processor, on one core; both sides of each ratio are taken in the same run. The
@@ -56,6 +57,7 @@ from labrun.reduction.peaks.voigt import fit_peaks
 from labrun.reduction.spectrum.bad import bridged, mark_bad
 from labrun.reduction.spectrum.noise import local_noise
 from labrun.reduction.spectrum.resampled import resampled
+from labrun.reduction.tables.plot import cation_fraction
 
 CHANNELS = 22_800
 REPEATS = 15
@@ -229,9 +231,11 @@ def scored(truth: Truth) -> Score:
         log10_ne = plasma.log10_ne
         if plasma.temperature_k is not None and plasma.temperature_error_k is not None:
             kelvin = plasma.temperature_k, plasma.temperature_error_k
+    share = cation_fraction(found)
+    lithium = None if share is None else (share.share, share.share_error, share.elements)
     return score(
         truth, peaks.centre_nm, np.sqrt(peaks.covariance[:, 1, 1]), peaks.area, peaks.area_error,
-        set(found.detected), kelvin, log10_ne, found.medium,
+        set(found.detected), kelvin, log10_ne, found.medium, lithium,
     )  # fmt: skip
 
 
@@ -258,13 +262,23 @@ def instruments(spectra: int) -> None:
     by_name(everyday, tuple(KINDS), spectra)
 
 
-def by_name(make: Callable[[str, int], Truth], kinds: tuple[str, ...], spectra: int) -> None:
-    names = ("peaks recall", "peaks precision", "elements F1", "area error", "area pull", "T error",
-             "T pull", "medium right")  # fmt: skip
+NAMES = ("peaks recall", "peaks precision", "elements F1", "area error", "area pull", "T error",
+         "T pull", "medium right")  # fmt: skip
+WITHIN = ("T known", "T within 1", "T within 2", "Li within 1", "Li within 2")
+
+
+def by_name(
+    make: Callable[[str, int], Truth], kinds: tuple[str, ...], spectra: int,
+    names: tuple[str, ...] = NAMES,
+) -> None:  # fmt: skip
     print(f"\n{spectra} spectra each      " + "".join(f"{name:>17}" for name in names))
+    total = Score()
     for kind in kinds:
-        table = summary(scored_all(make, kind, spectra))
+        own = scored_all(make, kind, spectra)
+        total.add(own)
+        table = summary(own)
         print(f"{kind:<24}" + "".join(f"{table[name]:17.3f}" for name in names), flush=True)
+    print(f"{'all':<24}" + "".join(f"{summary(total)[name]:17.3f}" for name in names))
 
 
 def nothing() -> None:
@@ -289,6 +303,8 @@ def main() -> None:
         instruments(int(rest[0]) if rest else EVERYDAY)
     if what in ("all", "vices"):
         by_name(with_vice, tuple(VICES), int(rest[0]) if rest else EVERYDAY)
+    if what in ("all", "errors"):
+        by_name(with_vice, tuple(VICES), int(rest[0]) if rest else EVERYDAY, WITHIN)
     if what in ("all", "first"):
         first()
 

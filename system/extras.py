@@ -13,7 +13,7 @@ EXTRAS = {
     "ros": ("roslibpy",),
     "dask": ("distributed", "dask"),
     "formats": ("avaread", "h5py", "sif_parser", "spc_io"),
-    "export": ("h5py", "mcap"),
+    "export": ("h5py", "mcap", "tifffile"),
     "notebook": ("pandas", "tqdm", "xarray"),
     "optimize": ("sklearn", "scipy", "threadpoolctl"),
     "optuna": ("optuna",),

@@ -10,7 +10,7 @@ from .options import RUNS, Runs, say
 from .resume import RunName
 
 To = Annotated[
-    str, typer.Option("--to", metavar="FORMAT", help="mcap, nexus, or a format of a plug-in.")
+    str, typer.Option("--to", metavar="FORMAT", help="mcap, nexus, tiff, or a format of a plug-in.")
 ]
 Out = Annotated[
     Path | None,

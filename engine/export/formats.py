@@ -10,9 +10,9 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 Export = Callable[[Path, Path], None]
-OWN = {"mcap": "mcap:write", "nexus": "nexus:write"}
+OWN = {"mcap": "mcap:write", "nexus": "nexus:write", "tiff": "tiff:write"}
 """Format, which is also the file's suffix -> module in this folder and function."""
-SUFFIXES = {"nexus": "nxs"}
+SUFFIXES = {"nexus": "nxs", "tiff": "tif"}
 """Where it is another one."""
 
 

@@ -12,21 +12,14 @@ import numpy as np
 
 from ... import __version__
 from ...schemas import journal as j
-from ...schemas.quantity import is_quantity, magnitude_in
 from ...system.extras import not_installed
 from ...system.files import replace_whole
-from ..journal.encode import decode
-from ..journal.history import superseded
 from ..journal.journal import JournalFault, Records
 from ..run.folder import JOURNAL, FolderFault, protocol_file
 from .formats import ExportFault
+from .tables import AXES, grid_of, numbers_of, tables
 
-AXES = ("y", "x")
-LEAST_FULL = 0.5
-"""Of a grid's points; with fewer of them x and y were chosen one by one."""
 SPECTRA = "spectra/"
-Table = dict[str, tuple[j.IterationEnded, dict[str, Any]]]
-"""Key -> the record of an iteration and its row."""
 
 
 def write(folder: Path, place: Path) -> None:
@@ -36,7 +29,7 @@ def write(folder: Path, place: Path) -> None:
     except ImportError as fault:
         raise ExportFault(not_installed(fault, "export") or str(fault)) from fault
     try:
-        tables = _tables(folder)
+        found = tables(folder)
         with replace_whole(place) as out, h5py.File(out, "w") as file:
             entry = _group(file, "entry", "NXentry")
             file.attrs["default"] = "entry"
@@ -53,24 +46,12 @@ def write(folder: Path, place: Path) -> None:
             copy = protocol_file(folder)
             note["data"], note["file_name"] = copy.read_text(encoding="utf-8"), copy.name
             spectra = _spectra(folder)
-            for name, rows in tables.items():
+            for name, rows in found.items():
                 _write_table(entry, name, list(rows.values()), folder, spectra)
     except (JournalFault, FolderFault) as fault:
         raise ExportFault(str(fault)) from fault
     except ImportError as fault:
         raise ExportFault(not_installed(fault) or str(fault)) from fault
-
-
-def _tables(folder: Path) -> dict[str, Table]:
-    records = Records(folder / JOURNAL)
-    is_superseded, tables = superseded(records), {}
-    for record in records.of("iteration"):
-        if isinstance(record, j.IterationEnded) and record.row is not None:
-            table: Table = tables.setdefault(record.file.removesuffix(".csv") or "data", {})
-            table.pop(record.row_key, None)
-            if not is_superseded(record):
-                table[record.row_key] = (record, decode(record.row))
-    return {name: table for name, table in tables.items() if table}
 
 
 def _spectra(folder: Path) -> dict[str, str]:
@@ -90,9 +71,9 @@ def _write_table(
     spectra: dict[str, str],
 ) -> None:  # fmt: skip
     columns = list(dict.fromkeys(column for _, row in rows for column in row))
-    numbers = {c: made for c in columns if (made := _numbers([row.get(c) for _, row in rows]))}
+    numbers = {c: made for c in columns if (made := numbers_of([row.get(c) for _, row in rows]))}
     across = [a for a in AXES if a in numbers and len(np.unique(numbers[a][0])) > 1]
-    grid = _grid([numbers[axis][0] for axis in across])
+    grid = grid_of([numbers[axis][0] for axis in across])
     data = _group(entry, name, "NXdata")
     if grid is None:
         across, row = [], "row"
@@ -162,27 +143,6 @@ def _write_spectra(
         counts[tuple(int(at[row]) for at in places)] = spectrum.intensity
     if data is not None and left_out:
         data.attrs["left_out"] = left_out
-
-
-def _numbers(values: list[Any]) -> tuple[np.ndarray, str] | None:
-    """A column's numbers, NaN for none, and their unit; None where it has anything else."""
-    unit = next((f"{value.units:~}" for value in values if is_quantity(value)), "")
-    made = [magnitude_in(value, unit) if is_quantity(value) else value for value in values]
-    if not all(one is None or (isinstance(one, int | float)) for one in made) or not any(
-        one is not None for one in made
-    ):
-        return None
-    return np.array([np.nan if one is None else float(one) for one in made]), unit
-
-
-def _grid(columns: list[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]] | None:
-    """Of each axis its values, and where each row lies; None if the rows are no grid."""
-    if not columns or not all(np.isfinite(column).all() for column in columns):
-        return None
-    axes = [np.unique(column, return_inverse=True) for column in columns]
-    places = {tuple(place) for place in np.stack([at for _, at in axes], axis=1).tolist()}
-    size = int(np.prod([len(values) for values, _ in axes]))
-    return axes if len(places) == len(columns[0]) >= LEAST_FULL * size else None
 
 
 def _evened(axis: np.ndarray) -> np.ndarray:

@@ -14,13 +14,14 @@ from ..peaks.profiles import Profiles
 from ..peaks.voigt import VoigtPeaks
 from ..plasma.boltzmann import Bend, Known, Plot, PlotLines, fit_plot
 from ..plasma.growth import log_depth_of_unit, log_kept
-from ..plasma.response import LEVEL, LOOSE, Response, knots, stiffness
+from ..plasma.response import DOUBTFUL, LEVEL, LOOSE, Response, Usual, knots, stiffness
 from ..plasma.strengths import atoms
 from ..spectrum.curve import median, usual_pitch_nm
 from ..spectrum.spectrum import BoolArray, FloatArray, Medium
 from .abundance_prior import log_odds
 from .catalogue import CONDITIONS, Catalogue, Expected, catalogue
 from .evidence_score import NOT_SEEN
+from .gain_steps import gain_steps
 from .hydrogen import H_ALPHA_NM, HAlpha, h_alpha
 from .index import Indexed, index_peaks, likelihood
 from .match import Matched, match_lines
@@ -38,7 +39,7 @@ SHIFTED = 0.08  # of a line's width, by which lines are displaced
 STILL_SHIFTED = 0.06
 STRONG, SPEAKING, LEAST_SPEAKING = 15.0, 6, 4  # errors of an area; lines of an element; in all
 ANY = 5.0  # residual in ln(area) that an unknown response may make
-EXPLAINED, NEARLY_ALL = 1.3, 0.85  # chi2, and part of the lines, that need no response
+EXPLAINED, NEARLY_ALL = 0.95, 0.96  # chi2, and part of the lines, that need no response
 MISFIT, MISFIT_FROM = 0.5, 1.0  # of ln(area), for each root of the chi2 that is too much
 VOTING = 15  # lines of an element that vote for the offset at first
 STEPS = 10
@@ -99,7 +100,7 @@ def identify(
     wide_nm = float(median(peaks.fwhm_nm))
     error = max(FIRST_ERROR_NM, CHANNELS_OFF * pitch_nm, SHIFTED * wide_nm)
     rounds = []
-    seams_nm = seams(x)
+    seams_nm = of_axis_nm = seams(x)
     best = None
     for offsets in _first_offsets(profiles, known, first, medium, seams_nm):
         if rounds and offsets.votes < HOPELESS * rounds[0][2].votes:
@@ -130,7 +131,11 @@ def identify(
     plot = fit_plot(lines, density, start_k, ROUGH_STEPS, level)
     gain, response = np.zeros(len(expected.log_area)), None
     if plot is None or not _level(known, expected, peaks, matched, indexed, plot, len(lines)):
+        if not len(seams_nm):
+            seams_nm = gain_steps(x, profiles.counts)
         response = _response(known, expected, peaks, matched, indexed, x, seams_nm)
+        if response is None:  # the lines do not fit, and no smooth response mends it
+            level = _level_bend(_range(x), tuple(seams_nm.tolist()), DOUBTFUL)
     if response is not None:
         gain = response.at(expected.vacuum_nm)
         lines = plot_lines(peaks, known, expected.log_area, matched, indexed, gain)
@@ -145,7 +150,7 @@ def identify(
     least = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm, STILL_SHIFTED * wide_nm)
     bonus = _from_h_alpha(hydrogen)
     for _ in range(2 if response is not None else 1):
-        offsets = _second_offsets(profiles, known, expected, indexed, before, seams_nm)
+        offsets = _second_offsets(profiles, known, expected, indexed, before, of_axis_nm)
         expected = _expected(known, plot, expected)
         gain = np.zeros(len(expected.log_area))
         if response is not None:
@@ -190,9 +195,11 @@ def _bend(response: Response, seams_nm: FloatArray) -> Bend:
 
 
 @lru_cache(maxsize=16)
-def _level_bend(range_nm: tuple[float, float], seams_nm: tuple[float, ...]) -> Bend:
+def _level_bend(
+    range_nm: tuple[float, float], seams_nm: tuple[float, ...], usual: Usual = LEVEL
+) -> Bend:
     at = knots(range_nm, np.array(seams_nm))
-    return Bend(at, np.zeros(len(at)), stiffness(at, np.array(seams_nm), LEVEL))
+    return Bend(at, np.zeros(len(at)), stiffness(at, np.array(seams_nm), usual))
 
 
 def _gone(known: Catalogue, expected: Expected, matched: Matched, indexed: Indexed):

@@ -20,8 +20,7 @@ MODEL, RESONANT, RESONANT_EV = 0.3, 0.7, 1.5  # spread of ln(area); of lines tha
 HC_EV_NM = 1239.84198
 TURNS = 8
 LEAST_LINES = 6
-CLEARLY = 8.0  # gain in chi2 that a response must bring, and for each knot
-EACH_KNOT = 0.7
+CLEARLY = 8.0  # gain in chi2 that a response must bring, its prior counted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +57,7 @@ def find_response(
             best = found, state
     assert best is not None
     (chi2, gain, error), state = best
-    if level - chi2 < CLEARLY + EACH_KNOT * len(knots):
+    if level - chi2 < CLEARLY:
         return None
     return Response(knots, np.asarray(gain, np.float64), error), state
 

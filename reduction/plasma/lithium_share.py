@@ -75,6 +75,15 @@ def _relative_error(lines: PlotLines, plot: Plot) -> float:
     parts = np.exp(log_amount - log_amount.max())
     turn = np.where(atoms().elements[plot.names] == "Li", 1.0, 0.0) - parts / parts.sum()
     fitted = max(float(turn @ plot.covariance @ turn), 0.0)
-    own = atoms().elements[lines.element] == "Li"
-    lost = float(np.mean(-np.log(np.maximum(plot.kept[own], 1e-12))))
+    lost = float(np.hypot(*_lost(lines, plot, turn)))
     return float(np.sqrt(fitted + UNIFORM**2 + (THICK * lost) ** 2))
+
+
+def _lost(lines: PlotLines, plot: Plot, turn: FloatArray) -> tuple[float, float]:
+    """e-folds of light that the lines lost: lithium's, and the others', each by its element's weight."""
+    which = np.searchsorted(plot.names, lines.element)
+    log_kept = -np.log(np.maximum(plot.kept, 1e-12))
+    mean = np.bincount(which, log_kept, len(turn)) / np.maximum(np.bincount(which), 1)
+    own = atoms().elements[plot.names] == "Li"
+    others = np.where(own, 0.0, -turn)
+    return float(mean[own][0]), float(others @ mean / max(others.sum(), 1e-12))

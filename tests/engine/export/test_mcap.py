@@ -155,5 +155,5 @@ def test_a_plug_in_adds_a_format(monkeypatch):
 
     monkeypatch.setattr(formats, "entry_points", lambda group: [Point()])
 
-    assert {*formats.formats()} == {"mcap", "nexus", "vtk"}
+    assert {*formats.formats()} == {"mcap", "nexus", "tiff", "vtk"}
     assert formats.formats()["vtk"]() is write

@@ -76,6 +76,7 @@ class Light:
     zones: tuple[Zone, ...]
     column: float
     per_zone: tuple[np.ndarray, ...]
+    shares: dict[str, float]
 
     def group_area(self, rows: np.ndarray) -> float:
         """What these lines would shine together without the others, radiance nm."""
@@ -139,4 +140,6 @@ def shine(
     per_zone = [values[kept] for values in per_zone]
     x = np.arange(range_nm[0] - 2, range_nm[1] + 2, STEP_NM)
     radiance = _transfer(x, lines, per_zone, zones, 30.0)
-    return Light(x, radiance, lines, area[kept], depth[kept], zones, column, tuple(per_zone))
+    return Light(
+        x, radiance, lines, area[kept], depth[kept], zones, column, tuple(per_zone), shares
+    )

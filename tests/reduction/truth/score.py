@@ -39,6 +39,7 @@ class Score:
     kelvin_error: list[float] = field(default_factory=list)
     kelvin_pull: list[float] = field(default_factory=list)
     log_ne_error: list[float] = field(default_factory=list)
+    lithium_pull: list[float] = field(default_factory=list)
     medium_right: int = 0
     spectra: int = 0
     wrong_elements: list[str] = field(default_factory=list)
@@ -75,8 +76,10 @@ def score(
     kelvin: tuple[float, float] | None,
     log10_ne: float | None,
     medium: str,
+    lithium: tuple[float, float, tuple[str, ...]] | None = None,
 ) -> Score:
-    """The score of one spectrum. centre_nm: found peaks (those said to be of 5 sigma) as shown."""
+    """The score of one spectrum. centre_nm: found peaks (those said to be of 5 sigma) as shown.
+    lithium: its share of the atoms of some elements, with its error, and which they are."""
     s = Score(spectra=1, medium_right=int(medium == truth.instrument.medium))
     _peaks(s, truth, centre_nm)
     _areas(s, truth, centre_nm, centre_error, area, area_error)
@@ -90,6 +93,10 @@ def score(
         s.kelvin_pull.append((kelvin[0] - truth.kelvin) / kelvin[1])
     if log10_ne is not None and truth.h_alpha:
         s.log_ne_error.append(log10_ne - truth.log10_ne)
+    if lithium is not None and "Li" in truth.shares:
+        share, error, counted = lithium
+        true = truth.shares["Li"] / sum(truth.shares.get(element, 0.0) for element in counted)
+        s.lithium_pull.append((share - true) / error)
     return s
 
 
@@ -133,6 +140,11 @@ def spread(values: list[float]) -> float:
     return float(1.4826 * np.median(np.abs(np.array(values)))) if values else float("nan")
 
 
+def within(pulls: list[float], errors: float) -> float:
+    """The part of the pulls that is no larger than so many errors."""
+    return float(np.mean(np.abs(pulls) <= errors)) if pulls else float("nan")
+
+
 def summary(s: Score) -> dict[str, float]:
     """The figures of the accuracy table."""
 
@@ -155,5 +167,9 @@ def summary(s: Score) -> dict[str, float]:
         "T pull": spread(s.kelvin_pull),
         "T known": part(len(s.kelvin_error), s.spectra),
         "log ne error": median(s.log_ne_error),
+        "T within 1": within(s.kelvin_pull, 1.0),
+        "T within 2": within(s.kelvin_pull, 2.0),
+        "Li within 1": within(s.lithium_pull, 1.0),
+        "Li within 2": within(s.lithium_pull, 2.0),
         "medium right": part(s.medium_right, s.spectra),
     }

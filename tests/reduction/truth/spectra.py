@@ -57,6 +57,7 @@ class Truth:
     present: frozenset[str]
     doubtful: frozenset[str]
     h_alpha: bool
+    shares: dict[str, float]  # of all atoms
 
 
 def make_spectrum(family: str, number: int) -> Truth:
@@ -107,7 +108,7 @@ def measured(sample, light, instrument, rng, zones, continuum=None, response=Non
     return Truth(
         sample, instrument.axis_nm, counts, noise, continuum, bad | saturated, instrument,
         zones[0].kelvin, float(np.log10(zones[0].electrons_cm3)), groups, maxima_nm, maxima_sigma,
-        present, doubtful, h_alpha,
+        present, doubtful, h_alpha, light.shares,
     )  # fmt: skip
 
 

@@ -1,0 +1,59 @@
+"""Where the gain of the instrument jumps, by the light between the lines.
+
+An export on one even axis shows no seam in the pitch of its channels; the continuum jumps all the
+same where one detector ends and another begins, within a channel, and stays there. A line's foot
+rises as fast, and comes back; a crowd of lines may look like a step, which costs little: the response
+may jump there, and need not.
+"""
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from ..spectrum.curve import median
+from ..spectrum.spectrum import FloatArray
+
+BLOCK_NM, LEAST_CHANNELS = 1.0, 8  # whose low quantile is the light between the lines
+LOW = 0.2
+NEAR, FAR = 3, 9  # blocks on either side: just beside, and where a line's foot has ended
+PART = 0.2  # of the light there, that a jump must be
+STAYS = 0.5  # part of the jump that is left farther away
+SHARP = 8.0  # times the usual change there
+MOST = 5
+
+
+def gain_steps(x: FloatArray, counts: FloatArray) -> FloatArray:
+    """Places of the clearest jumps, nm, ascending, at most MOST; x, counts: shape (n,), no NaN."""
+    pitch = float(median(np.diff(x)))
+    width = max(int(BLOCK_NM / pitch), LEAST_CHANNELS)
+    blocks = len(x) // width
+    if blocks < 2 * FAR + 2:
+        return np.empty(0)
+    place = int(LOW * width)
+    low = np.partition(counts[: blocks * width].reshape(blocks, width), place, axis=1)[:, place]
+    at = np.arange(FAR, blocks - FAR + 1)
+    near = np.median(sliding_window_view(low, NEAR), axis=1)
+    wide = np.median(sliding_window_view(low, FAR - NEAR), axis=1)
+    before, after = near[at - NEAR], near[at]
+    far = wide[at + NEAR] - wide[at - FAR]
+    jump = after - before
+    usual = float(median(np.abs(jump)))
+    clear = np.abs(jump) > PART * np.maximum(np.abs(before), np.abs(after))
+    clear &= np.abs(jump) > SHARP * usual
+    clear &= far * np.sign(jump) > STAYS * np.abs(jump)
+    found: list[int] = []
+    for i in np.argsort(-np.abs(jump) * clear, kind="stable"):
+        if not clear[i] or len(found) == MOST:
+            break
+        if all(abs(at[i] - other) > FAR for other in found):
+            found.append(int(at[i]))
+    return np.sort([_edge(x, counts, block * width, width) for block in found])
+
+
+def _edge(x: FloatArray, counts: FloatArray, near: int, width: int) -> float:
+    """The channel that parts low counts from high ones best, within a block to either side."""
+    own = slice(near - width, near + width)
+    y = np.minimum(counts[own], 2.0 * float(median(counts[own])) + 1e-12)
+    total, n = np.cumsum(y), np.arange(1, len(y) + 1)
+    left, right = total[:-1] / n[:-1], (total[-1] - total[:-1]) / n[:0:-1]
+    best = int(np.argmax(n[:-1] * n[:0:-1] * (right - left) ** 2))
+    return float(x[near - width + best + 1])
