@@ -51,7 +51,7 @@ def record_program(
     def act() -> int:
         if find_them:
             return find(output, image, title, seen)
-        if buttons or box:
+        if buttons or box or image is not None:
             return record(output, box, at, where, image, title)
         return _work(output, contract, watch or [], title)
 
