@@ -20,8 +20,8 @@ GROUPS = {
     ),
     "Look at runs": ("runs", "compare", "label", "report", "export"),
     "Devices": (
-        "devices", "setup", "status", "stop", "call", "calibrate-camera", "locate", "record-buttons",
-        "find-buttons",
+        "devices", "setup", "status", "stop", "call", "calibrate-camera", "locate", "record-program",
+        "record-buttons", "find-buttons",
     ),
     "Spectra": ("reduce", "map", "spectrum", "lines", "calibrate"),
     "Serve": ("serve", "web", "ros", "mcp"),
@@ -37,6 +37,7 @@ COMMANDS = tuple(
 MODULES = {
     "continue": "continue_run",
     "calibrate-camera": "calibrate_camera",
+    "record-program": "record_program",
     "record-buttons": "record_buttons",
     "find-buttons": "find_buttons",
 }

@@ -8,7 +8,7 @@ from ...schemas.model import Model
 
 
 class SciapsGuiSettings(Model):
-    """`buttons`: the folder of `labrun record-buttons`; `cache` and `exports`: the program's folders.
+    """`buttons`: of `labrun record-program --buttons`; `cache` and `exports`: the program's folders.
 
     `export_path` is what is typed into the program for `exports`, where that reads otherwise.
     `delete` removes from the cache what was exported, once its spectrum is safe: with the program's

@@ -143,7 +143,7 @@ def read_buttons(folder: Path, needed: tuple[str, ...] = NEEDED) -> Buttons:
     if missing:
         raise ButtonsFault(
             f"{folder / FILE} has no {' and no '.join(missing)}; record it with "
-            f"`labrun record-buttons -o {folder}`"
+            f"`labrun record-program --buttons -o {folder}`"
         )
     templates: dict[str, Template] = {}
     for name, button in said.buttons.items():
@@ -174,7 +174,7 @@ def _read_file(path: Path) -> ButtonsFile:
         return ButtonsFile.model_validate(YAML(typ="safe").load(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise ButtonsFault(
-            f"there is no {path}; record the program's buttons with `labrun record-buttons -o "
+            f"there is no {path}; record the program's buttons with `labrun record-program --buttons -o "
             f"{path.parent}`"
         ) from None
     except ValidationError as fault:

@@ -1,6 +1,6 @@
 """The driver's `config:` in a lab, read and checked against the contract.
 
-buttons: C:/labrun/buttons                       # of `labrun record-buttons`
+buttons: C:/labrun/buttons                       # of `labrun record-program --buttons`
 actions:
   start:
     steps: [{click: name_field}, {type: "{sample}"}, {click: start}]

@@ -2,7 +2,8 @@
 
 import sys
 
-from .windows import Windows
+from .watching import Input
+from .windows import NoScreen, Windows
 
 
 def open_windows() -> Windows:
@@ -14,3 +15,15 @@ def open_windows() -> Windows:
     from .windows_x11 import X11Windows
 
     return X11Windows()
+
+
+def open_input() -> Input:
+    """What its mouse and keyboard do; raises NoScreen."""
+    if sys.platform == "win32":
+        raise NoScreen(
+            "mouse and keyboard are heard on X11 only; on Windows record the buttons with `labrun "
+            "record-program --buttons`, and write the steps down"
+        )
+    from .input_x11 import X11Input
+
+    return X11Input()

@@ -67,7 +67,7 @@ class WindowProgram(Driver):
                 if "{" not in what and what not in self._buttons:
                     raise DriverFault(
                         f"config.actions.{name}: {what} was not recorded; record it with `labrun "
-                        f"record-buttons -o {self._buttons.folder} --where {what}=dialog`"
+                        f"record-program --buttons -o {self._buttons.folder} --where {what}=dialog`"
                     )
 
     async def open(self) -> None:

@@ -49,7 +49,7 @@ def view_of(title: str, windows: Windows, screen: Picture, ratio: float) -> View
         _not_blank(screen)
         return View(screen, (0, 0), ratio, None, (), "")
     listed = windows.listed()
-    mains = [w for w in listed if title in w.title and not w.owned]
+    mains = [w for w in listed if title in w.title and not w.owned and not w.popup]
     if not mains:
         titles = ", ".join(repr(w.title) for w in listed if w.title)[:200] or "none with a title"
         raise Trouble(
@@ -65,7 +65,7 @@ def view_of(title: str, windows: Windows, screen: Picture, ratio: float) -> View
     _not_blank(screen)
     main = mains[0]
     above = listed[: listed.index(main)]
-    dialogs = tuple(w for w in above if w.owned and overlap(w.box, main.box) > 0)
+    dialogs = tuple(w for w in above if w.is_over(main) and overlap(w.box, main.box) > 0)
     box = _clipped(_around([main.box, *(d.box for d in dialogs)]), screen, ratio)
     x, y, width, height = box
     if width < 20 or height < 20:
@@ -83,7 +83,7 @@ def _cover(above: list[Window], main: Window, screen: Picture, ratio: float) -> 
     """A description of what may hide the program: a locked screen, or another program's window."""
     area = screen.shape[0] * screen.shape[1] / ratio**2
     for window in above:
-        if window.owned or overlap(window.box, main.box) <= 0:
+        if window.is_over(main) or overlap(window.box, main.box) <= 0:
             continue
         if window.box[2] * window.box[3] >= FULL_SCREEN * area:
             return f"{window.title or 'a window'!r} covers the whole screen: is it locked?"

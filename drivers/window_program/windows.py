@@ -12,12 +12,21 @@ from .match import Box
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """A visible top-level window; `owned` if it belongs to another one, as dialogs do."""
+    """A visible top-level window; `owned` if it belongs to another one, as dialogs do.
+
+    `popup`: a menu or a list that has dropped down; `program` tells whose it is, where that is known.
+    """
 
     id: int
     title: str
     box: Box
     owned: bool
+    popup: bool = False
+    program: int = 0
+
+    def is_over(self, main: "Window") -> bool:
+        """Whether it is a dialog, or a menu or list of the program whose main window is given."""
+        return self.owned or (self.popup and self.program == main.program)
 
 
 class Windows(Protocol):

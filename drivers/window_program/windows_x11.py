@@ -59,11 +59,13 @@ class X11Windows:
             shape = client.get_geometry()
             corner = client.translate_coords(self._root, 0, 0)
             owned = client.get_wm_transient_for() is not None
+            popup = bool(client.get_attributes().override_redirect)
             title = self._title(client)
         except XError:  # it went away while we looked
             return None
         box = (-corner.x, -corner.y, shape.width, shape.height)
-        return Window(frame.id, title, box, owned)
+        program = client.id & ~self._display.display.info.resource_id_mask
+        return Window(frame.id, title, box, owned, popup, program)
 
     def _client(self, window: Any, depth: int = 3) -> Any:
         """The window with a title at or below this one; itself where there is none."""

@@ -1,4 +1,4 @@
-"""`labrun find-buttons FOLDER`: which recorded buttons are visible now, where, how well."""
+"""`labrun record-program --find`: which recorded buttons are visible now, where, how well."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +10,7 @@ from .options import WrongUsage, say
 from .screen_picture import Image, Title, told_plainly, view_of_image, view_of_screen
 
 Folder = Annotated[
-    Path, typer.Argument(help="The folder that `labrun record-buttons` wrote.", metavar="FOLDER")
+    Path, typer.Argument(help="The folder that `labrun record-program` wrote.", metavar="FOLDER")
 ]
 Output = Annotated[
     Path | None,
@@ -21,11 +21,13 @@ Output = Annotated[
 def find_buttons(
     folder: Folder, image: Image = None, title: Title = None, output: Output = None
 ) -> None:
+    """`labrun record-program --find`, by its earlier name."""
+    say("it is `labrun record-program --find -o FOLDER` now; this name goes with the next release")
+    told_plainly(lambda: find(folder, image, title, output))
+
+
+def find(folder: Path, image: Path | None, title: str | None, output: Path | None) -> int:
     """Look for the recorded buttons; status 1 unless each of the main window is there once."""
-    told_plainly(lambda: _find(folder, image, title, output))
-
-
-def _find(folder: Path, image: Path | None, title: str | None, output: Path | None) -> int:
     from ...drivers.window_program.buttons import read_buttons
     from ...drivers.window_program.recording import drawn, looked
 

@@ -1,4 +1,4 @@
-"""`labrun record-buttons`: mark the analyser program's buttons, so that the driver finds them.
+"""`labrun record-program --buttons`: mark the analyser program's buttons, so that the driver finds them.
 
 At a terminal, the corners of each button are set with the mouse; `--box` is for scripts.
 """
@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from .options import WrongUsage, pairs
+from .options import WrongUsage, pairs, say
 from .screen_picture import Image, Title, picture_in, recorded, told_plainly
 
 Output = Annotated[
@@ -35,14 +35,16 @@ def record_buttons(
     output: Output = DEFAULT, box: Boxes = None, at: At = None, where: Where = None,
     image: Image = None, title: Title = None,
 ) -> None:  # fmt: skip
-    """Record buttons as pictures, and check at once that each is found exactly once."""
-    told_plainly(lambda: _record(output, box, at, where, image, title))
+    """`labrun record-program --buttons`, by its earlier name."""
+    say("it is `labrun record-program --buttons` now; this name goes with the next release")
+    told_plainly(lambda: record(output, box, at, where, image, title))
 
 
-def _record(
+def record(
     output: Path, box: list[str] | None, at: list[str] | None, where: list[str] | None,
     image: Path | None, title: str | None,
 ) -> int:  # fmt: skip
+    """Record buttons as pictures, and check at once that each is found exactly once."""
     from ...drivers.window_program.recording import Marked
 
     if not box:

@@ -1,4 +1,4 @@
-"""`labrun record-buttons` at a terminal: a person points at each button with the mouse."""
+"""`labrun record-program --buttons` at a terminal: a person points at each button with the mouse."""
 
 from pathlib import Path
 from typing import Any
@@ -25,13 +25,13 @@ def record_asked(output: Path, title: str | None) -> int:
 
     hands = Hands()
     if title is None:
-        title = _asked("Part of the title of the program's window (Enter: the whole screen)")
+        title = asked("Part of the title of the program's window (Enter: the whole screen)")
     done, group = 0, ""
     for name, known in KNOWN.items():
         if known.where != group:
             group = known.where
             typer.echo(f"\n{GROUPS[group]}")
-        answer = _asked(
+        answer = asked(
             f"{name}, {known.words}: mouse on its upper left corner, then Enter (s: skip, q: end)"
         )
         if answer == "q":
@@ -44,27 +44,38 @@ def record_asked(output: Path, title: str | None) -> int:
     return _complete(output)
 
 
-def _one(hands: Any, output: Path, name: str, title: str) -> int:
+def point_at(output: Path, name: str, title: str, where: Any) -> bool:
+    """Record one more part of the screen, pointed at by two corners; whether it was."""
+    from ...drivers.window_program.hands import Hands
+
+    hands = Hands()
+    asked(f"  {name}: mouse on its upper left corner, then Enter")
+    return _one(hands, output, name, title, where) == SUCCEEDED
+
+
+def _one(hands: Any, output: Path, name: str, title: str, where: Any = None) -> int:
     """Record a button: two corners, for a field where to click, and the picture without the mouse."""
     from ...drivers.window_program.buttons import ButtonsFault
     from ...drivers.window_program.recording import Marked
 
     left, top = hands.where()
-    _asked("  mouse on its lower right corner, then Enter")
+    asked("  mouse on its lower right corner, then Enter")
     right, bottom = hands.where()
     box = (min(left, right), min(top, bottom), abs(right - left), abs(bottom - top))
     at = {}
     if name in FIELDS:
-        _asked("  mouse into the field beside it, then Enter")
+        asked("  mouse into the field beside it, then Enter")
         x, y = hands.where()
         at[name] = (x - box[0] - box[2] // 2, y - box[1] - box[3] // 2)
-    _asked("  mouse away from it, then Enter")
+    asked("  mouse away from it, then Enter")
     picture = hands.picture()
     ratio = hands.picture_scale(picture)
     scaled = tuple(round(n * ratio) for n in box)
     at = {n: (round(dx * ratio), round(dy * ratio)) for n, (dx, dy) in at.items()}
     try:
-        return recorded(output, picture, Marked({name: scaled}, at), title)  # type: ignore[dict-item]
+        return recorded(
+            output, picture, Marked({name: scaled}, at, {name: where} if where else {}), title
+        )  # type: ignore[dict-item]
     except ButtonsFault as fault:
         say(f"{fault}; it was not recorded")
         return FAILED
@@ -82,7 +93,8 @@ def _complete(output: Path) -> int:
     return SUCCEEDED
 
 
-def _asked(question: str) -> str:
+def asked(question: str) -> str:
+    """A person's answer; `q` where there is nobody."""
     try:
         return input(f"{question}: ").strip()
     except EOFError:

@@ -1,4 +1,4 @@
-"""What `record-buttons` and `find-buttons` share: a picture of the screen, or one from a file."""
+"""What the forms of `record-program` share: a picture of the screen, or one from a file."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -86,5 +86,7 @@ def recorded(output: Path, picture: Any, marked: Any, title: str) -> int:
     good = {name: template for name, template in templates.items() if name not in wrong}
     if good:
         save(output, good, marked, title, picture)
-        say(f"{output} holds {', '.join(good)}; `labrun find-buttons {output}` looks for them")
+        say(
+            f"{output} holds {', '.join(good)}; `labrun record-program --find -o {output}` looks for them"
+        )
     return FAILED if wrong else SUCCEEDED

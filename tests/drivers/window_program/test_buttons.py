@@ -71,7 +71,7 @@ def test_what_is_wrong_with_a_folder(tmp_path, text, words):
 
 def test_a_folder_that_is_not_there(tmp_path):
     with pytest.raises(
-        ButtonsFault, match="record the program's buttons with `labrun record-buttons"
+        ButtonsFault, match="record the program's buttons with `labrun record-program --buttons"
     ):
         read_buttons(tmp_path / "nowhere")
 

@@ -1,4 +1,4 @@
-"""`labrun record-buttons` at a terminal: a person points with the mouse, and the driver can begin."""
+"""`labrun record-program --buttons` at a terminal: a person points, and the driver can begin."""
 
 import os
 import pty
@@ -42,7 +42,9 @@ class Terminal:
 
 @pytest.fixture
 def terminal(gui, tmp_path):
-    opened = Terminal("record-buttons", "-o", "mine", "--title", "Profile Builder", cwd=tmp_path)
+    opened = Terminal(
+        "record-program", "--buttons", "-o", "mine", "--title", "Profile Builder", cwd=tmp_path
+    )
     yield opened
     opened.process.kill()
     opened.process.wait()

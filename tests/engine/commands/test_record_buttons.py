@@ -1,4 +1,4 @@
-"""`labrun record-buttons` and `find-buttons` on pictures of a screen: recorded and found, or why not."""
+"""`labrun record-program --box` and `--find` on pictures of a screen: recorded and found, or why not."""
 
 import subprocess
 import sys
@@ -42,7 +42,7 @@ def saved(folder, name, picture):
 
 def record(folder, *more):
     saved(folder, "screen.png", drawn())
-    return labrun(folder, "record-buttons", "-o", "b", "--image", "screen.png", *more)
+    return labrun(folder, "record-program", "-o", "b", "--image", "screen.png", *more)
 
 
 def test_marked_buttons_are_recorded_and_found_at_another_size(tmp_path):
@@ -50,7 +50,17 @@ def test_marked_buttons_are_recorded_and_found_at_another_size(tmp_path):
         tmp_path, "--box", MEASURE, "--box", EXPORT, "--at", "export=0,5", "--title", "Ana"
     )
     saved(tmp_path, "larger.png", drawn(1.4))
-    found = labrun(tmp_path, "find-buttons", "b", "--image", "larger.png", "-o", "seen.png")
+    found = labrun(
+        tmp_path,
+        "record-program",
+        "--find",
+        "-o",
+        "b",
+        "--image",
+        "larger.png",
+        "--seen",
+        "seen.png",
+    )
     buttons = read_buttons(tmp_path / "b")
 
     assert done.returncode == 0, done.stderr
