@@ -43,6 +43,8 @@ SHIPPED = {
     "sim_dispenser": "labrun.drivers.simulated.dispenser:SimDispenser",
     "sim_depth_camera": "labrun.drivers.simulated.depth_camera:SimDepthCamera",
     "stereo_camera": "labrun.drivers.cameras.stereo_camera:StereoCamera",
+    "realsense": "labrun.drivers.cameras.realsense:RealSense",
+    "oak": "labrun.drivers.cameras.oak:Oak",
     "reducer": "labrun.drivers.reducer:Reducer",
     "gp": "labrun.drivers.optimizer.gp:Gp",
     "optuna": "labrun.drivers.optimizer.by_optuna:Optuna",

@@ -7,6 +7,8 @@ from pathlib import Path
 EXTRAS = {
     "spectra": ("scipy", "numba", "matplotlib", "pyarrow"),
     "vision": ("cv2",),
+    "realsense": ("pyrealsense2", "cv2"),
+    "oak": ("depthai", "cv2"),
     "web": ("fastapi", "starlette"),
     "mcp": ("mcp",),
     "gui": ("pyautogui", "PIL", "cv2"),

@@ -16,17 +16,25 @@ from .vision.pictures import DEPTHS, PICTURES, PictureFault, read_depth, read_pi
 if TYPE_CHECKING:
     import numpy as np
 
+    from .vision.intrinsics import Intrinsics
+
 PARTNERS = ("_depth", "_right")
 TRIES, WAIT_S = 5, 0.2  # for a picture that is still being written
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
-    """What a source of pictures delivers at a time: a picture, and what came with it."""
+    """What a source of pictures delivers at a time: a picture, and what came with it.
+
+    `eye` is the lens, where the camera itself knows it; `reach_mm` the distance of a thing that its two
+    eyes for depth see one pixel apart.
+    """
 
     picture: "np.ndarray"
     depth: "np.ndarray | None" = None
     right: "np.ndarray | None" = None
+    eye: "Intrinsics | None" = None
+    reach_mm: float | None = None
 
 
 class CameraFolder:

@@ -115,6 +115,7 @@ IN_ENVIRONMENTS_OF_THEIR_OWN = {
     "opcua",
     "mcp",
     "optuna",
+    "oak",
 }
 
 
@@ -229,7 +230,8 @@ def test_every_driver_is_there_or_says_the_line_that_adds_what_it_needs():
     extras = {name: re.search(r"labrun\[(\w+)\]", words) for name, words in said.items()}
 
     assert {name: found and found[1] for name, found in extras.items()} == {
-        "sim_depth_camera": "vision", "stereo_camera": "vision", "reducer": "spectra", "gp": "optimize",
+        "sim_depth_camera": "vision", "stereo_camera": "vision", "realsense": "realsense", "oak": "oak",
+        "reducer": "spectra", "gp": "optimize",
         "optuna": "optuna",
         "sciaps_gui": "gui", "window_program": "gui",
     }  # fmt: skip

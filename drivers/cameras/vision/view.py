@@ -1,5 +1,6 @@
 """One look of a camera: the picture, the eye that took it, and the depth on request."""
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -55,11 +56,15 @@ class View:
 
 
 class DepthView(View):
-    """A picture and the depth map that came with it, pixel by pixel."""
+    """A picture and the depth map that came with it, pixel by pixel.
+
+    `reach_mm`, where two eyes measured it: their focal length (pixels) times the distance between them.
+    """
 
     def __init__(
-        self, picture: "np.ndarray", depth: "np.ndarray", eye: Intrinsics, x_runs: str = "right"
-    ) -> None:
+        self, picture: "np.ndarray", depth: "np.ndarray", eye: Intrinsics, x_runs: str = "right",
+        reach_mm: float | None = None,
+    ) -> None:  # fmt: skip
         super().__init__(picture, eye, x_runs)
         if depth.shape != picture.shape[:2]:
             height, width = depth.shape[:2]
@@ -68,7 +73,12 @@ class DepthView(View):
                 f"the depth map is {width} x {height}, and the picture is {eye.width} x "
                 f"{eye.height}: they must match pixel by pixel",
             )
-        self._depth = depth
+        self._depth, self._reach_mm = depth, reach_mm
+
+    def depth_sd_mm(self, ahead_mm: float, spread_mm: float) -> float:
+        """The match between the eyes is the same for the whole window, so its median does not gain."""
+        matched = DISPARITY_PX * ahead_mm**2 / self._reach_mm if self._reach_mm else 0.0
+        return math.hypot(super().depth_sd_mm(ahead_mm, spread_mm), matched)
 
     @cached_property
     def depth(self) -> "np.ndarray":
