@@ -12,6 +12,7 @@ import typer
 from ...system.files import write_whole
 from ..check import Checked
 from ..exit_status import FAILED, PROBLEMS
+from ..run.released import FOLDER, RECORD, Release, lab_digest
 from .checked_protocol import checked_file, name_values
 from .options import RUNS, Bind, Lab, Params, Runs, say
 from .run import File
@@ -42,7 +43,8 @@ def release(
         _show(copy, given)
         released = typer.prompt(f"Type `{YES}` if a program may start this once") == YES
         if released:
-            write_record(folder, copy, file, given, user_name())
+            record = record_of(folder, copy, file, given, user_name())
+            write_whole(folder / RECORD, record.model_dump_json(indent=1).encode())
     finally:
         if not released:
             shutil.rmtree(folder, ignore_errors=True)
@@ -74,7 +76,6 @@ def _show(checked: Checked, given: dict[str, str]) -> None:
 
 def copied(checked: Checked, runs: Path, given: dict[str, str]) -> Path:
     """A new folder with all that the run would use; no release yet. Raises OSError."""
-    from ..run.released import FOLDER
     from ..runner.begin import keep
 
     folder = runs / FOLDER / secrets.token_hex(4)
@@ -87,17 +88,14 @@ def copied(checked: Checked, runs: Path, given: dict[str, str]) -> Path:
     return folder
 
 
-def write_record(
-    folder: Path, checked: Checked, file: Path, given: dict[str, str], by: str
-) -> None:
-    """Release what was copied into a folder."""
-    from ..run.released import RECORD, Release, lab_digest
-
+def record_of(
+    folder: Path, checked: Checked, file: Path, given: dict[str, str], by: str = ""
+) -> Release:
+    """The record that makes a release of what was copied into a folder."""
     assert checked.source is not None and checked.protocol is not None and checked.lab is not None
-    record = Release(
+    return Release(
         id=folder.name, file=file.name, protocol=checked.protocol.name,
         sha256=sha256(checked.source.text.encode()).hexdigest(), lab=lab_digest(checked.lab),
         params=given, roles={name: role.device for name, role in checked.roles.items()},
         by=by, at=datetime.now(UTC).isoformat(timespec="seconds"),
     )  # fmt: skip
-    write_whole(folder / RECORD, record.model_dump_json(indent=1).encode())

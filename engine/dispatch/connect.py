@@ -101,7 +101,7 @@ async def _reach(name: str, lab: LoadedLab, connections: Connections) -> None:
         # What a run's own server has done lies in its own ledger, and is asked there.
         await _start(name, device, lab, connections)
     elif (url := served_at(lab, name)) is not None:
-        connections.say(f"{name} is served at {url} by `labrun serve`")
+        connections.say(f"{name} is served at {url} by another command")
         await _open(name, url, device.token, lab, connections)
     elif (url := connections.found.get(name)) is not None:
         await _open(name, url, device.token, lab, connections)

@@ -1,4 +1,4 @@
-"""Where a lab's device is served now: where the lab names a server, or by `labrun serve`."""
+"""Where a lab's device is served now: where the lab names a server, or by `labrun serve` or `labrun web`."""
 
 import contextlib
 import json
@@ -61,7 +61,7 @@ def listens(port: int) -> bool:
 
 
 def served_at(lab: LoadedLab, device: str) -> str | None:
-    """The address at which `labrun serve` serves this lab file's device now; None if it does not."""
+    """The address at which another command serves this lab file's device now; None if none does."""
     if lab.path is None:
         return None  # the simulated lab is each run's own
     live = (words for folder in serving_folders(lab) for _, words in live_servers(folder))

@@ -8,7 +8,7 @@ import json
 from hashlib import sha256
 from pathlib import Path
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from ...schemas.model import Model
 from ..lab.lab import LoadedLab
@@ -31,6 +31,8 @@ class Release(Model):
     roles: dict[str, str]
     by: str
     at: str
+    checklist: list[str] = Field(default_factory=list)
+    """What was ticked on the page."""
 
 
 def lab_digest(lab: LoadedLab) -> str:
@@ -59,7 +61,7 @@ def take(runs: Path, id: str) -> tuple[Release, Path]:
     except OSError:
         raise FolderFault(
             f"nobody has released {id!r}, or it was started already: a person releases a protocol "
-            "with `labrun release FILE -p NAME=VALUE`, for one start"
+            "on the page, or with `labrun release FILE -p NAME=VALUE`, for one start"
         ) from None
     return release, taken
 

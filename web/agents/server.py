@@ -24,8 +24,9 @@ LOG = logging.getLogger("labrun")
 LONGEST_LOGGED = 2000
 ABOUT = """labrun runs laboratory experiments that are written as YAML on real instruments.
 Read `contracts` and an existing protocol first; write, check, rehearse. You cannot release a protocol, arm a
-device, or confirm or answer anything: a person does. When a protocol is ready, ask the person to give
-`labrun release FILE -p NAME=VALUE` in a terminal; then `releases` lists it, and `launch` starts it once."""
+device, or confirm or answer anything: a person does. When a protocol is ready, ask the person to
+release it, on the page of `labrun web` or by `labrun release FILE -p NAME=VALUE` in a terminal; then
+`releases` lists it, and `launch` starts it once."""
 
 
 class Server(MCPServer):

@@ -211,7 +211,10 @@ class Tools:
             put_back(folder)
             raise FolderFault(f"it was not started, and stays released: {last_words(log)}")
         said = Launch(
-            operator=released.by, note=f"started by an agent, released as {release}", at=now_iso()
+            operator=released.by,
+            note=f"started by an agent, released as {release}",
+            checklist=released.checklist,
+            at=now_iso(),
         )
         write_whole(self._runs / name / LAUNCH, said.model_dump_json(indent=1).encode())
         return f"run {name} has begun"

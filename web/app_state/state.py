@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ... import __version__
+from ...engine.dispatch.served_lab import serves_in
 from ...engine.lab.lab import LoadedLab
 from ...system.page import FOLDER as PAGE
 from ..access.control import Control, Level
@@ -40,6 +41,7 @@ from ..results.reducing import Reducing
 from ..results.results import Results
 from ..runs.finding import Finding
 from ..runs.launching import Launching
+from ..runs.releasing import Releasing
 from ..runs.resuming import Resuming
 from ..runs.run_commands import RunCommands
 from ..runs.runs import Runs
@@ -122,6 +124,9 @@ class AppState:
             self.library, self.text_check, links, runs, state / "launches", served.path,
             self.settings.read, partial(updates.touch, "launches"),
         )  # fmt: skip
+        self.releasing = Releasing(
+            self.library, workers.checks, options.runs, options.lab, self.launching.check_list
+        )
         self.notifying = Notifying(
             lambda: self.settings.read().notify, runs.followed, links.states, options.runs,
             self._tell, lambda: self.settings.read().bench,
@@ -133,6 +138,7 @@ class AppState:
         """Look at the runs, then connect to the devices."""
         self.updates.open(self._sources())
         await self.runs.open()
+        self._tell_the_shells()
         self.launching.open()
         self.device_links.open()
         self.notifying.open()
@@ -145,10 +151,19 @@ class AppState:
         self.arming.disarm()
         for part in (
             self.notifying, self.commands, self.device_links, self.launching, self.runs,
-            self.overview, self.reducing, self._workers, self.updates,
+            self.overview, self.reducing, self.releasing, self._workers, self.updates,
         ):  # fmt: skip
             await part.close()
         self.keys.close()
+
+    def _tell_the_shells(self) -> None:
+        """Runs and calls of this user's shells, and of agents, find the lab's device servers here."""
+        if self.lab.path is None or self.options.demo:
+            return
+        try:
+            serves_in(self.lab, (self.options.state / "bench" / "servers").resolve())
+        except OSError as fault:
+            self._tell(f"runs from a shell will not find the devices that are served here: {fault}")
 
     def about(self) -> About:
         """What this server is."""

@@ -60,9 +60,19 @@ class DeviceLink:
     async def close(self, *, stop_server: bool) -> None:
         """Close the link; a server that was started here stops unless somebody else uses it."""
         await end(self._keeping)
+        stop_server = stop_server and not await self._held()
         await self._drop()
         if stop_server and self._server is not None:
             await self._server.stop()
+
+    async def _held(self) -> bool:
+        """Whether a run that is not of this page has its lease: its server ends by itself, later."""
+        if self.client is None or not self._up:
+            return False
+        try:
+            return bool((await self.client.describe())[self.name].holder)
+        except (ServerUnreachable, KeyError):
+            return False
 
     def look_again(self) -> None:
         """Try to reach it at once, unless it is connected."""

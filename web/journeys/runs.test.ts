@@ -79,6 +79,27 @@ describe('a run', () => {
 
     expect(await axe(page)).toEqual([])
 
+    // A program may start it once, as it was read; and no more, once that is taken back.
+    for (const box of await page.getByRole('group', { name: 'Before a run' }).getByRole('checkbox').all()) await box.check()
+    await page.getByRole('button', { name: 'Release to a program' }).click()
+    const dialog = page.getByRole('dialog', { name: 'Release pegmatite_map.yaml' })
+    const give = dialog.getByRole('button', { name: 'Release for one start' })
+    await dialog.getByRole('region', { name: 'What would be run' }).getByText('6,428 actions').first().waitFor()
+
+    expect(await give.isDisabled()).toBe(true)
+
+    await dialog.getByRole('checkbox', { name: 'I have read it' }).check()
+    await picture(page, 'release')
+
+    expect(await axe(page)).toEqual([])
+
+    await give.click()
+    await dialog.getByRole('list', { name: 'Released' }).getByText('by Ada').waitFor()
+    await dialog.getByRole('button', { name: 'Take back' }).click()
+    await dialog.getByRole('list', { name: 'Released' }).waitFor({ state: 'detached' })
+
+    expect(await ask(bench, '/releases')).toEqual([])
+
     await launchMap(page, '0.6')
     await page.getByRole('region', { name: 'Now' }).waitFor()
     await page.getByRole('progressbar', { name: 'Progress', exact: true }).waitFor()

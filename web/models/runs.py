@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from .base import ApiModel
+from .protocols import Words
 
 Fate = Literal[
     "starting", "running", "paused", "succeeded", "failed", "aborted", "interrupted", "unreadable"
@@ -242,6 +243,31 @@ class LogWindow(ApiModel):
     lines: list[LogLine]
     total: int
     more_before: bool
+
+
+class ToRelease(ApiModel):
+    """What a person reads before a release: the copy that would be run, with its values and devices."""
+
+    id: str
+    words: Words
+
+
+class GiveRelease(ApiModel):
+    """Who releases."""
+
+    by: str = Field(min_length=1, max_length=80)
+
+
+class Released(ApiModel):
+    """What a program may start, once; `sha256` is of the protocol's text."""
+
+    id: str
+    file: str
+    protocol: str
+    sha256: str
+    params: dict[str, str]
+    by: str
+    at: str
 
 
 class StartRun(ApiModel):

@@ -40,6 +40,31 @@ async def get_launch(id: str, app_state: TheSite) -> models.LaunchState:
     return app_state.launching.launch(id)
 
 
+@router.get("/releases")
+def list_releases(app_state: TheSite) -> list[models.Released]:
+    """What people have released for one start by a program, and none has started yet."""
+    return app_state.releasing.all()
+
+
+@router.post("/releases")
+async def prepare_release(asked: models.StartRun, app_state: TheSite) -> models.ToRelease:
+    """Copy all that a run would use, and tell it in words; nothing is released yet."""
+    return await app_state.releasing.prepare(asked)
+
+
+@router.post("/releases/{id}")
+async def give_release(id: str, asked: models.GiveRelease, app_state: TheSite) -> models.Released:
+    """Release what was prepared: a program may start it, once, as it was read."""
+    return await app_state.releasing.release(id, asked.by)
+
+
+@router.delete("/releases/{id}")
+async def take_back_release(id: str, app_state: TheSite) -> Answer:
+    """Take a release back, or leave what was prepared."""
+    app_state.releasing.take_back(id)
+    return Answer(text="it is released no more")
+
+
 @router.get("/runs/{id}")
 async def get_run(id: str, app_state: TheSite) -> models.RunDetail:
     """A run, live or finished, from its journal."""

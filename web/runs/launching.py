@@ -134,7 +134,7 @@ class Launching:
             )  # fmt: skip
         look = CheckText(text=text.text, name=asked.protocol, params=asked.params, bind=asked.bind)
         checked = await self._text_check.for_a_run(look)
-        self._check_list(checked.hazards, asked.checklist)
+        self.check_list(checked.hazards, asked.checklist)
         devices = sorted({role.device for role in checked.roles if role.device is not None})
         self._check_devices(devices)
         self._check_room()
@@ -158,7 +158,7 @@ class Launching:
             raise Refusal(409, "LIVE", f"{run.id} is starting", "wait until its engine answers")
         checked = run.inputs.checked
         if checked is not None and checked.survey is not None:
-            self._check_list(hazards_of(checked), asked.checklist)
+            self.check_list(hazards_of(checked), asked.checklist)
         devices = sorted(set(run.picture.roles.values()) & set(self._device_links.links))
         self._check_devices(devices)
         self._check_room()
@@ -174,7 +174,7 @@ class Launching:
 
     # --- before
 
-    def _check_list(self, hazards: list[Hazard], ticked: list[str]) -> None:
+    def check_list(self, hazards: list[Hazard], ticked: list[str]) -> None:
         """Raise Refusal (422) if a checklist point of a danger is not ticked."""
         lists = self._settings().checklists
         wanted = [point for one in hazards for point in lists.get(one.danger, [])]

@@ -20,8 +20,15 @@ def works() -> dict[str, Work]:
     from ..library.text_check_work import look
     from ..results.peak_work import peaks
     from ..runs.compare_work import changes
+    from ..runs.release_work import prepare
 
-    return {"look": look, "changes": changes, "rehearse": rehearse, "peaks": peaks}
+    return {
+        "look": look,
+        "changes": changes,
+        "rehearse": rehearse,
+        "peaks": peaks,
+        "release": prepare,
+    }
 
 
 def main() -> None:

@@ -5,9 +5,9 @@ import asyncio
 import pytest
 
 from labrun.engine.check import check_file
-from labrun.engine.commands.release import copied, write_record
+from labrun.engine.commands.release import copied, record_of
 from labrun.engine.run.folder import FolderFault
-from labrun.engine.run.released import releases
+from labrun.engine.run.released import RECORD, releases
 from labrun.web.agents.tools import Tools
 
 PROTOCOL = "labrun: 1\nname: go\ndevices: {gantry: gantry@1}\nsteps: [{do: gantry.home}]\n"
@@ -21,7 +21,9 @@ def test_a_release_is_for_the_lab_that_a_person_has_seen(tmp_path):
     protocol.write_text(PROTOCOL)
     lab.write_text(LAB)
     checked = check_file(protocol, lab=lab)
-    write_record(copied(checked, runs, {}), checked, protocol, {}, "Ada")
+    folder = copied(checked, runs, {})
+    record = record_of(folder, checked, protocol, {}, "Ada")
+    (folder / RECORD).write_text(record.model_dump_json())
     (known,) = releases(runs)
     lab.write_text(LAB.replace("100 mm", "900 mm"))
 

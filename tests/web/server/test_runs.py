@@ -1,7 +1,13 @@
 """Runs from the page: started, watched, paused, answered, aborted, resumed."""
 
+import json
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
+AGENT = "import asyncio; from pathlib import Path; from labrun.web.agents.tools import Tools; "
 LASER_LIST = ["enclosure closed", "nobody in the beam path", "sample fixed"]
 
 
@@ -187,3 +193,44 @@ def test_runs_that_are_not_there_or_not_live_say_so(page, finished):
 
     assert [answer.status_code for answer in told] == [404, 404, 404, 409, 409, 409]
     assert all(answer.json()["message"] for answer in told)
+
+
+@pytest.mark.slow
+def test_a_program_starts_what_was_ticked_and_read_on_the_page_and_nothing_written_since(
+    shared, page
+):
+    page.reach("gantry", "libs")
+    asked = {"protocol": "grid.yaml", "params": {"sample": "K17"}, "operator": "Ada"}
+    unticked = page.post("/releases", json=asked)
+    old = page.post("/releases", json={**asked, "checklist": LASER_LIST, "revision": "0" * 64})
+    left = page.post("/releases", json={**asked, "checklist": LASER_LIST}).json()["id"]
+    page.delete(f"/releases/{left}")
+    told = page.post("/releases", json={**asked, "checklist": LASER_LIST}).json()
+    before = page.get("/releases").json()
+    given = page.post(f"/releases/{told['id']}", json={"by": "Ada"})
+    file = shared.library / "grid.yaml"
+    read = file.read_text()
+    file.write_text(read.replace("span(0, 2 mm", "span(0, 200 mm"))
+    about = page.get("/settings").json()["about"]
+    runs = Path(about["runs"])
+    truth = shared.servers / "world" / "truth" / "libs.jsonl"
+    shots = len(shared.truth("libs")) if truth.exists() else 0
+    tools = (
+        f"Tools(Path({str(shared.library)!r}), Path({str(runs)!r}), Path({about['lab_file']!r}))"
+    )
+    start = f"print(asyncio.run({tools}.launch({told['id']!r})))"
+    said = subprocess.check_output([sys.executable, "-c", AGENT + start], text=True)
+    begun = said.split()[1]
+    file.write_text(read)
+    run = page.until(begun, "succeeded")
+    launch = json.loads((runs / begun / "launch.json").read_text())
+
+    assert unticked.status_code == 422 and "not ticked" in unticked.json()["message"]
+    assert old.status_code == 409 and before == []
+    assert "K17" in told["words"]["markdown"]
+    assert given.json()["by"] == "Ada" and page.get("/releases").json() == []
+    assert page.delete(f"/releases/{told['id']}").status_code == 404
+    assert run["done"] == 6 and run["params"]["sample"] == "K17"
+    assert len(shared.truth("libs")) > shots and not (runs / begun / "servers").exists()
+    assert launch["operator"] == "Ada" and launch["checklist"] == LASER_LIST
+    assert [path.name for path in (runs / ".released").iterdir()] == [f"{told['id']}-started"]

@@ -621,6 +621,54 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/releases": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Releases
+         * @description What people have released for one start by a program, and none has started yet.
+         */
+        get: operations["list_releases"];
+        put?: never;
+        /**
+         * Prepare Release
+         * @description Copy all that a run would use, and tell it in words; nothing is released yet.
+         */
+        post: operations["prepare_release"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/releases/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Give Release
+         * @description Release what was prepared: a program may start it, once, as it was read.
+         */
+        post: operations["give_release"];
+        /**
+         * Take Back Release
+         * @description Take a release back, or leave what was prepared.
+         */
+        delete: operations["take_back_release"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs": {
         parameters: {
             query?: never;
@@ -2430,6 +2478,14 @@ export interface components {
             total: number;
         };
         /**
+         * GiveRelease
+         * @description Who releases.
+         */
+        GiveRelease: {
+            /** By */
+            by: string;
+        };
+        /**
          * GoalError
          * @description Why a goal did not succeed, and whether it happened nevertheless.
          */
@@ -3436,6 +3492,28 @@ export interface components {
             reason: string;
         };
         /**
+         * Released
+         * @description What a program may start, once; `sha256` is of the protocol's text.
+         */
+        Released: {
+            /** At */
+            at: string;
+            /** By */
+            by: string;
+            /** File */
+            file: string;
+            /** Id */
+            id: string;
+            /** Params */
+            params: {
+                [key: string]: string;
+            };
+            /** Protocol */
+            protocol: string;
+            /** Sha256 */
+            sha256: string;
+        };
+        /**
          * ResumeRun
          * @description Resume; with a changed `protocol` (or -p parameters) if the finished work fits it.
          */
@@ -4331,6 +4409,15 @@ export interface components {
             size: number;
             /** Thrown At */
             thrown_at: string;
+        };
+        /**
+         * ToRelease
+         * @description What a person reads before a release: the copy that would be run, with its values and devices.
+         */
+        ToRelease: {
+            /** Id */
+            id: string;
+            words: components["schemas"]["Words"];
         };
         /**
          * Track
@@ -5579,6 +5666,134 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Rehearsed"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    list_releases: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Released"][];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    prepare_release: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StartRun"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ToRelease"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    give_release: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["GiveRelease"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Released"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    take_back_release: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Answer"];
                 };
             };
             /** @description Nothing was done; the fault states why. */

@@ -87,7 +87,8 @@ export function useLaunch(protocol: () => string) {
     sessionStorage.removeItem(keptParams(protocol()))
   }
 
-  watch([params, () => ({ ...bind })], () => {
+  // By what it says: the answer of a check makes the parameters anew, though they are the same.
+  watch(() => JSON.stringify([params.value, bind]), () => {
     clearTimeout(timer)
     if (text.value && wrong.value.length === 0) timer = setTimeout(() => void look(), WAIT_MS)
   })
