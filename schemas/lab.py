@@ -142,6 +142,8 @@ def without_secrets(lab: dict[str, Any]) -> dict[str, Any]:
     for device in (lab.get("devices") or {}).values():
         device.pop("token", None)
         config = device.get("config") or {}
+        if device.get("driver") == "apprise":
+            config["to"] = dict.fromkeys(config.get("to") or (), HIDDEN)
         if "password" in config:
             config["password"] = HIDDEN
         config |= (

@@ -7,47 +7,22 @@ these, or of the run; what is left then is in the run's folder, for the page's s
 
 import asyncio
 import json
-import os
-import re
-from collections.abc import Iterable, Sequence
 from datetime import datetime
-from pathlib import Path
-from urllib.parse import quote
 
+from ...drivers.messenger.sending import AGAIN_S, deliver, reasons
 from ...schemas.event import Event
 from ...schemas.journal import ended_as
 from ...schemas.lab import LabNotify, NotifyEvent
-from ...system.extras import not_installed
 from ...system.files import write_whole
 from ...system.tasks import end, spawn
 from ..run.run import Run
 
 END_S = 15.0
 """How long the end of a run waits for messages that are under way."""
-AGAIN_S = (0.0, 5.0, 30.0)
-"""Before each try."""
 LOOK_S = 30.0
 """How often it is seen whether quiet hours are over."""
 HELD = "messages.json"
 """In the run's folder: what nobody was told, since its end came in quiet hours."""
-
-
-async def deliver(
-    addresses: Sequence[str], title: str, text: str, picture: Path | None = None, *,
-    again_s: Iterable[float] = AGAIN_S,
-) -> str:  # fmt: skip
-    """Tell each address, patiently; why it did not get through, or nothing."""
-    left, why = list(addresses), ""
-    for wait_s in again_s:
-        await asyncio.sleep(wait_s)
-        try:
-            refused = await asyncio.to_thread(_apprise, left, title, text, picture)
-        except ImportError as fault:
-            return not_installed(fault) or str(fault)
-        left, why = list(refused), "; ".join(dict.fromkeys(refused.values()))
-        if not left:
-            break
-    return why
 
 
 class Notifier:
@@ -101,45 +76,14 @@ class Notifier:
     async def _send(self, text: str, picture: str, event: NotifyEvent | None) -> None:
         path = self.run.folder / picture if picture else None
         told = self.wanted.addresses(event)
-        if why_not := await deliver(told, self.run.id, text, path, again_s=AGAIN_S[:2]):
-            self.run.log(f"nobody was told {text!r}: {why_not}")
+        if refused := await deliver(told, self.run.id, text, path, again_s=AGAIN_S[:2]):
+            who = (
+                "nobody was"
+                if len(refused) == len(told)
+                else f"{len(refused)} of {len(told)} were not"
+            )
+            self.run.log(f"{who} told {text!r}: {reasons(refused)}")
 
 
 FIGURES = ("element_maps.png", "line_scan.png")
 """The first that there is goes with the news that a run has ended."""
-
-
-def _apprise(
-    addresses: Sequence[str], title: str, text: str, picture: Path | None
-) -> dict[str, str]:
-    """Send to each address; those that did not take it, and why."""
-    import apprise  # pyright: ignore[reportMissingImports]
-
-    attach = str(picture) if picture is not None and picture.is_file() else None
-    refused: dict[str, str] = {}
-    for said in addresses:
-        sender, kind = apprise.Apprise(), said.partition(":")[0]
-        with apprise.LogCapture(level=apprise.logging.WARNING, fmt="%(message)s") as log:
-            try:
-                if not sender.add(_address(said)):
-                    refused[said] = (
-                        f"{kind} is not an address that Apprise knows; a webhook's begins with jsons://"
-                    )
-                elif not sender.notify(body=text, title=title, attach=attach):
-                    words = str(log.getvalue()).strip().splitlines()  # pyright: ignore
-                    refused[said] = f"{kind}: {words[-1] if words else 'it took no message'}"
-            except Exception as fault:  # of any of a hundred services
-                refused[said] = f"{kind}: {type(fault).__name__}: {fault}"
-    return refused
-
-
-def _address(said: str) -> str:
-    """An address with what it takes from the environment and from files."""
-    if said.startswith("$"):
-        return os.environ.get(said[1:], "")
-
-    def first_line(found: "re.Match[str]") -> str:
-        lines = Path(found[1]).expanduser().read_text(encoding="utf-8").splitlines()
-        return quote(lines[0].strip() if lines else "", safe="")
-
-    return re.sub(r"\{([^{}]+)\}", first_line, said)

@@ -17,6 +17,7 @@ TYPES = (
     "gantry@2",
     "leak_sensor@1",
     "libs_analyzer@1",
+    "messenger@1",
     "microscope@1",
     "optimizer@1",
     "ph_probe@1",

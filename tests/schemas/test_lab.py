@@ -12,6 +12,7 @@ def test_tokens_passwords_headers_and_logins_are_left_out():
             "c": {"driver": "text", "config": {"login": login, "echo": True}},
             "d": {"driver": "opcua", "config": {"user": "lab", "password": "secret"}},
             "e": {"driver": "sim_gantry"},
+            "f": {"driver": "apprise", "config": {"to": {"ada": "mailto://ada:secret@lab.org"}}},
         },
         "notify": {"to": ["mailto://ada:secret@lab.org"]},
     }
@@ -26,4 +27,5 @@ def test_tokens_passwords_headers_and_logins_are_left_out():
         },
         "d": {"driver": "opcua", "config": {"user": "lab", "password": "***"}},
         "e": {"driver": "sim_gantry"},
+        "f": {"driver": "apprise", "config": {"to": {"ada": "***"}}},
     }  # fmt: skip

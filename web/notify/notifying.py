@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from ...engine.runner.notify import AGAIN_S, HELD, deliver
+from ...drivers.messenger.sending import AGAIN_S, deliver, reasons
+from ...engine.runner.notify import HELD
 from ...schemas.lab import LabNotify, NotifyEvent
 from ...system.files import remove
 from ...system.tasks import end, keep, spawn
@@ -64,8 +65,8 @@ class Notifying:
     async def test(self, address: str) -> str:
         """Send a test, at any hour; raises NotDelivered."""
         text = "This is a test: messages arrive."
-        if why_not := await deliver([address], self._bench(), text, again_s=(0.0,)):
-            raise NotDelivered(why_not)
+        if refused := await deliver([address], self._bench(), text, again_s=(0.0,)):
+            raise NotDelivered(reasons(refused))
         return f"sent to {address.partition(':')[0]}"
 
     async def _look(self) -> None:
@@ -124,5 +125,5 @@ class Notifying:
                 self.say(message)
 
     async def _deliver(self, message: Message, told: list[str]) -> None:
-        if why := await deliver(told, message.about, message.text, again_s=self.again_s):
-            self._tell(f"not delivered: “{message.text}” ({why})")
+        if refused := await deliver(told, message.about, message.text, again_s=self.again_s):
+            self._tell(f"not delivered: “{message.text}” ({reasons(refused)})")
