@@ -8,7 +8,8 @@ import asyncio
 import contextlib
 import inspect
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from enum import Enum
 from importlib import import_module
@@ -27,11 +28,13 @@ from .by_action import ByAction
 from .config import ActionConfig
 from .line_bridge import NUMBER_ERRORS
 from .lines import NoAnswer
+from .template import fill
 
 FAILED = {"Failed": ("unknown", "The library or the instrument says that it failed")}
 """For libraries whose exceptions are about the action, not about the connection."""
 
 
+IN_PATH = re.compile(r"\{(\w+)\}")
 METHODS = (FunctionType, MethodType, BuiltinFunctionType, classmethod, staticmethod)
 
 
@@ -40,7 +43,7 @@ class Refused(ValueError):
 
 
 class LibraryAction(ActionConfig):
-    """One of `get: voltage`, `set: voltage_range` (its one parameter) and `call: reset`."""
+    """One of `get: voltage`, `set: ch_{channel}.range` (its one other parameter) and `call: reset`."""
 
     get: str | None = None
     set: str | None = None
@@ -50,9 +53,23 @@ class LibraryAction(ActionConfig):
     def _one(self) -> "LibraryAction":
         if len([one for one in (self.get, self.set, self.call) if one is not None]) != 1:
             raise ValueError("it needs one of `get: property`, `set: property` and `call: method`")
-        if self.set is not None and len(self.params) > 1:
-            raise ValueError("a property is set to one parameter")
+        if self.set is not None and len(self.params.keys() - self.in_path) > 1:
+            raise ValueError("a property is set to one parameter, beside those in its path")
         return self
+
+    @property
+    def path(self) -> str:
+        """Of the property or method, with parameters in it: `ch_{channel}.voltage`."""
+        return str(self.get or self.set or self.call)
+
+    @property
+    def in_path(self) -> frozenset[str]:
+        """The parameters that the path takes."""
+        return frozenset(IN_PATH.findall(self.path))
+
+    def used(self) -> Iterator[tuple[str, str]]:
+        if self.in_path:
+            yield ("get" if self.get else "set" if self.set else "call"), self.path
 
     def guessed_effect(self) -> Effect:
         return "pure" if self.get is not None else "once"
@@ -104,6 +121,8 @@ class Library(Bridge):
     """As people write it."""
     on_loop: bool = False
     """True if it is asynchronous: it then runs on the server's loop."""
+    silent_hint: ClassVar[str] = ""
+    """What may be wrong where nothing comes."""
     stops_beside: ClassVar[bool] = False
     """True if another thread may call its `abort` while the first is still waiting."""
     _instrument: Any = None
@@ -190,16 +209,20 @@ class Library(Bridge):
             raise
         except Exception as fault:  # VISA's, the adapters' and the instruments' own
             if "VI_ERROR_TMO" in str(fault) or "imeout" in type(fault).__name__:
-                raise NoAnswer(f"the instrument was silent ({fault})") from fault
+                raise NoAnswer(f"the instrument was silent{self.silent_hint} ({fault})") from fault
             raise OSError(f"{type(fault).__name__}: {fault}") from fault
         return returned(found, action.returns.get("properties", {}), self.library)
 
     def _do_it(self, said: LibraryAction, action: Action, values: Values) -> Any:
+        path = said.path
+        if said.in_path:
+            path = fill(path, values, action.param_schemas(), "")
+            values = {name: one for name, one in values.items() if name not in said.in_path}
         if said.get is not None:
-            return self.get(said.get)
+            return self.get(path)
         if said.set is not None:
-            return self.set(said.set, next(iter(values.values())))
-        return self.call(str(said.call), values, action)
+            return self.set(path, next(iter(values.values())))
+        return self.call(path, values, action)
 
 
 def last_of(there: Any, path: str) -> Any:

@@ -19,6 +19,10 @@ class Pymeasure(Library):
 
     config_model: ClassVar = PymeasureConfig
     library: ClassVar = "PyMeasure"
+    silent_hint: ClassVar = (
+        ", or its lines end otherwise: over TCP and serial ports try "
+        '`options: {read_termination: "\\n", write_termination: "\\n"}`'
+    )
 
     def connect(self) -> Any:
         made = instrument_class(self.library, PACKAGE, self.config.instrument)(

@@ -50,7 +50,10 @@ def fill(
             goal if name == GOAL and name not in params else given.get(name, schema.get("default"))
         )
         value = written(_of_kind(value, schema), schema, spec or "")
-        put = _put(value, spec or "", name)
+        try:
+            put = _put(value, spec or "", name)
+        except (ValueError, TypeError) as fault:  # one that may be left out, and was
+            raise ActionFailed("Rejected", f"{name}: {fault}; nothing was sent", "no") from fault
         if isinstance(value, float):
             put = put.replace(".", decimal)
         if any(ord(sign) < 32 or ord(sign) == 127 for sign in put):

@@ -2,6 +2,7 @@
 
 import socket
 import ssl
+import sys
 from collections.abc import AsyncIterator, Iterator
 from contextlib import ExitStack, asynccontextmanager, contextmanager, nullcontext
 from pathlib import Path
@@ -34,6 +35,8 @@ def make_device(
     try:
         contract = Contract.model_validate(device.contract)
         driver_class = find_driver(device.driver, Path(settings.base))
+        if (base := str(Path(settings.base).resolve())) not in sys.path:
+            sys.path.append(base)  # the class of an instrument may be in a file beside the lab
         check_installed(driver_class)
         check_driver(driver_class, contract)
         limits = read_limits(device.limits, contract)

@@ -46,10 +46,13 @@ class SaidTwin(Twin):
         """An action may be called as something of the driver's own is: `open`, `status`."""
         return functools.partial(self._do, action)
 
-    def _key(self, action: str, field: str) -> str:
+    def _key(self, action: str, field: str, given: Values | None = None) -> str:
         """A value has the name of the property that is read or set, where there is one."""
         said = self._said.get(action)
-        return str(getattr(said, "get", None) or getattr(said, "set", None) or field)
+        path = str(getattr(said, "get", None) or getattr(said, "set", None) or field)
+        for name, one in (given or {}).items():
+            path = path.replace(f"{{{name}}}", str(one))
+        return path
 
     async def status(self) -> Values:
         fields = ((n, f) for n in self._status for f in self._fields(n))
@@ -67,7 +70,9 @@ class SaidTwin(Twin):
                 self.truth.append(name, goal=goal.id)
                 self._count(name)
             given = {n: v for n, v in values.items() if v is not None}
-            self.now |= {self._key(name, field): value for field, value in given.items()}
+            inside = getattr(self._said.get(name), "in_path", ())
+            told = {n: v for n, v in given.items() if n not in inside}
+            self.now |= {self._key(name, field, given): value for field, value in told.items()}
             self.now |= {n: v for n, v in self._until(name).items() if n != "do"}
         return {
             field: self._answer(name, action, field, goal, values) for field in self._fields(name)
@@ -93,7 +98,8 @@ class SaidTwin(Twin):
             empty = FileContent(path=str(values[field]), sha256=sha256(b"").hexdigest(), data=b"")
             goal.files[field] = empty
             return values[field]
-        return self.now[self._key(name, field)]
+        key = self._key(name, field, values)
+        return self.now.get(key, self.now[self._key(name, field)])
 
 
 @functools.cache

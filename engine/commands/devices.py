@@ -71,12 +71,17 @@ def _state_words(status: dict[str, Any]) -> str:
 
 
 def _actions(contract: Contract) -> None:
-    typer.echo(f"{contract.type}: {contract.summary}")
+    typer.echo(f"{contract.type}: {contract.summary}".rstrip(": "))
     for name, action in contract.actions.items():
-        typer.echo(f"\n  {name}  ({_nature(action)})\n      {action.summary}")
+        typer.echo(f"\n  {name}  ({_nature(action)})")
+        if action.summary:
+            typer.echo(f"      {action.summary}")
         for param, schema in action.param_schemas().items():
             need = "" if param in action.required() else ", optional"
             typer.echo(f"      {param}: {_kind(schema)}{need}")
+        returned = action.returns.get("properties", {}).items()
+        if returned:
+            typer.echo("      -> " + "; ".join(f"{n}: {_kind(schema)}" for n, schema in returned))
         if action.errors:
             typer.echo(f"      errors: {', '.join(action.errors)}")
 
@@ -91,8 +96,13 @@ def _nature(action: Action) -> str:
 
 
 def _kind(schema: dict) -> str:
-    kind = str(schema.get("type", "any"))
+    if "enum" in schema:
+        return " or ".join(str(one) for one in schema["enum"])
+    kinds = schema.get("type", "any")
+    kind = " or ".join(kinds) if isinstance(kinds, list) else str(kinds)
     unit = f" in {schema['unit']}" if "unit" in schema else ""
     low, high = schema.get("minimum"), schema.get("maximum")
     limits = f", {low}..{high}" if low is not None and high is not None else ""
+    if not limits and (low, high) != (None, None):
+        limits = f", {high} at most" if low is None else f", {low} at least"
     return f"{kind}{unit}{limits}"

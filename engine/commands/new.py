@@ -68,9 +68,9 @@ def new(
                     "--template and --lab are for protocols; a device takes --contract"
                 )
             if speaks is not None:
-                if contract is not None or source is not None:
-                    raise CannotMake("--speaks says the contract; leave out --contract and --from")
-                _speaking_device(name[1], speaks)
+                if source is not None:
+                    raise CannotMake("--from says how it speaks; leave out --speaks")
+                _speaking_device(name[1], speaks, contract)
             elif source is None:
                 _new_device(name[1], contract)
             elif contract is None:
@@ -120,19 +120,19 @@ def _device_from(name: str, source: str, patterns: str | None) -> None:
     print(f"  pytest test_{name}.py")
 
 
-def _speaking_device(name: str, language: str) -> None:
-    from ..new.device.make import LAB, device_name
-    from ..new.device.render import speaking_text
+def _speaking_device(name: str, language: str, contract: str | None) -> None:
+    from ..new.device.make import LAB, speaking_device
 
     if language not in ("scpi", "lines"):
         raise CannotMake(f"--speaks {language}: a device speaks scpi or lines")
-    if _write_said(name, speaking_text(device_name(name), language)):
+    entry, contract_file = speaking_device(name, language, contract)
+    if _write_said(name, entry, contract_file):
         print(f"{LAB} is written. Say where it is, and make its actions those of yours. Next:")
         print(f"  labrun devices {name} --lab {LAB}")
         print(f"  pytest test_{name}.py     # of its twin")
 
 
-def _write_said(name: str, entry: str) -> bool:
+def _write_said(name: str, entry: str, contract_file: str | None = None) -> bool:
     """A lab with a device that is said there, and its contract test; False if there is a lab already."""
     from ..new.device.entry import test_text
     from ..new.device.make import LAB
@@ -143,8 +143,11 @@ def _write_said(name: str, entry: str) -> bool:
     _write(test, test_text(name, LAB))
     if Path(LAB).exists():
         print(f"{LAB} already exists; add these lines to its `devices`:\n\n{entry}", end="")
+        if contract_file is not None:
+            print(f"\nand its contract:\n\ncontracts: [./{contract_file}]")
         return False
-    _write(Path(LAB), f"devices:\n{entry}")
+    own = "" if contract_file is None else f"contracts: [./{contract_file}]\n"
+    _write(Path(LAB), f"{own}devices:\n{entry}")
     return True
 
 

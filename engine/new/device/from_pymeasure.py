@@ -41,9 +41,36 @@ def describe(source: str) -> Described:
 
 
 def _actions(found: type) -> Iterator[tuple[str, dict[str, Any]]]:
-    from pymeasure.instruments import Instrument  # pyright: ignore[reportMissingImports]
+    from pymeasure.instruments import Channel, Instrument  # pyright: ignore[reportMissingImports]
 
-    base = set(dir(Instrument))
+    creator = Instrument.BaseChannelCreator
+    yield from _own(found, set(dir(Instrument)))
+    for name, made in inspect.getmembers(found, lambda one: isinstance(one, creator)):
+        kinds: dict[type, list[Any]] = {}
+        for kind, one in made.pairs:
+            kinds.setdefault(kind, []).append(one)
+        prefix = made.kwargs.get("prefix")
+        for kind, ids in kinds.items():
+            path = f"{prefix}{{channel}}" if prefix else name
+            short = (prefix or name).strip("_") + ("" if len(kinds) == 1 else f"_{ids[0]}")
+            channel = choices(ids) if prefix else None
+            for action, said in _own(kind, set(dir(Channel))):
+                yield _of_channel(action, said, path, short, channel)
+
+
+def _of_channel(
+    action: str, said: dict[str, Any], path: str, short: str, channel: Any
+) -> tuple[str, dict[str, Any]]:
+    """An action of a channel, which is a parameter where there are several."""
+    key = next(one for one in ("get", "set", "call") if one in said)
+    params = {**({"channel": channel} if channel else {}), **said.get("params", {})}
+    verb, _, rest = action.partition("_")
+    name = f"{short}_{action}" if key == "call" else f"{verb}_{short}_{rest}"
+    made = {key: f"{path}.{said[key]}", **({"params": params} if params else {})}
+    return name.lower(), {**made, **{n: one for n, one in said.items() if n not in (key, "params")}}
+
+
+def _own(found: type, base: set[str]) -> Iterator[tuple[str, dict[str, Any]]]:
     names = [name for name in dir(found) if not name.startswith("_") and name not in base]
     for name in names:
         one = inspect.getattr_static(found, name)
@@ -59,6 +86,8 @@ def _property(name: str, one: property) -> Iterator[tuple[str, dict[str, Any]]]:
     gettable = one.fget is not None and _defaults(one.fget).get("get_command", "") is not None
     settable = one.fset is not None and given.get("set_command", "") is not None
     if gettable:
+        if _defaults(one.fget).get("cast") is int and schema["type"] == "number":
+            schema = {**schema, "type": "integer"}
         plain = {k: v for k, v in schema.items() if k in ("type", "unit", "items")}
         yield f"read_{name}", {"get": name, "returns": {name: plain}}
     if settable:

@@ -23,14 +23,20 @@ LONG = {"timeout": "10 min", "duration": "10 s"}
 
 
 def describe(source: str) -> Described:
-    """The server at `sila2://host:port`, `sila2://host:port?root_certs=ca.pem`; raises CannotMake."""
-    url, _, certs = source.partition("?root_certs=")
+    """The server at `sila2://host:port`, with `?insecure` or `?root_certs=ca.pem`; raises CannotMake."""
+    url, _, said = source.partition("?")
+    plain, certs = said == "insecure", said.removeprefix("root_certs=")
+    if said and not plain and certs in ("", said):
+        raise CannotMake(f"{source}: after the address may stand ?insecure or ?root_certs=FILE.pem")
+    certs = "" if plain else certs
     config: dict[str, Any] = {"url": url} | ({"root_certs": certs} if certs else {})
+    if plain:
+        config["insecure"] = True
     try:
         try:
-            client = connected(url, insecure=False, root_certs=certs or None)
+            client = connected(url, insecure=plain, root_certs=certs or None)
         except Exception as fault:
-            if certs or type(fault).__name__ != "SilaConnectionError":
+            if said or type(fault).__name__ != "SilaConnectionError":
                 raise
             client = connected(url, insecure=True, root_certs=None)
             config["insecure"] = True

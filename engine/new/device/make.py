@@ -67,6 +67,19 @@ def new_device(name: str, wanted: str | None, *, with_lab: bool) -> NewDevice:
     return NewDevice(files, device, contract_file)
 
 
+def speaking_device(name: str, language: str, wanted: str | None) -> tuple[str, str | None]:
+    """The lines of a lab for a device that is said there, and the file of its contract; raises CannotMake."""
+    name = device_name(name)
+    if wanted is None:
+        return render.speaking_text(name, language), None
+    contract, contract_file = _contract(wanted)
+    if sent := [n for n, a in contract.actions.items() if a.path_params()[0]]:
+        raise CannotMake(
+            f"{sent[0]} of {contract.type} sends a file, which no line says; leave out --speaks"
+        )
+    return render.speaking_contract_text(name, language, contract), contract_file
+
+
 def _contract(wanted: str) -> tuple[Contract, str | None]:
     shipped = shipped_contracts()
     if wanted in shipped:

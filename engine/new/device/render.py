@@ -5,9 +5,11 @@ from pprint import pformat
 from string import Template
 from typing import Any
 
-from ....schemas.contract import Contract
+from ....schemas.contract import Action, Contract
 from ....schemas.good_calls import good_call, lasting, slow_clock
 from . import parts, pieces
+
+YAML_WORDS = {"on", "off", "yes", "no"}
 
 
 def own_texts(name: str) -> dict[str, str]:
@@ -38,6 +40,53 @@ def device_text(name: str, contract: Contract, *, own: bool = False) -> str:
 def speaking_text(name: str, language: str) -> str:
     """The lines of a lab for a device that is said there, in SCPI or in lines."""
     return _render(f"speaks_{language}", _names(name))
+
+
+def speaking_contract_text(name: str, language: str, contract: Contract) -> str:
+    """The lines of a lab for a device that keeps this contract, in SCPI or in lines."""
+    driver, key = ("scpi", "query") if language == "scpi" else ("text", "send")
+    probes = {action.probe for action in contract.actions.values()}
+    said = [
+        f"      {_spoken(one, action, key)}"
+        for one, action in contract.actions.items()
+        if one not in probes
+    ]
+    simple = {
+        n: a
+        for n, a in contract.actions.items()
+        if n not in probes and a.effect == "pure" and not a.required()
+    }
+    shown = set(contract.status.get("properties", {}))
+    looked = [n for n, a in simple.items() if shown & set(a.returns.get("properties", {}))]
+    idle = ", ".join(looked)
+    lines = [
+        f"{name}:",
+        f"  contract: {contract.type}",
+        f"  driver: {driver}                        # `sim_{driver}` is its twin, and needs no instrument",
+        "  config:",
+        "    resource: /dev/ttyUSB0            # or host:port, GPIB0::22::INSTR",
+        f"    status: [{idle}]" if looked else "    # status: [what is read when it is idle]",
+        "    actions:                          # make them your instrument's; the contract says the rest",
+        *said,
+    ]
+    return "".join(f"  {line}\n" for line in lines)
+
+
+def _spoken(name: str, action: Action, key: str) -> str:
+    """An action as a guess: its name, its parameters, and what it returns between commas."""
+    returns = action.returns.get("properties", {})
+    words = name.upper() + "".join(f" {{{param}}}" for param in action.param_schemas())
+    asks = bool(returns)
+    if key == "query":
+        said = (
+            f'query: "{words.replace(" ", "? ", 1) if " " in words else words + "?"}"'
+            if asks
+            else f'write: "{words}"'
+        )
+    else:
+        said = f'send: "{words}"' + ("" if asks else ", answer: OK")
+    block = ", block: file" if action.path_params()[1] else ""
+    return f'"{name}": {{{said}{block}}}' if name in YAML_WORDS else f"{name}: {{{said}{block}}}"
 
 
 def lab_text(name: str, contract: Contract, contract_file: str | None, device: str) -> str:

@@ -4,9 +4,11 @@ A module's `describe(source)` takes the whole text behind `--from`, returns what
 instrument, and raises CannotMake with a sentence.
 """
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...language.suggest import did_you_mean
@@ -56,4 +58,6 @@ def described(source: str) -> Described:
         raise CannotMake(
             f"{source!r}{did_you_mean(scheme, SOURCES)}: a device can be made from {examples}"
         )
+    if (here := str(Path.cwd())) not in sys.path:  # a class in a file beside the lab
+        sys.path.append(here)
     return import_module(f".{SOURCES[scheme].module}", __package__).describe(source)

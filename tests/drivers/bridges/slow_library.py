@@ -44,6 +44,19 @@ class Signal:
         self.value = value
 
 
+class Pair:
+    """Two signals of one kind."""
+
+    name = "pair"
+
+    def __init__(self, resource, visa_library):
+        self.adapter = self
+        self.speed, self.far = Signal(1.0), Signal(1.0)
+
+    def close(self):
+        pass
+
+
 class Source:
     """An instrument as PyMeasure has them: a property, a method, an adapter that is closed."""
 

@@ -24,6 +24,10 @@ CONFIG = {
         "moves": {"call": "read", "effect": "pure", "returns": {"moves": {"type": "integer"}}},
         "speed": {"get": "speed", "returns": {"speed": {"unit": "mm/s"}}},
         "set_speed": {"set": "speed", "params": {"speed": {}}, "effect": "idempotent"},
+        "set_of": {
+            "set": "{signal}.value", "params": {"signal": {"enum": ["speed", "far"]}, "to": {}},
+            "effect": "idempotent",
+        },
         "nonsense": {"get": "moves", "returns": {"moves": {}}},
     },
 }  # fmt: skip
@@ -53,6 +57,26 @@ def test_it_blocks_in_a_thread_of_its_own_and_is_stopped_beside_it(config, ask):
 
     assert took_s < 2
     assert moves == {"moves": 1} and speed == {"speed": 4.5}
+
+
+def test_a_channel_is_a_parameter_of_the_path(config, ask):
+    config = {**config, "abort": None, "actions": {n: config["actions"][n] for n in ("set_of",)}}
+    config["actions"]["value_of"] = {
+        "get": "{signal}.value", "params": {"signal": {"enum": ["speed", "far"]}}, "returns": {"x": {}},
+    }  # fmt: skip
+
+    async def story(made):
+        await made.method("set_of")(GoalContext("run/1"), signal="speed", to=7.5)
+        return [
+            await made.method("value_of")(GoalContext("run/2"), signal=signal)
+            for signal in ("speed", "far")
+        ]
+
+    assert ask("pymeasure", {**config, "instrument": "slow_library.Pair", "resource": "x"}, story) == [
+        {"x": 7.5}, {"x": 1.0},
+    ]  # fmt: skip
+    twin = {**config, "instrument": "slow_library.Pair", "resource": "x", "clock": "fast"}
+    assert ask("sim_pymeasure", twin, story)[0] == {"x": 7.5}
 
 
 def test_what_does_not_return_in_time_is_a_timeout_and_it_is_opened_anew(config, ask):

@@ -33,6 +33,30 @@ resources:
 """
 
 
+CHANNELS = """
+from pymeasure.instruments import Channel, Instrument
+
+class Zone(Channel):
+    target = Channel.control("SP{ch}?", "SP{ch} %g", "Control the target in degC.")
+
+class Brewer(Instrument):
+    zones = Instrument.MultiChannelCreator(Zone, [1, 2])
+"""
+
+
+def test_channels_of_a_class_beside_the_lab_are_a_parameter(tmp_path, monkeypatch):
+    (tmp_path / "brewer_b7.py").write_text(CHANNELS, "utf-8")
+    monkeypatch.chdir(tmp_path)
+
+    assert described("pymeasure:brewer_b7.Brewer").actions["set_ch_target"] == {
+        "set": "ch_{channel}.target",
+        "params": {
+            "channel": {"type": "integer", "enum": [1, 2]}, "target": {"type": "number", "unit": "degC"},
+        },
+        "effect": "idempotent",
+    }  # fmt: skip
+
+
 @pytest.fixture
 def config(tmp_path):
     """The config that is written for a Keithley 2000, at the simulator."""

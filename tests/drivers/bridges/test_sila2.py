@@ -22,7 +22,7 @@ def shaker(peer, tmp_path):
 
     def made(**habits):
         there = peer("sila_peer.py", **habits)
-        known = described(there.where)
+        known = described(f"{there.where}?insecure")
         (tmp_path / "lab.yaml").write_text(f"devices:\n{entry_text('shaker', known)}", "utf-8")
         lab, problems = load_lab(tmp_path / "lab.yaml")
         assert problems == []

@@ -52,3 +52,8 @@ def test_the_contract_test_is_short():
 def test_an_instrument_that_is_not_there_is_refused_with_a_sentence(scheme):
     with pytest.raises(CannotMake, match=r"nowhere|pip install"):
         described(f"{scheme}:nowhere.Nothing")
+
+
+def test_what_may_stand_after_an_address_is_said():
+    with pytest.raises(CannotMake, match=r"\?insecure or \?root_certs=FILE\.pem"):
+        described("sila2://10.0.0.9:50052?tls=no")

@@ -10,7 +10,7 @@ import pytest
 
 from labrun.drivers.find import check_driver, find_driver
 from labrun.engine.lab.lab import load_lab
-from labrun.engine.new.device.make import device_name, new_device
+from labrun.engine.new.device.make import device_name, new_device, speaking_device
 from labrun.engine.new.protocol import CannotMake
 from labrun.schemas.contracts import read_contract, shipped_contracts
 
@@ -177,6 +177,22 @@ def test_a_contract_that_will_not_do_is_refused_with_a_sentence(contract, words)
         new_device("gantry", contract, with_lab=True)
 
     assert words in str(refused.value)
+
+
+@pytest.mark.parametrize("language", ["scpi", "lines"])
+@pytest.mark.parametrize("contract", SHIPPED)
+def test_a_contract_is_kept_by_a_lab_entry_alone(tmp_path, language, contract):
+    if any(action.path_params()[0] for action in shipped_contracts()[contract].actions.values()):
+        with pytest.raises(CannotMake, match="sends a file, which no line says"):
+            speaking_device("hot_plate", language, contract)
+        return
+    entry, _ = speaking_device("hot_plate", language, contract)
+    (tmp_path / "lab.yaml").write_text(f"devices:\n{entry}", "utf-8")
+    lab, problems = load_lab(tmp_path / "lab.yaml")
+
+    assert problems == []
+    assert lab is not None and lab.lab.devices["hot_plate"].contract == contract
+    assert len(entry.splitlines()) < 40
 
 
 @pytest.mark.parametrize(
