@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from labrun.drivers.driver import ActionFailed, GoalContext
-from labrun.drivers.grbl import motion
+from labrun.drivers.grbl import motion, stopping
 
 
 async def moving(driver, **wanted):
@@ -55,7 +55,9 @@ def test_a_move_that_halt_has_ended_says_so_though_its_proof_is_answered_by_the_
     assert (status["state"], status["homed"]) == ("idle", True)
 
 
-def test_safe_where_nothing_moves_changes_nothing(peer, gantry, played):
+def test_safe_where_nothing_moves_changes_nothing(peer, gantry, played, monkeypatch):
+    monkeypatch.setattr(stopping, "LOOK_S", 60)  # one that does not report in time is stopped
+
     async def story(driver):
         await driver.safe()
         return await driver.status()
