@@ -41,7 +41,9 @@ FILES = {
     "engine/journal/history.py": {JOURNAL: "history", SESSIONS: "between_sessions state_lost"},
     "engine/journal/past.py": {JOURNAL: "history", SESSIONS: "between_sessions", MEANING: "once"},
     "engine/runner/safe_state.py": {SESSIONS: "safe_state between_sessions state_lost"},
-    "engine/tree/nodes/earlier.py": {SESSIONS: "between_sessions", MEANING: "once ending"},
+    "engine/tree/nodes/earlier.py": {
+        "tests/engine/tree/test_": "earlier", SESSIONS: "between_sessions", MEANING: "once ending",
+    },
     "engine/tree/nodes/retry.py": {"tests/engine/tree/test_": "retry", MEANING: "retry fallback"},
     "engine/tree/nodes/loop.py": {
         "tests/engine/tree/test_": "loop", MEANING: "foreach repeat_while rules background",

@@ -21,6 +21,19 @@ def checked_as_far_as(
 
     Points outside the bench are exactly what a preview should show.
     """
+    checked = checked_and_told(file, lab, bind, param)
+    stopped = any(
+        one.severity == "error" and one.code.startswith(STOPPING) for one in checked.problems
+    )
+    if stopped or checked.protocol is None or checked.survey is None:
+        raise typer.Exit(PROBLEMS)
+    return checked
+
+
+def checked_and_told(
+    file: Path, lab: Path | None, bind: list[str] | None, param: list[str] | None
+) -> Checked:
+    """The checked protocol, parameters or not; its problems are shown."""
     try:
         roles, params = pairs(bind, "--bind"), pairs(param, "-p")
     except WrongUsage as fault:
@@ -29,9 +42,4 @@ def checked_as_far_as(
     checked = check_file(file, lab=lab, bind=roles, params=params, needed=False)
     if checked.problems:
         print_problems(checked.problems, file=sys.stderr)
-    stopped = any(
-        one.severity == "error" and one.code.startswith(STOPPING) for one in checked.problems
-    )
-    if stopped or checked.protocol is None or checked.survey is None:
-        raise typer.Exit(PROBLEMS)
     return checked

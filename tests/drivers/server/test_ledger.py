@@ -147,6 +147,14 @@ def test_a_second_server_is_kept_out(path):
     assert str(path) in str(caught.value)
 
 
+def test_a_place_that_cannot_be_written_is_not_told_as_another_server(path):
+    path.mkdir(parents=True)
+
+    with pytest.raises(LedgerFault, match="cannot be opened: unable to open") as caught:
+        Ledger(path)
+    assert type(caught.value) is LedgerFault  # a start is not tried again
+
+
 def test_a_file_that_is_no_ledger_is_a_sentence(path):
     path.parent.mkdir()
     path.write_bytes(b"no database at all, and longer than a header of one hundred bytes" * 4)

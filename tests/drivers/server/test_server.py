@@ -251,7 +251,7 @@ def test_after_a_strangers_stop_the_holder_must_take_its_lease_anew(bench):
             refused = await raw.call("goal", **goal)
             renewal = {"device": "arm", "owner": "raw", "ttl_s": 30.0, "epoch": goal["epoch"]}
             await raw.call("lease", **renewal)
-            still = await raw.call("goal", **goal)
+            still = await raw.call("goal", **goal | {"id": "g2"})
             mine = await raw.leased()
             return refused, still, await raw.call("goal", **mine), mine["epoch"] - goal["epoch"]
 

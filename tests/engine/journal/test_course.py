@@ -14,7 +14,9 @@ from labrun.web.runs.picture import Picture
 STARTED = j.Started(run="r", protocol="p", labrun="0", python="3", roles={"a": "one"})
 ASKED = j.Asked(path="main/ask", id="q1", text="Well?", choices=["yes", "no"])
 HOLE = j.IterationEnded(loop="main/scan", index=0, key="0", fate="failed")
-CHANGED = j.Changed(folder="changes/1", roles={"a": "two"}, reopened=["main/scan/0"])
+CHANGED = j.Changed(
+    folder="changes/1", params={"n": 2}, roles={"a": "two"}, reopened=["main/scan/0"]
+)
 SENT = j.GoalSent(
     id="r/main/go/2", device="a", action="act", effect="idempotent", boot="b", ledger="l",
     epoch=1, means="m",
@@ -63,6 +65,7 @@ def test_the_newest_inputs_are_those_of_the_last_change_which_no_engine_wrote():
     course = after(STARTED, PAUSE, CHANGED.model_copy(update={"roles": {}}), CHANGED)
 
     assert (course.roles, after(STARTED).roles, Course().roles) == ({"a": "two"}, {"a": "one"}, {})
+    assert (course.params, Course().params) == (CHANGED.params, {}) and CHANGED.params
     assert (course.last_n, course.last_hash, course.last_at) == (4, "h4", "t2")
 
 

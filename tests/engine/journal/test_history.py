@@ -5,6 +5,7 @@ import pytest
 from labrun.engine.journal.course import split_goal_id
 from labrun.engine.journal.history import read_history
 from labrun.engine.journal.journal import JournalFault
+from labrun.engine.journal.past import without_passes
 from labrun.schemas import journal as j
 from labrun.schemas.messages import GoalError
 
@@ -51,6 +52,18 @@ def test_a_goal_lost_together_with_its_engine_is_no_failure_of_its_step():
 
     assert with_engine.past.goal("main/scan/0/shoot", 1).spent
     assert not alone.past.goal("main/scan/0/shoot", 1).spent
+
+
+@pytest.mark.parametrize(
+    ("path", "plain"),
+    [
+        ("main/scan/4,1/shoot", "main/scan/4,1/shoot"),
+        ("main/scan/4,1/pass:2/shoot", "main/scan/4,1/shoot"),
+        ("main/scan/4,1/pass:2/deep/0/pass:3/shoot", "main/scan/4,1/deep/0/shoot"),
+    ],
+)
+def test_the_levels_of_later_passes_are_not_in_the_protocol(path, plain):
+    assert without_passes(path) == plain
 
 
 def test_each_time_that_finally_begins_is_counted():

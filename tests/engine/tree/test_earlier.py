@@ -1,0 +1,53 @@
+"""Which attempts of earlier sessions bear on an action that is to be done now."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from labrun.engine.journal.past import Past, PastGoal
+from labrun.engine.run.strands import Strands
+from labrun.engine.tree.nodes.earlier import EarlierAttempts
+from labrun.schemas import journal as j
+from labrun.schemas.contract import Action
+from labrun.schemas.messages import GoalError
+
+SENT = j.GoalSent(
+    n=2, id="r/main/set/1", device="a", action="set", effect="idempotent", boot="b", ledger="l",
+    epoch=1, means="m",
+)  # fmt: skip
+DONE = j.GoalEnded(n=3, id=SENT.id, state="SUCCEEDED")
+FAILED = j.GoalEnded(n=3, id=SENT.id, state="ABORTED", error=GoalError(name="Broken"))
+
+
+@pytest.mark.parametrize(
+    ("effect", "ended", "used_n", "strand", "comparing", "came"),
+    [
+        ("idempotent", DONE, 5, "theirs", False, True),
+        ("idempotent", DONE, 5, "ours", False, False),
+        ("idempotent", DONE, 2, "theirs", False, False),  # before it was set
+        ("idempotent", FAILED, 5, "theirs", False, False),
+        ("once", DONE, 5, "theirs", False, False),
+        ("idempotent", DONE, 5, "theirs", True, False),
+    ],
+)
+def test_what_was_set_counts_no_more_once_another_strand_has_used_its_device(
+    effect, ended, used_n, strand, comparing, came
+):
+    strands = Strands()
+    strands.note("a", used_n, strand)
+    strands.note("b", 9, "theirs")
+    run = SimpleNamespace(past=Past(comparing=comparing), strands=strands)
+    earlier = EarlierAttempts(run, None, Action(effect=effect))
+
+    assert earlier.others_came(PastGoal(SENT, ended, state_n=3), "ours") is came
+
+
+def test_of_two_strands_that_take_turns_each_is_seen_by_the_other():
+    strands = Strands()
+    for n, strand in ((4, "ours"), (5, "theirs"), (6, "ours")):
+        strands.note("a", n, strand)
+
+    assert strands.since("a", 4, "ours") and strands.since("a", 5, "theirs")
+    assert not strands.since("a", 5, "ours")
+    strands.clear()
+    assert not strands.since("a", 0, "ours")
