@@ -5,11 +5,19 @@ import secrets
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
 from . import WINDOWS
+
+try:
+    import fcntl
+
+    FULL_SYNC = getattr(fcntl, "F_FULLFSYNC", None)
+    """macOS': it empties the cache of the disk, too."""
+except ImportError:  # Windows
+    FULL_SYNC = None
 
 BINARY = getattr(os, "O_BINARY", 0)
 """A flag for `os.open`: without it Windows writes every line's end as two characters."""
@@ -31,7 +39,7 @@ def write_whole(path: Path, data: bytes, *, mode: int | None = None, sync: bool 
             file.write(data)
             if sync:
                 file.flush()
-                os.fsync(file.fileno())
+                sync_file(file.fileno())
         if mode is None and place.exists():
             shutil.copymode(place, half)
         put(half, place)
@@ -51,7 +59,7 @@ def replace_whole(path: Path) -> Iterator[IO[bytes]]:
         with os.fdopen(_created(half, 0o666), "w+b") as file:
             yield file
             file.flush()
-            os.fsync(file.fileno())
+            sync_file(file.fileno())
         put(half, place)
     except BaseException:
         remove(half)
@@ -82,13 +90,25 @@ def _patiently(act: Callable[[], object]) -> None:
     act()
 
 
+def sync_file(descriptor: int) -> None:
+    """Have what was written to a file on disk, after a power cut, too; raises OSError.
+
+    `fsync` of macOS leaves it in the cache of the disk itself; some file systems know only that.
+    """
+    if FULL_SYNC is not None:
+        with suppress(OSError):
+            fcntl.fcntl(descriptor, FULL_SYNC)  # pyright: ignore[reportPossiblyUnboundVariable]
+            return
+    os.fsync(descriptor)
+
+
 def sync_folder(folder: Path) -> None:
     """Make the names in a folder durable: without it, a power cut can lose a whole new file."""
     if WINDOWS:  # it has no such call, and does not need it
         return
     descriptor = os.open(folder, os.O_RDONLY)
     try:
-        os.fsync(descriptor)
+        sync_file(descriptor)
     finally:
         os.close(descriptor)
 
@@ -107,7 +127,7 @@ def _sync_files(folder: Path) -> None:
             # Windows makes durable only what may be written.
             descriptor = os.open(path, os.O_RDWR if WINDOWS else os.O_RDONLY)
             try:
-                os.fsync(descriptor)
+                sync_file(descriptor)
             finally:
                 os.close(descriptor)
     sync_folder(folder)

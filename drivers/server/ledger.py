@@ -115,6 +115,7 @@ class Ledger:
                 disk.execute("PRAGMA locking_mode = EXCLUSIVE")
                 disk.execute("PRAGMA journal_mode = WAL")
                 disk.execute("PRAGMA synchronous = FULL")
+                disk.execute("PRAGMA fullfsync = ON")  # of macOS, as `system.files.sync_file`
                 # An older file beside a newer write-ahead log has newest changes, and gaps before.
                 found = disk.execute("PRAGMA quick_check(1)").fetchone()[0]
                 if found != "ok":

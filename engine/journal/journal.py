@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from ...schemas.journal import FORMAT, RECORD, JournalRecord, Record
 from ...schemas.model import first_fault
-from ...system.files import BINARY, remove
+from ...system.files import BINARY, remove, sync_file
 
 R = TypeVar("R", bound=Record)
 RESERVE_BYTES = 256 * 1024
@@ -131,7 +131,7 @@ class Journal:
         while view:
             view = view[os.write(self._file, view) :]
         if sync and self.sync:
-            os.fdatasync(self._file) if hasattr(os, "fdatasync") else os.fsync(self._file)
+            os.fdatasync(self._file) if hasattr(os, "fdatasync") else sync_file(self._file)
 
     def close(self) -> None:
         """Write what is left and close the file."""
@@ -277,6 +277,6 @@ def reopen(path: Path, make: type[Journal] = Journal) -> tuple[Journal, Records,
     if torn:
         with path.open("r+b") as file:
             file.truncate(whole.offset)
-            os.fsync(file.fileno())
+            sync_file(file.fileno())
     journal = make(path, count=whole.number, last_hash=whole.last_hash)
     return journal, Records(path), torn

@@ -4,6 +4,7 @@ import os
 
 import pytest
 
+from labrun.system import files
 from labrun.system.files import write_whole
 
 posix = pytest.mark.skipif(os.name == "nt", reason="permissions and links of POSIX")
@@ -40,6 +41,27 @@ def test_a_secret_is_never_readable_by_others(tmp_path):
     write_whole(tmp_path / "token", b"secret", mode=0o600)
 
     assert (tmp_path / "token").stat().st_mode & 0o777 == 0o600
+
+
+@posix
+@pytest.mark.parametrize(("knows_it", "asked"), [(True, ["full"]), (False, ["full", "fsync"])])
+def test_macos_is_asked_to_empty_the_cache_of_its_disk_and_otherwise_to_sync(
+    tmp_path, monkeypatch, knows_it, asked
+):
+    calls = []
+
+    def full_sync(descriptor, number):
+        calls.append(number)
+        if not knows_it:
+            raise OSError(45, "Operation not supported")
+
+    monkeypatch.setattr(files, "FULL_SYNC", "full")
+    monkeypatch.setattr(files.fcntl, "fcntl", full_sync)
+    monkeypatch.setattr(os, "fsync", lambda _: calls.append("fsync"))
+    with (tmp_path / "note").open("w") as file:
+        files.sync_file(file.fileno())
+
+    assert calls == asked
 
 
 @posix
