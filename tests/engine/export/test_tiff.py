@@ -42,9 +42,7 @@ def test_each_column_of_a_grid_is_a_page_with_its_name_and_scale(exported):
         point(0, 0, 1.5), point(0.5, 0, 2.5), point(1, 0, 3.5), point(0, 2, 4.5), point(1, 2, 6.5)
     ) as file:
         pages, told = file.asarray(), file.imagej_metadata
-        per_mm = [
-            np.divide(*file.pages[0].tags[f"{axis}Resolution"].value) for axis in ("X", "Y")
-        ]
+        per_mm = [np.divide(*file.pages[0].tags[f"{axis}Resolution"].value) for axis in ("X", "Y")]
 
     assert pages.dtype == np.float32
     np.testing.assert_array_equal(pages[0], [[1.5, 2.5, 3.5], [4.5, np.nan, 6.5]])
