@@ -6,6 +6,7 @@
     python benchmarks/reduce.py everyday 12  the same over 12 spectra of each everyday instrument
     python benchmarks/reduce.py vices 6      the same by vice: gain steps, roll-off, cut at zero, ...
     python benchmarks/reduce.py errors 8     by vice, how often T and Li's share are within 1 and 2 errors
+    python benchmarks/reduce.py closure 8    by vice, concentrations without standards beside the truth
     python benchmarks/reduce.py first        what the first spectrum after an install has to wait for
 
 Times are of the processor, on one core; both sides of each ratio are taken in the same run. The
@@ -21,6 +22,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +48,8 @@ from truth import (
 )
 
 from labrun.reduction import Reduction, Spectrum, read_spectrum, reduce_spectrum
+from labrun.reduction.calibration.closure import concentrations
+from labrun.reduction.calibration.formula import WEIGHT, with_oxygen
 from labrun.reduction.elements.elements import find_elements
 from labrun.reduction.elements.evidence import evidence
 from labrun.reduction.elements.identify import identify
@@ -54,6 +58,7 @@ from labrun.reduction.peaks.background import background
 from labrun.reduction.peaks.peaks import find_peaks
 from labrun.reduction.peaks.profiles import fit_profiles
 from labrun.reduction.peaks.voigt import fit_peaks
+from labrun.reduction.plasma.lithium_share import NO_CATIONS
 from labrun.reduction.spectrum.bad import bridged, mark_bad
 from labrun.reduction.spectrum.noise import local_noise
 from labrun.reduction.spectrum.resampled import resampled
@@ -264,6 +269,10 @@ def instruments(spectra: int) -> None:
 
 NAMES = ("peaks recall", "peaks precision", "elements F1", "area error", "area pull", "T error",
          "T pull", "medium right")  # fmt: skip
+WITH_LITHIUM = (
+    "spodumene", "muscovite", "K-feldspar", "lepidolite", "brine residue", "basalt glass",
+)  # fmt: skip
+MAIN = 0.5  # wt %, from which an element counts in the RMSE
 WITHIN = ("T known", "T within 1", "T within 2", "Li within 1", "Li within 2")
 
 
@@ -279,6 +288,44 @@ def by_name(
         table = summary(own)
         print(f"{kind:<24}" + "".join(f"{table[name]:17.3f}" for name in names), flush=True)
     print(f"{'all':<24}" + "".join(f"{summary(total)[name]:17.3f}" for name in names))
+
+
+def closed(spectra: int) -> None:
+    """RMSE of the main elements in wt %, and how many of all values their intervals hold."""
+    print(f"\n{spectra} spectra each          told    RMSE    in 68 %     in 95 %")
+    whole: list[list[float]] = []
+    limits: list[bool] = []
+    for kind in VICES:
+        rows: list[list[float]] = []
+        for number in range(spectra):
+            truth = with_vice(kind, number, WITH_LITHIUM)
+            found = reduce_spectrum(Spectrum(truth.wavelength_nm, truth.intensity))
+            mass = {
+                e: n * WEIGHT[e]
+                for e, n in truth.shares.items()
+                if e in WEIGHT and e not in NO_CATIONS
+            }
+            whole_mass = sum(m * with_oxygen(e, "oxides") for e, m in mass.items())
+            for element, one in concentrations(found, "oxides").items():
+                true = 100 * mass.get(element, 0.0) / whole_mass
+                if one.wt_percent is None:
+                    limits.append(true <= one.high)
+                else:
+                    rows.append([true, one.wt_percent, one.error, one.low, one.high])
+        whole += rows
+        show_closed(kind, rows)
+    show_closed("all", whole)
+    print(f"limits that hold: {np.mean(limits):.3f} of {len(limits)}")
+
+
+def show_closed(kind: str, rows: list[list[float]]) -> None:
+    true, told, error, low, high = np.array(rows).T
+    off, main = told - true, true > MAIN
+    print(
+        f"{kind:<24}{len(true):8}{np.sqrt(np.mean(off[main] ** 2)):8.2f}"
+        f"{np.mean(np.abs(off) < error):11.2f}{np.mean((low <= true) & (true <= high)):11.2f}",
+        flush=True,
+    )
 
 
 def nothing() -> None:
@@ -304,7 +351,12 @@ def main() -> None:
     if what in ("all", "vices"):
         by_name(with_vice, tuple(VICES), int(rest[0]) if rest else EVERYDAY)
     if what in ("all", "errors"):
-        by_name(with_vice, tuple(VICES), int(rest[0]) if rest else EVERYDAY, WITHIN)
+        by_name(
+            partial(with_vice, samples=WITH_LITHIUM), tuple(VICES), int(rest[0]) if rest else EVERYDAY,
+            WITHIN,
+        )  # fmt: skip
+    if what in ("all", "closure"):
+        closed(int(rest[0]) if rest else EVERYDAY)
     if what in ("all", "first"):
         first()
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from ..calibration.formula import Closed
 from ..spectrum.axis import Unit
 from ..spectrum.spectrum import Medium
 
@@ -13,7 +14,8 @@ class Settings:
     unit: of the wavelengths in the files, None as they say. columns: which to read, None as they
     say. lines: the text of a CSV file of lines of one's own, None for those shipped alone. response:
     the text of a CSV file of the instrument's response, None if none is to be divided out.
-    calibration: the text of a file of `labrun calibrate standards`, None for areas alone.
+    calibration: the text of a file of `labrun calibrate standards`, None for areas alone. closure:
+    what is closed to 100 % for concentrations without standards, None for none.
     """
 
     elements: tuple[str, ...] | None = None
@@ -23,3 +25,4 @@ class Settings:
     lines: str | None = None
     response: str | None = None
     calibration: str | None = None
+    closure: Closed | None = None

@@ -95,6 +95,7 @@ def summary_of(spool: Spool, counts: Counts, about: Circumstances) -> dict[str, 
             "lines_sha256": _sha256(settings.lines),
             "response_sha256": _sha256(settings.response),
             "calibration_sha256": _sha256(settings.calibration),
+            "closure": settings.closure,
         },
         "folder": str(about.root),
         "counts": {

@@ -96,6 +96,10 @@ def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
     spectrum, contents = seen(shots.mean()), None
     if settings.calibration is None:
         reduction = reduce_spectrum(spectrum, settings.elements, settings.medium)
+        if settings.closure is not None:
+            from ..calibration.closure import concentrations
+
+            contents = concentrations(reduction, settings.closure)
     else:
         from ..calibration.calibration import read_calibration
         from ..calibration.reduced_shots import reduce_shots

@@ -1,6 +1,7 @@
 """Which element a column of concentrations is of, and what part of an oxide's mass it has."""
 
 import re
+from typing import Literal, get_args
 
 # Standard atomic weights, abridged (CIAAW 2021), of the elements that reference materials certify.
 WEIGHTS = """
@@ -14,7 +15,23 @@ Sm 150.36  Eu 151.96  Gd 157.25  Tb 158.93  Dy 162.5  Ho 164.93  Er 167.26  Tm 1
 Lu 174.97  Hf 178.49  Ta 180.95  W 183.84  Re 186.21  Os 190.23  Ir 192.22  Pt 195.08  Au 196.97
 Hg 200.59  Tl 204.38  Pb 207.2  Bi 208.98  Th 232.04  U 238.03
 """
-WEIGHT = dict(zip(WEIGHTS.split()[::2], map(float, WEIGHTS.split()[1::2]), strict=True))
+WEIGHT: dict[str, float] = dict(
+    zip(WEIGHTS.split()[::2], map(float, WEIGHTS.split()[1::2]), strict=True)
+)
+# Atoms of oxygen for each atom of the element, as analyses of rocks count it; iron as FeO.
+OXIDES = """
+0.5 Li Na K Rb Cs Ag Tl
+1.0 Be Mg Ca Sr Ba Mn Fe Co Ni Cu Zn Cd Pb
+1.5 B Al Cr Sc Ga Y In As Sb Bi La Pr Nd Sm Eu Gd Tb Dy Ho Er Tm Yb Lu
+2.0 Si Ti Zr Hf Sn Ge Ce Th U
+2.5 P V Nb Ta
+3.0 S Mo W
+"""
+OXYGEN = {
+    name: float(n) for n, *names in map(str.split, OXIDES.strip().splitlines()) for name in names
+}
+Closed = Literal["oxides", "elements"]
+CLOSED: tuple[Closed, ...] = get_args(Closed)
 FORMULA = re.compile(r"(?:[A-Z][a-z]?\d*)+")
 PART = re.compile(r"([A-Z][a-z]?)(\d*)")
 
@@ -36,3 +53,10 @@ def element_in(formula: str) -> tuple[str, float]:
         raise ValueError(f"{formula!r} is neither an element nor an oxide of one")
     mass = sum(n * WEIGHT[symbol] for symbol, n in atoms.items())
     return others[0], atoms[others[0]] * WEIGHT[others[0]] / mass
+
+
+def with_oxygen(element: str, closed: Closed) -> float:
+    """Mass of an element with the oxygen that it binds, over its own; 1 where none is counted."""
+    if closed == "elements" or element not in OXYGEN:
+        return 1.0
+    return 1.0 + OXYGEN[element] * WEIGHT["O"] / WEIGHT[element]

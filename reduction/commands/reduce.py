@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .words import Calibrated, KnownResponse, OwnLines
+from .words import Calibrated, Closure, KnownResponse, OwnLines
 
 Given = Annotated[
     list[Path],
@@ -67,6 +67,7 @@ def reduce(
     lines: OwnLines = None,
     response: KnownResponse = None,
     calibration: Calibrated = None,
+    closure: Closure = None,
     jobs: Jobs = None,
     dask: Dask = None,
     watch: Watching = False,
@@ -81,7 +82,7 @@ def reduce(
     from .reducing import Asked, reduce_asked
 
     asked = Asked(
-        files, out, elements, medium, unit, columns, lines, response, calibration, jobs, dask, watch,
-        until_idle, figures,
+        files, out, elements, medium, unit, columns, lines, response, calibration, closure, jobs, dask,
+        watch, until_idle, figures,
     )  # fmt: skip
     raise typer.Exit(reduce_asked(asked))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .say import CTRL_C, FAILED, NOT_REACHED, PARTLY, PROBLEMS, TERMINATED, say
-from .words import calibration, columns, known_response, own_lines
+from .words import calibration, closure, columns, known_response, own_lines
 
 MEDIA = ("air", "vacuum")
 MOST_NAMED = 3  # skipped files of one reason that are named; summary.json has all
@@ -31,6 +31,7 @@ class Asked:
     lines: Path | None
     response: Path | None
     calibration: Path | None
+    closure: str | None
     jobs: int | None
     dask: str | None
     watch: bool
@@ -136,6 +137,8 @@ def _settings(asked: Asked) -> Any:
         raise WrongUsage(f"--jobs {asked.jobs}: at least one process is needed")
     if asked.until_idle_s is not None and not (asked.watch and asked.until_idle_s > 0):
         raise WrongUsage("--until-idle SECONDS (above 0) needs --watch")
+    if asked.closure is not None and asked.calibration is not None:
+        raise WrongUsage("--closure is without standards, --calibration by them: choose one")
     if asked.watch and not any(path.is_dir() for path in asked.files):
         raise WrongUsage("--watch needs a folder to watch")
     lines = _given(own_lines, asked.lines)  # first: it may have lines of the elements asked for
@@ -144,6 +147,7 @@ def _settings(asked: Asked) -> Any:
         _elements(asked.elements), asked.medium, asked.unit,  # type: ignore[arg-type]
         _given(columns, asked.columns), lines, response,
         _given(lambda path: calibration(path, response), asked.calibration),
+        _given(closure, asked.closure),
     )  # fmt: skip
 
 

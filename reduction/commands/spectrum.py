@@ -8,6 +8,7 @@ import typer
 from .words import (
     FAILED,
     PROBLEMS,
+    Closure,
     KnownResponse,
     OwnLines,
     known_response,
@@ -15,9 +16,11 @@ from .words import (
     say,
     symbols,
 )  # fmt: skip
+from .words import closure as closure_of
 from .words import columns as columns_of
 
 if TYPE_CHECKING:
+    from ..calibration.formula import Closed
     from ..reduce import Reduction
 
 
@@ -48,6 +51,7 @@ def spectrum(
     ] = None,
     lines: OwnLines = None,
     response: KnownResponse = None,
+    closure: Closure = None,
     format: Annotated[str, typer.Option(help="Figure format: png, svg or pdf.")] = "png",
 ) -> None:
     """Draw a spectrum with labelled lines, its fit, and the plots of its plasma."""
@@ -59,6 +63,7 @@ def spectrum(
     try:
         own_lines(lines)
         divided = known_response(response)
+        closed = closure_of(closure)
         stretch = None if window is None else _stretch(window)
         reduction, written = _draw(
             file, out, elements, stretch, log, (unit, columns, divided), format
@@ -71,6 +76,8 @@ def spectrum(
         say(f"{fault.filename or file}: {fault.strerror or fault}")
         raise typer.Exit(PROBLEMS if unread else FAILED) from None
     _print(reduction)
+    if closed is not None:
+        _print_contents(reduction, closed)
     for path in written:
         typer.echo(f"wrote {path}")
 
@@ -127,3 +134,18 @@ def _print(reduction: "Reduction") -> None:
         )
     for flag in plasma.flags:
         typer.echo(flag)
+
+
+def _print_contents(reduction: "Reduction", closed: "Closed") -> None:
+    from ..calibration.closure import concentrations
+
+    said = concentrations(reduction, closed)
+    if not said:
+        typer.echo("no concentrations: the lines do not tell the plasma's amounts")
+    told = [(name, one) for name, one in said.items() if one.wt_percent is not None]
+    for name, one in sorted(told, key=lambda pair: -(pair[1].wt_percent or 0.0)):
+        flags = f"  {'; '.join(one.flags)}" if one.flags else ""
+        typer.echo(
+            f"{name:>4} {one.wt_percent:.4g} ± {one.error:.2g} wt % "
+            f"({one.low:.3g} to {one.high:.3g}){flags}"
+        )

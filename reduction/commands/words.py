@@ -3,9 +3,12 @@
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from ..calibration.formula import Closed
 
 OwnLines = Annotated[
     Path | None,
@@ -30,6 +33,13 @@ Calibrated = Annotated[
     ),
 ]  # fmt: skip
 FAILED, PROBLEMS = 1, 2  # exit status: something could not be written; wrong usage or input
+Closure = Annotated[
+    str | None,
+    typer.Option(
+        help="Concentrations without standards, closed to 100 %: oxides (a rock) or elements (an alloy).",
+        metavar="WHAT", show_default=False,
+    ),
+]  # fmt: skip
 
 
 def say(text: str) -> None:
@@ -79,6 +89,15 @@ def known_response(path: Path | None) -> str | None:
     from ..spectrum.response import read_response
 
     return None if path is None else _text_for(read_response, "--response", path)
+
+
+def closure(closed: str | None) -> "Closed | None":
+    """What `--closure` closes; ValueError if it is nothing that can be."""
+    from ..calibration.formula import CLOSED
+
+    if closed is None or closed in CLOSED:
+        return closed
+    raise ValueError(f"--closure {closed}: choose {' or '.join(CLOSED)}")
 
 
 def calibration(path: Path | None, response: str | None) -> str | None:

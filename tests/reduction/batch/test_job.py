@@ -107,7 +107,7 @@ def test_the_summary_tells_inputs_versions_configuration_and_times(mixed, tmp_pa
     assert {"labrun", "python", "numpy", "numba", "scipy", "pyarrow"} <= set(told["versions"])
     assert told["configuration"] == {
         "elements": ["Li"], "medium": "air", "unit": None, "columns": None, "lines_sha256": None,
-        "response_sha256": None, "calibration_sha256": None,
+        "response_sha256": None, "calibration_sha256": None, "closure": None,
     }  # fmt: skip
     assert told["counts"]["spectra"] == 9
     assert told["notes"] == []

@@ -85,6 +85,8 @@ def test_a_single_file_in_angstrom_is_reduced(spectra, shots):
         ([".", "--elements", "Li,Xx"], "no lines of 'Xx'"),
         ([".", "--elements", " , "], "write symbols"),
         ([".", "--until-idle", "3"], "needs --watch"),
+        ([".", "--closure", "oxide"], "--closure oxide: choose oxides or elements"),
+        ([".", "--closure", "oxides", "--calibration", "x.json"], "choose one"),
         (["file.txt", "--watch"], "needs a folder to watch"),
         ([".", "-o", "file.txt"], "file.txt is a file"),
         ([".", "-o", "theirs"], "theirs holds peaks.csv"),

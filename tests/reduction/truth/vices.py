@@ -64,11 +64,11 @@ VICES = {
 }  # fmt: skip
 
 
-def with_vice(name: str, number: int) -> Truth:
-    """Spectrum `number` with a vice, of which VICES has the names."""
+def with_vice(name: str, number: int, samples: tuple[str, ...] = SAMPLES) -> Truth:
+    """Spectrum `number` with a vice, of which VICES has the names, of one of the samples."""
     v = VICES[name]
     rng = np.random.default_rng(5_300_000 + 1_000 * list(VICES).index(name) + number)
-    sample = SAMPLES[number % len(SAMPLES)]
+    sample = samples[number % len(samples)]
     shares = atom_shares(sample, rng, "argon" if number % 2 else "air")
     core = draw_zones(rng, held_out=False)[0]
     zones = (core,) if not v.shell else (

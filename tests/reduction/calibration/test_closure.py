@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+from truth import with_vice
+
+from labrun.drivers.simulated.twins.shot import ShotMaker
+from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
+from labrun.reduction.calibration.closure import concentrations
+from labrun.reduction.calibration.formula import WEIGHT, with_oxygen
+
+
+@pytest.fixture(scope="module")
+def core():
+    """The reduction of a shot at the simulated core."""
+    maker = ShotMaker(core=1, seed=3)
+    return reduce_spectrum(read_spectrum(maker.csv({"n": 1, "x": 1.2, "y": 3.0, "focus": 1.0})))
+
+
+@pytest.mark.parametrize("closed", ["oxides", "elements"])
+def test_what_is_told_makes_100_percent_with_what_it_binds(core, closed):
+    told = {
+        name: one.wt_percent
+        for name, one in concentrations(core, closed).items()
+        if one.wt_percent is not None
+    }
+
+    assert "Si" in told
+    assert sum(w * with_oxygen(name, closed) for name, w in told.items()) == pytest.approx(100)
+
+
+def test_each_value_has_an_error_and_an_interval_and_what_is_not_seen_a_limit(core):
+    said = concentrations(core, "oxides")
+    seen = [one for one in said.values() if one.wt_percent is not None]
+    unseen = {name: one for name, one in said.items() if one.wt_percent is None}
+
+    assert all(0 < one.low < one.wt_percent < one.high < 100 and one.error > 0 for one in seen)
+    assert unseen
+    assert not unseen.keys() & set(core.detected)
+    assert all(one.flags == ("below LOD",) and 0 < one.high < 100 for one in unseen.values())
+
+
+def test_no_amounts_are_told_without_lines():
+    noise = np.random.default_rng(1).normal(100, 5, 2_000)
+
+    assert (
+        concentrations(reduce_spectrum(Spectrum(np.linspace(200, 900, 2_000), noise)), "oxides")
+        == {}
+    )
+
+
+def test_iron_is_counted_as_feo_and_an_alloy_without_oxygen():
+    assert 1 / with_oxygen("Fe", "oxides") == pytest.approx(55.845 / 71.844, rel=1e-4)
+    assert 1 / with_oxygen("Al", "oxides") == pytest.approx(0.52925, rel=1e-4)
+    assert with_oxygen("Fe", "elements") == 1.0
+
+
+@pytest.mark.slow
+def test_amounts_of_a_made_spodumene_are_within_three_errors():
+    truth = with_vice("none", 0)
+    said = concentrations(reduce_spectrum(Spectrum(truth.wavelength_nm, truth.intensity)), "oxides")
+    mass = {e: n * WEIGHT[e] for e, n in truth.shares.items() if e in ("Li", "Al", "Si", "Fe")}
+    whole = sum(m * with_oxygen(e, "oxides") for e, m in mass.items())
+
+    for element in ("Li", "Al", "Si"):
+        one = said[element]
+        assert abs(one.wt_percent - 100 * mass[element] / whole) < 3 * one.error + 0.2
