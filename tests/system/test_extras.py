@@ -176,6 +176,7 @@ LACKING = {
     "locate": ("locate --image shot.csv --camera camera.yaml --pixel 1,1", "vision"),
     "find-buttons": ("find-buttons . --image shot.csv", "gui"),
     "calibrate": ("calibrate response shot.csv", "spectra"),
+    "record-program": ("record-program --find -o . --image shot.csv", "gui"),
     "record-buttons": ("record-buttons --image shot.csv -o buttons", "gui"),
 }
 """Command -> words that need its extra."""
