@@ -20,8 +20,12 @@ with later("cv2"):
 
 LEAST, MOST = (14, 10), (420, 120)
 """Width and height of what is taken for a button, in pixels."""
+BUTTON = ((40, 240), (20, 60))
+"""Widths and heights of usual buttons; a word of one is smaller, a bar of them wider."""
 ROUND = ((60, 24), (100, 32), (160, 44), (240, 70))
 """What is cut out round a press that no border surrounds."""
+LINES = ((60, 16), (110, 18))
+"""The same in a menu or a list, whose other lines may be drawn otherwise the next time."""
 BESIDE_PX, GAP_PX = 260, 28
 """How far beside a field its label may be, and how wide a space in it."""
 ERASES = ("backspace", "delete", "home", "end")
@@ -38,6 +42,7 @@ class Hit:
     press: Press
     where: Where
     bounds: Box
+    popup: bool = False
     typed: str | None = None
     keys: list[str] = field(default_factory=list)
 
@@ -73,7 +78,7 @@ def _hit(press: Press, title: str) -> Hit | None:
     rows, columns = look.picture.shape[:2]
     left, top = max(0, x), max(0, y)
     bounds = left, top, min(x + width, columns) - left, min(y + height, rows) - top
-    return Hit(press, "main" if window.id == main.id else "dialog", bounds)
+    return Hit(press, "main" if window.id == main.id else "dialog", bounds, window.popup)
 
 
 def _note(hit: Hit, key: Key) -> bool:
@@ -91,32 +96,49 @@ def _note(hit: Hit, key: Key) -> bool:
     return True
 
 
-def cut_out(hit: Hit) -> tuple[Box, tuple[int, int]]:
-    """The box in the picture to record, and where to click from its middle; raises NotCut."""
+def cut_out(hit: Hit, later: Look | None = None) -> tuple[Box, tuple[int, int]]:
+    """The box in the picture to record, and where to click from its middle; raises NotCut.
+
+    Of the main window something is preferred that is still found in a `later` look: what a list shows
+    changes with what was chosen in it.
+    """
     look = hit.press.before
     x, y = round(hit.press.x * look.ratio), round(hit.press.y * look.ratio)
     frames = list(_frames(look.picture, hit.bounds, x, y))
     if hit.typed is None:
-        boxes = [*frames, *_round(hit.bounds, x, y)]
+        boxes = [*frames, *_round(hit.bounds, x, y, ROUND)]
+        if hit.popup:
+            boxes = [*_round(hit.bounds, x, y, LINES), *boxes]
     else:
         boxes = [box for frame in frames for box in _beside(look.picture, hit.bounds, frame)]
-    why = "nothing distinctive is near it"
+    why, usable = "nothing distinctive is near it", None
+    stays = later is not None and hit.where == "main" and later.window_at(hit.press.x, hit.press.y)
     for box in boxes:
-        wrong = _wrong(look, hit.bounds, box)
-        if wrong is None:
-            return box, (round(x - box[0] - box[2] / 2), round(y - box[1] - box[3] / 2))
-        why = wrong
-    raise NotCut(f"what was pressed at {hit.press.x},{hit.press.y} cannot be told apart: {why}")
+        wrong = _wrong(look.picture, look.picture, hit.bounds, box)
+        if wrong is not None:
+            why = wrong
+            continue
+        usable = usable or box
+        if (
+            later is None
+            or not stays
+            or _wrong(look.picture, later.picture, hit.bounds, box) is None
+        ):
+            usable = box
+            break
+    if usable is None:
+        raise NotCut(f"what was pressed at {hit.press.x},{hit.press.y} cannot be told apart: {why}")
+    return usable, (round(x - usable[0] - usable[2] / 2), round(y - usable[1] - usable[3] / 2))
 
 
-def _wrong(look: Look, bounds: Box, box: Box) -> str | None:
-    """Why a box would not be found again in its window; None if it would."""
+def _wrong(picture: Picture, shown: Picture, bounds: Box, box: Box) -> str | None:
+    """Why a box of a picture would not be found in what is shown of its window; None if it would."""
     x, y, w, h = box
-    part = look.picture[y : y + h, x : x + w]
+    part = picture[y : y + h, x : x + w]
     if (why := unfit(part)) is not None:
         return why
     left, top, width, height = bounds
-    window = look.picture[top : top + height, left : left + width]
+    window = shown[top : top + height, left : left + width]
     sight = look_for(window, [Template("it", part)], 1.0)["it"]
     if sight.sure is None or overlap(sight.sure.box, (x - left, y - top, w, h)) < 0.5:
         return sight.words()
@@ -124,23 +146,24 @@ def _wrong(look: Look, bounds: Box, box: Box) -> str | None:
 
 
 def _frames(picture: Picture, bounds: Box, x: int, y: int) -> Iterator[Box]:
-    """Boxes that lines enclose round a place, the smallest first."""
+    """Boxes that lines enclose round a place: of usual buttons first, then the smallest."""
     left, top, width, height = bounds
     window = picture[top : top + height, left : left + width]
     edges = cv2.Canny(cv2.cvtColor(window, cv2.COLOR_RGB2GRAY), 20, 60)
     closed = cv2.dilate(edges, np.ones((3, 3), np.uint8))
     contours, _ = cv2.findContours(closed, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
     found = {tuple(int(n) for n in cv2.boundingRect(contour)) for contour in contours}
-    for bx, by, w, h in sorted(found, key=lambda box: box[2] * box[3]):
+    usual = lambda w, h: all(a <= n <= b for n, (a, b) in zip((w, h), BUTTON, strict=True))  # noqa: E731
+    for bx, by, w, h in sorted(found, key=lambda box: (not usual(*box[2:]), box[2] * box[3])):
         fits = LEAST[0] <= w <= MOST[0] and LEAST[1] <= h <= MOST[1]
         if fits and bx <= x - left < bx + w and by <= y - top < by + h:
             yield left + bx, top + by, w, h
 
 
-def _round(bounds: Box, x: int, y: int) -> Iterator[Box]:
+def _round(bounds: Box, x: int, y: int, sizes: Sequence[tuple[int, int]]) -> Iterator[Box]:
     """Boxes of a fixed size round a place, kept inside the window."""
     left, top, width, height = bounds
-    for w, h in ROUND:
+    for w, h in sizes:
         w, h = min(w, width), min(h, height)
         yield (
             min(max(left, x - w // 2), left + width - w),

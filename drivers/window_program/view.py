@@ -65,13 +65,20 @@ def view_of(title: str, windows: Windows, screen: Picture, ratio: float) -> View
     _not_blank(screen)
     main = mains[0]
     above = listed[: listed.index(main)]
-    dialogs = tuple(w for w in above if w.is_over(main) and overlap(w.box, main.box) > 0)
+    area = screen.shape[0] * screen.shape[1] / ratio**2
+    dialogs = tuple(w for w in above if _is_over(w, main, area) and overlap(w.box, main.box) > 0)
     box = _clipped(_around([main.box, *(d.box for d in dialogs)]), screen, ratio)
     x, y, width, height = box
     if width < 20 or height < 20:
         raise Trouble("away", f"the window {main.title!r} is outside the screen; bring it back")
     picture = screen[y : y + height, x : x + width]
-    return View(picture, (x, y), ratio, main, dialogs, _cover(above, main, screen, ratio))
+    return View(picture, (x, y), ratio, main, dialogs, _cover(above, main, area))
+
+
+def _is_over(window: Window, main: Window, area: float) -> bool:
+    """Whether it is the program's own; a locked screen is drawn like a menu, but everywhere."""
+    everywhere = window.popup and window.box[2] * window.box[3] >= FULL_SCREEN * area
+    return window.is_over(main) and not everywhere
 
 
 def _not_blank(screen: Picture) -> None:
@@ -79,11 +86,10 @@ def _not_blank(screen: Picture) -> None:
         raise Trouble("blank", "the screen is a single colour: it is blank, asleep or locked")
 
 
-def _cover(above: list[Window], main: Window, screen: Picture, ratio: float) -> str:
+def _cover(above: list[Window], main: Window, area: float) -> str:
     """A description of what may hide the program: a locked screen, or another program's window."""
-    area = screen.shape[0] * screen.shape[1] / ratio**2
     for window in above:
-        if window.is_over(main) or overlap(window.box, main.box) <= 0:
+        if _is_over(window, main, area) or overlap(window.box, main.box) <= 0:
             continue
         if window.box[2] * window.box[3] >= FULL_SCREEN * area:
             return f"{window.title or 'a window'!r} covers the whole screen: is it locked?"

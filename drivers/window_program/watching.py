@@ -97,6 +97,10 @@ class Watch:
         self._eyes.join(5)
         self._windows.close()
 
+    def last(self) -> Look:
+        """The newest look."""
+        return self._looks[-1]
+
     def pressed(self, x: int, y: int) -> None:
         now, looks = time.monotonic(), list(self._looks)
         with self._lock:

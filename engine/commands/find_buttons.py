@@ -22,8 +22,14 @@ def find_buttons(
     folder: Folder, image: Image = None, title: Title = None, output: Output = None
 ) -> None:
     """`labrun record-program --find`, by its earlier name."""
-    say("it is `labrun record-program --find -o FOLDER` now; this name goes with the next release")
-    told_plainly(lambda: find(folder, image, title, output))
+
+    def act() -> int:
+        say(
+            "it is `labrun record-program --find -o FOLDER` now; this name goes with the next release"
+        )
+        return find(folder, image, title, output)
+
+    told_plainly(act)
 
 
 def find(folder: Path, image: Path | None, title: str | None, output: Path | None) -> int:

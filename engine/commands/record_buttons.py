@@ -36,8 +36,12 @@ def record_buttons(
     image: Image = None, title: Title = None,
 ) -> None:  # fmt: skip
     """`labrun record-program --buttons`, by its earlier name."""
-    say("it is `labrun record-program --buttons` now; this name goes with the next release")
-    told_plainly(lambda: record(output, box, at, where, image, title))
+
+    def act() -> int:
+        say("it is `labrun record-program --buttons` now; this name goes with the next release")
+        return record(output, box, at, where, image, title)
+
+    told_plainly(act)
 
 
 def record(

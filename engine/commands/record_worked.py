@@ -63,8 +63,8 @@ def _action(
         return {"steps": []}
     while True:
         before = {folder: _names(folder) for folder in watch}
-        deeds = _watched(name)
-        steps = _steps(name, deeds, action, output, title)
+        deeds, later = _watched(name)
+        steps = _steps(name, deeds, later, action, output, title)
         if (
             steps
             or asked("No press in the program was seen. Enter: work it again, s: no steps") == "s"
@@ -83,18 +83,18 @@ def _action(
     return told
 
 
-def _watched(name: str) -> list[Any]:
-    """What the person did until Enter was pressed here."""
+def _watched(name: str) -> tuple[list[Any], Any]:
+    """What the person did until Enter was pressed here, and the last look at the screen."""
     from ...drivers.window_program.desktop import open_input, open_windows
     from ...drivers.window_program.watching import Watch
 
     with Watch(open_windows(), open_input()) as watch:
         asked(f"  recording {name}: work it now, wait until it is done, come back, Enter")
-        return list(watch.deeds)
+        return list(watch.deeds), watch.last()
 
 
 def _steps(
-    name: str, deeds: list[Any], action: Action, output: Path, title: str
+    name: str, deeds: list[Any], later: Any, action: Action, output: Path, title: str
 ) -> list[dict[str, str]]:
     """The steps; what was pressed is recorded as `NAME_1`, `NAME_2`..."""
     from ...drivers.window_program.deeds import NotCut, cut_out, hits
@@ -108,7 +108,7 @@ def _steps(
         button = f"{name}_{number}"
         picture = hit.press.before.picture
         try:
-            box, at = cut_out(hit)
+            box, at = cut_out(hit, later)
         except NotCut as fault:
             say(f"{fault}; record it by hand: labrun record-program --buttons -o {output}")
             continue

@@ -177,6 +177,7 @@ LACKING = {
     "locate": ("locate --image shot.csv --camera camera.yaml --pixel 1,1", "vision"),
     "find-buttons": ("find-buttons . --image shot.csv", "gui"),
     "calibrate": ("calibrate response shot.csv", "spectra"),
+    "record-program": ("record-program --find -o . --image shot.csv", "gui"),
     "record-buttons": ("record-buttons --image shot.csv -o buttons", "gui"),
 }
 """Command -> words that need its extra."""
@@ -232,7 +233,7 @@ def test_every_driver_is_there_or_says_the_line_that_adds_what_it_needs():
     assert {name: found and found[1] for name, found in extras.items()} == {
         "sim_depth_camera": "vision", "stereo_camera": "vision", "realsense": "realsense", "oak": "oak",
         "reducer": "spectra", "gp": "optimize",
-        "optuna": "optuna",
+        "optuna": "optuna", "zaber": "zaber",
         "sciaps_gui": "gui", "window_program": "gui",
     }  # fmt: skip
 
