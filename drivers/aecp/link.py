@@ -37,6 +37,7 @@ class AnalyserLink:
         self.trouble = "not connected yet"
         self.connections = 0
         self.up = asyncio.Event()
+        self._told = 0  # statuses of this connection
         self._told_at = float("-inf")
         self._asked_at = float("-inf")
         self._odd_status: Any = None
@@ -58,9 +59,9 @@ class AnalyserLink:
         except TimeoutError:
             raise OSError(self._who_is_there(timeout_s)) from None
 
-    async def _heard(self) -> None:
-        """Wait for a connection that holds, and its first status."""
-        while self._broken.is_set() or not self.up.is_set() or self.status is None:
+    async def _heard(self, times: int = 1) -> None:
+        """Wait for a connection that has told its status so many times."""
+        while self._broken.is_set() or not self.up.is_set() or self._told < times:
             if self._odd_status is not None:
                 raise OSError(self._who_is_there(0))
             await asyncio.sleep(0.05)
@@ -100,12 +101,15 @@ class AnalyserLink:
             self._http = None
 
     async def renew(self, timeout_s: float) -> None:
-        """Break the connection and wait for a new one; raises OSError."""
+        """Break the connection and wait for one that holds; raises OSError.
+
+        One that breaks again before its second status is followed by the next.
+        """
         self._odd_status = None
         self._broken.set()
         try:
             async with asyncio.timeout(timeout_s):
-                await self._heard()
+                await self._heard(2)
         except TimeoutError:
             raise OSError(self._who_is_there(timeout_s)) from None
 
@@ -163,7 +167,7 @@ class AnalyserLink:
             reconnection=False, handle_sigint=False, http_session=self._http, request_timeout=20
         )
         self._sio = sio
-        self.status, self._odd_status = None, None
+        self.status, self._told, self._odd_status = None, 0, None
         self._broken.clear()
 
         def of_this(note: Callable[..., None]) -> Callable[..., None]:
@@ -187,6 +191,7 @@ class AnalyserLink:
     def _note_status(self, status: Any = None, *_: Any) -> None:
         if status in STATUSES:
             self.status = status
+            self._told += 1
             self._told_at = asyncio.get_running_loop().time()
         else:
             self._odd_status = status

@@ -60,6 +60,7 @@ class AnalyserServer:
         channels=2000,
         clock_s=0.0,
         tell_s=0.5,
+        drops=(),
     ):
         self.port = port
         self.folder = Path(folder)
@@ -71,12 +72,23 @@ class AnalyserServer:
         self.timeout_s, self.channels = timeout_s, channels
         self.clock_s = clock_s  # its clock is ahead
         self.tell_s = tell_s
+        self.drops, self.joined, self.dropped = (
+            drops,
+            0,
+            [],
+        )  # connections that it ends after one status
         self.status = "IDLE"
         self.last_csv = ""
         self.sio = socketio.Server(cors_allowed_origins="*", async_mode="eventlet")
         self.app = socketio.WSGIApp(self.sio)
+        self.sio.on("connect", self.connect)
         for name in ("measure", "export", "analyze", "find_buttons", "change_export_path"):
             self.sio.on(name, getattr(self, name))
+
+    def connect(self, sid, environ):
+        self.joined += 1
+        if self.joined in self.drops:
+            self.dropped.append(sid)
 
     def plan(self, event):
         left = self.plans.get(event) or []
@@ -218,6 +230,9 @@ class AnalyserServer:
             self.sio.sleep(self.tell_s)
             self.sio.emit("status", self.status)
             self.sio.emit("export_path", str(self.exports))
+            while self.dropped:
+                self.sio.sleep(self.tell_s / 2)
+                self.sio.disconnect(self.dropped.pop())
 
     def run(self):
         listener = eventlet.listen(("127.0.0.1", self.port))

@@ -198,6 +198,16 @@ def test_reconnect_waits_for_the_new_connection_whatever_the_old_one_still_says(
     assert aecp.play(story) == ["shot-000001", "shot-000002"]
 
 
+def test_reconnect_goes_on_when_the_new_connection_breaks_at_once(aecp):
+    aecp.start(drops=[2])
+
+    async def story(driver):
+        await driver.reconnect(GoalContext("r"))
+        return await driver.measure(GoalContext("m"))
+
+    assert aecp.play(story) == {"shot_id": "shot-000001"}
+
+
 def test_after_a_restart_of_the_server_it_goes_on(aecp):
     aecp.start(plans={"measure": ["die"]})
 
