@@ -71,7 +71,7 @@ describe('the gantry', () => {
     await page.getByRole('form', { name: 'Position' }).getByRole('button', { name: 'Go to' }).click()
     await expect.poll(async () => (await status('gantry'))['x']).toBeCloseTo(aimed, 1)
     await page.getByText('History', { exact: true }).click()
-    await page.getByRole('region', { name: 'Numbers' }).getByRole('rowheader', { name: 'x mm' }).waitFor()
+    await page.getByRole('region', { name: 'Numbers' }).getByRole('rowheader', { name: 'x mm', exact: true }).waitFor()
     await page.getByRole('img', { name: / from .* to / }).waitFor()
 
     expect(await axe(page)).toEqual([])
