@@ -3,7 +3,7 @@
 import pytest
 
 from labrun.web.devices.history import Histories
-from labrun.web.models.devices import DeviceState
+from labrun.web.models.devices import DeviceState, Reach
 
 START_S = 1_800_000_000
 
@@ -16,7 +16,7 @@ class Bench:
         self.last = None
         self.histories = Histories(path, clock=lambda: self.now_s, **more)
 
-    def report(self, *, reach="online", word="heating", reason="", **status):
+    def report(self, *, reach: Reach = "online", word="heating", reason="", **status):
         self.now_s += 10
         self.last = str(self.now_s) if reach == "online" else self.last
         self.histories.note(DeviceState(
