@@ -20,6 +20,7 @@ from ..demo.trouble import Trouble
 from ..devices.acting import Acting
 from ..devices.arming import Arming
 from ..devices.devices import DeviceLinks
+from ..devices.history import Histories
 from ..devices.jogging import Jogging
 from ..devices.stopping import Stopping
 from ..library.library import Library
@@ -78,7 +79,7 @@ class AppState:
         self.options, self.lab = options, lab
         self._workers = workers = Workers()
         self.updates = updates = Updates()
-        touch_device = partial(updates.touch, "devices")
+        self.histories = Histories(state / "history.sqlite")
         timings = Timings(state / "timings.json")
 
         self.sessions = Sessions(state / "secret", options.token)
@@ -99,13 +100,13 @@ class AppState:
         self.reducing = Reducing(runs.place, runs.is_live, self._reduced)
 
         self.device_links = links = DeviceLinks(
-            served, state / "bench" / "servers", touch_device, runs.used_by,
+            served, state / "bench" / "servers", self._device_changed, runs.used_by,
             lambda device: self.arming.by(device),
         )  # fmt: skip
         of = links.device_link
         self.arming = Arming(of, runs.used_by, self._arming_changed)
         touch_goal, touch_jog = partial(updates.touch, "goals"), partial(updates.touch, "jogs")
-        self.acting = Acting(of, self.arming, state / "by-hand", touch_goal, touch_device)
+        self.acting = Acting(of, self.arming, state / "by-hand", touch_goal, self._device_changed)
         self.jogging = Jogging(of, self.acting, self.arming, touch_jog)
         self.stopping = Stopping(
             list(links.links.values()), self.jogging, self.arming, self.commands.abort_all,
@@ -155,6 +156,7 @@ class AppState:
         ):  # fmt: skip
             await part.close()
         self.keys.close()
+        self.histories.close()
 
     def _tell_the_shells(self) -> None:
         """Runs and calls of this user's shells, and of agents, find the lab's device servers here."""
@@ -184,6 +186,10 @@ class AppState:
         )
         notice = Notice(level="info" if good else "problem", text=f"{id}: {words}", run=id)
         self.updates.notice(notice)
+
+    def _device_changed(self, device: str) -> None:
+        self.updates.touch("devices", device)
+        self.histories.note(self.device_links.state(device))
 
     def _arming_changed(self, device: str) -> None:
         self.updates.touch("devices", device)

@@ -70,6 +70,12 @@ describe('the gantry', () => {
     const aimed = Number(await page.getByLabel('Go to X').inputValue())
     await page.getByRole('form', { name: 'Position' }).getByRole('button', { name: 'Go to' }).click()
     await expect.poll(async () => (await status('gantry'))['x']).toBeCloseTo(aimed, 1)
+    await page.getByText('History', { exact: true }).click()
+    await page.getByRole('region', { name: 'Numbers' }).getByRole('rowheader', { name: 'x mm', exact: true }).waitFor()
+    await page.getByRole('img', { name: / from .* to / }).waitFor()
+
+    expect(await axe(page)).toEqual([])
+
     await picture(page, 'gantry')
     await expect.poll(() => page.getByRole('status', { name: 'X position' }).innerText()).toBe(aimed.toFixed(2))
     await page.getByRole('button', { name: 'Set 0 for X' }).click()

@@ -77,6 +77,44 @@ class DeviceDetail(DeviceState):
     keep_out: list[KeepOut] = Field(description="Boxes on the bench that it does not enter, in mm.")
 
 
+class HistoryValue(ApiModel):
+    """A number of a status over the time asked for, in the unit of the contract's status."""
+
+    name: str
+    first: float
+    last: float
+    low: float
+    high: float
+
+
+class Trouble(ApiModel):
+    """When a device was lost, had a fault, or was well again; seconds since 1970."""
+
+    at_s: float
+    text: str
+
+
+class Series(ApiModel):
+    """Lowest and highest value of each part of the time that has any; seconds since 1970."""
+
+    name: str
+    part_s: float
+    at_s: list[float]
+    low: list[float]
+    high: list[float]
+
+
+class DeviceHistory(ApiModel):
+    """What a device has reported since a time, by the minute; the newest trouble first."""
+
+    values: list[HistoryValue]
+    words: dict[str, float] = Field(description="State -> its share of the status reports.")
+    troubles: list[Trouble]
+    series: Series | None
+    bytes: int = Field(description="What the histories of all devices take.")
+    largest_bytes: int = Field(description="Beyond this the oldest is dropped.")
+
+
 class CallAction(ApiModel):
     """Parameters as values or texts with units; `armed` for a hazard, from `arm`."""
 

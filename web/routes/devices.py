@@ -1,8 +1,9 @@
 """Manual operation of devices: status, actions, arming, jogging; and STOP ALL."""
 
+from typing import Annotated
 from urllib.parse import unquote
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse
 
 from ..access.headers import CommandKey, InTime, Key, Name, Operator, PerhapsInTime
@@ -30,6 +31,15 @@ async def scan_devices(app_state: TheSite) -> list[models.DeviceState]:
 async def get_device(device: str, app_state: TheSite) -> models.DeviceDetail:
     """A device with its contract."""
     return app_state.device_links.detail(device)
+
+
+@router.get("/devices/{device}/history")
+async def get_device_history(
+    device: str, app_state: TheSite, since_s: Annotated[float, Query(ge=0, le=1e11)] = 0.0,
+    name: Annotated[str | None, Query(max_length=200)] = None,
+) -> models.DeviceHistory:  # fmt: skip
+    """What a device has reported since a time (seconds since 1970); with the course of one number."""
+    return app_state.histories.told(app_state.device_links.device_link(device).name, since_s, name)
 
 
 @commands.post("/devices/{device}/actions/{action}", status_code=202)

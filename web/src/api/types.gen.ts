@@ -267,6 +267,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/devices/{device}/history": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Device History
+         * @description What a device has reported since a time (seconds since 1970); with the course of one number.
+         */
+        get: operations["get_device_history"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/devices/{device}/jog/start": {
         parameters: {
             query?: never;
@@ -2226,6 +2246,34 @@ export interface components {
             word: string;
         };
         /**
+         * DeviceHistory
+         * @description What a device has reported since a time, by the minute; the newest trouble first.
+         */
+        DeviceHistory: {
+            /**
+             * Bytes
+             * @description What the histories of all devices take.
+             */
+            bytes: number;
+            /**
+             * Largest Bytes
+             * @description Beyond this the oldest is dropped.
+             */
+            largest_bytes: number;
+            series: components["schemas"]["Series"] | null;
+            /** Troubles */
+            troubles: components["schemas"]["Trouble"][];
+            /** Values */
+            values: components["schemas"]["HistoryValue"][];
+            /**
+             * Words
+             * @description State -> its share of the status reports.
+             */
+            words: {
+                [key: string]: number;
+            };
+        };
+        /**
          * DeviceState
          * @description A device's state.
          */
@@ -2564,6 +2612,22 @@ export interface components {
             device: string;
             /** Pointer */
             pointer: string;
+        };
+        /**
+         * HistoryValue
+         * @description A number of a status over the time asked for, in the unit of the contract's status.
+         */
+        HistoryValue: {
+            /** First */
+            first: number;
+            /** High */
+            high: number;
+            /** Last */
+            last: number;
+            /** Low */
+            low: number;
+            /** Name */
+            name: string;
         };
         /**
          * HoleAt
@@ -4133,6 +4197,22 @@ export interface components {
             loop?: string | null;
         };
         /**
+         * Series
+         * @description Lowest and highest value of each part of the time that has any; seconds since 1970.
+         */
+        Series: {
+            /** At S */
+            at_s: number[];
+            /** High */
+            high: number[];
+            /** Low */
+            low: number[];
+            /** Name */
+            name: string;
+            /** Part S */
+            part_s: number;
+        };
+        /**
          * Session
          * @description `server_time_ms`: the clock by which `X-Deadline` counts; compare it with your own clock.
          */
@@ -4465,6 +4545,16 @@ export interface components {
             x_mm: number[];
             /** Y Mm */
             y_mm: number[];
+        };
+        /**
+         * Trouble
+         * @description When a device was lost, had a fault, or was well again; seconds since 1970.
+         */
+        Trouble: {
+            /** At S */
+            at_s: number;
+            /** Text */
+            text: string;
         };
         /** ValidationError */
         ValidationError: {
@@ -4995,6 +5085,40 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["DeviceState"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    get_device_history: {
+        parameters: {
+            query?: {
+                since_s?: number;
+                name?: string | null;
+            };
+            header?: never;
+            path: {
+                device: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DeviceHistory"];
                 };
             };
             /** @description Nothing was done; the fault states why. */
