@@ -96,6 +96,7 @@ NEEDS = {
     ),
     "mcp": Need(lambda: find_spec("mcp") is not None, "pip install 'labrun[mcp]'"),
     "optuna": Need(lambda: find_spec("optuna") is not None, "pip install 'labrun[optuna]'"),
+    "gpcam": Need(lambda: find_spec("gpcam") is not None, "pip install 'labrun[gpcam]'"),
     "asyncua": Need(lambda: find_spec("asyncua") is not None, "pip install 'labrun[opcua]'"),
 }
 LIBRARIES = {
@@ -108,6 +109,7 @@ LIBRARIES = {
     "asyncua",
     "mcp",
     "optuna",
+    "gpcam",
 }
 """Of instruments: each is tested in an environment of its own, so that labrun's stays small."""
 BY_FIXTURE = {"screen": "screen", "node_modules": "node"}

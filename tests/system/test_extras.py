@@ -115,6 +115,7 @@ IN_ENVIRONMENTS_OF_THEIR_OWN = {
     "opcua",
     "mcp",
     "optuna",
+    "gpcam",
 }
 
 
@@ -230,7 +231,7 @@ def test_every_driver_is_there_or_says_the_line_that_adds_what_it_needs():
 
     assert {name: found and found[1] for name, found in extras.items()} == {
         "sim_depth_camera": "vision", "stereo_camera": "vision", "reducer": "spectra", "gp": "optimize",
-        "optuna": "optuna",
+        "optuna": "optuna", "gpcam": "gpcam", "apprise": "notify",
         "sciaps_gui": "gui", "window_program": "gui",
     }  # fmt: skip
 
