@@ -49,6 +49,7 @@ SHIPPED = {
     "reducer": "labrun.drivers.reducer:Reducer",
     "gp": "labrun.drivers.optimizer.gp:Gp",
     "optuna": "labrun.drivers.optimizer.by_optuna:Optuna",
+    "gpcam": "labrun.drivers.optimizer.by_gpcam:Gpcam",
     "apprise": "labrun.drivers.messenger.messenger:Messenger",
     "balance": "labrun.drivers.balance.driver:Balance",
     "grbl": "labrun.drivers.grbl.gantry:Grbl",

@@ -19,6 +19,7 @@ EXTRAS = {
     "notebook": ("pandas", "tqdm", "xarray"),
     "optimize": ("sklearn", "scipy", "threadpoolctl"),
     "optuna": ("optuna",),
+    "gpcam": ("gpcam",),
     "notify": ("apprise",),
     "visa": ("pyvisa",),
     "modbus": ("pymodbus",),

@@ -97,6 +97,7 @@ NEEDS = {
     "mcp": Need(lambda: find_spec("mcp") is not None, "pip install 'labrun[mcp]'"),
     "optuna": Need(lambda: find_spec("optuna") is not None, "pip install 'labrun[optuna]'"),
     "zaber": Need(lambda: find_spec("zaber_motion") is not None, "pip install 'labrun[zaber]'"),
+    "gpcam": Need(lambda: find_spec("gpcam") is not None, "pip install 'labrun[gpcam]'"),
     "asyncua": Need(lambda: find_spec("asyncua") is not None, "pip install 'labrun[opcua]'"),
 }
 LIBRARIES = {
@@ -110,6 +111,7 @@ LIBRARIES = {
     "mcp",
     "optuna",
     "zaber",
+    "gpcam",
 }
 """Of instruments: each is tested in an environment of its own, so that labrun's stays small."""
 BY_FIXTURE = {"screen": "screen", "node_modules": "node"}

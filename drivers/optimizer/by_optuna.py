@@ -31,7 +31,7 @@ class Optuna(Optimizer):
         known = optuna.create_study(directions=directions, sampler=sampler)
         ranges = {v.name: _range(v) for v in problem.variables}
         for at, values in zip(study.at, study.values, strict=True):
-            if all(ranges[name]._contains(ranges[name].to_internal_repr(at[name])) for name in at):
+            if all(variable.takes(at[variable.name]) for variable in problem.variables):
                 results = [values[name] for name in problem.goals]
                 known.add_trial(create_trial(params=at, distributions=ranges, values=results))
         taken = [*study.at, *study.waiting, *study.void]

@@ -46,6 +46,12 @@ class Variable:
         n = min(round((value - self.minimum) / self.step), count)
         return round(self.minimum + n * self.step, 10)
 
+    def takes(self, value: Any) -> bool:
+        """Whether it can be this, but for rounding."""
+        if self.choices:
+            return value in self.choices
+        return abs(self.stepped(value) - value) <= 1e-9 * max(1.0, abs(value))
+
     def drawn(self, part: float) -> Any:
         """Its value for a number from 0 to 1."""
         if self.choices:

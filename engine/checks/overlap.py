@@ -83,12 +83,51 @@ Fails:
         at_once: 2
         steps: [{do: gantry.move_to, with: {x: "${{ x }}"}}, {do: libs.measure, timeout: 60 s}]
     finally: [{do: libs.disarm, on_error: continue}]
+
+W427. While a loop without an end of its own keeps devices reserved, what runs beside it waits for them, for
+ever if the loop's condition stays true.
+
+Passes:
+
+    devices: {furnace: furnace@1}
+    steps:
+      - foreach: {vial: [A, B]}
+        at_once: 2
+        steps:
+          - while: ${{ status.furnace.temperature > 40 degC }}
+            steps: [{wait: 1 min}]
+          - {reserve: [furnace], steps: [{do: furnace.off}]}
+
+Fails:
+
+    devices: {furnace: furnace@1}
+    steps:
+      - foreach: {vial: [A, B]}
+        at_once: 2
+        steps:
+          - reserve: [furnace]
+            steps:
+              - while: ${{ status.furnace.temperature > 40 degC }}
+                steps: [{wait: 1 min}]
+              - {do: furnace.off}
 """
 
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
-from ...schemas.protocol import Ask, Confirm, Do, Foreach, Group, Set, StepBase, Use
+from ...schemas.protocol import (
+    AnyOf,
+    Ask,
+    Confirm,
+    Do,
+    Foreach,
+    Group,
+    Parallel,
+    Set,
+    StepBase,
+    Use,
+    While,
+)
 from ..language.shape import Place
 from ..survey.spots import StepAt
 from .constant import fixed_count
@@ -100,6 +139,7 @@ CODES = {
     "E413": "a name from outside that is set by what runs beside others",
     "W424": "a question while devices are reserved",
     "W425": "a device that others use in between",
+    "W427": "devices for which others could wait for ever",
 }
 
 
@@ -114,6 +154,7 @@ def check(context: Context) -> Iterator[Problem]:
     for step, at in context.steps(Group):
         if step.reserve is not None:
             yield from _reservation(context, step, at, reserved)
+            yield from _kept_for_ever(context, step, at)
         if step.mode is not None:
             yield from _names(context, step, at)
     for step, at in context.steps(Foreach):
@@ -148,6 +189,37 @@ def _reservation(
             message = f"{device} is used here, and not reserved by the group around it"
             hint = f"reserve: [{', '.join([*(step.reserve or []), device])}]"
             yield context.source.problem((*place, key), "E412", message, hint)
+
+
+def _kept_for_ever(context: Context, step: Group, at: StepAt) -> Iterator[Problem]:
+    """Loops without an end of their own in a reservation that others could wait for."""
+    if not _runs_beside_others(context, at.place):
+        return
+    for inner, place in within(step, at.place):
+        if isinstance(inner, While) and inner.max is None:
+            names = ", ".join(step.reserve or [])
+            message = f"what runs beside this waits for {names} as long as this loop goes on"
+            hint = "give the loop a `max`, or wait before the devices are reserved"
+            yield context.source.problem(
+                (*place, "while"), "W427", message, hint, severity="warning"
+            )  # fmt: skip
+
+
+def _runs_beside_others(context: Context, place: Place) -> bool:
+    """Whether it is in a set, in iterations at once, in the background, or beside something there."""
+    for step, other in context.steps(StepBase):
+        if isinstance(step, Group) and step.mode is not None:
+            return True
+        if place[: len(other.place)] == other.place and (
+            isinstance(step, Parallel | AnyOf)
+            or (
+                isinstance(step, Foreach)
+                and step.at_once is not None
+                and fixed_count(step.at_once) != 1
+            )
+        ):
+            return True
+    return False
 
 
 def _used(context: Context, step: StepBase, place: Place) -> set[str]:
