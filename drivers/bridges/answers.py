@@ -22,7 +22,7 @@ BEYOND = (
     "underflow", "underrange", "under",
 )  # fmt: skip
 WORDS: dict[str, float] = dict.fromkeys(BEYOND, math.inf)
-DASHES = re.compile(r"[-*?]{2,}")
+DASHES = re.compile(r"[-*?]{2,}|n/?a$", re.I)
 """What a display shows that has no reading."""
 UNITS = {
     "vdc": "V", "vac": "V", "adc": "A", "aac": "A", "ohms": "ohm", "ohm4w": "ohm", "ohms4w": "ohm",
@@ -139,7 +139,7 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
         items = {**schema.get("items", {"type": "number"}), **own}
         return [value(part, items) for part in SEPARATOR.split(plain) if part]
     if "words" in schema:
-        for word, written in schema["words"].items():
+        for word, written in words_of(schema).items():
             if plain.strip("\"'").lower() == str(written).strip().lower():
                 return word
         raise BadAnswer(f"{plain!r} is none of {', '.join(map(str, schema['words'].values()))}")
@@ -200,6 +200,16 @@ def _scaled(number: float, schema: Mapping[str, Any], *, whole: bool) -> float |
     if (scale, offset) != (1, 0):
         number = float(f"{number * scale + offset:.12g}")
     return int(number) if whole else float(number)
+
+
+def words_of(schema: Mapping[str, Any]) -> dict[Any, Any]:
+    """Value -> what the instrument writes; YAML's keys are texts, whatever they stand for."""
+    kind = schema.get("type") or ("number" if "unit" in schema else "string")
+    if kind in ("number", "integer"):
+        read: Any = float if kind == "number" else int
+        return {read(key): written for key, written in schema["words"].items()}
+    known = {"true": True, "false": False}
+    return {known.get(str(key).lower(), key): one for key, one in schema["words"].items()}
 
 
 def none_for(name: str, words: str, schema: Mapping[str, Any]) -> None:

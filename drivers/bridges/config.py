@@ -4,6 +4,7 @@ Every bridge has the same keys for what an action is; how it is done (`query`, `
 are the bridge's own. A contract may also stand apart: then `params` and `returns` may be left out.
 """
 
+import contextlib
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
@@ -151,7 +152,10 @@ class BridgeConfig(Model):
         if "bit" in own:
             plain = {"type": "boolean", **plain}
         elif isinstance(own.get("words"), dict) and "type" not in plain:
-            plain = {"enum": list(own["words"]), **plain}
+            from .answers import words_of
+
+            with contextlib.suppress(ValueError):  # a word that is no number is told as a fault
+                plain = {"enum": list(words_of(schema)), **plain}
         return typed(plain)
 
     def written(

@@ -13,7 +13,7 @@ from ...schemas.contract import Action, Happened
 from ...schemas.messages import FileContent
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext, Place
-from .answers import OWN, BadAnswer, values
+from .answers import OWN, BadAnswer, values, words_of
 from .bridge import Bridge, Values, doubtful
 from .config import ActionConfig, BridgeConfig, ConfigFault, pattern
 from .lines import LineConfig, Lines, NoAnswer
@@ -26,6 +26,8 @@ NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
 
 
 KINDS = re.compile(r"(?P<size>[1-9]\d*)?(?P<kind>[<>]?[iuf][1248])")
+ESCAPED = re.compile(r"\\x[0-9a-fA-F]{2}|\\r(?:\\n)?$|\\n$")
+"""A sign that was meant to be one, but YAML reads backslashes between double quotes only."""
 MOST_TOLD = 3
 """Lines that were no answer, of those that are named."""
 
@@ -64,6 +66,13 @@ class LineBridgeConfig(LineConfig, BridgeConfig):
     def faults(self, contract: Any, *, apart: bool) -> Iterator[ConfigFault]:
         yield from super().faults(contract, apart=apart)
         for name, said in self.said().items():
+            for key, text in said.used():
+                if found := ESCAPED.search(text):
+                    message = (
+                        f"{found[0]} is sent as it stands here; in double quotes it is the one sign: "
+                        f'"{found[0]}"'
+                    )
+                    yield ConfigFault(("actions", name, key), message)
             for part in ("params", "returns"):
                 for one, schema in getattr(said, part).items():
                     for key, message in _own_faults(schema):
@@ -209,3 +218,8 @@ def _own_faults(schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield "bit", "it is the number of a bit, from 0 for the lowest"
     if "words" in schema and not (isinstance(schema["words"], dict) and schema["words"]):
         yield "words", 'say what the instrument writes for each value: {idle: "0", running: "1"}'
+    elif "words" in schema:
+        try:
+            words_of(schema)
+        except ValueError as fault:
+            yield "words", f"the values of a number are numbers: {fault}"

@@ -19,12 +19,21 @@ from .resource import read_resource
 MOST_LINES = 1_000_000
 
 
+ENDS = {"CR": "\r", "LF": "\n", "CRLF": "\r\n", "\\r": "\r", "\\n": "\n", "\\r\\n": "\r\n"}
+"""By name, and as YAML reads them without double quotes."""
+
+
 class Terminator(Model):
     """What ends a line: one that is sent, one that is read; or how long nothing comes after it."""
 
     write: str = "\n"
     read: str | None = Field(default=None, min_length=1)
     silence: Time | None = None
+
+    @field_validator("write", "read")
+    @classmethod
+    def _is_an_end(cls, value: str | None) -> str | None:
+        return ENDS.get(value or "", value)
 
     @field_validator("silence")
     @classmethod
@@ -271,7 +280,7 @@ class Lines:
         found = self._ending().search(buffer)
         if found is None or self._silence_s is not None:
             return None
-        line = self._decoded(buffer[: found.start()])
+        line = self._decoded(buffer[: found.start()]).strip("\0")
         del buffer[: found.end()]
         return line
 

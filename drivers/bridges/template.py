@@ -5,6 +5,7 @@ from string import Formatter
 from typing import Any
 
 from ..driver import ActionFailed
+from .answers import words_of
 
 GOAL = "goal"
 """The placeholder of the goal's id, for an instrument that can keep a text beside what it did."""
@@ -73,7 +74,7 @@ def _of_kind(value: Any, schema: Mapping[str, Any]) -> Any:
 def written(value: Any, schema: Mapping[str, Any], spec: str) -> Any:
     """As the instrument writes it: its own word, or its own number, (value - offset) / scale."""
     if "words" in schema:
-        return schema["words"].get(value, value)
+        return words_of(schema).get(value, value)
     if not {"scale", "offset"} & set(schema) or isinstance(value, (bool, str)) or value is None:
         return value
     if isinstance(value, (list, tuple)):

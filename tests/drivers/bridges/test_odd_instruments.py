@@ -3,6 +3,8 @@
 import pytest
 from ruamel.yaml import YAML
 
+from labrun.drivers.bridges.answers import values
+from labrun.drivers.bridges.template import fill
 from labrun.drivers.bridges.text import TextConfig
 from labrun.drivers.driver import ActionFailed, GoalContext
 
@@ -140,6 +142,35 @@ def test_what_it_reads_sets_and_refuses(peer, ask, kind, said, told, done):
 
     assert ask("text", {"resource": there.where, **said_in(said)}, story) == told
     assert [one for one in there.done() if one["done"] != "on"] == done
+
+
+def test_code_words_stand_for_words_booleans_and_numbers():
+    shutter = {"words": {"true": "OPEN", "false": "SHUT"}}
+    level = {"unit": "V", "words": {"0.1": "R1", "10": "R2"}}
+    said = {
+        "set": {"send": "S{open},{level}", "params": {"open": shutter, "level": level}},
+        "get": {"send": "?", "returns": {"open": shutter, "level": level}},
+    }
+    config = TextConfig(resource="a:1", terminator="CRLF", actions=said)
+    contract = config.contract("shutter@1")
+
+    assert contract.actions["set"].param_schemas() == {
+        "open": {"type": "boolean", "enum": [True, False]},
+        "level": {"type": "number", "enum": [0.1, 10.0], "unit": "V"},
+    }
+    assert (
+        fill("S{open},{level}", {"open": False, "level": 10}, said["set"]["params"], "")
+        == "SSHUT,R2"
+    )
+    assert values("open,r1", said["get"]["returns"], None) == {"open": True, "level": 0.1}
+    assert config.terminators.write == "\r\n"
+
+
+def test_a_sign_that_yaml_has_not_read_is_told():
+    config = TextConfig(resource="a:1", actions={"x": {"send": r"\x05"}, "y": {"send": r"GO\r"}})
+    told = [fault.message for fault in config.faults(config.contract("x@1"), apart=False)]
+
+    assert len(told) == 2 and "in double quotes it is the one sign" in told[0]
 
 
 def test_the_contract_has_no_word_of_how_a_value_is_written():
