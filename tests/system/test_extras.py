@@ -116,6 +116,7 @@ IN_ENVIRONMENTS_OF_THEIR_OWN = {
     "mcp",
     "optuna",
     "oak",
+    "zaber",
     "gpcam",
 }
 

@@ -128,7 +128,7 @@ class Histories:
             for table in ("numbers", "words", "troubles"):
                 self._base.execute(f"DELETE FROM {table} WHERE at < ?", (until,))
 
-    def told(self, device: str, since_s: float, name: str | None = None) -> DeviceHistory:
+    def read(self, device: str, since_s: float, name: str | None = None) -> DeviceHistory:
         """All of a device since a time; with the course of one of its numbers, thinned."""
         if device in self._minutes:
             self._write(device)

@@ -39,7 +39,7 @@ async def get_device_history(
     name: Annotated[str | None, Query(max_length=200)] = None,
 ) -> models.DeviceHistory:  # fmt: skip
     """What a device has reported since a time (seconds since 1970); with the course of one number."""
-    return app_state.histories.told(app_state.device_links.device_link(device).name, since_s, name)
+    return app_state.histories.read(app_state.device_links.device_link(device).name, since_s, name)
 
 
 @commands.post("/devices/{device}/actions/{action}", status_code=202)

@@ -36,8 +36,8 @@ def test_a_number_has_its_first_last_lowest_and_highest_and_a_course(bench):
     for i in range(60):
         word = "up" if i < 45 else "down"
         bench.report(temperature=20.0 + (i if i < 50 else -i), shots=i, door=True, word=word)
-        bench.histories.told("furnace", START_S)  # looking changes nothing
-    told = bench.histories.told("furnace", START_S, "temperature")
+        bench.histories.read("furnace", START_S)  # looking changes nothing
+    told = bench.histories.read("furnace", START_S, "temperature")
     values = {one.name: one for one in told.values}
 
     assert set(values) == {"temperature", "shots"}
@@ -46,7 +46,7 @@ def test_a_number_has_its_first_last_lowest_and_highest_and_a_course(bench):
     assert told.words == {"up": 0.75, "down": 0.25}
     assert told.series is not None and told.series.part_s == 60
     assert len(told.series.at_s) == 11 and max(told.series.high) == 69
-    assert bench.histories.told("furnace", bench.now_s + 60).values == []
+    assert bench.histories.read("furnace", bench.now_s + 60).values == []
 
 
 def test_trouble_is_told_once_and_so_is_its_end(bench):
@@ -56,7 +56,7 @@ def test_trouble_is_told_once_and_so_is_its_end(bench):
         bench.report(reach="lost", reason="the connection broke")
     bench.report(temperature=20.0, fault="too hot")
     bench.report(temperature=20.0)
-    told = bench.histories.told("furnace", START_S)
+    told = bench.histories.read("furnace", START_S)
 
     assert [one.text for one in told.troubles] == [
         "well again", "too hot", "lost: the connection broke",
@@ -80,7 +80,7 @@ def test_it_stays_within_its_limit_and_is_there_after_a_restart(tmp_path):
         bench.report(temperature=float(i), pressure=1.0)
     bench.histories.close()
     again = Histories(path, largest_bytes=limit)
-    told = again.told("furnace", START_S, "temperature")
+    told = again.read("furnace", START_S, "temperature")
     again.close()
 
     assert told.bytes <= limit < 10 * told.bytes
