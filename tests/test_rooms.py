@@ -20,6 +20,7 @@ DOORS = {
         "extras",
         "files",
         "keyboard",
+        "output",
         "pace",
         "page",
         "process",

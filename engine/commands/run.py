@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ...system.output import unhurried_stdout
 from ...system.page import why_no_page
 from ..check import Checked
 from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
@@ -128,7 +129,8 @@ def run_to_end(session) -> int:
     from ..journal.journal import JournalFault
 
     try:
-        ending = asyncio.run(session)
+        with unhurried_stdout():
+            ending = asyncio.run(session)
     except (JournalFault, NotReached, OSError) as fault:
         say(in_words(fault))
         return NOT_REACHED if isinstance(fault, NotReached) else FAILED
