@@ -11,7 +11,7 @@ from .options import by_command, say
 
 def tell_run(runs: Path, name: str, **request: Any) -> None:
     """Ask the run's control endpoint; the exit status shows whether it complied."""
-    from ..control.server import NotLive, ask_run
+    from ..control.server import NotLive, Silent, ask_run
     from ..run.folder import FolderFault, find_run
 
     try:
@@ -21,7 +21,7 @@ def tell_run(runs: Path, name: str, **request: Any) -> None:
         say(str(fault))
         raise typer.Exit(PROBLEMS) from None
     except NotLive as fault:
-        say(f"{fault}; `labrun resume` continues it")
+        say(str(fault) if isinstance(fault, Silent) else f"{fault}; `labrun resume` continues it")
         raise typer.Exit(FAILED) from None
     if not ok:
         say(text)

@@ -17,10 +17,13 @@ from typing import Any, cast
 from ...schemas.event import Event
 from ...system.files import remove, write_whole
 from ...system.tasks import end, spawn
+from ..run.folder import is_live
 from ..run.questions import Questions, WrongAnswer
 from .control import Control, Verb
 
 FILE = "control.json"
+ANSWER_S = 30.0
+"""How long another shell waits for the answer of an engine that is there."""
 MAX_LINE = 64 * 1024
 IDLE_S = 30.0
 
@@ -136,8 +139,22 @@ class NotLive(Exception):
     """The run has no engine to ask."""
 
 
+class Silent(NotLive):
+    """Its engine is there, and has not answered in time: what it was asked may still be done."""
+
+
+def unanswered(folder: Path, asked: object, timeout_s: float) -> NotLive:
+    """What to say of a run that did not answer in time: its engine holds its folder, or has gone."""
+    if not is_live(folder):
+        return NotLive(f"{folder.name} is not running: no engine answers for it")
+    return Silent(
+        f"{folder.name} did not answer within {timeout_s:g} s; its engine is there, and may still "
+        f"{asked}: ask again"
+    )
+
+
 def ask_run(
-    folder: Path, request: dict[str, Any], timeout_s: float | None = 10.0
+    folder: Path, request: dict[str, Any], timeout_s: float | None = ANSWER_S
 ) -> tuple[bool, str]:
     """Send a request to a live run from another process; raises NotLive with a sentence."""
     import socket
@@ -148,6 +165,8 @@ def ask_run(
             line.sendall((json.dumps({**request, "token": where["token"]}) + "\n").encode())
             with line.makefile("r", encoding="utf-8") as answers:
                 answer = json.loads(answers.readline())
+    except TimeoutError as fault:
+        raise unanswered(folder, request.get("verb"), timeout_s or 0.0) from fault
     except (OSError, ValueError, KeyError) as fault:
         raise NotLive(f"{folder.name} is not running: no engine answers for it") from fault
     return bool(answer["ok"]), str(answer["text"])

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ...engine.control.server import FILE, NotLive
+from ...engine.control.server import FILE, NotLive, unanswered
 
 LONGEST_LINE = 1 << 20
 CONNECT_S = 2.0
@@ -23,7 +23,9 @@ async def ask_engine(folder: Path, timeout_s: float, **request: Any) -> tuple[bo
             finally:
                 await _hang_up(writer)
         return bool(answer["ok"]), str(answer["text"])
-    except (OSError, ValueError, KeyError, TimeoutError) as fault:
+    except TimeoutError as fault:
+        raise unanswered(folder, request.get("verb"), timeout_s) from fault
+    except (OSError, ValueError, KeyError) as fault:
         raise NotLive(f"{folder.name} is not running: no engine answers") from fault
 
 

@@ -5,7 +5,7 @@ import logging
 from collections.abc import Awaitable
 from typing import Any, Literal
 
-from ...engine.control.server import NotLive
+from ...engine.control.server import NotLive, Silent
 from ...system.tasks import end, spawn
 from ..access.headers import Deadline
 from ..library.library import Library
@@ -127,6 +127,8 @@ class RunCommands:
     async def _answer(self, asking: Awaitable[tuple[bool, str]]) -> Answer:
         try:
             ok, text = await asking
+        except Silent as fault:
+            raise Refusal(504, "NO_ANSWER", str(fault), "ask again") from fault
         except NotLive as fault:
             raise Refusal(409, "NOT_LIVE", str(fault), "resume it") from fault
         if not ok:

@@ -9,7 +9,9 @@ import time
 
 import pytest
 
+from labrun.engine.control.server import NotLive, Silent, ask_run
 from labrun.engine.journal.journal import read_records
+from labrun.engine.run.folder import FolderLock
 
 COMMAND = [sys.executable, "-m", "labrun.engine"]
 HEADER = "labrun: 1\nname: live\ndevices: {a: scripted@1, b: scripted@1}\n"
@@ -246,6 +248,33 @@ steps:
 
     assert live.end() == 0
     assert [c["name"] for c in live.calls if c["word"] != "done"] == ["x", "x", "instead"]
+
+
+def test_an_engine_that_is_there_and_silent_is_not_told_as_gone(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        where = {"host": "127.0.0.1", "port": mute.getsockname()[1], "token": "t"}
+        (tmp_path / "control.json").write_text(json.dumps(where))
+        with pytest.raises(NotLive, match="is not running: no engine answers for it"):
+            ask_run(tmp_path, {"verb": "abort"}, timeout_s=0.05)
+        lock = FolderLock(tmp_path)
+        lock.take()
+        with pytest.raises(
+            Silent, match=r"within 0\.05 s; its engine is there, and may still abort"
+        ):
+            ask_run(tmp_path, {"verb": "abort"}, timeout_s=0.05)
+        lock.release()
+
+
+@pytest.mark.slow
+def test_a_run_whose_output_nobody_reads_goes_on_and_is_aborted(tmp_path, bench):
+    live = Live(tmp_path, bench, LONG.replace("0.02", "0"))
+    live.wait_for("goal", "succeeded")
+    (journal,) = (tmp_path / "runs").glob("*/journal.jsonl")
+    while len(journal.read_bytes()) < 1_000_000:  # its events are as long, and a pipe holds 64 kB
+        time.sleep(0.05)
+
+    assert live.tell("abort").returncode == 0
+    assert live.end() == 1
 
 
 @pytest.mark.slow
