@@ -80,7 +80,7 @@ class Bench:
         return [entry for line in lines if (entry := json.loads(line))["what"] == what]
 
     def wait_for(self, device, what, count):
-        until = time.monotonic() + 300
+        until = time.monotonic() + 550
         while time.monotonic() < until:
             if any(self.folder.glob("runs/*")) and len(self.truth(device, what)) >= count:
                 return

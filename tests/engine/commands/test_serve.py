@@ -83,14 +83,23 @@ def test_a_server_that_dies_is_said_and_started_again_at_its_address(tmp_path):
 
 
 DIES = """
-import asyncio, os
+import asyncio, json, os
 from labrun.drivers.simulated.balance import SimBalance
 
 class Dies(SimBalance):
     async def open(self):
         await super().open()
-        asyncio.get_running_loop().call_later(0.2, os._exit, 3)
+        self.dying = asyncio.create_task(self.die())
+
+    async def die(self):
+        folder = self.place.folder
+        files = [f / "server.json" for f in (folder, *folder.parents)]
+        while os.getpid() not in [json.loads(f.read_text())["pid"] for f in files if f.exists()]:
+            await asyncio.sleep(0.05)
+        await asyncio.sleep(0.3)
+        os._exit(3)
 """
+"""Dies soon after it has said that it serves, whenever that is."""
 
 
 @pytest.mark.slow
