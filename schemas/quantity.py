@@ -56,14 +56,20 @@ class UnitError(ValueError):
 @cache
 def registry() -> "UnitRegistry":
     """The one unit registry of the process."""
+    import logging  # pint does; what needs no pint needs none
+
     UnitRegistry = _pint().UnitRegistry  # noqa: N806
 
     try:
         made = UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
     except Exception:  # no folder to keep it in, or one left incomplete by another process
         made = UnitRegistry(cache_folder=None, autoconvert_offset_to_baseunit=True)
+    told = logging.getLogger("pint.util")
+    level = told.level
+    told.setLevel(logging.ERROR)  # it warns of a unit that is defined again
     for definition in GAS_FLOWS:
         made.define(definition)
+    told.setLevel(level)
     return made
 
 

@@ -39,10 +39,10 @@ def read_by_libyaml(text: str) -> tuple[Node | None, list[YamlFault], bool]:
     except YamlFault as fault:
         # Too large or too deep is the same in both parsers; reading it again would waste time.
         if fault.code != "E108":
-            raise Unlike from None
+            raise Unlike from fault
         return None, [*composer.faults, fault], False
-    except (yaml.YAMLError, UnicodeError):
-        raise Unlike from None
+    except (yaml.YAMLError, UnicodeError) as fault:
+        raise Unlike from fault
     return composer.root, composer.faults, True
 
 

@@ -51,3 +51,10 @@ def test_a_duration_in_any_unit_of_time_is_in_seconds():
     assert [seconds(text) for text in ("250 ms", "2 min", "1.5 h", "1 day", 3)] == [
         0.25, 120.0, 5400.0, 86400.0, 3.0,
     ]  # fmt: skip
+
+
+def test_no_unit_is_told_as_defined_again(caplog):
+    made = registry.__wrapped__()
+
+    assert made.Quantity(1, "slm").check("[length]**3 / [time]")
+    assert caplog.records == []
