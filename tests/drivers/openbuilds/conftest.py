@@ -6,6 +6,7 @@ import pytest
 
 from labrun.drivers.driver import GoalContext, Place
 from labrun.drivers.openbuilds import control as source
+from labrun.drivers.openbuilds import stopping
 from labrun.drivers.openbuilds.gantry import OpenBuilds
 
 from ..grbl.controllers import peer, peers
@@ -18,6 +19,10 @@ __all__ = ["peer", "peers"]
 def soon(monkeypatch):
     """This CONTROL is never later than its 0.2 s and 0.1 s; the real one was by up to 0.9 s."""
     monkeypatch.setattr(source, "SETTLE_S", 0.5)
+    monkeypatch.setattr(
+        stopping, "HOLD_S", 60
+    )  # it always brakes, and answers: when, is the machine's
+    monkeypatch.setattr(stopping, "PROOF_S", 60)
 
 
 @pytest.fixture

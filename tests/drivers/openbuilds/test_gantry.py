@@ -242,9 +242,11 @@ def test_homing_that_fails_says_why(peer, played):
 
 @pytest.mark.slow
 def test_a_controller_that_falls_silent_is_found_by_its_frozen_place(peers, played, monkeypatch):
-    from labrun.drivers.openbuilds import watch
+    from labrun.drivers.openbuilds import stopping, watch
 
     monkeypatch.setattr(watch, "STUCK_S", 1.0)
+    monkeypatch.setattr(stopping, "HOLD_S", 1.5)
+    monkeypatch.setattr(stopping, "PROOF_S", 1.2)
     peer = peers(speed=1)
 
     async def story(driver, control):
