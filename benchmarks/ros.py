@@ -85,10 +85,11 @@ async def endpoint(folder: Path, count: int) -> None:
 
 
 async def _figures(site, count: int) -> None:
+    from labrun.drivers.server.gate import Brake
     from labrun.web.ros.bridge.gate import Gate
     from labrun.web.ros.bridge.serve import bridge
 
-    async with bridge(site.offers, site.goals, Gate("127.0.0.1"), 0) as url:
+    async with bridge(site.offers, site.goals, Gate("127.0.0.1", Brake(None)), 0) as url:
         await ask(url, 50, id=True)
         bare = await echo(count)
         own = await direct(site, count)
