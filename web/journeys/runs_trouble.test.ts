@@ -141,7 +141,9 @@ it('from the empty first start to a finished map, by keyboard alone', async () =
   await page.getByText('devices are online').waitFor()
   await press(/^Next$/)
   await press(/^Go to the protocols/)
-  await page.getByRole('link', { name: 'Pegmatite map', exact: true }).waitFor()
+  await page.getByRole('link', { name: 'Pegmatite map', exact: true }).waitFor().catch(async (fault: unknown) => {
+    throw new Error(`${page.url()} shows ${await page.locator('body').innerText()}`, { cause: fault })
+  })
   await press(/^Pegmatite map$/)
   await page.getByRole('status', { name: 'Check' }).filter({ hasText: 'no problems' }).waitFor()
   await press(/^Run$/)

@@ -37,7 +37,8 @@ export function useLibrary() {
       trash.value = thrown as unknown as readonly Thrown[]
     })
     clearTimeout(timer)
-    const waiting = protocols.value?.some((one) => one.errors === null) === true
+    // A list that could not be had is asked for again, too: a server that was busy is there a moment later.
+    const waiting = failure.value !== '' || protocols.value?.some((one) => one.errors === null) === true
     if (waiting && looks++ < MOST_LOOKS) timer = setTimeout(() => void load(), AGAIN_MS)
   }
   onScopeDispose(() => clearTimeout(timer))
