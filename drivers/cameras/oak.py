@@ -11,9 +11,9 @@ camera itself straightens its pictures, by the lens that its maker has stored in
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..driver import ActionFailed, Place
+from ..driver import Place
 from .folder import Shot
-from .still_camera import ANSWER_S, StillCamera, above_zero, depth_view, picture_size
+from .still_camera import ANSWER_S, LibrarySource, StillCamera, above_zero, depth_view, picture_size
 
 if TYPE_CHECKING:
     from .vision.view import View
@@ -48,14 +48,13 @@ class Oak(StillCamera):
         return depth_view(shot, self.x_runs)
 
 
-class OakDevice:
+class OakDevice(LibrarySource):
     """Takes the newest pictures of a camera."""
 
     def __init__(self, name: str | None, size: tuple[int, int], answer_s: float) -> None:
-        self.name, self.size, self.answer_s = name, size, answer_s
+        self.address, self.size, self.answer_s = name, size, answer_s
         self.id = ""
         self.reach_mm: float | None = None
-        self._pipeline: Any = None
         self._pairs: Any = None
 
     def open(self) -> None:
@@ -66,31 +65,12 @@ class OakDevice:
                 self._newest()
         except RuntimeError as fault:
             self.close()
-            raise OSError(f"{self._called()} cannot be started: {fault}") from fault
+            raise OSError(f"{self.name} cannot be started: {fault}") from fault
 
     def close(self) -> None:
         """Release it."""
-        pipeline, self._pipeline, self._pairs = self._pipeline, None, None
-        if pipeline is not None:
-            pipeline.stop()
-
-    def take(self) -> Shot:
-        """The current picture; raises ActionFailed. A camera that was plugged in again is started again."""
-        try:
-            if self._pipeline is None:
-                self.open()
-            try:
-                return self._read()
-            except RuntimeError:
-                self.close()
-                self.open()
-                return self._read()
-        except OSError as fault:
-            raise ActionFailed("CameraLost", str(fault)) from fault
-        except RuntimeError as fault:
-            raise ActionFailed(
-                "CameraLost", f"{self._called()} gives no picture: {fault}"
-            ) from fault
+        self._pairs = None
+        super().close()
 
     def begin(self) -> tuple[Any, Any]:
         """Its pipeline, running, and the queue of pairs; raises OSError, and RuntimeError of the library."""
@@ -133,12 +113,14 @@ class OakDevice:
         pipeline.start()
         return pipeline, queue
 
-    def _called(self) -> str:
-        return f"OAK {self.name}" if self.name else "the OAK camera"
+    @property
+    def name(self) -> str:
+        """What gives the pictures, in messages."""
+        return f"OAK {self.address}" if self.address else "the OAK camera"
 
     def _found(self, dai: Any) -> Any:
-        if self.name is not None:  # on another network it is not found, but reached
-            return dai.DeviceInfo(self.name)
+        if self.address is not None:  # on another network it is not found, but reached
+            return dai.DeviceInfo(self.address)
         there = dai.Device.getAllAvailableDevices()
         if not there:
             raise OSError(

@@ -12,9 +12,9 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..driver import ActionFailed, Place
+from ..driver import Place
 from .folder import Shot
-from .still_camera import ANSWER_S, StillCamera, above_zero, depth_view, picture_size
+from .still_camera import ANSWER_S, LibrarySource, StillCamera, above_zero, depth_view, picture_size
 
 if TYPE_CHECKING:
     import numpy as np
@@ -55,7 +55,7 @@ class RealSense(StillCamera):
         return depth_view(shot, self.x_runs)
 
 
-class RealSenseDevice:
+class RealSenseDevice(LibrarySource):
     """Takes pictures of a camera, or of a recording in its place."""
 
     def __init__(
@@ -63,7 +63,6 @@ class RealSenseDevice:
         answer_s: float,
     ) -> None:  # fmt: skip
         self.serial, self.recording, self.size, self.answer_s = serial, recording, size, answer_s
-        self._pipeline: Any = None
         self._onto_colour: Any = None
         self._reach_mm: float | None = None
 
@@ -97,28 +96,6 @@ class RealSenseDevice:
         except (RuntimeError, OSError) as fault:
             self.close()
             raise OSError(f"{self.name}: {fault}") from fault
-
-    def close(self) -> None:
-        """Release it."""
-        pipeline, self._pipeline = self._pipeline, None
-        if pipeline is not None:
-            pipeline.stop()
-
-    def take(self) -> Shot:
-        """The current picture; raises ActionFailed. A camera that was plugged in again is started again."""
-        try:
-            if self._pipeline is None:
-                self.open()
-            try:
-                return self._read()
-            except RuntimeError:
-                self.close()
-                self.open()
-                return self._read()
-        except OSError as fault:
-            raise ActionFailed("CameraLost", str(fault)) from fault
-        except RuntimeError as fault:
-            raise ActionFailed("CameraLost", f"{self.name} gives no picture: {fault}") from fault
 
     def _choose(self, config: Any, rs: Any) -> None:
         number = rs.camera_info.serial_number

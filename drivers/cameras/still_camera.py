@@ -1,7 +1,7 @@
 """A camera that stays where it is: a source of pictures, and its position, which outlives its server."""
 
 import json
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ...system.files import write_whole
@@ -32,6 +32,47 @@ class Source(Protocol):
     def take(self) -> Shot:
         """What it sees now; raises ActionFailed."""
         ...
+
+
+class LibrarySource(ABC):
+    """A camera whose own library runs a pipeline, and raises RuntimeError."""
+
+    _pipeline: Any = None
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """What gives the pictures, in messages."""
+
+    @abstractmethod
+    def open(self) -> None:
+        """Start it; raises OSError with the reason."""
+
+    @abstractmethod
+    def _read(self) -> Shot:
+        """The next picture of the running pipeline; raises RuntimeError."""
+
+    def close(self) -> None:
+        """Release it."""
+        pipeline, self._pipeline = self._pipeline, None
+        if pipeline is not None:
+            pipeline.stop()
+
+    def take(self) -> Shot:
+        """The current picture; raises ActionFailed. A camera that was plugged in again is started again."""
+        try:
+            if self._pipeline is None:
+                self.open()
+            try:
+                return self._read()
+            except RuntimeError:
+                self.close()
+                self.open()
+                return self._read()
+        except OSError as fault:
+            raise ActionFailed("CameraLost", str(fault)) from fault
+        except RuntimeError as fault:
+            raise ActionFailed("CameraLost", f"{self.name} gives no picture: {fault}") from fault
 
 
 class StillCamera(DepthCamera):
