@@ -187,7 +187,8 @@ def _construct(node: ast.AST) -> str:
     known = {
         "Lambda": "lambda", "DictComp": "{... for ...}", "SetComp": "{... for ...}",
         "JoinedStr": "an f-string", "NamedExpr": "`:=`", "Dict": "{...}", "Set": "{...}",
-        "Starred": "`*`", "Await": "await",
+        "Starred": "`*`", "Await": "await", "LShift": "`<<`", "RShift": "`>>`", "BitOr": "`|`",
+        "BitXor": "`^`", "BitAnd": "`&`", "Invert": "`~`", "MatMult": "`@`",
     }  # fmt: skip
     return known.get(type(node).__name__, type(node).__name__)
 

@@ -1,5 +1,7 @@
 """Expressions compute with units, reject side effects, and fail with a clear message."""
 
+import re
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -107,3 +109,11 @@ def test_any_text_between_braces_is_a_value_or_an_error_with_a_sentence(text):
 def test_a_step_called_as_a_word_of_python_is_told_as_that():
     with pytest.raises(ExpressionError, match="try is a word of expressions themselves; choose"):
         Expression("sharps + [steps.try.sharpness]")
+
+
+@pytest.mark.parametrize("text", ["1 << 2", "1 >> 2", "1 | 2", "1 ^ 2", "1 & 2", "~ 1", "1 @ 2"])
+def test_an_operator_that_is_not_one_is_told_as_it_was_written(text):
+    (sign,) = set(text) - set("12 ")
+
+    with pytest.raises(ExpressionError, match=f"`{re.escape(sign)}+` is not allowed"):
+        expression(text)
