@@ -124,8 +124,7 @@ it('a run is started, paused and aborted by keyboard alone', async () => {
   await context.close()
 })
 
-// In the soak: on a busy machine the list of protocols was not seen here within three minutes, twice of six times; why is not known.
-it.runIf(process.env['LABRUN_SOAK'])('from the empty first start to a finished map, by keyboard alone', async () => {
+it('from the empty first start to a finished map, by keyboard alone', async () => {
   const { page, context, faults } = await aPerson(browser, bench.address, {}, {})
   const press = async (name: RegExp, key = 'Enter'): Promise<void> => {
     await tabTo(page, name)
@@ -142,9 +141,7 @@ it.runIf(process.env['LABRUN_SOAK'])('from the empty first start to a finished m
   await page.getByText('devices are online').waitFor()
   await press(/^Next$/)
   await press(/^Go to the protocols/)
-  await page.getByRole('link', { name: 'Pegmatite map', exact: true }).waitFor().catch(async (fault: unknown) => {
-    throw new Error(`${page.url()} shows ${await page.locator('body').innerText()}`, { cause: fault })
-  })
+  await page.getByRole('link', { name: 'Pegmatite map', exact: true }).waitFor()
   await press(/^Pegmatite map$/)
   await page.getByRole('status', { name: 'Check' }).filter({ hasText: 'no problems' }).waitFor()
   await press(/^Run$/)
