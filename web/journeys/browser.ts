@@ -7,6 +7,7 @@ const PLACES = [process.env['CHROMIUM'], '/usr/bin/chromium', '/usr/bin/chromium
 
 /** A machine that is busy shows it later, not otherwise; whoever waits for what never comes is told after this. */
 const PATIENCE_MS = 180_000
+const SHOWN_MS = 10_000
 
 export const NARROW = { width: 390, height: 844 }
 export const WIDE = { width: 1360, height: 860 }
@@ -17,10 +18,13 @@ export async function openBrowser(): Promise<Browser> {
   return chromium.launch({ executablePath: path, args: ['--no-sandbox', '--disable-dev-shm-usage'] })
 }
 
-/** After a failed journey: close its browser, stop what is still moving, release control. */
+/** After a failed journey: say what its pages showed, close its browser, stop what is still moving, release control. */
 export async function tidy(browser: Browser, bench: Bench): Promise<void> {
   const left = browser.contexts()
   if (left.length === 0) return
+  for (const page of left.flatMap((context) => context.pages())) {
+    console.error(`${page.url()} showed:\n${await page.locator('body').innerText({ timeout: SHOWN_MS }).catch(String)}`)
+  }
   await Promise.all(left.map((context) => context.close()))
   await ask(bench, '/stop', {})
   const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Program', reason: 'a journey failed' })

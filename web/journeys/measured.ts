@@ -11,7 +11,7 @@ const TICKED = ['enclosure closed', 'nobody in the beam path', 'sample fixed']
 
 /** Headers of a command. */
 export function now(more: Record<string, string> = {}): Record<string, string> {
-  return { 'Idempotency-Key': crypto.randomUUID(), 'X-Deadline': String(Date.now() + 8000), ...more }
+  return { 'Idempotency-Key': crypto.randomUUID(), 'X-Deadline': String(Date.now() + 50_000), ...more }
 }
 
 /** Wait until every device of the bench is online, and no run uses one: a run that has ended still writes its report. */
