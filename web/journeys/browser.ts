@@ -23,7 +23,7 @@ export async function tidy(browser: Browser, bench: Bench): Promise<void> {
   const left = browser.contexts()
   if (left.length === 0) return
   for (const page of left.flatMap((context) => context.pages())) {
-    console.error(`${page.url()} showed:\n${await page.locator('body').innerText({ timeout: SHOWN_MS }).catch(String)}`)
+    process.stderr.write(`${page.url()} showed:\n${await page.locator('body').innerText({ timeout: SHOWN_MS }).catch(String)}\n`)
   }
   await Promise.all(left.map((context) => context.close()))
   await ask(bench, '/stop', {})
