@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+import os
 import random
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,8 @@ REACH_S = 5.0
 ANSWER_S = 2.0
 FIRST_DELAY_S = 0.1
 LONGEST_DELAY_S = 1.0
+WINDOWS_ERRORS = 1000
+"""From here on the numbers are Windows', which come with their words."""
 LOG = logging.getLogger("labrun")
 
 Answer = dict[str, Any]
@@ -183,9 +186,11 @@ class Link:
             self._connect_s = min(2 * self._connect_s, LONGEST_CONNECT_S)
             raise Slow(self.url, reason) from None
         except (Unconnected, OSError, ValueError) as fault:
-            if words:
+            # python-socketio reports a connection that did not come about as a server's no, too.
+            broken = fault.__cause__
+            if words and broken is None:
                 raise Denied(self.url, words[-1]) from fault
-            raise ServerUnreachable(self.url, str(fault)) from fault
+            raise ServerUnreachable(self.url, _why(broken or fault)) from fault
 
     def _break(self, sio: "socketio.AsyncClient") -> None:
         if sio is not self._sio:
@@ -253,6 +258,22 @@ def accepted(answer: Answer, url: str) -> Answer:
     if not answer.get("ok"):
         raise ServerUnreachable(url, str(answer.get("message", "no reason given")))
     return {name: value for name, value in answer.items() if name != "ok"}
+
+
+def _why(fault: BaseException) -> str:
+    """What the system or the server said, where the libraries have hidden it behind their own words."""
+    import aiohttp
+
+    told = fault.__context__ or fault
+    match told:
+        case aiohttp.ClientConnectorError():
+            errno = told.os_error.errno or 0
+            words = os.strerror(errno) if 0 < errno < WINDOWS_ERRORS else told.os_error.strerror
+            return words or str(told)
+        case aiohttp.WSServerHandshakeError():
+            return f"it answers, but not as a device server does: HTTP {told.status}"
+        case _:
+            return str(told)
 
 
 def _words(data: Any) -> str:

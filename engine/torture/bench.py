@@ -14,6 +14,8 @@ from ..dispatch.connect import server_config
 from ..lab.lab import LoadedLab
 from .lab_file import config, write_lab
 
+LOOK_S = 0.1
+
 
 @dataclass(slots=True)
 class Bench:
@@ -26,6 +28,7 @@ class Bench:
     servers: dict[str, RunningServer] = field(default_factory=dict)
     wires: dict[str, FaultyWire] = field(default_factory=dict)
     _keepers: list[asyncio.Task[None]] = field(default_factory=list)
+    _starting: set[str] = field(default_factory=set)
 
     @property
     def lab_file(self) -> Path:
@@ -50,6 +53,11 @@ class Bench:
         await asyncio.gather(*(wire.close() for wire in self.wires.values()))
         await asyncio.gather(*(server.stop() for server in self.servers.values()))
 
+    async def back(self) -> None:
+        """Wait until the servers that have ended are there again."""
+        while self._starting:  # noqa: ASYNC110 - as long as that takes, on a busy machine
+            await asyncio.sleep(LOOK_S)
+
     def kill(self, names: list[str], by: signal.Signals = signal.SIGKILL) -> None:
         """Send these servers a signal; one that ends is restarted at its address, as a service would be."""
         for name in names:
@@ -68,4 +76,9 @@ class Bench:
         port = int(self.servers[name].url.rpartition(":")[2])
         while True:
             await self.servers[name].ended()
-            self.servers[name] = await start_server({**settings, "port": port}, self.folder / name)
+            self._starting.add(name)
+            try:
+                server = await start_server({**settings, "port": port}, self.folder / name)
+            finally:
+                self._starting.discard(name)
+            self.servers[name] = server

@@ -84,6 +84,8 @@ class Campaign:
                 while kill is not None and kill.after_s is None:
                     kill = self._next_kill()
             await self._end_of(process)
+            if self.bench is not None:
+                await self.bench.back()
         finally:
             with contextlib.suppress(ProcessLookupError):
                 process.kill()

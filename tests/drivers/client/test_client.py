@@ -16,7 +16,7 @@ from aiohttp import web
 
 from labrun.drivers.client.client import DeviceClient, LeaseHeld, ServerUnreachable
 from labrun.drivers.client.launch import start_server
-from labrun.drivers.client.link import Link, LinkDown
+from labrun.drivers.client.link import Denied, Link, LinkDown
 from labrun.schemas.messages import FileContent
 
 
@@ -709,6 +709,54 @@ def test_a_greeting_that_breaks_off_is_no_refusal(bench, monkeypatch):
     asyncio.run(story())
 
     assert left == []
+
+
+@pytest.mark.parametrize(
+    ("breaks", "why"), [(False, "Connection refused"), (True, "reset|Server disconnected")]
+)
+def test_who_refuses_the_connection_is_tried_again_and_told_in_the_systems_words(
+    monkeypatch, breaks, why
+):
+    """A server that starts again beside us, or behind a tunnel, is there a moment later."""
+    monkeypatch.setattr("labrun.drivers.client.link.REACH_S", 0.0)
+    calls = []
+
+    async def hang_up(_, writer):
+        calls.append(1)
+        writer.close()
+
+    async def story():
+        door = await asyncio.start_server(hang_up, "127.0.0.1", 0)
+        url = f"http://127.0.0.1:{door.sockets[0].getsockname()[1]}"
+        if not breaks:
+            door.close()
+        link = Link(url, None, {}, asyncio.Event().wait, lambda: None)
+        with pytest.raises(ServerUnreachable, match=why) as told:
+            await link.open(60)
+        door.close()
+        return told.value
+
+    assert not isinstance(asyncio.run(story()), Denied)
+
+
+def test_a_server_that_is_up_a_moment_later_is_reached(bench, monkeypatch):
+    monkeypatch.setattr("labrun.drivers.client.link.REACH_S", 600.0)
+    port = free_port()
+
+    async def greet():
+        pass
+
+    async def story():
+        link = Link(f"http://127.0.0.1:{port}", None, {}, greet, lambda: None)
+        opening = asyncio.create_task(link.open(600))
+        while not link.refusal:  # noqa: ASYNC110
+            await asyncio.sleep(0.01)
+        async with bench.serving(port=port):
+            await opening
+            await link.close()
+        return link.refusal
+
+    assert asyncio.run(story()) == "Connection refused"
 
 
 def test_a_server_that_never_greets_is_given_up_after_the_time_that_was_given(bench, monkeypatch):
