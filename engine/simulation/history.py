@@ -61,6 +61,8 @@ class Outcome:
     facts: dict[str, dict[str, Any]] = field(default_factory=dict)
     excused: dict[str, set[str]] = field(default_factory=dict)
     """By path: devices that were made safe when the engine could not know it any more."""
+    redone: dict[str, list[tuple[str, Any]]] = field(default_factory=dict)
+    """By path: what a retried group had set before the turn in which this was done, or in it."""
     deeds: int = 0
     sessions: int = 0
     lasted_s: float = 0.0
@@ -304,8 +306,11 @@ class History:
             if count > 1:
                 breaches.append(f"{path} was done {count} times")
         breaches += [f"{d.goal} is not in the journal" for d in deeds if d.goal not in sent]
+        told = {r.device for r in records if isinstance(r, j.SafeState) and not r.confirmed}
         for name, instrument in self.bench.instruments.items():
-            if not instrument.is_safe:
+            # A server that forgot who had held its device, and that no engine reached: a person was told.
+            forgot = name in told and self.outcome.accidents["ledger put back or lost"]
+            if not (instrument.is_safe or forgot):
                 breaches.append(f"{name} was not left in its safe state")
         sent_s = SimulatedJournal.sent_s
         late_s = NOTICED_S + (STALL_S if self.outcome.accidents["connection stalled"] else 0.0)
@@ -316,6 +321,20 @@ class History:
                 if safe_at_s > sent_s.get(deed.goal, 0.0) - late_s
             }
             for deed in deeds
+        }
+        settings = [
+            (place_of_goal(record.id), f"{record.device}: {record.sets}", record.params)
+            for record in records
+            if isinstance(record, j.GoalSent) and record.sets
+        ]
+        self.outcome.redone = {
+            place_of_goal(deed.goal): [
+                (what, value)
+                for place, what, value in settings
+                if place.startswith(f"{turned.string[: turned.end(1)]}/")
+            ]
+            for deed in deeds
+            if (turned := TURN.search(split_goal_id(deed.goal)[0]))
         }
         self.outcome.facts = {place_of_goal(d.goal): _facts(d) for d in deeds}
         if breaches:
@@ -345,9 +364,13 @@ def compare(outcome: Outcome, right: dict[str, dict[str, Any]]) -> None:
         if found is None:
             outcome.breaches.append(f"{path} was never done")
             continue
-        excused = outcome.excused[path]
+        excused, redone = outcome.excused[path], outcome.redone.get(path, [])
         wrong = [
-            k for k, v in wanted.items() if found.get(k) != v and k.split(":")[0] not in excused
+            k
+            for k, v in wanted.items()
+            if found.get(k) != v
+            and k.split(":")[0] not in excused
+            and (k, found.get(k)) not in redone
         ]
         if wrong:
             told = ", ".join(f"{k} {found.get(k)} instead of {wanted[k]}" for k in wrong)

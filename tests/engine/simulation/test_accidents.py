@@ -7,7 +7,7 @@ import pytest
 
 from labrun.engine.check import check_file
 from labrun.engine.simulation import instrument
-from labrun.engine.simulation.history import History, place_of_goal
+from labrun.engine.simulation.history import History, Outcome, compare, place_of_goal
 from labrun.engine.simulation.protocols import ACTIONS
 
 
@@ -80,3 +80,15 @@ def test_a_server_that_dies_while_its_device_is_made_safe_is_asked_again_when_it
 def test_a_turn_within_a_turn_is_the_same_place():
     assert place_of_goal("run/main/1/r2/1/0/r2/1/0/s2/1") == "main/1/0/s2"
     assert place_of_goal("run/main/1/r2/1/s8/1") == "main/1/s8"
+
+
+@pytest.mark.parametrize(("set_by_the_group", "breaches"), [(9, 0), (7, 1)])
+def test_a_turn_finds_what_the_turn_before_has_set_and_nothing_else(set_by_the_group, breaches):
+    what, found, undisturbed = "a: channel 2", {"to": 9}, {"to": 2}
+    outcome = Outcome(
+        0, facts={"main/g/s": {what: found}}, excused={"main/g/s": set()},
+        redone={"main/g/s": [(what, {"to": set_by_the_group})]},
+    )  # fmt: skip
+    compare(outcome, {"main/g/s": {what: undisturbed}})
+
+    assert len(outcome.breaches) == breaches
