@@ -3,8 +3,9 @@
 All in one run: the engine with the fsyncs of journal and ledger, without the journal's, without
 any; a bare `sio.call` to the same server; one fsync; and, where they are installed, a bluesky
 `grid_scan` over simulated devices and a DBOS workflow. docs/reference/figures.md says what each
-line means.
+line means. With `--against TREE`, another checkout, only the engine's time beside that one's.
 Run: python benchmarks/durability.py [--actions N] [--points N] [--peers PYTHON]
+     python benchmarks/durability.py --against ../labrun-before [--rounds N] [--actions N]
 """
 
 import argparse
@@ -22,6 +23,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from unittest import mock
 
+from beside.against import against
 from beside.disk import file_system, place_on_disk
 from beside.peers import ask_peer
 from beside.servers import serving
@@ -124,6 +126,19 @@ def show_shares(ms: dict[str, float]) -> None:
     show("durability alone", percent_a_ms * (ms[DURABLE] - ms[NEITHER]))
 
 
+def show_against(other: Path, rounds: int, actions: int) -> None:
+    """The engine's time for an action beside that of another tree."""
+    before, place = load(), place_on_disk()
+    with tempfile.TemporaryDirectory(dir=place) as name:
+        found = against(other, rounds, actions, Path(name))
+    print(
+        f"{rounds} rounds of {actions} actions a turn, {file_system(place)}; load {before} before, "
+        f"{load()} after; medians of the rounds' ratios, each with its 95 % interval"
+    )
+    for line, (median, low, high) in found.items():
+        show(line, median, f"{low:.3f} .. {high:.3f}")
+
+
 def load() -> str:
     """How busy the machine was during the last minute."""
     return f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
@@ -139,7 +154,12 @@ def main() -> None:
     parser.add_argument(
         "--peers", default=sys.executable, help="an interpreter with bluesky and DBOS"
     )
+    parser.add_argument("--against", type=Path, metavar="TREE", help="another checkout of labrun")
+    parser.add_argument("--rounds", type=int, default=15, help="rounds of --against")
     said = parser.parse_args()
+    if said.against is not None:
+        show_against(said.against, said.rounds, said.actions)
+        return
     if min(said.actions, said.points) < ROUNDS:
         parser.error(f"a median needs at least {ROUNDS} actions and points")
     before, place = load(), place_on_disk()

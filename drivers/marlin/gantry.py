@@ -8,16 +8,15 @@ import asyncio
 import contextlib
 from typing import Any, ClassVar
 
-from ...system.tasks import end, keep, spawn
+from ...system.tasks import end, spawn
 from ..driver import GoalContext, Place
 from ..motion.bench import LETTERS, Point, read_bench
 from ..motion.config import PLACING
 from ..motion.faults import Ended, HomingFailed, MotionFault, NotStopped, NotThere
-from ..motion.fed_gantry import FedGantry
+from ..motion.fed_gantry import FedGantry, fastest
 from .link import Link
 from .machine import Machine, read_machine, read_pins, read_place
 
-AGAIN_S = 1.0
 CLOSED_S = 0.3
 """How long the port stays closed, so that the board notices."""
 LOOK_S = 0.05
@@ -30,7 +29,6 @@ class Marlin(FedGantry):
     """Implements gantry@2 with three axes; the port is reopened by itself after it was unplugged."""
 
     options: ClassVar[tuple[str, ...]] = ("port", "baud", "boot_s", *PLACING)
-    when_lost: ClassVar[str] = "; it reconnects when it is back"
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
@@ -41,21 +39,9 @@ class Marlin(FedGantry):
         self.machine = Machine()
         self.full_power = 255.0
         self.percent: tuple[int, ...] = (100, 100)
-        self._at: Point | None = None
         self._engaged = ""
-        self._keeper: asyncio.Task[None] | None = None
 
-    async def open(self) -> None:
-        try:
-            self.zero.read()
-            await self._reach()
-        except BaseException:  # a cancel as well
-            await self.link.close("it was closed")
-            raise
-        self._keeper = keep(f"reopening {self.link.port.name}", self._keep)
-
-    async def close(self) -> None:
-        await end(self._keeper)
+    async def _let_go(self) -> None:
         await self.link.close("it was closed")
 
     async def _reach(self) -> None:
@@ -74,19 +60,13 @@ class Marlin(FedGantry):
         self.bench = read_bench(self.place.config, self.limits, self.machine.ranges)
         self.tolerance = self.machine.tolerance
 
-    async def _keep(self) -> None:
-        """Reopen the port whenever it was lost; the gantry's position is then unknown."""
-        link = self.link
-        while True:
-            await link.until(lambda: bool(link.lost), 3600)
-            if not link.lost:
-                continue
-            why = link.lost
-            await link.port.close()
-            await asyncio.sleep(AGAIN_S)
-            link.alarm = f"the connection was lost ({why}) and is back. Home it"
-            with contextlib.suppress(OSError):
-                await self._reach()
+    async def _reach_again(self) -> None:
+        """Reopen the port; the gantry's position is then unknown."""
+        why = self.link.lost
+        await self.link.port.close()
+        await asyncio.sleep(CLOSED_S)
+        self.link.alarm = f"the connection was lost ({why}) and is back. Home it"
+        await self._reach()
 
     async def _home(self, goal: GoalContext) -> None:
         """Run `G28` to its end; only a build with an emergency parser can be stopped in it."""
@@ -154,17 +134,11 @@ class Marlin(FedGantry):
         except OSError as fault:
             raise MotionFault(f"it did not come back ({fault}); switch it off and on") from fault
         finally:
-            self._keeper = keep(f"reopening {self.link.port.name}", self._keep)
+            self._keep()
 
     async def _look(self) -> None:
         if not self.link.halted:
             self._engaged = read_pins(await self.link.ask("M119"))
-
-    def _locked(self) -> bool:
-        return False
-
-    def _place_known(self) -> Point | None:
-        return self._at
 
     async def _finish(self) -> None:
         await self.link.ask("M400")
@@ -180,7 +154,9 @@ class Marlin(FedGantry):
         await self.link.ask(self._move_line(place, speed * 60))
 
     def _fastest(self, way: dict[int, float]) -> tuple[float, float]:
-        return self.machine.fastest(way)
+        machine = self.machine
+        axes = dict(enumerate(zip(machine.speed, machine.acceleration, strict=True)))
+        return fastest(way, axes) or (min(machine.speed), min(machine.acceleration))
 
     def _move_line(self, end: dict[int, float], feed: float | None) -> str:
         words = "".join(f" {LETTERS[axis]}{value:.4f}" for axis, value in sorted(end.items()))

@@ -26,17 +26,6 @@ class Machine:
         """M114 shows two decimals."""
         return max(0.0055, 0.5 / min(self.steps_per_mm) + 0.005)
 
-    def fastest(self, way: dict[int, float]) -> tuple[float, float]:
-        """Speed and acceleration along a way that no axis exceeds."""
-        length = sum(by**2 for by in way.values()) ** 0.5
-        parts = [(axis, abs(by) / length) for axis, by in way.items() if by] if length else []
-        if not parts:
-            return min(self.speed), min(self.acceleration)
-        return (
-            min(self.speed[axis] / part for axis, part in parts),
-            min(self.acceleration[axis] / part for axis, part in parts),
-        )
-
 
 def read_machine(told: Iterable[str], capabilities: Iterable[str]) -> Machine:
     """From the lines of M503 and M211, and of M115; raises ValueError if a speed or range is missing."""

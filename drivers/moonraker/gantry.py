@@ -9,12 +9,12 @@ import contextlib
 import re
 from typing import Any, ClassVar
 
-from ...system.tasks import end, keep, spawn
+from ...system.tasks import end, spawn
 from ..driver import GoalContext, Place
 from ..motion.bench import LETTERS, Point, read_bench
 from ..motion.config import PLACING
 from ..motion.faults import Ended, HomingFailed, MotionFault, NotStopped, NotThere, Silent
-from ..motion.fed_gantry import FedGantry
+from ..motion.fed_gantry import FedGantry, fastest
 from .link import Link
 
 PLACE = re.compile(r"X:(-?[\d.]+) Y:(-?[\d.]+) Z:(-?[\d.]+)")
@@ -30,7 +30,6 @@ class Moonraker(FedGantry):
     """Implements gantry@2 with three axes; reconnects when Moonraker and Klipper are back."""
 
     options: ClassVar[tuple[str, ...]] = ("url", "api_key", *PLACING)
-    when_lost: ClassVar[str] = "; it reconnects when it is back"
     piece_s: ClassVar[float] = 0.1
     ahead_s: ClassVar[float] = 0.6
     """Klipper itself plans a quarter of a second ahead, and makes a stop at every way that ends before."""
@@ -43,21 +42,9 @@ class Moonraker(FedGantry):
         key = place.config.get("api_key")
         self.known = self.link = Link(url, None if key is None else str(key))
         self.full_power = 255.0
-        self._at: Point | None = None
         self._slow_z: tuple[float, float] | None = None
-        self._keeper: asyncio.Task[None] | None = None
 
-    async def open(self) -> None:
-        self.zero.read()
-        try:
-            await self._reach()
-        except BaseException:  # a cancel as well
-            await self.link.close("it was closed")
-            raise
-        self._keeper = keep(f"reconnecting to {self.link.url}", self._keep)
-
-    async def close(self) -> None:
-        await end(self._keeper)
+    async def _let_go(self) -> None:
         await self.link.close("it was closed")
 
     async def _reach(self) -> None:
@@ -83,16 +70,6 @@ class Moonraker(FedGantry):
         toolhead = link.status["toolhead"]
         ranges = zip(toolhead["axis_minimum"][:3], toolhead["axis_maximum"][:3], strict=True)
         self.bench = read_bench(self.place.config, self.limits, list(ranges))
-
-    async def _keep(self) -> None:
-        """Reconnect whenever Moonraker or Klipper was lost; Klipper says what it still knows."""
-        link = self.link
-        while True:
-            await link.until(lambda: bool(link.lost), 3600)
-            if link.lost:
-                await asyncio.sleep(AGAIN_S)
-                with contextlib.suppress(OSError):
-                    await self._reach()
 
     async def _home(self, goal: GoalContext) -> None:
         link = self.link
@@ -206,11 +183,8 @@ class Moonraker(FedGantry):
     def _fastest(self, way: dict[int, float]) -> tuple[float, float]:
         toolhead = self.link.status["toolhead"]
         speed, acceleration = float(toolhead["max_velocity"]), float(toolhead["max_accel"])
-        length = sum(by**2 for by in way.values()) ** 0.5
-        if self._slow_z is not None and length and (up := abs(way.get(2, 0.0)) / length):
-            speed = min(speed, self._slow_z[0] / up)
-            acceleration = min(acceleration, self._slow_z[1] / up)
-        return speed, acceleration
+        z = None if self._slow_z is None else fastest(way, {2: self._slow_z})
+        return (speed, acceleration) if z is None else (min(speed, z[0]), min(acceleration, z[1]))
 
     def _move_line(self, end: dict[int, float], feed: float | None) -> str:
         """In Klipper's G-code coordinates, which another program may have shifted (G92, an offset)."""
@@ -242,9 +216,6 @@ class Moonraker(FedGantry):
         await self._query()
         if self._overrides()[0] != wanted:
             raise MotionFault(f"it reports {self._overrides()[0]} %")
-
-    def _pins(self) -> str:
-        return ""
 
     def _overrides(self) -> tuple[int, ...]:
         factor = self.link.status.get("gcode_move", {}).get("speed_factor", 1.0)

@@ -8,9 +8,10 @@ import asyncio
 import contextlib
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
+from ...system.tasks import end, keep
 from ..driver import ActionFailed, GoalContext, Place
 from .bench import LETTERS, Point, place_words
 from .faults import Ended, Lost, MotionFault, NotConnected, NotStopped, Silent, WrongPlace
@@ -18,10 +19,13 @@ from .jog_rules import JogRules
 from .work_zero import WorkZero
 
 LOOK_S = 0.02
+AGAIN_S = 1.0
 
 
 class FedGantry(JogRules):
-    """Feeds moves and jogs, and keeps the work zero itself."""
+    """Feeds moves and jogs, keeps the work zero itself, and reconnects when its controller is back."""
+
+    when_lost: ClassVar[str] = "; it reconnects when it is back"
 
     piece_s: ClassVar[float] = 0.05
     ahead_s: ClassVar[float] = 0.25
@@ -33,6 +37,51 @@ class FedGantry(JogRules):
         super().__init__(place)
         self.zero = WorkZero(place.folder)
         self._holding = False
+        self._at: Point | None = None
+        self._keeper: asyncio.Task[None] | None = None
+
+    async def open(self) -> None:
+        try:
+            self.zero.read()
+            await self._reach()
+        except BaseException:  # a cancel as well
+            await self._let_go()
+            raise
+        self._keep()
+
+    async def close(self) -> None:
+        await end(self._keeper)
+        await self._let_go()
+
+    def _keep(self) -> None:
+        self._keeper = keep(f"reconnecting {self._name()}", self._reach_when_lost)
+
+    async def _reach_when_lost(self) -> None:
+        while True:
+            await asyncio.sleep(AGAIN_S)
+            if self.known.lost:
+                with contextlib.suppress(OSError):
+                    await self._reach_again()
+
+    @abstractmethod
+    async def _reach(self) -> None:
+        """Connect, and learn what the machine is; raises OSError."""
+
+    @abstractmethod
+    async def _let_go(self) -> None:
+        """Close the connection."""
+
+    async def _reach_again(self) -> None:
+        await self._reach()
+
+    def _locked(self) -> bool:
+        return False
+
+    def _place_known(self) -> Point | None:
+        return self._at
+
+    def _pins(self) -> str:
+        return ""
 
     @abstractmethod
     async def _piece(self, place: dict[int, float], speed: float) -> None:
@@ -207,6 +256,20 @@ class FedGantry(JogRules):
             work = tuple(at - from_ for at, from_ in zip(machine, zero, strict=True))
             told |= self._standing(machine, work) | self._more_status(machine)
         return told
+
+
+def fastest(
+    way: Mapping[int, float], axes: Mapping[int, tuple[float, float]]
+) -> tuple[float, float] | None:
+    """Speed and acceleration along a way that no axis exceeds; None if none of these axes moves."""
+    length = math.hypot(*way.values())
+    parts = [(axes[axis], abs(by) / length) for axis, by in way.items() if by and axis in axes]
+    if not parts:
+        return None
+    return (
+        min(speed / part for (speed, _), part in parts),
+        min(acceleration / part for (_, acceleration), part in parts),
+    )
 
 
 def _gone(seconds: float, speed: float, acceleration: float) -> float:

@@ -62,9 +62,31 @@ def findable(url: str, token: str) -> Iterator[None]:
             remove(path)
 
 
+def for_port(
+    token: str | None, file: Path | None, variable: str, host: str, *, open_to_all: bool
+) -> tuple[str | None, bool]:
+    """The token of a port, and whether it was made here because nobody had given one.
+
+    `open_to_all` is the person's word that this machine's other users may come in, too. Raises
+    WeakToken.
+    """
+    given = chosen(token, file, variable, host)
+    if given is not None and open_to_all:
+        raise WeakToken(
+            f"--no-token, and a token (from --token, --token-file or {variable}): give one of the two"
+        )
+    needs = given is None and not open_to_all
+    return (made(), True) if needs else (given, False)
+
+
 def made() -> str:
     """A new token."""
     return secrets.token_urlsafe(24)
+
+
+def with_token(url: str, token: str) -> str:
+    """The address of a page or of a ROS endpoint that lets its reader in."""
+    return f"{url}/?token={token}"
 
 
 def found(url: str) -> str | None:

@@ -6,22 +6,19 @@ Configuration: `port`, `stages`, `home_order` ([z, x, y]), `device_db` (the make
 """
 
 import asyncio
-import contextlib
 import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
-from ...system.tasks import end, keep
 from ..driver import GoalContext, Place
 from ..motion.bench import Point, read_bench
 from ..motion.config import PLACING
 from ..motion.faults import Ended, HomingFailed, MotionFault, NotStopped, NotThere
-from ..motion.fed_gantry import FedGantry
+from ..motion.fed_gantry import FedGantry, fastest
 from ..motion.gantry import AXES
 from .config import read_stages
 
-AGAIN_S = 1.0
 LOOK_S = 0.02
 STANDS_S = 30.0
 """How long it may take until all stages stand; they are given a quarter of a second of their way at most."""
@@ -35,7 +32,6 @@ class Zaber(FedGantry):
     options: ClassVar[tuple[str, ...]] = (
         "port", "stages", "home_order", "device_db", "silence_s", *PLACING
     )  # fmt: skip
-    when_lost: ClassVar[str] = "; it reconnects when it is back"
     extra: ClassVar[str | None] = "zaber"
     piece_s: ClassVar[float] = 0.1
 
@@ -60,9 +56,7 @@ class Zaber(FedGantry):
         self.known = self.chain = Chain(
             str(place.config["port"]), float(place.config.get("silence_s", 1.0))
         )
-        self._at: Point | None = None
         self._way: dict[int, float] = {}
-        self._keeper: asyncio.Task[None] | None = None
 
     def _homing_order(self) -> list[int]:
         names = [AXES[number] for number in self._wanted]
@@ -72,17 +66,7 @@ class Zaber(FedGantry):
             raise ValueError(f"home_order is {order!r}; it names each of {', '.join(usual)} once")
         return [AXES.index(name) for name in order]
 
-    async def open(self) -> None:
-        self.zero.read()
-        try:
-            await self._reach()
-        except BaseException:  # a cancel as well
-            await self.chain.close("it was closed")
-            raise
-        self._keeper = keep(f"reconnecting to {self.chain.port}", self._keep)
-
-    async def close(self) -> None:
-        await end(self._keeper)
+    async def _let_go(self) -> None:
         await self.chain.close("it was closed")
 
     async def _reach(self) -> None:
@@ -97,14 +81,6 @@ class Zaber(FedGantry):
             await self._machine()
         except MotionFault as fault:
             raise OSError(f"{chain.port}: {fault}") from fault
-
-    async def _keep(self) -> None:
-        """Reconnect whenever the connection was lost; each stage says whether it still knows its place."""
-        while True:
-            await asyncio.sleep(AGAIN_S)
-            if self.chain.lost:
-                with contextlib.suppress(OSError):
-                    await self._reach()
 
     async def _home(self, goal: GoalContext) -> None:
         """One stage after the other: z, where there is one, is out of the way first."""
@@ -163,12 +139,6 @@ class Zaber(FedGantry):
     async def _look(self) -> None:
         await self.chain.look()
 
-    def _locked(self) -> bool:
-        return False
-
-    def _place_known(self) -> Point | None:
-        return self._at
-
     async def _finish(self) -> None:
         if not await self._stands(STANDS_S):
             raise MotionFault(f"it still moves, {STANDS_S:g} s after the last way it was given")
@@ -203,18 +173,9 @@ class Zaber(FedGantry):
         await self._machine()
 
     def _fastest(self, way: dict[int, float]) -> tuple[float, float]:
-        length = sum(by**2 for by in way.values()) ** 0.5
-        parts = [
-            (self.chain.stages[axis], abs(by) / length)
-            for axis, by in way.items()
-            if by and axis in self.chain.stages
-        ]
-        if not parts:
-            return 1.0, float("inf")
-        return (
-            min(stage.speed / part for stage, part in parts),
-            min(stage.acceleration / part for stage, part in parts),
-        )
+        stages = self.chain.stages.items()
+        axes = {axis: (stage.speed, stage.acceleration) for axis, stage in stages}
+        return fastest(way, axes) or (1.0, float("inf"))
 
     def _move_line(self, end: dict[int, float], feed: float | None) -> str:
         words = " ".join(f"{AXES[axis]} {value:.4f}" for axis, value in sorted(end.items()))
@@ -234,9 +195,6 @@ class Zaber(FedGantry):
     async def _override(self, feed: int | None, rapid: int | None) -> None:
         if {feed, rapid} - {None, 100}:
             raise NotThere("Zaber stages have no override; give a move its `feed`")
-
-    def _pins(self) -> str:
-        return ""
 
     def _overrides(self) -> tuple[int, ...]:
         return (100, 100)

@@ -2,11 +2,15 @@
 
 A page of another site can make a browser send requests to 127.0.0.1, even under a name that it
 made resolve there (DNS rebinding). So the Host must be one of ours, the Origin must equal the
-Host, and a request that changes anything needs a cookie that other sites cannot send.
+Host, and a request that changes anything needs a cookie that other sites cannot send. A browser
+that comes with the token in its address gets that cookie, and goes on to the address without it.
 """
 
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
+from urllib.parse import parse_qsl, quote, urlencode
+
+from fastapi.responses import RedirectResponse
 
 from ...drivers.server.gate import is_ours, split
 from ..local.refusal import Refusal, as_response
@@ -56,6 +60,12 @@ class Gate:
         if scope["type"] == "websocket":
             await self._app(scope, receive, send)
             return
+        if (given := _in_address(scope)) is not None:
+            response = RedirectResponse(_without_token(scope), 303, {"cache-control": "no-store"})
+            if await self._sessions.enters(given):
+                self._sessions.set_cookie(response)
+            await response(scope, receive, _with_headers(send))
+            return
         bounded = _Bounded(scope, receive, _with_headers(send))
         await self._app(scope, bounded.receive, bounded.send)
 
@@ -78,7 +88,11 @@ class Gate:
         if given is not None and self._sessions.token_needed and path != STOP_PATH:
             await self._sessions.admit(given)
         if (needs or is_socket) and not self._sessions.knows_raw(headers):
-            hint = "GET /api/v1/session, then try again"
+            hint = (
+                "send `Authorization: Bearer TOKEN`, or open the address that labrun web printed"
+                if self._sessions.token_needed
+                else "GET /api/v1/session, then try again"
+            )
             raise Refusal(401, "SIGN_IN", "sign in first", hint)
 
 
@@ -106,6 +120,24 @@ class _Bounded:
             await self._send(message)
         elif message["type"] == "http.response.start":
             await as_response(_too_large())(self._scope, self._receive, self._send)
+
+
+def _query(scope: Scope) -> list[tuple[str, str]]:
+    return parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+
+
+def _in_address(scope: Scope) -> str | None:
+    """The token in the address of a page, if there is one."""
+    if scope["method"] != "GET" or str(scope["path"]).startswith("/api/"):
+        return None
+    return dict(_query(scope)).get("token")
+
+
+def _without_token(scope: Scope) -> str:
+    # One stroke: a browser takes `//name` for another site.
+    path = "/" + quote(str(scope["path"]).lstrip("/"))
+    rest = urlencode([(name, value) for name, value in _query(scope) if name != "token"])
+    return f"{path}?{rest}" if rest else path
 
 
 def _too_large() -> Refusal:

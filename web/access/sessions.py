@@ -16,15 +16,26 @@ from ..local.refusal import Refusal
 
 COOKIE = "labrun_session"
 LASTS_S = 30 * 24 * 3600
+TICKET_S = 300
 
 
 class Sessions:
-    """If `token` is given, everybody needs it; on loopback it may be omitted."""
+    """If `token` is given, everybody needs it; on loopback it may be omitted.
 
-    def __init__(self, secret_file: Path, token: str | None, *, secure: bool = False) -> None:
+    A token that a person chose signs everybody out when it is changed; one that was `made` for this start
+    does not.
+    """
+
+    def __init__(
+        self, secret_file: Path, token: str | None, *, made: bool = False, secure: bool = False
+    ) -> None:
         self._brake = Brake(token)
         self._secure = secure
-        self._secret = _secret(secret_file) + sha256((token or "").encode()).digest()
+        secret = _secret(secret_file)
+        self._secret = secret + sha256(("made" if made else token or "").encode()).digest()
+        # Cookies know no ports: two servers of one machine would sign each other's browsers out.
+        self._cookie = f"{COOKIE}_{sha256(secret).hexdigest()[:8]}"
+        self._tickets: dict[str, float] = {}
 
     @property
     def token_needed(self) -> bool:
@@ -38,12 +49,24 @@ class Sessions:
             hint = "use the one that labrun web was started with"
             raise Refusal(401, "WRONG_TOKEN", words, hint)
 
+    def ticket(self) -> str:
+        """Lets one browser in, once: the address that a browser is started with shows in `ps`."""
+        made = secrets.token_urlsafe(24)
+        self._tickets[made] = time.monotonic() + TICKET_S
+        return made
+
+    async def enters(self, given: str) -> bool:
+        """Whether what stood in an address is the token, or a ticket that nobody has used."""
+        if self._tickets.pop(given, 0.0) > time.monotonic():
+            return True
+        return await self._brake.look(given)
+
     def knows(self, cookies: Mapping[str, str], headers: Mapping[str, str]) -> bool:
         """Whether a request is signed in, by its cookie or as a program by `Authorization`."""
         given = bearer(headers)
         if given is not None and self._brake.is_on and self._brake.is_right(given):
             return True
-        return self._is_ours(cookies.get(COOKIE, ""))
+        return self._is_ours(cookies.get(self._cookie, ""))
 
     def knows_raw(self, headers: Mapping[str, str]) -> bool:
         """The same for the headers of a WebSocket."""
@@ -60,13 +83,13 @@ class Sessions:
         name = secrets.token_urlsafe(12)
         value = f"{name}.{until}.{self._sign(name, until)}"
         response.set_cookie(
-            COOKIE, value, max_age=LASTS_S, httponly=True, samesite="strict", path="/",
+            self._cookie, value, max_age=LASTS_S, httponly=True, samesite="strict", path="/",
             secure=self._secure,
         )  # fmt: skip
 
     def drop_cookie(self, response: Response) -> None:
         """Sign a browser out."""
-        response.delete_cookie(COOKIE, path="/", httponly=True, samesite="strict")
+        response.delete_cookie(self._cookie, path="/", httponly=True, samesite="strict")
 
     def _is_ours(self, cookie: str) -> bool:
         name, _, rest = cookie.partition(".")

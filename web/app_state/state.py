@@ -59,6 +59,7 @@ class Options:
     host: str = "127.0.0.1"
     port: int = 8321
     token: str | None = None
+    made_token: bool = False
     demo: bool = False
     check_timeout_s: float = 60.0
     page: Path = PAGE
@@ -82,7 +83,7 @@ class AppState:
         self.histories = Histories(state / "history.sqlite")
         timings = Timings(state / "timings.json")
 
-        self.sessions = Sessions(state / "secret", options.token)
+        self.sessions = Sessions(state / "secret", options.token, made=options.made_token)
         self.keys = Keys(state / "commands.sqlite")
         self.faults = FaultLog(state / "faults.log")
         self.settings = SettingsFile(

@@ -8,7 +8,10 @@ const READY_MS = 90_000
 const END_MS = 20_000
 
 export interface Bench {
+  /** Without the token. */
   address: string
+  /** What it printed, for a person to open: with the token that it has made, if any. */
+  entry: string
   port: number
   process: ChildProcess
   /** Send a signal to the server alone, for example SIGSTOP or SIGKILL. */
@@ -27,10 +30,12 @@ export async function startBench({ speed = 50, port = 0, args = ['--demo', '--sp
   const child = spawn(command(), ['web', ...args, '--no-browser', '--port', String(port)], {
     cwd, stdio: ['ignore', 'pipe', 'pipe'],
   })
-  const address = await firstAddress(child)
+  const entry = await firstAddress(child)
+  const { origin, port: bound } = new URL(entry)
   return {
-    address,
-    port: Number(new URL(address).port),
+    address: origin,
+    entry,
+    port: Number(bound),
     process: child,
     signal: (name) => child.kill(name),
     close: () => end(child),
@@ -46,7 +51,7 @@ function firstAddress(child: ChildProcess): Promise<string> {
       const found = /http:\/\/[^\s;]+/.exec(said)
       if (found === null) return
       clearTimeout(late)
-      resolve(found[0].replace(/\/$/, ''))
+      resolve(found[0])
     }
     child.stdout?.on('data', hear)
     child.stderr?.on('data', hear)
@@ -71,13 +76,17 @@ async function end(child: ChildProcess): Promise<void> {
   clearTimeout(late)
 }
 
+/** What a program sends that knows the token which the server has made. */
+export function withToken(bench: Bench): Record<string, string> {
+  const token = new URL(bench.entry).searchParams.get('token')
+  return token === null ? {} : { Authorization: `Bearer ${token}` }
+}
+
 /** Send a request to the API as a program does. */
 export async function ask<T>(bench: Bench, path: string, body?: unknown, headers: Record<string, string> = {}): Promise<T> {
-  const session = await fetch(`${bench.address}/api/v1/session`)
-  const cookie = session.headers.getSetCookie().map((one) => one.split(';')[0]).join('; ')
   const response = await fetch(`${bench.address}/api/v1${path}`, {
     method: body === undefined ? 'GET' : 'POST',
-    headers: { cookie, 'content-type': 'application/json', ...headers },
+    headers: { ...withToken(bench), 'content-type': 'application/json', ...headers },
     ...(body === undefined ? {} : { body: JSON.stringify(body) }),
   })
   if (!response.ok) throw new Error(`${path}: ${response.status} ${await response.text()}`)

@@ -38,12 +38,13 @@ export interface Person {
   faults: string[]
 }
 
-/** A person with their own browser; `known` is what it remembers about them. */
+/** A person with a browser of their own, who has opened the printed address of a bench; `known` is what it remembers. */
 export async function aPerson(
-  browser: Browser, address: string, options: BrowserContextOptions = {}, known: Record<string, unknown> = { welcomed: true },
+  browser: Browser, entry: string, options: BrowserContextOptions = {}, known: Record<string, unknown> = { welcomed: true },
 ): Promise<Person> {
-  const context = await browser.newContext({ viewport: WIDE, baseURL: address, reducedMotion: 'reduce', ...options })
+  const context = await browser.newContext({ viewport: WIDE, baseURL: new URL(entry).origin, reducedMotion: 'reduce', ...options })
   context.setDefaultTimeout(PATIENCE_MS)
+  if (entry.includes('token=')) await context.request.get(entry, { maxRedirects: 0 })
   await context.addInitScript((preferences) => {
     if (localStorage.getItem('labrun.preferences') === null) {
       localStorage.setItem('labrun.preferences', JSON.stringify(preferences))

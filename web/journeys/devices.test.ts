@@ -25,7 +25,7 @@ const status = async (device: string, at = bench) => (await ask<Device>(at, `/de
 const detail = (page: Page): Locator => page.getByRole('region', { name: 'Device detail' })
 
 async function atDevice(device: string, options = {}, at = bench): Promise<Person> {
-  const person = await aPerson(browser, at.address, options, { welcomed: true, name: 'Ada' })
+  const person = await aPerson(browser, at.entry, options, { welcomed: true, name: 'Ada' })
   await person.page.goto(`/devices/${device}`)
   await isLive(person.page)
   await allOnline(person.page)

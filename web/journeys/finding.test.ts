@@ -27,7 +27,7 @@ afterAll(async () => {
 
 describe('runs', () => {
   it('are found by sample and by size, and a search that means nothing says what there is', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto('/runs')
     await isLive(page)
     const list = page.getByRole('list', { name: 'All runs' })
@@ -54,7 +54,7 @@ describe('runs', () => {
   })
 
   it('are compared: parameters, values, maps on one scale with their difference, spectra', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, { viewport: { width: 1366, height: 768 } })
+    const { page, context, faults } = await aPerson(browser, bench.entry, { viewport: { width: 1366, height: 768 } })
     await page.goto('/runs')
     for (const id of ids.slice(0, 2)) await page.getByRole('checkbox', { name: `Compare ${id}` }).check()
     await page.getByRole('link', { name: 'Compare 2 runs' }).click()
@@ -75,7 +75,7 @@ describe('runs', () => {
   })
 
   it('are labelled, and all of one sample is on one page, by keys alone', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto(`/results/${ids[2] ?? ''}`)
     await page.getByRole('region', { name: 'Map', exact: true }).waitFor()
     await tabTo(page, /^Label: sample/)
@@ -101,7 +101,7 @@ describe('runs', () => {
   })
 
   it('show one number with its limits, on a narrow dark screen as well', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, { viewport: NARROW, colorScheme: 'dark' })
+    const { page, context, faults } = await aPerson(browser, bench.entry, { viewport: NARROW, colorScheme: 'dark' })
     await page.goto('/runs?find=K17')
     await page.getByLabel('Show over these runs').selectOption('data.Si')
     const chart = page.getByRole('group', { name: 'data.Si of 3 runs' })
@@ -131,7 +131,7 @@ describe('people elsewhere', () => {
     }).listen(0, '127.0.0.1')
     await new Promise((resolve) => chat.once('listening', resolve))
     const to = `json://127.0.0.1:${(chat.address() as AddressInfo).port}/hook`
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto('/settings')
     await page.getByRole('button', { name: 'Add a person or program' }).click()
     await page.getByLabel('Address of 1').fill('json://127.0.0.1:9/hook')

@@ -17,8 +17,27 @@ afterAll(async () => {
 })
 
 describe('the frame', () => {
+  it('lets a browser in by the address that the server printed, and by no other', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await page.goto('/runs')
+    await page.getByRole('heading', { level: 1, name: 'Sign in' }).waitFor()
+    await page.getByText('Open the address that labrun web printed').waitFor()
+    await picture(page, 'sign-in-here')
+    await page.goto(bench.entry)
+    await isLive(page)
+
+    expect(page.url()).not.toContain('token')
+
+    await page.goto('/runs')
+    await isLive(page)
+
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
   it('welcomes a new user in three steps', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, {}, {})
+    const { page, context, faults } = await aPerson(browser, bench.entry, {}, {})
     await page.goto('/')
     await page.getByRole('heading', { name: 'Welcome to labrun' }).waitFor()
     await picture(page, 'welcome')
@@ -38,7 +57,7 @@ describe('the frame', () => {
   })
 
   it('leads to its five places by links and by keys', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto('/settings')
     for (const place of ['Devices', 'Protocols', 'Runs', 'Results', 'Settings']) {
       const link = page.getByRole('link', { name: place, exact: true })
@@ -73,7 +92,7 @@ describe('the frame', () => {
   })
 
   it('skips to the content with the first Tab', async () => {
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await page.goto('/settings')
     await isLive(page)
     await page.keyboard.press('Tab')
@@ -85,7 +104,7 @@ describe('the frame', () => {
   })
 
   it('is used with the keyboard alone, from the first Tab to a moved gantry', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+    const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
     await page.goto('/settings')
     await isLive(page)
     const x = async () => (await ask<{ status: { x: number } }>(bench, '/devices/gantry')).status.x
@@ -109,7 +128,7 @@ describe('the frame', () => {
   })
 
   it('remembers the theme and follows the system without one', async () => {
-    const { page, context } = await aPerson(browser, bench.address, { colorScheme: 'dark' })
+    const { page, context } = await aPerson(browser, bench.entry, { colorScheme: 'dark' })
     await page.goto('/settings')
     const theme = () => page.evaluate(() => document.documentElement.dataset['theme'])
 
@@ -125,8 +144,8 @@ describe('the frame', () => {
   })
 
   it('lets two people see and pass on control', async () => {
-    const ada = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
-    const bo = await aPerson(browser, bench.address, { viewport: NARROW }, { welcomed: true, name: 'Bo' })
+    const ada = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
+    const bo = await aPerson(browser, bench.entry, { viewport: NARROW }, { welcomed: true, name: 'Bo' })
     await Promise.all([ada.page.goto('/settings'), bo.page.goto('/settings')])
     await Promise.all([isLive(ada.page), isLive(bo.page)])
     await ada.page.getByRole('button', { name: 'Take control' }).click()
@@ -157,7 +176,7 @@ describe('the frame', () => {
   })
 
   it('saves the settings of the bench', async () => {
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await page.goto('/devices')
     await isLive(page)
     let answer: (value?: unknown) => void = () => undefined

@@ -1,7 +1,7 @@
 // Protocols: the list, the editor in all its views, one undo for text and outline, conflicts, drafts.
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
-import { ask, type Bench, startBench } from './bench'
+import { ask, type Bench, startBench, withToken } from './bench'
 import { allOnline, aPerson, NARROW, openBrowser, tabTo, tidy } from './browser'
 import { axe, picture } from './look'
 
@@ -56,7 +56,7 @@ async function textOf(page: Page): Promise<string> {
 
 describe('the list of protocols', () => {
   it('searches, creates, copies, deletes and restores', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto('/protocols')
     await page.getByRole('link', { name: 'pegmatite_map.yaml' }).waitFor()
     await picture(page, 'protocols')
@@ -90,7 +90,7 @@ describe('the list of protocols', () => {
 
 describe('a newcomer', () => {
   it('sees what comes of it, chooses a template by its picture, and runs it', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, {}, {})
+    const { page, context, faults } = await aPerson(browser, bench.entry, {}, {})
     await page.goto('/')
     await page.getByRole('button', { name: 'Next' }).click()
     await page.getByRole('button', { name: 'Next' }).click()
@@ -124,7 +124,7 @@ describe('a newcomer', () => {
 describe('the editor', () => {
   it('moves, copies, removes and undoes by keyboard, and the comments stay', async () => {
     await copyOf('keys.yaml', 'pegmatite_map.yaml')
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await open(page, 'keys.yaml')
     await sound(page)
     const before = await textOf(page)
@@ -154,7 +154,7 @@ describe('the editor', () => {
 
   it('adds a step and a structure, edits it in the form, and saves', async () => {
     await copyOf('adding.yaml', 'hello.yaml')
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await open(page, 'adding.yaml')
     await row(page, /Move to/).click()
     await page.getByRole('button', { name: 'Add step' }).click()
@@ -189,7 +189,7 @@ describe('the editor', () => {
 
   it('watches a group and chooses conditions, without an expression', async () => {
     await copyOf('watching.yaml', 'hello.yaml')
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await open(page, 'watching.yaml')
     const add = async (words: string): Promise<void> => {
       await page.getByRole('button', { name: 'Add step' }).click()
@@ -229,7 +229,7 @@ describe('the editor', () => {
   })
 
   it('builds a scan from a blank page by mouse, without an expression', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto('/protocols')
     await page.getByRole('button', { name: 'New protocol' }).click()
     await page.getByLabel('File name').fill('blank')
@@ -322,7 +322,7 @@ finally:
   })
 
   it('builds one by keys alone, at 1280 px with every line in view', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, { viewport: { width: 1280, height: 800 } })
+    const { page, context, faults } = await aPerson(browser, bench.entry, { viewport: { width: 1280, height: 800 } })
     await page.goto('/protocols')
     await page.getByRole('link', { name: 'hello.yaml' }).waitFor()
     await tabTo(page, /^New protocol$/)
@@ -360,7 +360,7 @@ finally:
 
   it('shows problems while one types, fixes one, and pauses the other views of a broken text', async () => {
     await copyOf('problems.yaml', 'hello.yaml')
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await open(page, 'problems.yaml')
     await sound(page)
     const editor = page.getByRole('textbox', { name: 'Protocol YAML' })
@@ -389,7 +389,7 @@ finally:
 
   it('completes actions and keys, and Esc then Tab leaves the text', async () => {
     await copyOf('complete.yaml', 'hello.yaml')
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await open(page, 'complete.yaml')
     await row(page, /Write to the log/).click()
     await page.getByRole('textbox', { name: 'Protocol YAML' }).focus()
@@ -414,7 +414,7 @@ finally:
   })
 
   it('selects the same thing in text, outline and preview, and previews the points', async () => {
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await open(page, 'pegmatite_map.yaml')
     await row(page, /For each of 1,071 points/).waitFor()
     await page.getByRole('button', { name: 'Preview', exact: true }).click()
@@ -433,7 +433,7 @@ finally:
 
   it('moves and stretches the grid in the preview, as parameters of the text', async () => {
     await copyOf('grid.yaml', 'pegmatite_map.yaml')
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await open(page, 'grid.yaml')
     await page.getByRole('button', { name: 'Preview', exact: true }).click()
     const preview = page.getByRole('region', { name: 'Preview' })
@@ -465,7 +465,7 @@ finally:
   it('draws the area of a loop on the bench, sees at once what lies beyond, and cuts it off', async () => {
     const steps = "  - foreach:\n      point: ${{ grid(x=span(0 mm, 40 mm, 20 mm), y=span(0 mm, 40 mm, 20 mm)) }}\n    steps:\n      - {do: gantry.move_to, with: {x: \"${{ point.x }}\", y: \"${{ point.y }}\"}}\n"
     await ask(bench, '/protocols', { name: 'drawn.yaml', text: `labrun: 1\nname: drawn\ndevices: {gantry: gantry@1}\nsteps:\n${steps}` })
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await open(page, 'drawn.yaml')
     await row(page, /For each/).click()
     await page.getByRole('button', { name: 'Draw on the bench' }).click()
@@ -498,7 +498,7 @@ finally:
   })
 
   it('rehearses with simulated devices, and explains', async () => {
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await open(page, 'hello.yaml')
     await page.getByRole('button', { name: 'Preview', exact: true }).click()
     const preview = page.getByRole('region', { name: 'Preview' })
@@ -512,7 +512,7 @@ finally:
 
   it('merges the changes of two people who both saved', async () => {
     await copyOf('shared.yaml', 'hello.yaml')
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await open(page, 'shared.yaml')
     await sound(page)
     await row(page, /hello Three/).click()
@@ -521,10 +521,8 @@ finally:
     await expect.poll(() => textOf(page)).toContain('summary: Mine')
     const there = await saved('shared.yaml')
     const theirs = there.text.replace('y: 1 cm', 'y: 3 cm')
-    const session = await fetch(`${bench.address}/api/v1/session`)
-    const cookie = session.headers.getSetCookie().map((one) => one.split(';')[0]).join('; ')
     await fetch(`${bench.address}/api/v1/protocols/shared.yaml`, {
-      method: 'PUT', headers: { cookie, 'content-type': 'application/json' }, body: JSON.stringify({ text: theirs, base: there.revision }),
+      method: 'PUT', headers: { ...withToken(bench), 'content-type': 'application/json' }, body: JSON.stringify({ text: theirs, base: there.revision }),
     })
     await page.getByRole('button', { name: 'Save' }).click()
     await page.getByRole('heading', { name: 'Someone else has saved this protocol' }).waitFor()
@@ -544,7 +542,7 @@ finally:
 
   it('keeps a draft across a reload and restores it', async () => {
     await copyOf('draft.yaml', 'hello.yaml')
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await open(page, 'draft.yaml')
     await row(page, /hello Three/).click()
     await page.getByRole('region', { name: 'Step' }).getByLabel('Summary').fill('Not saved yet')
@@ -564,7 +562,7 @@ finally:
 
   it('takes a step that was done by hand, after the row where it was left', async () => {
     await copyOf('byhand.yaml', 'hello.yaml')
-    const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+    const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
     await open(page, 'byhand.yaml')
     await row(page, /Move to/).click()
     await page.goto('/devices/gantry')
@@ -590,7 +588,7 @@ finally:
   })
 
   it('opens a used protocol in place, and goes to the launch form', async () => {
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await open(page, 'multi_sample.yaml')
     await row(page, /Use scan_core\.yaml/).click()
     await page.keyboard.press('ArrowRight')
@@ -603,7 +601,7 @@ finally:
 
   for (const theme of ['light', 'dark'] as const) {
     it(`has nothing that axe finds, in ${theme}, wide and narrow`, async () => {
-      const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, theme })
+      const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, theme })
       await page.goto('/protocols')
       await page.getByRole('link', { name: 'pegmatite_map.yaml' }).waitFor()
 

@@ -20,7 +20,7 @@ afterAll(async () => {
 
 describe('results', () => {
   it('are empty at first, and the page says what to do', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto('/results')
     await isLive(page)
     await page.getByText('No run has measured anything yet').waitFor()
@@ -32,7 +32,7 @@ describe('results', () => {
 
   it('are a map and the spectrum of the point under the cursor', async () => {
     run = await measuredMap(bench)
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto('/results')
     await page.getByRole('list', { name: 'Runs with results' }).getByRole('link', { name: 'pegmatite-map' }).click()
     const map = page.getByRole('region', { name: 'Map', exact: true })
@@ -63,7 +63,7 @@ describe('results', () => {
   }, 300_000)
 
   it('give a mean of selected points, and a protocol that measures them again', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto(`/results/${run}`)
     const map = page.getByRole('region', { name: 'Map', exact: true })
     const sheet = map.getByRole('application')
@@ -95,7 +95,7 @@ describe('results', () => {
   })
 
   it('explain a point, down to its line of YAML', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto(`/results/${run}?point=2,2`)
     await page.getByRole('button', { name: 'Why this point?' }).click()
     const point = page.getByRole('region', { name: 'Point', exact: true })
@@ -110,7 +110,7 @@ describe('results', () => {
   })
 
   it('are reduced to plasma and classes, shown as a table, and downloaded', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto(`/results/${run}`)
     const reduce = page.getByRole('region', { name: 'Plasma and classes' })
     await reduce.getByRole('button', { name: 'Reduce the spectra' }).click()
@@ -144,7 +144,7 @@ describe('results', () => {
   }, 300_000)
 
   it('fit a narrow screen, dark as well', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, { viewport: NARROW, colorScheme: 'dark' })
+    const { page, context, faults } = await aPerson(browser, bench.entry, { viewport: NARROW, colorScheme: 'dark' })
     await page.goto(`/results/${run}?point=2,2&map=data.csv/K`)
     await page.getByText('48 of 48 cells measured').waitFor()
     await page.getByLabel('Overlay').selectOption({ label: 'Li' })

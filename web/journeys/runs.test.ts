@@ -49,7 +49,7 @@ async function launchMap(page: Page, size: string): Promise<string> {
 
 describe('a run', () => {
   it('list is empty at first, and the page says what to do', async () => {
-    const person = await aPerson(browser, bench.address, {}, ADA)
+    const person = await aPerson(browser, bench.entry, {}, ADA)
     const { page, faults } = person
     await page.goto('/runs')
     await isLive(page)
@@ -62,7 +62,7 @@ describe('a run', () => {
   })
 
   it('is launched from its form and fills its map until it is done', async () => {
-    const person = await aPerson(browser, bench.address, {}, ADA)
+    const person = await aPerson(browser, bench.entry, {}, ADA)
     const { page, faults } = person
     await page.goto('/runs')
     await page.getByLabel('Protocol of a new run').selectOption('pegmatite_map.yaml')
@@ -122,7 +122,7 @@ describe('a run', () => {
 
 describe('a run that is looked at', () => {
   it('opens a point from the map by keys, with its attempts and its line of YAML', async () => {
-    const person = await aPerson(browser, bench.address, {}, ADA)
+    const person = await aPerson(browser, bench.entry, {}, ADA)
     const { page, faults } = person
     await page.goto('/runs')
     await page.getByRole('list', { name: 'All runs' }).getByRole('link', { name: 'pegmatite-map' }).first().click()
@@ -147,7 +147,7 @@ describe('a run that is looked at', () => {
   })
 
   it('fits a narrow screen, dark as well', async () => {
-    const person = await aPerson(browser, bench.address, { viewport: NARROW, colorScheme: 'dark' }, ADA)
+    const person = await aPerson(browser, bench.entry, { viewport: NARROW, colorScheme: 'dark' }, ADA)
     const { page, faults } = person
     await page.goto('/runs')
     await page.getByRole('list', { name: 'All runs' }).getByRole('link', { name: 'pegmatite-map' }).first().click()
@@ -173,7 +173,7 @@ describe('a run that is looked at', () => {
 
 describe('a person and a live run', () => {
   it('pause, resume and abort, each with what will happen', async () => {
-    const person = await aPerson(browser, bench.address, {}, ADA)
+    const person = await aPerson(browser, bench.entry, {}, ADA)
     const { page, faults } = person
     await launchMap(page, '4')
     await page.getByRole('button', { name: 'Pause' }).click()
@@ -227,7 +227,7 @@ describe('a person and a live run', () => {
   it('answer its question from the page', async () => {
     const text = 'labrun: 1\nname: asks\ndevices: {gantry: gantry@1}\nsteps:\n  - {do: gantry.home}\n  - {id: which, ask: "Which sample lies there?", choices: [granite, basalt]}\n  - {log: "it is ${{ steps.which.choice }}"}\n'
     await command(bench, '/protocols', { name: 'asks.yaml', text })
-    const person = await aPerson(browser, bench.address, {}, ADA)
+    const person = await aPerson(browser, bench.entry, {}, ADA)
     const { page, faults } = person
     await page.goto('/runs?start=asks.yaml')
     await page.getByRole('button', { name: 'Start', exact: true }).click()
@@ -256,7 +256,7 @@ describe('a person and a live run', () => {
       '  - {log: "it was shot ${{ steps.shoot.shot_id }}"}', '',
     ].join('\n'))
     const unsure = await startBench({ args: ['--lab', 'lab.yaml'], cwd: folder })
-    const person = await aPerson(browser, unsure.address, {}, ADA)
+    const person = await aPerson(browser, unsure.entry, {}, ADA)
     const { page, faults } = person
     await page.goto(`/runs/${await startRun(unsure, 'unseen.yaml')}`)
     await page.getByRole('button', { name: 'Take control' }).click()
@@ -278,9 +278,9 @@ describe('a person and a live run', () => {
   })
 
   it('are two: what one does, both see, and only who has control may abort', async () => {
-    const ada = await aPerson(browser, bench.address, {}, ADA)
+    const ada = await aPerson(browser, bench.entry, {}, ADA)
     await launchMap(ada.page, '4')
-    const bo = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Bo' })
+    const bo = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Bo' })
     await bo.page.goto(ada.page.url())
     await bo.page.getByRole('button', { name: 'Pause' }).click()
     await bo.page.getByRole('button', { name: 'Pause now' }).click()

@@ -35,7 +35,7 @@ afterAll(async () => {
 })
 
 it('a server that is killed mid-run leaves the run going, and the page finds it again', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await page.goto('/runs?start=slow.yaml')
   await page.getByRole('button', { name: 'Start', exact: true }).click()
   await page.waitForURL('**/runs/2*')
@@ -68,7 +68,7 @@ it('a server that is killed mid-run leaves the run going, and the page finds it 
 })
 
 it('an engine that is killed leaves an interrupted run, which is resumed from the page', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await ask(bench, '/control/take', { name: 'Program', reason: 'a journey' }).then(async (taken) => {
     await ask(bench, '/control/release', {}, { 'X-Control-Lease': (taken as { lease: string }).lease })
   })

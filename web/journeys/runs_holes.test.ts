@@ -46,7 +46,7 @@ async function numbers(run: string): Promise<number[]> {
 }
 
 it('holes are offered with the map, chosen, and measured again', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   const before = await shots()
   await orderFault(bench, { device: 'libs', kind: 'error', action: 'measure', error: 'ButtonNotFound', count: 3 })
@@ -107,7 +107,7 @@ it('holes are offered with the map, chosen, and measured again', async () => {
 })
 
 it('a run of which no point succeeded is not resumed into the same failure', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   const before = await shots()
   await orderFault(bench, { device: 'libs', kind: 'error', action: 'measure', error: 'ButtonNotFound', count: 12 })
@@ -128,7 +128,7 @@ it('a run of which no point succeeded is not resumed into the same failure', asy
 })
 
 it('STOP ALL makes no hole: it says who it was, shows one state, and the run is resumed to its end', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   const before = await shots()
   const run = await startRun(bench, 'scan.yaml', { feed: '1 mm/min' }) // a minute a millimetre: it is pressed in time
@@ -164,7 +164,7 @@ it('STOP ALL makes no hole: it says who it was, shows one state, and the run is 
 })
 
 it('a live run gets more points, and nothing that was done is done again', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   await ask(bench, '/protocols', { name: 'more.yaml', text: SCAN.replace('span(0, 2 mm', 'span(0, 3 mm') }, now())
   const before = await shots()

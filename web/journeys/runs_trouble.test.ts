@@ -34,7 +34,7 @@ afterAll(async () => {
 })
 
 it('what went wrong is found in the outline and in the log, and the run is resumed with a changed protocol', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   await orderFault(bench, { device: 'libs', kind: 'error', action: 'measure', error: 'ButtonNotFound', count: 4 })
   const run = await startRun(bench, 'scan.yaml')
@@ -93,7 +93,7 @@ it('what went wrong is found in the outline and in the log, and the run is resum
 })
 
 it('a run is started, paused and aborted by keyboard alone', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+  const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await page.goto('/runs?start=pegmatite_map.yaml')
   await page.getByText('1,071 points').waitFor()
   for (const point of [/^enclosure closed$/, /^nobody in the beam path$/, /^sample fixed$/]) {
@@ -125,7 +125,7 @@ it('a run is started, paused and aborted by keyboard alone', async () => {
 })
 
 it('from the empty first start to a finished map, by keyboard alone', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address, {}, {})
+  const { page, context, faults } = await aPerson(browser, bench.entry, {}, {})
   const press = async (name: RegExp, key = 'Enter'): Promise<void> => {
     await tabTo(page, name)
     await page.keyboard.press(key)

@@ -27,7 +27,7 @@ afterAll(async () => {
 
 describe.each(LOOKS)('in $look', ({ look, theme, viewport, lab }) => {
   it('every screen is accessible, fits and has one heading', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, { viewport }, { welcomed: true, theme, lab })
+    const { page, context, faults } = await aPerson(browser, bench.entry, { viewport }, { welcomed: true, theme, lab })
     const wrong: string[] = []
     for (const screen of SCREENS) {
       await page.goto(screen)

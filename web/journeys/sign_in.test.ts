@@ -23,7 +23,7 @@ afterAll(async () => {
 })
 
 it('a browser signs in with the token, stays signed in across a reload, and can stop all before', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address, { viewport: NARROW })
+  const { page, context, faults } = await aPerson(browser, bench.entry, { viewport: NARROW })
   await page.goto('/devices/gantry')
   await page.getByRole('heading', { level: 1, name: 'Sign in' }).waitFor()
 
@@ -52,7 +52,7 @@ it('a browser signs in with the token, stays signed in across a reload, and can 
 })
 
 it('a browser whose sign-in is unknown to a new server must sign in again', async () => {
-  const { page, context, faults } = await aPerson(browser, bench.address)
+  const { page, context, faults } = await aPerson(browser, bench.entry)
   await page.goto('/settings')
   await page.getByLabel('Token').fill(TOKEN)
   await page.keyboard.press('Enter')

@@ -31,7 +31,7 @@ async function atGantry(page: Page): Promise<void> {
 
 describe('STOP ALL', () => {
   it('shows that each device confirmed, from any page, by button and by Esc Esc', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await atGantry(page)
     await page.goto('/settings')
     await isLive(page)
@@ -52,7 +52,7 @@ describe('STOP ALL', () => {
   })
 
   it('reaches through an open dialog', async () => {
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await page.goto('/settings')
     await isLive(page)
     await page.keyboard.press('?')
@@ -63,7 +63,7 @@ describe('STOP ALL', () => {
   })
 
   it('names the device that did not confirm, as wide as the page', async () => {
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await atGantry(page)
     await orderFault(bench, { device: 'libs', kind: 'freeze' })
     await stop(page).click()
@@ -80,7 +80,7 @@ describe('STOP ALL', () => {
   })
 
   it('reports at once that nothing confirmed when the server is silent, and stops nothing later', async () => {
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await atGantry(page)
     bench.signal('SIGSTOP')
     await stop(page).click()
@@ -96,7 +96,7 @@ describe('STOP ALL', () => {
 
 describe('a run', () => {
   it('is shown on every screen, keeps its devices, and is aborted by STOP ALL', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address)
+    const { page, context, faults } = await aPerson(browser, bench.entry)
     await atGantry(page)
     const { lease } = await ask<{ lease: string }>(bench, '/control/take', { name: 'Ada' })
     const headers = { 'X-Control-Lease': lease, 'X-Deadline': String(Date.now() + 30_000), 'Idempotency-Key': crypto.randomUUID() }
@@ -129,7 +129,7 @@ describe('a run', () => {
 
 describe('an offline spell', () => {
   it('discards clicks and does not carry them out later', async () => {
-    const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
+    const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
     await atGantry(page)
     await page.getByRole('button', { name: 'Take control' }).click()
     await page.getByRole('button', { name: 'Release control' }).waitFor()
@@ -160,7 +160,7 @@ describe('an offline spell', () => {
   })
 
   it('is shown when the browser loses its network, and ends automatically', async () => {
-    const { page, context } = await aPerson(browser, bench.address)
+    const { page, context } = await aPerson(browser, bench.entry)
     await atGantry(page)
     await context.setOffline(true)
     await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'offline' }).waitFor()
@@ -175,12 +175,14 @@ describe('an offline spell', () => {
 
   it('ends when another server is at the same address', async () => {
     const first = await startBench({ speed: 20 })
-    const { page, context } = await aPerson(browser, first.address)
+    const { page, context } = await aPerson(browser, first.entry)
     await page.goto('/devices')
     await isLive(page)
     await first.close()
     await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'offline' }).waitFor()
     const second = await startBench({ speed: 20, port: first.port })
+    await page.getByRole('heading', { level: 1, name: 'Sign in' }).waitFor()
+    await page.goto(`/devices${new URL(second.entry).search}`)
     await isLive(page)
     await page.getByRole('region', { name: 'Device list' }).getByText('gantry', { exact: true }).waitFor()
     await context.close()

@@ -2,7 +2,7 @@
 
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -30,10 +30,20 @@ RosArgs = Annotated[
 Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="0 picks a free port.")]
 Host = Annotated[str, typer.Option("--host", help="Address to listen on.")]
 Token = Annotated[
-    str | None, typer.Option("--token", help="Required from every client; or set LABRUN_ROS_TOKEN.")
+    str | None,
+    typer.Option(
+        "--token",
+        help="Required from every client; or set LABRUN_ROS_TOKEN. On this machine one is made.",
+    ),
 ]
 TokenFile = Annotated[
     Path | None, typer.Option("--token-file", help="The file that holds it, unseen by `ps`.")
+]
+NoToken = Annotated[
+    bool,
+    typer.Option(
+        "--no-token", help="Let in every program of this machine, for clients that send none."
+    ),
 ]
 Origin = Annotated[
     list[str] | None,
@@ -58,6 +68,7 @@ def ros(
     host: Host = "127.0.0.1",
     token: Token = None,
     token_file: TokenFile = None,
+    no_token: NoToken = False,
     origin: Origin = None,
     protocols: Protocols = Path(),
     runs: Runs = Path("runs"),
@@ -83,13 +94,13 @@ def ros(
     elif ros_args:
         refuse("--ros-args are for a node of ROS: add --node")
     else:
-        from ...drivers.server.tokens import WeakToken, chosen
+        from ...drivers.server.tokens import WeakToken, for_port
 
         try:
-            token = chosen(token, token_file, "LABRUN_ROS_TOKEN", host)
+            known = for_port(token, token_file, "LABRUN_ROS_TOKEN", host, open_to_all=no_token)
         except WeakToken as fault:
             refuse(str(fault))
-        _run(_bridge(loaded, package, folders, host, port, token, origin or []), f"{host}:{port}")
+        _run(_bridge(loaded, package, folders, host, port, known, origin or []), f"{host}:{port}")
 
 
 def _loaded(path: Path | None) -> "LoadedLab":
@@ -128,15 +139,19 @@ def _write(lab: "LoadedLab", package: str, folder: Path) -> None:
 
 
 async def _bridge(
-    lab: "LoadedLab", package: str, folders: "Folders", host: str, port: int, token: str | None,
-    origins: list[str],
+    lab: "LoadedLab", package: str, folders: "Folders", host: str, port: int,
+    known: tuple[str | None, bool], origins: list[str],
 ) -> None:  # fmt: skip
+    from contextlib import ExitStack
+
+    from ...drivers.server.tokens import findable, with_token
     from ...system.signals import until_end
     from .bridge.gate import Brake, Gate
     from .bridge.serve import ask_for, bridge
     from .offers.greeting import greeting
     from .open_lab import opened
 
+    token, made = known
     over = until_end()
     await ask_for(host, port)
     async with (
@@ -145,10 +160,14 @@ async def _bridge(
             offered.offers, offered.goals, Gate(host, Brake(token), frozenset(origins)), port
         ) as address,
     ):
-        typer.echo(f"labrun ros at {address}")
-        for line in greeting(offered):
-            typer.echo(line)
-        await over.wait()
+        with ExitStack() as keeping:
+            if token is not None and made:
+                keeping.enter_context(findable(address, token))
+                address = with_token(address, token)
+            typer.echo(f"labrun ros at {address}")
+            for line in greeting(offered):
+                typer.echo(line)
+            await over.wait()
 
 
 def _run(work: Any, what: str) -> None:
@@ -171,7 +190,7 @@ def _run(work: Any, what: str) -> None:
         raise typer.Exit(NOT_REACHED) from None
 
 
-def refuse(text: str) -> None:
+def refuse(text: str) -> NoReturn:
     """Print what is wrong with the command line, and exit."""
     typer.echo(f"labrun: {text}", err=True)
     raise typer.Exit(PROBLEMS)

@@ -18,7 +18,7 @@ router = APIRouter(tags=["session"])
 
 @router.get("/session")
 async def get_session(request: Request, response: Response, app_state: TheSite) -> Session:
-    """Whether this browser is signed in; on loopback without a token it is from now on."""
+    """Whether this browser is signed in; where no token is wanted it is from now on."""
     signed_in = app_state.sessions.knows(request.cookies, request.headers)
     if not signed_in and not app_state.sessions.token_needed:
         app_state.sessions.set_cookie(response)

@@ -30,8 +30,9 @@ Runs, devices and protocols of one laboratory bench.
 `X-Control-Lease` (from `POST /control/take`) and `X-Deadline` (milliseconds by the server's clock;
 a late command is refused with 408 and not done). `POST /stop` and `pause` need none of these.
 
-**Sign-in** is a cookie: on loopback from `GET /session`, elsewhere from `POST /session` with the
-token; programs may send `Authorization: Bearer TOKEN` instead.
+**Sign-in** is a cookie: from `POST /session` with the token, or from any page's address with
+`?token=TOKEN`; programs may send `Authorization: Bearer TOKEN` instead. With `--no-token`,
+`GET /session` gives it to everybody.
 
 **Push** is Socket.IO 4 on this port, namespace `/ui`; its messages are under *webhooks*. The client
 may send `snapshot {}` and `watch {run}` (both acknowledged), `unwatch {run}`, and, volatile, `jog {id}`

@@ -3,7 +3,7 @@
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -20,10 +20,17 @@ Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="0 picks a f
 Host = Annotated[str, typer.Option("--host", help="Address to listen on.")]
 Token = Annotated[
     str | None,
-    typer.Option("--token", help="Required from every browser; or set LABRUN_WEB_TOKEN."),
+    typer.Option(
+        "--token",
+        help="Required from every browser; or set LABRUN_WEB_TOKEN. On this machine one is made.",
+    ),
 ]
 TokenFile = Annotated[
     Path | None, typer.Option("--token-file", help="The file that holds it, unseen by `ps`.")
+]
+NoToken = Annotated[
+    bool,
+    typer.Option("--no-token", help="Let in every user and program of this machine, unasked."),
 ]
 Lab = Annotated[
     Path | None, typer.Option("--lab", help="The lab file; the simulated lab by default.")
@@ -56,6 +63,7 @@ def web(
     host: Host = "127.0.0.1",
     token: Token = None,
     token_file: TokenFile = None,
+    no_token: NoToken = False,
     lab: Lab = None,
     runs: Runs = None,
     demo: Demo = False,
@@ -64,12 +72,12 @@ def web(
     no_browser: NoBrowser = False,
 ) -> None:
     """Serve the page to edit, launch, watch and review; runs continue without it."""
-    from ...drivers.server.tokens import WeakToken, chosen
+    from ...drivers.server.tokens import WeakToken, for_port
 
     if token is not None:  # crash logs show the command line
         sys.argv = [part.replace(token, "***") for part in sys.argv]
     try:
-        token = chosen(token, token_file, "LABRUN_WEB_TOKEN", host)
+        known = for_port(token, token_file, "LABRUN_WEB_TOKEN", host, open_to_all=no_token)
     except WeakToken as fault:
         _refuse(str(fault))
     if demo and (folder is not None or lab is not None or runs is not None):
@@ -79,18 +87,18 @@ def web(
 
         with demonstration(speed) as (protocols, demo_lab):
             options = _options(
-                protocols, host, port, token, demo_lab, None, check_timeout, demo=True
+                protocols, host, port, known, demo_lab, None, check_timeout, demo=True
             )
             _serve(options, browser=not no_browser)
         return
     protocols = (folder or Path()).resolve()
     if not protocols.is_dir():
         _refuse(f"{folder} is not a folder; give the folder with your protocols")
-    _serve(_options(protocols, host, port, token, lab, runs, check_timeout), browser=not no_browser)
+    _serve(_options(protocols, host, port, known, lab, runs, check_timeout), browser=not no_browser)
 
 
 def _options(
-    protocols: Path, host: str, port: int, token: str | None, lab: Path | None,
+    protocols: Path, host: str, port: int, known: tuple[str | None, bool], lab: Path | None,
     runs: Path | None, check_timeout_s: float, *, demo: bool = False,
 ) -> "Options":  # fmt: skip
     from ..app_state.state import Options
@@ -98,7 +106,8 @@ def _options(
     return Options(
         protocols=protocols, runs=(runs or protocols / "runs").resolve(),
         lab=lab.resolve() if lab is not None else None,
-        host=host, port=port, token=token, demo=demo, check_timeout_s=check_timeout_s,
+        host=host, port=port, token=known[0], made_token=known[1], demo=demo,
+        check_timeout_s=check_timeout_s,
     )  # fmt: skip
 
 
@@ -118,8 +127,8 @@ def _serve(options: "Options", *, browser: bool) -> None:
     if lab is None or any(problem.severity == "error" for problem in problems):
         raise typer.Exit(PROBLEMS)
 
-    def ready(url: str) -> None:
-        typer.echo(f"labrun web at {url}")
+    def ready(address: str, first: str) -> None:
+        typer.echo(f"labrun web at {address}")
         typer.echo(
             f"protocols in {options.protocols}, runs in {options.runs}; press Ctrl-C to stop"
         )
@@ -130,7 +139,7 @@ def _serve(options: "Options", *, browser: bool) -> None:
         if browser:
             import webbrowser
 
-            webbrowser.open(url)
+            webbrowser.open(first)
 
     try:
         left = asyncio.run(serve(options, lab, ready))
@@ -146,11 +155,16 @@ def _serve(options: "Options", *, browser: bool) -> None:
 def _why_not(fault: OSError, options: "Options") -> str:
     import errno
 
+    from ...drivers.server.tokens import found, with_token
+
     words = fault.strerror or str(fault)
     where = f"{options.host}:{options.port}"
     if fault.errno == errno.EADDRINUSE:
+        url = f"http://{where}"
+        token = found(url)
+        which = "open that one" if token is None else f"open {with_token(url, token)}"
         return (
-            f"{where} is already in use, perhaps by another `labrun web`: open that one, or "
+            f"{where} is already in use, perhaps by another `labrun web`: {which}, or "
             "use a free port with --port 0"
         )
     if fault.filename is not None:
@@ -158,6 +172,6 @@ def _why_not(fault: OSError, options: "Options") -> str:
     return f"cannot listen on {where}, or a folder cannot be used: {words}"
 
 
-def _refuse(text: str) -> None:
+def _refuse(text: str) -> NoReturn:
     typer.echo(f"labrun: {text}", err=True)
     raise typer.Exit(PROBLEMS)

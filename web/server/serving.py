@@ -3,11 +3,12 @@
 import asyncio
 import contextlib
 import socket
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable, Iterator, MutableMapping
 from typing import Any
 
 import socketio
 
+from ...drivers.server import tokens
 from ...drivers.server.host import _host_text as host_text
 from ...drivers.server.listen import bind, listening
 from ...engine.lab.lab import LoadedLab
@@ -43,19 +44,21 @@ def application(app_state: AppState) -> Gate:
     return Gate(both, app_state.sessions, app_state.options.host)
 
 
-async def serve(options: Options, lab: LoadedLab, ready: Callable[[str], None]) -> bool:
-    """Serve until a signal; `ready` gets the address. Returns whether a live run kept device servers.
+async def serve(options: Options, lab: LoadedLab, ready: Callable[[str, str], None]) -> bool:
+    """Serve until a signal; returns whether a live run kept device servers.
 
-    Raises OSError if the port is in use or a folder cannot be written.
+    `ready` gets the address to print, and the one to start a browser with. Raises OSError if the port
+    is in use or a folder cannot be written.
     """
     listener = bind(options.host, options.port)
     try:
         async with opened(options, lab) as app_state:
             over = until_end()
-            port = listener.getsockname()[1]
+            url = f"http://{host_text(options.host)}:{listener.getsockname()[1]}"
             async with listening(application(app_state), listener):
-                ready(f"http://{host_text(options.host)}:{port}")
-                await over.wait()
+                with _let_in(options, url, app_state.sessions.ticket()) as addresses:
+                    ready(*addresses)
+                    await over.wait()
             if options.demo:
                 await _end_runs(app_state)
             return any(
@@ -64,6 +67,16 @@ async def serve(options: Options, lab: LoadedLab, ready: Callable[[str], None]) 
             )
     finally:
         listener.close()
+
+
+@contextlib.contextmanager
+def _let_in(options: Options, url: str, ticket: str) -> Iterator[tuple[str, str]]:
+    """Both addresses; a token that was made here is found by this user's commands meanwhile."""
+    if options.token is None or not options.made_token:
+        yield url, url
+        return
+    with tokens.findable(url, options.token):
+        yield tokens.with_token(url, options.token), tokens.with_token(url, ticket)
 
 
 async def _end_runs(app_state: AppState) -> None:

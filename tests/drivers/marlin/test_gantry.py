@@ -7,8 +7,8 @@ import pytest
 
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext, Place
 from labrun.drivers.grbl.gantry import Grbl
-from labrun.drivers.marlin import gantry as source
 from labrun.drivers.marlin import link
+from labrun.drivers.motion import fed_gantry
 
 from ..played import played
 
@@ -119,7 +119,7 @@ def test_homing_can_be_stopped_with_an_emergency_parser_only(peers, gantry, emer
 def test_a_touch_tells_the_contact_and_a_pulled_cable_costs_the_position(
     peers, gantry, monkeypatch
 ):
-    monkeypatch.setattr(source, "AGAIN_S", 0.1)
+    monkeypatch.setattr(fed_gantry, "AGAIN_S", 0.1)
     peer = peers()
     peer.surface = 97.0
 

@@ -1,35 +1,14 @@
-"""Chains of stages on pseudo-terminals, each closed at its end, and drivers on them."""
+"""Chains of stages on pseudo-terminals, and drivers on them."""
 
-import pytest
-
-from labrun.drivers.driver import Place
-from labrun.schemas.contracts import shipped_contracts
-
+from ..motion.fed import closed_at_end, on_a_peer
 from .peer import Peer, config_of
 
 
-@pytest.fixture
-def peers():
-    """Makes chains; `peers(speed=100)`."""
-    made = []
+def _zaber():
+    from labrun.drivers.zaber.gantry import Zaber  # the maker's library may not be there
 
-    def make(**options):
-        made.append(Peer(**options))
-        return made[-1]
-
-    yield make
-    for peer in made:
-        peer.close()
+    return Zaber
 
 
-@pytest.fixture
-def gantry(tmp_path):
-    """A driver on a chain's port; `gantry(peer, home_first=True)`."""
-    from labrun.drivers.zaber.gantry import Zaber
-
-    def make(peer, **config):
-        contract = shipped_contracts()["gantry@2"]
-        config = {**config_of(peer), **config}
-        return Zaber(Place("gantry", config, {}, tmp_path / "gantry", tmp_path, contract))
-
-    return make
+peers = closed_at_end(Peer)
+gantry = on_a_peer(_zaber, config_of)

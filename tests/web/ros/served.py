@@ -23,6 +23,16 @@ class Served:
     said: str
     """What stood on the terminal until it served."""
 
+    @property
+    def bare(self) -> str:
+        """Its address without the token."""
+        return self.url.partition("/?")[0]
+
+    @property
+    def path(self) -> str:
+        """What a client asks this address for."""
+        return self.url.removeprefix(self.bare) or "/"
+
     def end(self) -> int:
         """Ctrl-C, and its exit status."""
         self.process.send_signal(signal.SIGINT)

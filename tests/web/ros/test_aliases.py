@@ -92,7 +92,7 @@ def paper(tmp_path_factory):
     shutil.copy(HERE.parents[2] / "protocols" / "hello.yaml", folder / "greet.yaml")
     (folder / "grid.yaml").write_text(GRID)
     (folder / "empty").mkdir()
-    served = serve(folder, "--protocols", "empty", lab=folder / "lab.yaml")
+    served = serve(folder, "--no-token", "--protocols", "empty", lab=folder / "lab.yaml")
     yield served
 
     assert served.end() == 0
@@ -129,7 +129,7 @@ def test_a_point_is_measured_as_the_papers_tree_does_it(talk, paper):
 @pytest.mark.slow
 def test_samples_are_detected_as_the_papers_newer_tree_asks_and_keep_their_ids(roslibpy, tmp_path):
     (tmp_path / "lab.yaml").write_text(CAMERA)
-    served = serve(tmp_path, lab=tmp_path / "lab.yaml")
+    served = serve(tmp_path, "--no-token", lab=tmp_path / "lab.yaml")
     calibrate = {"x": 100, "y": 300, "columns": 9, "rows": 6, "square": 25}
     early, _, once, again = roslibpy(
         served.url,

@@ -331,9 +331,10 @@ def test_what_cannot_be_cancelled_says_so_and_goes_on(endpoint):
 
 
 def test_a_hundred_megabytes_are_refused_at_their_announcement(endpoint):
-    host, port = endpoint.url.removeprefix("ws://").split(":")
+    host, port = endpoint.bare.removeprefix("ws://").split(":")
     shake = (
-        f"GET / HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        f"GET {endpoint.path} HTTP/1.1\r\nHost: {host}:{port}\r\n"
+        "Upgrade: websocket\r\nConnection: Upgrade\r\n"
         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
     )
     with socket.create_connection((host, int(port)), timeout=ANSWER_S) as line:
@@ -349,12 +350,13 @@ def test_a_hundred_megabytes_are_refused_at_their_announcement(endpoint):
 def test_a_client_that_never_reads_is_dropped_and_others_are_served(endpoint):
     async def main():
         reader, writer = await asyncio.open_connection(
-            *endpoint.url.removeprefix("ws://").split(":")
+            *endpoint.bare.removeprefix("ws://").split(":")
         )
         key = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-        host = endpoint.url.removeprefix("ws://")
+        host = endpoint.bare.removeprefix("ws://")
         writer.write(
-            f"GET / HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n{key}".encode()
+            f"GET {endpoint.path} HTTP/1.1\r\nHost: {host}\r\n"
+            f"Upgrade: websocket\r\nConnection: Upgrade\r\n{key}".encode()
         )
         await reader.readuntil(b"\r\n\r\n")
         call = json.dumps({"op": "call_service", "service": "rosapi/topics_and_raw_types"}).encode()
@@ -407,7 +409,8 @@ def refused(url, **headers):
 def test_pages_of_other_sites_and_other_names_for_us_are_refused(endpoint):
     assert refused(endpoint.url, Origin="https://evil.example") == 403
     assert refused(endpoint.url, Origin="null") == 403
-    port = endpoint.url.rpartition(":")[2]
+    assert refused(endpoint.bare) == 401
+    port = endpoint.bare.rpartition(":")[2]
     assert refused(endpoint.url, Host=f"rebound.example:{port}") in (400, 421)
     assert refused(endpoint.url, Host="[") in (400, 421)
     assert refused(endpoint.url, Origin="http://[") == 403
@@ -437,6 +440,7 @@ def test_pages_of_this_machine_and_allowed_origins_are_let_in(endpoint, lab, tmp
     [
         (["--host", "0.0.0.0"], "a token is required"),
         (["--token", "short"], "is easily guessed"),
+        (["--no-token", "--token", "a-quite-secret-word"], "give one of the two"),
         (["--protocols", "nowhere"], "is not a folder"),
         (["--lab", "nowhere.yaml"], "nowhere.yaml"),
         (["--node"], "this Python has no ROS 2"),
@@ -450,7 +454,7 @@ def test_a_wrong_call_is_a_sentence_and_status_2(tmp_path, options, words):
 
 
 def test_a_port_that_is_taken_is_a_sentence_and_status_4(endpoint, tmp_path):
-    done = command(tmp_path, "--port", endpoint.url.rpartition(":")[2])
+    done = command(tmp_path, "--port", endpoint.bare.rpartition(":")[2])
 
     assert done.returncode == 4
     assert "cannot be used" in done.stderr and "Traceback" not in done.stderr

@@ -104,8 +104,11 @@ class House:
     folder: Path
     arguments: list[str] = field(default_factory=list)
     url: str = ""
+    token: str = ""
+    """The one that the server has made, and printed in its address."""
     process: subprocess.Popen | None = None
     library: Path | None = None
+    entry: str = ""
     clients: list = field(default_factory=list)
 
     def start(self, *, port=0):
@@ -116,7 +119,8 @@ class House:
         )  # fmt: skip
         said = self.process.stdout.readline()
         assert said.startswith("labrun web at "), said + self.process.stdout.read()
-        self.url = said.split()[-1]
+        self.entry = said.split()[-1]
+        self.url, _, self.token = self.entry.partition("/?token=")
         self.library = Path(self.process.stdout.readline().split()[2].rstrip(","))
         return self
 
@@ -132,17 +136,20 @@ class House:
         return said
 
     def client(self, **more):
-        """A browser that is signed in."""
+        """A browser that is signed in, where no token was chosen."""
         client = Client(self.url, **more)
-        client.get("/session")
+        if self.token:
+            client.get(self.entry)
+        else:
+            client.get("/session")
         self.clients.append(client)
         return client
 
     @property
     def authorization(self):
         """What a program says that knows the token, where one is wanted."""
-        asked = dict(pairwise(self.arguments))
-        return {"Authorization": f"Bearer {asked['--token']}"} if "--token" in asked else {}
+        token = self.token or dict(pairwise(self.arguments)).get("--token")
+        return {"Authorization": f"Bearer {token}"} if token else {}
 
     @property
     def servers(self):

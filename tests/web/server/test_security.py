@@ -1,5 +1,6 @@
 """Who may ask: hosts, origins, sessions, tokens; and what every answer says to the browser."""
 
+import asyncio
 import os
 import stat
 import subprocess
@@ -8,6 +9,10 @@ from functools import partial
 
 import httpx
 import pytest
+from fastapi import Response
+
+from labrun.drivers.server import tokens
+from labrun.web.access.sessions import Sessions
 
 SECRET = "correct-horse-battery"
 get, post = partial(httpx.get, timeout=500), partial(httpx.post, timeout=500)
@@ -55,19 +60,90 @@ def test_pages_of_other_sites_may_ask_nothing_not_even_to_stop(shared, page, hea
 
 
 def test_the_cookie_is_for_this_site_and_not_for_scripts(shared):
-    answer = get(f"{shared.url}/api/v1/session")
+    answer = get(shared.entry)
     cookie = answer.headers["set-cookie"].lower()
 
     assert "httponly" in cookie and "samesite=strict" in cookie and "path=/" in cookie
 
 
+def test_the_printed_address_signs_a_browser_in_and_goes_on_without_the_token(shared):
+    with httpx.Client(timeout=500) as browser:
+        entered = browser.get(f"{shared.url}/runs?find=K17&token={shared.token}")
+        session = browser.get(f"{shared.url}/api/v1/session").json()
+
+    assert entered.status_code == 303 and entered.headers["location"] == "/runs?find=K17"
+    assert entered.headers["cache-control"] == "no-store"
+    assert session["signed_in"] and session["token_needed"]
+
+
+@pytest.mark.parametrize(
+    ("address", "goes_on_to"),
+    [("/?token=guess", "/"), ("//evil.example/%5c?token=guess", "/evil.example/%5C")],
+)
+def test_a_guess_in_an_address_signs_nobody_in_and_leads_to_no_other_site(
+    shared, address, goes_on_to
+):
+    answer = get(shared.url + address)
+
+    assert answer.status_code == 303 and answer.headers["location"] == goes_on_to
+    assert "set-cookie" not in answer.headers
+
+
+def test_the_made_token_is_for_this_user_alone_and_found_by_this_user(shared):
+    path = tokens._path(shared.url)
+    again = subprocess.run(
+        [sys.executable, "-m", "labrun.engine", "web", "--no-browser", "--port",
+         shared.url.rpartition(":")[2]],
+        capture_output=True, text=True, cwd=shared.folder,
+    )  # fmt: skip
+
+    assert os.name == "nt" or stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert tokens.found(shared.url) == shared.token and len(shared.token) >= tokens.LEAST
+    assert again.returncode == 4 and f"open {shared.entry}, or" in again.stderr
+
+
+def test_a_ticket_lets_one_browser_in_once(tmp_path):
+    sessions = Sessions(tmp_path / "secret", SECRET, made=True)
+
+    async def story():
+        ticket = sessions.ticket()
+        return [await sessions.enters(given) for given in (ticket, ticket, SECRET)]
+
+    assert asyncio.run(story()) == [True, False, True]
+
+
+def test_only_a_chosen_token_signs_browsers_out_when_it_changes(tmp_path):
+    def signed(token, made):
+        response = Response()
+        Sessions(tmp_path / "secret", token, made=made).set_cookie(response)
+        name, _, value = response.headers["set-cookie"].partition(";")[0].partition("=")
+        return {name: value}
+
+    def knows(token, made, cookies):
+        return Sessions(tmp_path / "secret", token, made=made).knows(cookies, {})
+
+    assert knows("made-at-the-next-start", True, signed("made-at-this-start", True))
+    assert not knows("another-chosen-word", False, signed("a-word-that-was-chosen", False))
+    # what an open server gave to everybody is worth nothing once a token is wanted
+    assert not knows("made-at-the-next-start", True, signed(None, False))
+
+
+@pytest.mark.slow
+def test_without_a_token_by_choice_whoever_asks_is_let_in(house):
+    open_to_all = house(arguments=["--no-token"])
+
+    assert open_to_all.token == ""
+    assert get(f"{open_to_all.url}/api/v1/session").json()["signed_in"]
+    assert open_to_all.client().get("/runs").status_code == 200
+
+
 def test_nothing_but_the_stop_is_answered_without_a_session(shared):
     paths = ["devices", "runs", "protocols", "settings", "schema", "control", "trash"]
     answers = [get(f"{shared.url}/api/v1/{path}") for path in paths]
-    forged = get(
-        f"{shared.url}/api/v1/runs", headers={"Cookie": "labrun_session=a.9999999999.0000"}
-    )
+    name = next(iter(shared.client().cookies))
+    forged = get(f"{shared.url}/api/v1/runs", headers={"Cookie": f"{name}=a.9999999999.0000"})
 
+    assert not get(f"{shared.url}/api/v1/session").json()["signed_in"]
     assert {answer.status_code for answer in answers} == {401} and forged.status_code == 401
     assert post(f"{shared.url}/api/v1/stop").status_code == 200
     assert get(f"{shared.url}/api/v1/openapi.json").status_code == 200
@@ -116,6 +192,7 @@ def test_addresses_are_ours_elsewhere_and_names_of_others_are_not(guarded):
     [
         (["--host", "0.0.0.0"], "a token is required"),
         (["--host", "0.0.0.0", "--token", "short"], "easily guessed"),
+        (["--no-token", "--token", SECRET], "give one of the two"),
         (["--demo", "--lab", "x.yaml"], "has its own"),
         (["no-such-folder"], "is not a folder"),
     ],

@@ -13,7 +13,7 @@ export const useSession = defineStore('session', () => {
 
   const signed_in = computed(() => session.value?.signed_in ?? false)
 
-  /** Ask until the server answers; on loopback that signs in. */
+  /** Ask until the server answers; without a token that signs in. */
   async function enter(): Promise<void> {
     while (session.value === null) {
       await look()

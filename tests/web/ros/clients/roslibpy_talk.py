@@ -64,8 +64,7 @@ def main():
     ros = None
     for line in sys.stdin:
         asked = json.loads(line)
-        host, _, port = asked["url"].removeprefix("ws://").rpartition(":")
-        ros = roslibpy.Ros(host, int(port))
+        ros = roslibpy.Ros(asked["url"])
         ros.run(timeout=WAIT_S)
         told = [globals()[step["do"]](ros, step) for step in asked["steps"]]
         ros.close()
