@@ -48,11 +48,13 @@ class RosNames(Model):
 
     `package` is that of the generated interfaces. `aliases`: a name used by the paper's programs -> the
     device behind it, or any name -> `device.action`. `launch`: what `/launch` may start, by name.
+    `action_timeout`: an action may take ten times as long as its contract states, and at least this.
     """
 
     package: str = Field(default="labrun_interfaces", pattern=r"^[a-z](_?[a-z0-9]+)*$")
     aliases: dict[str, str] = Field(default_factory=dict)
     launch: dict[str, str] = Field(default_factory=dict)
+    action_timeout: Duration = "2 min"
 
 
 NotifyEvent = Literal["failed", "question", "done", "device_lost"]

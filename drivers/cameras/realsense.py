@@ -9,6 +9,7 @@ played again and again) in place of a camera; `size` ([width, height] of the col
 # pyright: reportMissingImports=false, reportAttributeAccessIssue=false
 
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -23,10 +24,8 @@ if TYPE_CHECKING:
     from .vision.view import View
 
 OPTIONS = ("serial", "recording", "size", "answer_s")
-WARM_S = 1.0
-"""Until the exposure of a camera has found its value."""
-STALE = 1
-"""Old pictures that the library keeps."""
+WARM, STALE = 30, 1
+"""Pictures until the exposure has found its value; old ones that the library keeps."""
 MM = 1000.0
 GRID = 24
 CLOSE_PX = 0.1
@@ -65,6 +64,7 @@ class RealSenseDevice(LibrarySource):
         self.serial, self.recording, self.size, self.answer_s = serial, recording, size, answer_s
         self._onto_colour: Any = None
         self._reach_mm: float | None = None
+        self._port = ""
 
     @property
     def name(self) -> str:
@@ -88,7 +88,7 @@ class RealSenseDevice(LibrarySource):
         try:
             profile = pipeline.start(config)
         except RuntimeError as fault:
-            raise OSError(f"{self.name} cannot be started: {fault}") from fault
+            raise OSError(f"{self.name} cannot be started: {fault}{self._port}") from fault
         self._pipeline, self._onto_colour = pipeline, rs.align(rs.stream.color)
         try:
             self._know(profile, rs)
@@ -99,7 +99,7 @@ class RealSenseDevice(LibrarySource):
 
     def _choose(self, config: Any, rs: Any) -> None:
         number = rs.camera_info.serial_number
-        there = [device.get_info(number) for device in rs.context().query_devices()]
+        there = {device.get_info(number): device for device in rs.context().query_devices()}
         if not there:
             raise OSError("there is no RealSense camera: is it plugged in, into USB 3?")
         if self.serial is None and len(there) > 1:
@@ -108,7 +108,9 @@ class RealSenseDevice(LibrarySource):
             )
         if self.serial is not None and self.serial not in there:
             raise OSError(f"there is no RealSense {self.serial}; there is {_listed(there)}")
-        config.enable_device(self.serial or there[0])
+        serial = self.serial or next(iter(there))
+        self._port = slow_port(there[serial])
+        config.enable_device(serial)
         config.enable_stream(rs.stream.depth, rs.format.z16)
         if self.size is None:
             config.enable_stream(rs.stream.color, rs.format.bgr8)
@@ -129,22 +131,29 @@ class RealSenseDevice(LibrarySource):
             self._reach_mm = focal * sensor.get_option(baseline)
 
     def _warm_up(self) -> None:
-        until = time.monotonic() + (WARM_S if self.recording is None else 0)
-        while time.monotonic() < until:
+        for _ in range(WARM if self.recording is None else 0):
             self._frames()
 
     def _frames(self) -> Any:
         return self._pipeline.wait_for_frames(round(MM * self.answer_s))
+
+    def _both(self) -> Any:
+        """The next frames with colour and depth: after a start, and over a busy port, one may be missing."""
+        until = time.monotonic() + self.answer_s
+        while time.monotonic() < until:
+            frames = self._frames()
+            if frames.get_color_frame() and frames.get_depth_frame():
+                return frames
+        words = f"no picture came together with its depth within {self.answer_s:g} s"
+        raise RuntimeError(f"{words}{self._port}")
 
     def _read(self) -> Shot:
         import numpy as np
 
         for _ in range(STALE):
             self._frames()
-        frames = self._onto_colour.process(self._frames())
+        frames = self._onto_colour.process(self._both())
         colour, depth = frames.get_color_frame(), frames.get_depth_frame()
-        if not colour or not depth:
-            raise RuntimeError("a picture came without its depth")
         steps = np.asanyarray(depth.get_data()).astype(np.float32)
         far_mm = np.where(steps > 0, steps * np.float32(MM * depth.get_units()), np.nan)
         lens = eye_of(colour.profile.as_video_stream_profile().intrinsics)
@@ -205,5 +214,16 @@ def _blue_first(colour: Any) -> "np.ndarray":
     return np.ascontiguousarray(picture if kind == "bgr8" else picture[..., ::-1])
 
 
-def _listed(serials: list[str]) -> str:
+def slow_port(device: Any) -> str:
+    """What to add where a camera fails that is not in a port of USB 3; else nothing."""
+    import pyrealsense2 as rs
+
+    kind = rs.camera_info.usb_type_descriptor
+    number = device.get_info(kind) if device.supports(kind) else "3"
+    if number.startswith("3"):
+        return ""
+    return f"; its port or cable is USB {number}, for small pictures: use USB 3, or give a smaller `size`"
+
+
+def _listed(serials: Iterable[str]) -> str:
     return ", ".join(sorted(serials))

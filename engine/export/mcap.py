@@ -2,7 +2,8 @@
 
 Messages are JSON with JSON Schemas (mcap.dev, well-known schema encoding `jsonschema`). Topics are
 `/DEVICE/ACTION`, `/DEVICE/ACTION/result`, `/rows/LOOP`, `/log` (foxglove.Log) and `/journal`, which
-has every record.
+has every record. What a program offers for plots it takes from a schema's properties, so each topic has a
+schema of its own, made from its messages: one reading of the journal for it, and one to write.
 """
 
 import json
@@ -37,7 +38,10 @@ LOG = {
 }  # fmt: skip
 INFO, WARNING, ERROR = 2, 3, 4
 """Levels of foxglove.Log."""
-Message = tuple[str, str, dict[str, Any]]
+RECORDS = "/journal"
+MIXED: dict[str, Any] = {}
+"""The schema of what is a number in one message and a text in another; programs are not told of it."""
+Schema = dict[str, Any]
 
 
 def write(folder: Path, place: Path) -> None:
@@ -54,21 +58,21 @@ def write(folder: Path, place: Path) -> None:
 
 
 def _write(writer: Any, folder: Path) -> None:
-    schemas: dict[str, int] = {}
+    schemas: dict[str, Schema | None] = {}
     channels: dict[str, int] = {}
-    sent: dict[str, str] = {}
     last_ns, count = 0, 0
     try:
-        for record in read_records(folder / JOURNAL):
-            last_ns, count = _ns(record.at), count + 1
-            for topic, schema, message in _messages(record, sent):
-                if schema not in schemas:
-                    text = json.dumps(LOG if schema == "foxglove.Log" else {"type": "object"})
-                    schemas[schema] = writer.register_schema(schema, "jsonschema", text.encode())
-                if topic not in channels:
-                    channels[topic] = writer.register_channel(topic, "json", schemas[schema])
-                data = json.dumps(message, ensure_ascii=False).encode(errors="replace")
-                writer.add_message(channels[topic], last_ns, data, last_ns)
+        for _, topic, message in _read(folder):
+            schemas[topic] = _widened(schemas.get(topic), message)
+        for topic, schema in schemas.items():
+            name = "foxglove.Log" if topic == "/log" else f"labrun{topic.replace('/', '.')}"
+            text = json.dumps(LOG if topic == "/log" else _kept(schema))
+            number = writer.register_schema(name, "jsonschema", text.encode())
+            channels[topic] = writer.register_channel(topic, "json", number)
+        for last_ns, topic, message in _read(folder):
+            count += topic == RECORDS
+            data = json.dumps(message, ensure_ascii=False).encode(errors="replace")
+            writer.add_message(channels[topic], last_ns, data, last_ns)
     except JournalFault as fault:
         raise ExportFault(str(fault)) from fault
     writer.add_metadata("labrun", {"run": folder.name, "records": str(count)})
@@ -85,26 +89,64 @@ def _without_tokens(lab: Path) -> bytes:
     return json.dumps(without_secrets(data), indent=1, ensure_ascii=False).encode()  # which is YAML
 
 
-def _messages(record: j.JournalRecord, sent: dict[str, str]) -> Iterator[Message]:
+def _widened(known: Schema | None, value: Any) -> Schema | None:
+    """The JSON Schema of values, with one more; None of what has only been null."""
+    if value is None:
+        return known
+    if isinstance(value, (dict, list)):
+        kind = "object" if isinstance(value, dict) else "array"
+        known = {"type": kind, "properties": {}} if known is None else known
+        if known.get("type") != kind:
+            return MIXED
+        of = known["properties"]
+        for name, one in value.items() if isinstance(value, dict) else (("", v) for v in value):
+            of[name] = _widened(of.get(name), one)
+        return known
+    kind = {bool: "boolean", str: "string"}.get(type(value), "number")
+    return {"type": kind} if known in (None, {"type": kind}) else MIXED
+
+
+def _kept(schema: Schema | None) -> Schema | None:
+    """What Foxglove reads of it, which refuses a file for a property of no type, and lists in lists."""
+    if not schema or "properties" not in schema:
+        return schema or None
+    found = {name: kept for name, one in schema["properties"].items() if (kept := _kept(one))}
+    if schema["type"] == "object":
+        return {"type": "object", "properties": found}
+    items = found.get("")
+    return {"type": "array", "items": items} if items and items["type"] != "array" else None
+
+
+def _read(folder: Path) -> Iterator[tuple[int, str, dict[str, Any]]]:
+    """When, on which topic, what: the whole journal; raises JournalFault."""
+    sent: dict[str, str] = {}
+    for record in read_records(folder / JOURNAL):
+        for topic, message in _messages(record, sent):
+            yield _ns(record.at), topic, message
+
+
+def _messages(
+    record: j.JournalRecord, sent: dict[str, str]
+) -> Iterator[tuple[str, dict[str, Any]]]:
     plain = record.model_dump(mode="json", exclude={"hash"}, exclude_none=True)
-    yield "/journal", f"labrun.{record.kind}", plain_values(plain)
+    yield RECORDS, plain_values(plain)
     level, words, name = INFO, "", record.kind
     match record:
         case j.GoalSent():
             topic = f"/{record.device}/{record.action}"
             sent[record.id] = topic
-            yield topic, "labrun.goal", {"id": record.id, **plain_values(record.params)}
+            yield topic, {"id": record.id, **plain_values(record.params)}
         case j.GoalEnded():
             topic = sent.pop(record.id, "/unknown")
             error = record.error.model_dump(mode="json") if record.error is not None else {}
             result = {"id": record.id, "state": record.state, **plain_values(record.result or {})}
-            yield f"{topic}/result", "labrun.result", {**result, "error": error}
+            yield f"{topic}/result", {**result, "error": error}
             if error:
                 level, words, name = ERROR, f"{error['name']}: {error['message']}", topic[1:]
         case j.IterationEnded():
             if record.row is not None:
                 row = {"key": record.key, **plain_values(record.row)}
-                yield f"/rows/{record.loop}", "labrun.row", row
+                yield f"/rows/{record.loop}", row
             level, words, name = WARNING if record.message else INFO, record.message, record.loop
         case j.StepEnded():
             words, name = record.message, record.path
@@ -117,7 +159,7 @@ def _messages(record: j.JournalRecord, sent: dict[str, str]) -> Iterator[Message
         ns = _ns(record.at)
         at = {"sec": ns // 10**9, "nsec": ns % 10**9}
         log = {"timestamp": at, "level": level, "message": words, "name": name}
-        yield "/log", "foxglove.Log", log
+        yield "/log", log
 
 
 def plain_values(value: Any) -> Any:

@@ -18,6 +18,7 @@ from .interfaces.values import to_ros
 from .offers.device import Device
 from .offers.device_action import DeviceAction
 from .offers.device_service import DeviceService
+from .offers.goals import Goals
 from .offers.offer import Offers, Topic
 from .offers.offered_lab import Folders, OfferedLab, contract_kinds, tokens_of
 from .offers.run_protocol import RunProtocol
@@ -55,8 +56,9 @@ async def _offered(
     lab: LoadedLab, package: str, folders: Folders, check: Callable[[Offers], None]
 ) -> AsyncIterator[OfferedLab]:
     offered = OfferedLab(
-        lab_here(lab, folders.state), package, f"ros-{secrets.token_hex(4)}", folders
-    )
+        lab_here(lab, folders.state), package, f"ros-{secrets.token_hex(4)}", folders,
+        Goals(lab.lab.start_timeout_s),
+    )  # fmt: skip
     offered.tokens = tokens_of(offered.lab)
     kinds = contract_kinds(offered.lab, package)
     for name in offered.lab.lab.devices:

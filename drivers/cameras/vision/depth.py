@@ -51,7 +51,9 @@ def depth_around(depth: "np.ndarray", u: float, v: float) -> tuple[float, float]
     """Median and spread of the depth around a pixel, mm; raises ActionFailed.
 
     The median, since a single pixel may be far off; the spread is the standard deviation of one
-    pixel about the plane that fits them best, since a bench seen at an angle has a slope.
+    pixel about the plane that fits them best, since a bench seen at an angle has a slope. Where one side of
+    the pixel is a hole, as beside things that one of two eyes cannot see past, the other side's median is
+    brought to the pixel along that slope.
     """
     import numpy as np
 
@@ -73,5 +75,7 @@ def depth_around(depth: "np.ndarray", u: float, v: float) -> tuple[float, float]
     rows, columns = np.nonzero(near)
     slant = np.stack([rows, columns, np.ones(len(rows))], axis=1)
     values = window[near].astype(float)
-    off = np.abs(values - slant @ np.linalg.lstsq(slant, values, rcond=None)[0])
-    return middle, float(1.4826 * np.median(off))
+    slope = np.linalg.lstsq(slant, values, rcond=None)[0]
+    off = np.abs(values - slant @ slope)
+    aside = np.array([half, half, 1.0]) - slant.mean(axis=0)
+    return middle + float(aside @ slope), float(1.4826 * np.median(off))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 TOUCH_SD_MM = 0.2
 """How well a tool's tip is set on a corner by eye."""
-TENTH_MM = 10  # depth maps are stored in 0.1 mm
+TENTH_MM, FARTHEST = 10, 65_535  # depth maps are stored in 0.1 mm
 
 
 def calibrate(
@@ -79,11 +79,11 @@ def picture_png(view: View) -> bytes:
 
 
 def depth_png(view: View) -> bytes:
-    """The depth map in 0.1 mm, 16 bit, 0 where unknown; raises ActionFailed."""
+    """The depth map in 0.1 mm, 16 bit, 0 where unknown or 6.55 m away; raises ActionFailed."""
     import numpy as np
 
     depth = np.nan_to_num(view.depth * TENTH_MM)
-    return _png(np.clip(np.round(depth), 0, 65_535).astype(np.uint16))
+    return _png(np.where(depth < FARTHEST, np.round(depth), 0).astype(np.uint16))
 
 
 def _png(picture: "np.ndarray") -> bytes:

@@ -10,7 +10,7 @@ from ..played import played
 
 rs = pytest.importorskip("pyrealsense2", reason="needs pyrealsense2: labrun[realsense]")
 
-from labrun.drivers.cameras.realsense import RealSense, eye_of  # noqa: E402
+from labrun.drivers.cameras.realsense import RealSense, eye_of, slow_port  # noqa: E402
 
 COLOUR = Lens(640, 360, 532.5, (322.0, 176.0))
 DEPTH = Lens(640, 360, 420.0, (318.0, 181.0))
@@ -87,6 +87,22 @@ def recording(tmp_path_factory):
     return path
 
 
+class Incomplete:
+    """A pipeline that gives one picture without depth first, as over a busy port."""
+
+    def __init__(self, pipeline):
+        self.pipeline, self.left = pipeline, 2
+
+    def wait_for_frames(self, ms):
+        self.left -= 1
+        return (
+            rs.composite_frame(rs.frame()) if self.left >= 0 else self.pipeline.wait_for_frames(ms)
+        )
+
+    def stop(self):
+        self.pipeline.stop()
+
+
 def camera(folder, **config):
     (folder / "own").mkdir(exist_ok=True)
     return RealSense(Place("overview", config, {}, folder / "own", folder))
@@ -95,6 +111,7 @@ def camera(folder, **config):
 @pytest.mark.slow
 def test_its_own_lens_and_its_depth_laid_onto_colour_find_a_place_on_the_bench(tmp_path, recording):
     async def story(driver):
+        driver.device._pipeline = Incomplete(driver.device._pipeline)
         goal = GoalContext("1")
         told = await driver.capture(goal, image="a.png", depth="a_depth.png")
         fit = await driver.calibrate(GoalContext("2"), x=BOARD.x, y=BOARD.y)
@@ -156,6 +173,17 @@ def test_what_cannot_be_opened_is_said_why(tmp_path, config, words):
 def test_a_configuration_that_cannot_be_is_refused(tmp_path, config, words):
     with pytest.raises(ValueError, match=words):
         camera(tmp_path, **config)
+
+
+@pytest.mark.parametrize(("number", "said"), [("2.1", "is USB 2.1"), ("3.2", ""), (None, "")])
+def test_a_camera_in_a_slow_port_is_told_where_it_fails(number, said):
+    device = rs.software_device()
+    if number is not None:
+        device.register_info(rs.camera_info.usb_type_descriptor, number)
+
+    told = slow_port(device)
+
+    assert said in told and bool(told) == bool(said)
 
 
 SEVERAL = ("brown_conrady", "modified_brown_conrady", "inverse_brown_conrady")

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from labrun.engine.commands.export import export
 from labrun.engine.export import formats
 from labrun.engine.export.formats import ExportFault
-from labrun.engine.export.mcap import write
+from labrun.engine.export.mcap import _kept, _widened, write
 from labrun.engine.journal.journal import Journal
 from labrun.schemas import journal as j
 from labrun.schemas.messages import GoalError
@@ -81,6 +81,44 @@ def test_goals_results_rows_and_the_log_are_on_one_time(run, tmp_path):
     assert times == sorted(times) and times[0] > 1_700_000_000 * 10**9
     assert attached["protocol.yaml"] == b"labrun: 1\n"
     assert sorted(path.name for path in run.iterdir()) == before
+
+
+def test_each_topic_says_which_values_a_plot_can_take(run, tmp_path):
+    from mcap.reader import make_reader
+
+    write(run, tmp_path / "map.mcap")
+    with (tmp_path / "map.mcap").open("rb") as file:
+        found = make_reader(file).get_summary()
+    schemas = {one.name: json.loads(one.data) for one in found.schemas.values()}
+
+    number, text = {"type": "number"}, {"type": "string"}
+    quantity = {"type": "object", "properties": {"value": number, "unit": text}}
+    assert schemas["labrun.rows.main.scan"] == {
+        "type": "object", "properties": {"key": text, "x": quantity, "Li": number},
+    }  # fmt: skip
+    assert schemas["labrun.gantry.move_to"]["properties"] == {"id": text, "x": number}
+    assert len(schemas) == len(found.channels)
+
+
+@pytest.mark.parametrize(
+    ("messages", "properties"),
+    [
+        ([{"a": 1}, {"a": 2.5, "b": True}], {"a": {"type": "number"}, "b": {"type": "boolean"}}),
+        ([{"a": 1}, {"a": "?"}, {"a": 1}, {"b": None}], {}),
+        ([{"a": {}}, {"a": [1]}, {"a": 3}], {}),
+        ([{"a": []}, {"a": [None, 1.5]}], {"a": {"type": "array", "items": {"type": "number"}}}),
+        ([{"a": []}, {"b": [[1], [2]]}, {"c": [1, "?"]}], {}),
+        ([{"a": [{"n": 1}, {"s": "?"}]}], {"a": {"type": "array", "items": {
+            "type": "object", "properties": {"n": {"type": "number"}, "s": {"type": "string"}},
+        }}}),
+    ],
+)  # fmt: skip
+def test_a_schema_is_that_of_all_messages_of_its_topic(messages, properties):
+    schema = None
+    for message in messages:
+        schema = _widened(schema, message)
+
+    assert _kept(schema) == {"type": "object", "properties": properties}
 
 
 def test_the_tokens_of_the_lab_are_not_passed_on(run, tmp_path):

@@ -24,6 +24,7 @@ HERE = Path(__file__).parent
 LAB = """
 name: paper
 simulated: true
+start_timeout: 500 s
 devices:
   gantry:
     contract: gantry@1
@@ -44,11 +45,13 @@ ros:
     /is_analytical_dev_rdy: libs
     /z300_status: libs
     /arm/go: gantry.move_to
+  action_timeout: 500 s
   launch: {greet: ./greet.yaml, single_sample_mapping: ./grid.yaml}
 """
 CAMERA = """
 name: paper
 simulated: true
+start_timeout: 500 s
 devices:
   gantry: {contract: gantry@1, driver: sim_gantry, config: {clock: fast, homed: true}}
   camera:
@@ -60,7 +63,7 @@ devices:
       place: {x: 200, y: -200, z: 620, tilt: 33}
       board: {columns: 9, rows: 6, square: 25, x: 100, y: 300}
       stones: [[350, 400, 60, 40, 25], [400, 300, 30, 30, 12]]
-ros: {aliases: {/move_gantry: gantry, /detect_samples: camera}}
+ros: {aliases: {/move_gantry: gantry, /detect_samples: camera}, action_timeout: 500 s}
 """
 GRID = """
 labrun: 1
@@ -326,7 +329,7 @@ def test_readiness_is_a_service_and_a_topic_as_in_the_paper(roslib1, paper):
 def offered(tmp_path):
     (tmp_path / "lab.yaml").write_text(LAB)
     folders = Folders(tmp_path, tmp_path, tmp_path, tmp_path)
-    return OfferedLab(load_lab(tmp_path / "lab.yaml"), "labrun_interfaces", "ros", folders)
+    return OfferedLab(load_lab(tmp_path / "lab.yaml")[0], "labrun_interfaces", "ros", folders)
 
 
 def test_topics_come_twice_a_second_while_nothing_changes(offered):
@@ -349,7 +352,7 @@ def test_topics_come_twice_a_second_while_nothing_changes(offered):
     [
         (["moving", "idle"], None),  # the first was asked for before the move had ended
         (["idle", "moving"], "gantry is moving; set the zero when it has stopped"),
-        (["idle"], "gantry did not report its status within 8 s"),
+        (["idle"], "gantry did not report its status within 500 s"),
     ],
 )
 def test_a_zero_is_set_from_a_status_that_was_asked_for_after_the_call(offered, states, said):

@@ -4,8 +4,13 @@ import asyncio
 import json
 import os
 import signal
+from dataclasses import replace
 
 import pytest
+
+from labrun.engine.lab.lab import load_lab
+from labrun.engine.run.virtual_time import VirtualLoop
+from labrun.web.ros.offers.device import Device
 
 from .served import command, serve
 from .test_frames import GLOW, talking
@@ -48,6 +53,36 @@ def test_a_goal_is_aborted_at_once_when_its_device_server_is_killed_and_the_next
     assert told["status"] == 6 and told["values"]["error_name"] == "Lost"
     assert told["values"]["error_happened"] == "unknown"
     assert again["status"] == 4
+
+
+@pytest.mark.parametrize(
+    ("links", "lost"),
+    [
+        ([(0, False), (59, True), (1, False), (59, True)], False),  # slow, but it returns
+        ([(0, False), (61, None)], True),
+        ([(0, False), (61, True)], False),
+    ],
+)
+def test_a_server_out_of_reach_keeps_its_goals_for_the_labs_start_timeout(
+    lab, tmp_path, links, lost
+):
+    """`links`: after how many seconds the connection broke (False) or was there again (True)."""
+    loaded, _ = load_lab(lab)
+    loaded = replace(loaded, lab=loaded.lab.model_copy(update={"start_timeout": "60 s"}))
+
+    async def story():
+        device = Device("slow", loaded, tmp_path, "ros-1", lambda status: None)
+        for after_s, up in links:
+            await asyncio.sleep(after_s)
+            if up is not None:
+                device._on_link(up)
+        try:
+            return device.lost.is_set()
+        finally:
+            await device.close()
+
+    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        assert runner.run(story()) is lost
 
 
 @pytest.mark.slow

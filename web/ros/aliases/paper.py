@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 AXES = ("x", "y", "z")
 TOLD_S = 0.5
 """How often the paper's topics are told, besides on change."""
-FRESH_S = 8.0
-"""Two statuses of a device: each is told once a second and may be 2 s late."""
 LOG = logging.getLogger(__name__)
 
 
@@ -48,13 +46,14 @@ class Paper:
         The first that comes may have been asked for before, during a move that has ended since.
         """
         told: asyncio.Queue[Values] = asyncio.Queue()
+        patience_s = self.offered.lab.lab.start_timeout_s
         unheard = self.offered.on_status(device, told.put_nowait)
         try:
-            async with asyncio.timeout(FRESH_S):
+            async with asyncio.timeout(patience_s):
                 await told.get()
                 return await told.get()
         except TimeoutError:
-            raise Refused(f"{device} did not report its status within {FRESH_S:g} s") from None
+            raise Refused(f"{device} did not report its status within {patience_s:g} s") from None
         finally:
             unheard()
 

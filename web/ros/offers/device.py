@@ -11,7 +11,8 @@ from ....drivers.client.client import DeviceClient, LeaseHeld, ServerUnreachable
 from ....drivers.client.launch import RunningServer, ServerFailed
 from ....engine.lab.lab import LoadedLab
 from ....schemas.contract import Contract
-from ....schemas.lab import LabDevice
+from ....schemas.lab import LabDevice, RosNames
+from ....schemas.quantity import seconds
 from ....system.tasks import end, keep, spawn
 from ...local.device_server import greet, serve_here
 from .offer import Refused
@@ -20,8 +21,6 @@ AGAIN_S = 1.0
 TTL_S = 10.0
 HOLD_S = 1.0
 """How long a lease is kept for the next goal; after that others may use the device."""
-BLINK_S = 0.5
-"""A link that returns within this time was not lost."""
 LEFT_S = 60.0
 
 Status = dict[str, Any]
@@ -43,7 +42,8 @@ class Device:
         self.device: LabDevice = lab.lab.devices[name]
         self.contract: Contract = lab.contracts[self.device.contract]
         self.lost = asyncio.Event()
-        """Set while the server is gone for longer than a moment."""
+        """Set while the server has ended, or has been out of reach for the lab's `start_timeout`."""
+        self.action_timeout_s = seconds((lab.lab.ros or RosNames()).action_timeout)
         self._lab = lab
         self._folder = folder
         self._status = on_status
@@ -55,7 +55,7 @@ class Device:
         self._leased = False
         self._turn = asyncio.Lock()
         self._tasks: set[asyncio.Task[Any]] = set()
-        self._blink: asyncio.TimerHandle | None = None
+        self._losing: asyncio.TimerHandle | None = None
 
     async def open(self) -> None:
         """Connect, and keep trying; a device that cannot be reached now is offered nevertheless."""
@@ -66,8 +66,8 @@ class Device:
     async def close(self) -> None:
         """Close the link; a server started here stops, its device in the safe state."""
         await end(*self._tasks)
-        if self._blink is not None:
-            self._blink.cancel()
+        if self._losing is not None:
+            self._losing.cancel()
         await self._release()
         await self._drop()
         if self._server is not None:
@@ -145,6 +145,7 @@ class Device:
                 else:
                     await self._server.ended()
                     self._reason = f"the server of {self.name} ended; restarting it"
+                    self.lost.set()
                     self._server = None
                     await self._serve()
             except (ServerUnreachable, ServerFailed, OSError) as fault:
@@ -196,14 +197,15 @@ class Device:
 
     def _on_link(self, up: bool) -> None:
         self._up = up
-        if self._blink is not None:
-            self._blink.cancel()
-            self._blink = None
+        if self._losing is not None:
+            self._losing.cancel()
+            self._losing = None
         if up:
             self.lost.clear()
         else:
             self._reason = "the connection to its server broke"
-            self._blink = asyncio.get_running_loop().call_later(BLINK_S, self.lost.set)
+            patience_s = self._lab.lab.start_timeout_s  # a server that is only slow loses no goal
+            self._losing = asyncio.get_running_loop().call_later(patience_s, self.lost.set)
 
     def _go(self, name: str, work: Coroutine[Any, Any, None]) -> None:
         task = spawn(name, work)

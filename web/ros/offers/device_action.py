@@ -18,8 +18,8 @@ from .device import Device
 from .goals import aborted, result_of
 from .offer import Action, End, Refused, Values, Work
 
-LEAST_S, PATIENCE = 120.0, 10.0
-"""An action may take ten times as long as its contract states, and at least two minutes."""
+PATIENCE = 10.0
+"""An action may take ten times as long as its contract states, and at least the lab's `action_timeout`."""
 
 
 class DeviceAction(Action):
@@ -36,7 +36,7 @@ class DeviceAction(Action):
         self.can_cancel = self.wanted.cancel
         self._folder = folder
         typical_s = seconds(self.wanted.duration) if self.wanted.duration is not None else 0.0
-        self._patience_s = max(LEAST_S, PATIENCE * typical_s)
+        self._patience_s = max(device.action_timeout_s, PATIENCE * typical_s)
 
     async def carry(self, work: Work) -> End:
         """One ROS goal is one goal of the device."""
@@ -105,7 +105,10 @@ class DeviceAction(Action):
                         await client.cancel(goal.id)
                 elif not following.done():
                     words = f"the server of {self.device.name} is gone: {self.device.reason}"
-                    late = f"{self.name} did not end within {self._patience_s:g} s"
+                    late = (
+                        f"{self.name} did not end within {self._patience_s:g} s; `ros: action_timeout` of "
+                        "the lab, or the action's `duration` in its contract, gives it longer"
+                    )
                     gone = lost.done()
                     return _given_up("Lost" if gone else "Timeout", words if gone else late)
             return following.result()

@@ -17,7 +17,6 @@ STATUS = {"SUCCEEDED": SUCCEEDED, "CANCELED": CANCELED, "ABORTED": ABORTED}
 KEPT_S, MOST_KEPT = 900.0, 1000
 """How long ROS keeps a result that nobody has fetched, and how many we keep."""
 MOST_RUNNING = 200
-BEGIN_S = 30.0
 LOG = logging.getLogger(__name__)
 
 
@@ -46,9 +45,13 @@ class Goal:
 
 
 class Goals:
-    """Every goal that was started and is still kept, by its sixteen-byte id."""
+    """Every goal that was started and is still kept, by its sixteen-byte id.
 
-    def __init__(self) -> None:
+    One that its action has not taken after `begin_s` is refused.
+    """
+
+    def __init__(self, begin_s: float = 60.0) -> None:
+        self._begin_s = begin_s
         self._goals: dict[bytes, Goal] = {}
         self._changed: list[Callable[[Goal], None]] = []
 
@@ -118,11 +121,11 @@ class Goals:
     async def _until_begun(self, goal: Goal) -> None:
         begun = spawn(f"the begin of {goal.work.id}", goal.work.begun.wait())
         try:
-            await first_of({begun, goal.task}, BEGIN_S)
+            await first_of({begun, goal.task}, self._begin_s)
             if goal.task.done():
                 goal.task.result()  # a refusal
             elif not goal.work.begun.is_set():
-                raise Refused(f"{goal.action.name} did not start within {BEGIN_S:g} s")
+                raise Refused(f"{goal.action.name} did not start within {self._begin_s:g} s")
         finally:
             await end(begun)
 

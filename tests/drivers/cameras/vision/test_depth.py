@@ -40,6 +40,14 @@ def test_at_the_picture_s_edge_a_slope_does_not_shift_the_median(u, v):
     assert depth_around(slanted(), u, v)[0] == pytest.approx(500 + 2 * u - v, abs=1e-3)
 
 
+@pytest.mark.parametrize("hole", [np.s_[:, 41:], np.s_[31:, :], np.s_[29:33, :43]])
+def test_a_hole_on_one_side_does_not_shift_the_depth_along_the_slope(hole):
+    depth = slanted()
+    depth[hole] = np.nan
+
+    assert depth_around(depth, 40, 30)[0] == pytest.approx(500 + 80 - 30, abs=1)
+
+
 def test_where_nothing_is_known_it_is_said():
     depth = slanted()
     depth[20:45, 30:55] = np.nan

@@ -21,11 +21,12 @@ HERE = Path(__file__).parent
 LAB = """
 name: ros
 simulated: true
+start_timeout: 500 s
 contracts: [./lamp.yaml]
 devices:
   gantry: {contract: gantry@1, driver: sim_gantry, config: {clock: fast, homed: true}}
   Lamp__9_: {contract: lamp@1, driver: "./lamp.py:Lamp"}
-ros: {aliases: {/move_gantry: gantry}}
+ros: {aliases: {/move_gantry: gantry}, action_timeout: 500 s}
 """
 PROTOCOL = """
 labrun: 1
