@@ -14,6 +14,8 @@ import sys
 import threading
 from pathlib import Path
 
+from bus_instruments import INSTRUMENTS
+
 
 class Gauge:
     """`PR1` is acknowledged; ENQ fetches what it measured. The manual's own order, or nothing."""
@@ -141,9 +143,8 @@ class Spectrometer:
         return struct.pack("<4H", 10, 2570, 13, 65535)
 
 
-KINDS = {
-    one.__name__.lower(): one for one in (Gauge, Controller, Pump, Station, Chiller, Spectrometer)
-}
+OWN = (Gauge, Controller, Pump, Station, Chiller, Spectrometer)
+KINDS = {one.__name__.lower(): one for one in (*OWN, *INSTRUMENTS)}
 
 
 def check(body):
@@ -157,7 +158,7 @@ def done(what, **more):
 
 def frames(there, data):
     """Whole lines or frames of what has come, and what is left of it."""
-    if not there.end:
+    if not getattr(there, "end", b""):
         left = data
         size = 0
         for frame in there.frames(data):
@@ -172,6 +173,7 @@ def frames(there, data):
 def serve(connection, there, lock):
     left = b""
     with connection:
+        connection.sendall(getattr(there, "greets", b""))
         while data := connection.recv(4096):
             whole = frames(there, left + data)
             while True:
@@ -191,6 +193,7 @@ if __name__ == "__main__":
         threading.Lock(),
     )
     done("on")
+    there.done = done
     listener = socket.create_server(("127.0.0.1", 0))
     half = FOLDER / "where.part"
     half.write_text(f"127.0.0.1:{listener.getsockname()[1]}", encoding="utf-8")
