@@ -109,14 +109,19 @@ class LineBridge(Bridge):
         await self.lines.close()
 
     async def abort(self) -> bool:
-        if self.config.abort is None or not self.lines.is_open:
+        if self.config.abort is None or not (self.lines.is_open or self.line):
             return False
-        await self.lines.at_once(self.config.abort)
+        if self.lines.is_open:
+            await self.lines.at_once(self.config.abort)
+            return True
+        async with self._turn_on_line():
+            await self.ready(self.timeout_s(None))
+            await self.lines.at_once(self.config.abort)
         return True
 
     async def status(self) -> Values:
         latest = await super().status()
-        if not self.lines.is_open and not self._turn.locked():
+        if not (self.lines.is_open or self.line or self._turn.locked()):
             raise OSError(
                 f"{self.lines}: {self.lines.channel.fault}; the next action connects again"
             )

@@ -141,6 +141,7 @@ class LineConfig(Model):
     parity: Literal["N", "E", "O"] = "N"
     stop_bits: Literal[1, 2] = 1
     flow: Literal["none", "rtscts", "xonxoff"] = "none"
+    shared: bool = False
 
     @field_validator("resource")
     @classmethod

@@ -1,5 +1,6 @@
 """Instruments whose habits no standard has, said in YAML: handshakes, frames, prompts, tables, bits."""
 
+import asyncio
 from pathlib import Path
 
 import pytest
@@ -7,8 +8,8 @@ from ruamel.yaml import YAML
 
 from labrun.drivers.bridges.answers import values
 from labrun.drivers.bridges.template import fill
-from labrun.drivers.bridges.text import TextConfig
-from labrun.drivers.driver import ActionFailed, GoalContext
+from labrun.drivers.bridges.text import Text, TextConfig
+from labrun.drivers.driver import ActionFailed, GoalContext, Place
 
 GAUGE = r"""
 terminator: "\r\n"
@@ -222,6 +223,29 @@ def test_what_it_reads_sets_and_refuses(peer, ask, kind, said, told, done):
         == told
     )
     assert [one for one in there.done() if one["done"] != "on"] == done
+
+
+def test_two_instruments_take_turns_on_one_line(peer, tmp_path):
+    there = peer("odd_peer.py", kind="gauges")
+    said = {**BUS["gauges"], "resource": there.where, "shared": True}
+    read = {"send": "0020074002=?", "answer": "0021074006(.*)", "effect": "pure"}
+    other = {**said, "actions": {"pressure": BUS["gauges"]["actions"]["pressure"] | read}}
+
+    async def three(config, name):
+        made = Text(Place(name, config, {}, tmp_path / name, tmp_path))
+        await made.open()
+        told = [await made.method("pressure")(GoalContext("run/x/1")) for _ in range(3)]
+        await made.close()
+        return {one["p"] for one in told}
+
+    async def both():
+        return await asyncio.gather(three(said, "one"), three(other, "two"))
+
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+
+    assert asyncio.run(both()) == [{1000.0}, {4.321e-10}]
+    assert there.done("collision") == []
 
 
 def test_code_words_stand_for_words_booleans_and_numbers():

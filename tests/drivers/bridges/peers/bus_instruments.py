@@ -59,7 +59,7 @@ class Gauges:
     """Two of Pfeiffer's on one RS-485 line: address, action, parameter, length, data, sum; else silence."""
 
     end = b"\r"
-    on = "0"
+    takes_s = 0.02
 
     def hears(self, line):
         if b"%03d" % (sum(line[:-3]) % 256) != line[-3:]:

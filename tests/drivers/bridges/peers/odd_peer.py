@@ -5,6 +5,7 @@ ends; a pump whose prompt says how it stands; a weather station that answers in 
 that writes tenths, bits and nothing at the end; a spectrometer that sends tables and bare binary data.
 """
 
+import contextlib
 import functools
 import json
 import operator
@@ -12,6 +13,7 @@ import socket
 import struct
 import sys
 import threading
+import time
 from pathlib import Path
 
 from bus_instruments import INSTRUMENTS
@@ -170,6 +172,18 @@ def frames(there, data):
     return left
 
 
+@contextlib.contextmanager
+def alone(there):
+    """On one line nobody asks while another is answered; who does is written down."""
+    there.asking = getattr(there, "asking", 0) + 1
+    if there.asking > 1:
+        done("collision")
+    try:
+        yield
+    finally:
+        there.asking -= 1
+
+
 def serve(connection, there, lock):
     left = b""
     with connection:
@@ -182,8 +196,10 @@ def serve(connection, there, lock):
                 except StopIteration as end:
                     left = end.value
                     break
-                with lock:
-                    connection.sendall(there.hears(frame))
+                with alone(there), lock:
+                    time.sleep(getattr(there, "takes_s", 0))
+                    told = there.hears(frame)
+                connection.sendall(told)
 
 
 if __name__ == "__main__":
