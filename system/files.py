@@ -21,6 +21,8 @@ except ImportError:  # Windows
 
 BINARY = getattr(os, "O_BINARY", 0)
 """A flag for `os.open`: without it Windows writes every line's end as two characters."""
+FAR = 1 << 30
+"""The byte that is locked on Windows: beyond the file's end, since nobody else may read a locked one."""
 PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, *[0.05] * 100)
 """Between attempts while Windows refuses since another program has the old file open: 5 s in all."""
 
@@ -88,6 +90,17 @@ def _patiently(act: Callable[[], object]) -> None:
         except PermissionError:
             time.sleep(pause_s)
     act()
+
+
+def lock_file(file: IO[str]) -> None:
+    """Lock an open file until it is closed or the process dies; raises OSError if another has."""
+    if WINDOWS:
+        import msvcrt
+
+        file.seek(FAR)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+    else:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # pyright: ignore[reportPossiblyUnboundVariable]
 
 
 def sync_file(descriptor: int) -> None:

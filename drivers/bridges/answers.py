@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...schemas.quantity import UnitError, kind_of_unit, magnitude_in, quantity, registry, unit_of
+from .number_forms import FORMS, decimals
 
 NUMBER = re.compile(
     r"\s*([+-]?\s*(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?|ovld|overload|overflow|ovrflw|overrange|over|ovl|ovf|o\.?l|underflow|underrange|under))"
@@ -32,7 +33,7 @@ UNITS = {
 }  # fmt: skip
 """What instruments write -> the unit, where pint does not know it or knows another one."""
 SEPARATOR = re.compile(r"[,;\s]+")
-OWN = ("scale", "offset", "base", "bit", "words")
+OWN = ("scale", "offset", "base", "bit", "words", "power", *FORMS)
 """How a value is written, as a lab says it: value = what is written × scale + offset."""
 TRUE, FALSE = {"1", "on", "true", "yes"}, {"0", "off", "false", "no"}
 
@@ -71,7 +72,7 @@ def values(
         return _split(pointed(text), returns)
     if len(returns) > 1 and all(_kind(schema) == "array" for schema in returns.values()):
         return _columns([_parts(line, returns, pattern) for line in text.splitlines()], returns)
-    found = pattern.fullmatch(text.strip())
+    found = pattern.fullmatch(text) or pattern.fullmatch(text.strip())
     if found is None:
         raise BadAnswer(f"it does not match {pattern.pattern!r}")
     if not returns:
@@ -133,6 +134,8 @@ def _parts(line: str, returns: Mapping[str, Any], pattern: Any) -> list[str]:
 
 def value(text: str, schema: Mapping[str, Any]) -> Any:
     """One value; raises BadAnswer or NoNumber."""
+    if set(FORMS) & set(schema):
+        return _formed_value(text, schema)
     plain, kind = text.strip(), _kind(schema)
     if kind == "array":
         own = {key: schema[key] for key in OWN if key in schema}
@@ -154,6 +157,18 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
         return word in TRUE
     quoted = len(plain) > 1 and plain[0] == plain[-1] and plain[0] in "\"'"
     return plain[1:-1].replace(plain[0] * 2, plain[0]) if quoted else plain
+
+
+def _formed_value(text: str, schema: Mapping[str, Any]) -> Any:
+    """As if the instrument had written the number in decimal."""
+    try:
+        numbers = decimals(text, schema)
+    except ValueError as fault:
+        raise BadAnswer(str(fault)) from fault
+    if len(numbers) > 1 and _kind(schema) != "array":
+        raise BadAnswer(f"{len(text)} bytes are {len(numbers)} numbers of {schema['bytes']}")
+    decimal = {key: value for key, value in schema.items() if key not in ("base", *FORMS)}
+    return value(",".join(numbers), decimal)
 
 
 def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int | None:

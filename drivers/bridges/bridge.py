@@ -6,6 +6,7 @@ A bridge's own file says how one action is performed; everything else is here.
 import asyncio
 import contextlib
 import functools
+from collections.abc import AsyncIterator
 from typing import Any, ClassVar
 
 from pydantic import ValidationError
@@ -19,6 +20,7 @@ from .answers import BadAnswer, NoNumber
 from .config import ActionConfig, BridgeConfig
 from .lines import NoAnswer
 from .record import OnceRecord
+from .shared_line import SharedLine
 
 ABORTED_S = 2.0
 """How long an aborted action may take to end by itself; the server gives it 3 s."""
@@ -47,6 +49,8 @@ class Bridge(Driver):
             where = ".".join(str(part) for part in fault.path)
             raise ValueError(f"config.{where}: {fault.message}")
         self.record = OnceRecord(place.folder)
+        shared = getattr(self.config, "shared", False)
+        self.line = SharedLine(self.config.resource) if shared else None
         self._turn = asyncio.Lock()
         self._latest: Values = {}
         self._looked_at = float("-inf")
@@ -78,18 +82,51 @@ class Bridge(Driver):
         name = self.config.abort
         if name is None:
             return False
-        said, action = self._said[name], self.contract_kept.actions[name]
         with contextlib.suppress(ActionFailed, NoAnswer, BadAnswer):  # what runs says how it ended
-            await self.perform(said, action, {}, GoalContext("abort"))
+            await self._exchange(name, {}, GoalContext("abort"))
         return True
 
     async def open(self) -> None:
         self.record.open()
         try:
-            await self.ready(self.timeout_s(None))
+            async with self._turn_on_line():
+                await self.ready(self.timeout_s(None))
         except BaseException:
             await self.drop()
             raise
+
+    @contextlib.asynccontextmanager
+    async def _turn_on_line(self) -> AsyncIterator[None]:
+        """Of a line that others use, too, nobody else has the connection meanwhile; raises OSError."""
+        if self.line is None:
+            yield
+            return
+        async with self.line.turn(self.timeout_s(None)):
+            try:
+                yield
+            finally:
+                await self.drop()
+
+    async def _ready_unless_shared(self) -> None:
+        """Be ready, unless that has to wait for the line; raises OSError."""
+        if self.line is None:
+            await self.ready(self.timeout_s(None))
+
+    async def _exchange(self, name: str, values: Values, goal: GoalContext) -> Values:
+        """Perform it, once connected; of a shared line it is let go of again."""
+        said, action = self._said[name], self.contract_kept.actions[name]
+        if self.line is None:
+            return await self.perform(said, action, values, goal)
+        reached = False
+        try:
+            async with self._turn_on_line():
+                await self.ready(self.timeout_s(None))
+                reached = True
+                return await self.perform(said, action, values, goal)
+        except OSError as fault:
+            if reached:
+                raise
+            raise self.failed("Lost", name, f"{fault}; nothing was sent", "no") from fault
 
     async def close(self) -> None:
         await end(self._look)
@@ -182,7 +219,7 @@ class Bridge(Driver):
     async def _recorded(self, name: str, goal: GoalContext, values: Values) -> Values:
         said, action = self._said[name], self.contract_kept.actions[name]
         try:
-            await self.ready(self.timeout_s(None))
+            await self._ready_unless_shared()
             once = action.effect == "once"
             if once:
                 self.record.begin(goal.id, name, await self._counted(said.count, goal))
@@ -233,7 +270,7 @@ class Bridge(Driver):
         values = {n: s["default"] for n, s in schemas.items() if "default" in s} | values
         for again in (action.effect == "pure", False):
             try:
-                result = await self.perform(said, action, values, goal)
+                result = await self._exchange(name, values, goal)
                 if said.until is not None:
                     await self._until(said, goal, {**values, **result})
                 return result
@@ -249,7 +286,7 @@ class Bridge(Driver):
             if not again:
                 break
             try:
-                await self.ready(self.timeout_s(None))
+                await self._ready_unless_shared()
             except OSError as fault:
                 raise self.failed(
                     "Lost", name, f"{fault} (before: {failure.message})", "unknown"
@@ -308,7 +345,7 @@ class Bridge(Driver):
 
     async def _be_ready(self, name: str) -> None:
         try:
-            await self.ready(self.timeout_s(None))
+            await self._ready_unless_shared()
         except OSError as fault:
             raise self.failed("Lost", name, str(fault), "no") from fault
 

@@ -14,12 +14,12 @@ from pydantic import Field, field_validator, model_validator
 from ...schemas.contract import Action, Effect, Name
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
-from .answers import OWN, BadAnswer, value
+from .answers import OWN, BadAnswer
 from .answers import values as values_of
 from .bridge import Bridge, Values
 from .by_action import ByAction, filled, texts
 from .config import ActionConfig, pattern
-from .library import plain
+from .data import found_at, plainly
 from .line_bridge import file_of
 from .lines import NoAnswer
 from .template import fill
@@ -144,7 +144,7 @@ class Http(Bridge):
         more: dict[str, Any] = {"json": body} if body is not None else {}
         if said.form is not None:
             made = filled(said.form, values, params, goal.id)
-            more = {"data": {name: _plainly(value) for name, value in made.items()}}
+            more = {"data": {name: plainly(value) for name, value in made.items()}}
         url = self.config.url + path
         what = f"{self.place.device} was asked to {method.upper()} {path}"
         if self._session is None:
@@ -178,7 +178,7 @@ class Http(Bridge):
                 raise BadAnswer(f"{what} and answered {text[:80]!r}, which is no JSON") from fault
             data = text  # a single value, as some devices answer
         at = {n: fill(str(s.get("at", "")), values, params, goal.id) for n, s in returns.items()}
-        return {name: _found(data, name, at[name], schema) for name, schema in returns.items()}
+        return {name: found_at(data, name, at[name], schema) for name, schema in returns.items()}
 
     def _refuse(self, what: str, said: HttpAction, status: int, text: str) -> None:
         words = f"{what} and answered with status {status}: {text[:200].strip()}"
@@ -192,21 +192,3 @@ class Http(Bridge):
         if status < 500:
             raise ActionFailed("Refused", words, "no")
         raise ActionFailed("DeviceError", words, "unknown")
-
-
-def _plainly(value: Any) -> str:
-    """As a form has it."""
-    return value if isinstance(value, str) else json.dumps(value)
-
-
-def _found(data: Any, name: str, at: str, schema: dict[str, Any]) -> Any:
-    """A value of the answer, at its place."""
-    single = not at and not isinstance(data, dict)
-    for part in [] if single else (at or name).split("."):
-        try:
-            data = data[int(part)] if isinstance(data, list) else data[part]
-        except (KeyError, IndexError, ValueError, TypeError) as fault:
-            raise BadAnswer(f"the answer has no {at or name}: {str(data)[:80]}") from fault
-    if set(OWN) & set(schema):
-        return value(_plainly(data), schema)
-    return plain(data, schema)

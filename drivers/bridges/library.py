@@ -7,11 +7,9 @@ A library that blocks has a thread of its own, an asynchronous one runs on the s
 import asyncio
 import contextlib
 import inspect
-import math
 import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from enum import Enum
 from importlib import import_module
 from importlib.util import find_spec
 from types import BuiltinFunctionType, FunctionType, MethodType
@@ -22,10 +20,11 @@ from pydantic import Field, model_validator
 from ...schemas.contract import Action, Effect, Name
 from ...system.extras import not_installed
 from ..driver import ActionFailed, GoalContext
-from .answers import INFINITE, BadAnswer, none_for, value
+from .answers import BadAnswer
 from .bridge import ABORTED_S, Bridge, Values
 from .by_action import ByAction
 from .config import ActionConfig
+from .data import plain
 from .line_bridge import NUMBER_ERRORS
 from .lines import NoAnswer
 from .template import fill
@@ -240,33 +239,3 @@ def returned(found: Any, returns: dict[str, Any], library: str) -> Values:
     if lacking := [name for name in returns if name not in whole]:
         raise BadAnswer(f"{library} returned {found!r}, which has no {lacking[0]}")
     return {name: plain(whole[name], schema) for name, schema in returns.items()}
-
-
-def plain(found: Any, schema: dict[str, Any]) -> Any:
-    """A library's value as JSON has it; raises BadAnswer or NoNumber."""
-    if hasattr(found, "tolist"):  # numpy's, arrays and numbers
-        found = found.tolist()
-    if hasattr(found, "magnitude"):  # pint's
-        from ...schemas.quantity import magnitude_in
-
-        found = magnitude_in(found, schema.get("unit", ""))
-    if isinstance(found, Enum):
-        found = found.value if isinstance(found, (str, int)) else found.name
-    if isinstance(found, (list, tuple)):
-        return [plain(one, schema.get("items", {})) for one in found]
-    if isinstance(found, float) and math.isnan(found):
-        return none_for("NotANumber", "it has no number", schema)
-    if isinstance(found, float) and abs(found) >= INFINITE * (1 - 1e-6):
-        return none_for("Overload", f"{found:g} is beyond its range", schema)
-    kinds = schema.get("type", "number")
-    if isinstance(found, str):  # a library hands on the text of what it cannot read as a number
-        return value(found, schema)
-    if kinds == "string" and isinstance(found, (bool, int, float)):
-        return str(found)
-    if found is None and "null" not in kinds:
-        raise BadAnswer(f"it returned nothing, where {kinds} is expected")
-    if isinstance(found, bool) and kinds in ("number", "integer"):
-        raise BadAnswer(f"it returned {found!r}, where a {kinds} is expected")
-    if found is not None and not isinstance(found, (bool, int, float, str)):
-        raise BadAnswer(f"it returned {found!r}, where {kinds} is expected")
-    return bool(found) if kinds == "boolean" and isinstance(found, (int, float)) else found

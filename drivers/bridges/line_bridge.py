@@ -17,6 +17,7 @@ from .answers import OWN, BadAnswer, values, words_of
 from .bridge import Bridge, Values, doubtful
 from .config import ActionConfig, BridgeConfig, ConfigFault, pattern
 from .lines import LineConfig, Lines, NoAnswer
+from .number_forms import form_faults
 
 NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
     "BadAnswer": ("unknown", "The answer is not what this action returns"),
@@ -108,14 +109,19 @@ class LineBridge(Bridge):
         await self.lines.close()
 
     async def abort(self) -> bool:
-        if self.config.abort is None or not self.lines.is_open:
+        if self.config.abort is None or not (self.lines.is_open or self.line):
             return False
-        await self.lines.at_once(self.config.abort)
+        if self.lines.is_open:
+            await self.lines.at_once(self.config.abort)
+            return True
+        async with self._turn_on_line():
+            await self.ready(self.timeout_s(None))
+            await self.lines.at_once(self.config.abort)
         return True
 
     async def status(self) -> Values:
         latest = await super().status()
-        if not self.lines.is_open and not self._turn.locked():
+        if not (self.lines.is_open or self.line or self._turn.locked()):
             raise OSError(
                 f"{self.lines}: {self.lines.channel.fault}; the next action connects again"
             )
@@ -133,7 +139,7 @@ class LineBridge(Bridge):
         """
         clock = asyncio.get_running_loop().time
         until = clock() + self.timeout_s(said)
-        wanted = regular_expression(said.answer) if said.answer is not None else None
+        wanted = self.lines.pattern(said.answer) if said.answer is not None else None
         returns = self.config.written(action.returns.get("properties", {}), said.returns)
         first, wrong = True, list[str]()
         while True:
@@ -153,7 +159,7 @@ class LineBridge(Bridge):
                 if said.lines is not None:
                     more = await self.lines.lines_after(text, said.lines, until - clock())
                     text = "\n".join(more)
-                return values(text, returns, wanted, self.config.decimal)
+                return self.read(text, returns, wanted)
             except BadAnswer as fault:
                 words = f"it was sent {sent!r} and answered {text[:80]!r}: {fault}"
                 wrong += [f"{text[:80]!r}: {fault}"][len(wrong) // MOST_TOLD :]
@@ -161,12 +167,16 @@ class LineBridge(Bridge):
                     raise BadAnswer(words) from fault
                 goal.feedback(None, words)
 
+    def read(self, text: str, returns: Values, wanted: Any) -> Values:
+        """The values of an answer; raises BadAnswer or NoNumber."""
+        return values(text, returns, wanted, self.config.decimal)
+
     def refuse(self, sent: str, text: str, said: ActionConfig) -> None:
         """Raise ActionFailed if this answer is an error that the lab names."""
         for name, error in {**self.config.errors, **said.errors}.items():
             if error.answer is None:
                 continue
-            known = regular_expression(error.answer)
+            known = self.lines.pattern(error.answer)
             if known.search(text) or known.search(self.lines.prompted or text):
                 words = f"it was sent {sent!r} and answered {text[:80]!r}"
                 summary = f": {error.summary}" if error.summary else ""
@@ -216,6 +226,7 @@ def _own_faults(schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield "base", "it is 2, 8, 10 or 16"
     if not isinstance(schema.get("bit", 0), int) or schema.get("bit", 0) < 0:
         yield "bit", "it is the number of a bit, from 0 for the lowest"
+    yield from form_faults(schema)
     if "words" in schema and not (isinstance(schema["words"], dict) and schema["words"]):
         yield "words", 'say what the instrument writes for each value: {idle: "0", running: "1"}'
     elif "words" in schema:

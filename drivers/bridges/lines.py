@@ -14,9 +14,12 @@ from ..serial_io.port import read_port
 from .channel import Channel, Network, Serial, Visa
 from .checksum import Checksum
 from .config import Time, pattern, time
+from .number_forms import decimals, number_bytes, size_of
 from .resource import read_resource
 
 MOST_LINES = 1_000_000
+MOST_FRAME = 16 * 1024 * 1024
+"""Bytes of a frame; a length beyond it is none."""
 
 
 ENDS = {"CR": "\r", "LF": "\n", "CRLF": "\r\n", "\\r": "\r", "\\n": "\n", "\\r\\n": "\r\n"}
@@ -24,13 +27,17 @@ ENDS = {"CR": "\r", "LF": "\n", "CRLF": "\r\n", "\\r": "\r", "\\n": "\n", "\\r\\
 
 
 class Terminator(Model):
-    """What ends a line: one that is sent, one that is read; or how long nothing comes after it."""
+    """What ends a line: one that is sent, one that is read; or how long nothing comes after it.
 
+    `begin` is what stands before either.
+    """
+
+    begin: str = ""
     write: str = "\n"
     read: str | None = Field(default=None, min_length=1)
     silence: Time | None = None
 
-    @field_validator("write", "read")
+    @field_validator("begin", "write", "read")
     @classmethod
     def _is_an_end(cls, value: str | None) -> str | None:
         return ENDS.get(value or "", value)
@@ -53,6 +60,65 @@ class Exchange(Model):
         return pattern(value)
 
 
+class LengthFrame(Model):
+    """A frame that says how long it is: `more` bytes follow those that its length counts.
+
+    The length is put into what is sent and taken out of what comes, unless it is not `sent`: then it
+    stands in the lab's texts.
+    """
+
+    length: str
+    at: int = Field(default=0, ge=0)
+    more: int = 0
+    start: str = ""
+    sent: bool = True
+
+    @field_validator("length")
+    @classmethod
+    def _is_a_whole_number(cls, value: str) -> str:
+        size_of(value)
+        if "f" in value:
+            raise ValueError(f"a length is a whole number such as u1, >u2, not {value}")
+        return value
+
+    def put(self, line: bytes, sums: Checksum | None) -> bytes:
+        """What is sent, with its length in it, to which the checksum will be added."""
+        if not self.sent:
+            return line
+        at = self._at(sums)
+        number = len(line) + (0 if sums is None else sums.size) - self.at - self.more
+        return line[:at] + number_bytes(number, self.length).encode("latin-1") + line[at:]
+
+    def without(self, line: bytes, sums: Checksum | None) -> bytes:
+        """What has come, without its length; its checksum has been taken off."""
+        at = self._at(sums)
+        return line[:at] + line[at + size_of(self.length) :] if self.sent else line
+
+    def _at(self, sums: Checksum | None) -> int:
+        return self.at - sums.size if sums is not None and sums.first else self.at
+
+    def taken(self, buffer: bytearray) -> bytes | None:
+        """A whole frame, taken out of what has come; what comes before its `start` is dropped."""
+        start = self.start.encode("latin-1")
+        while True:
+            if (begin := buffer.find(start)) < 0:
+                return None
+            del buffer[:begin]
+            head = self.at + size_of(self.length)
+            if len(buffer) < head:
+                return None
+            counted = bytes(buffer[self.at : head]).decode("latin-1")
+            size = head + int(decimals(counted, {"bytes": self.length})[0]) + self.more
+            if head <= size <= MOST_FRAME:
+                break
+            del buffer[: len(start) or len(buffer)]  # it began elsewhere
+        if len(buffer) < size:
+            return None
+        frame = bytes(buffer[:size])
+        del buffer[:size]
+        return frame
+
+
 class LineConfig(Model):
     """Where the instrument is, and its habits."""
 
@@ -62,10 +128,11 @@ class LineConfig(Model):
     decimal: Literal[".", ","] = "."
     echo: bool = False
     prompt: str | list[str] | None = None
-    frame: str | None = None
+    frame: str | LengthFrame | None = None
     banner: str | None = None
     login: list[Exchange] = Field(default_factory=list)
     checksum: Checksum | None = None
+    escapes: dict[str, str] = Field(default_factory=dict)
     ignore: str | None = None
     pause: Time | None = None
     visa_library: str = "@py"
@@ -74,6 +141,7 @@ class LineConfig(Model):
     parity: Literal["N", "E", "O"] = "N"
     stop_bits: Literal[1, 2] = 1
     flow: Literal["none", "rtscts", "xonxoff"] = "none"
+    shared: bool = False
 
     @field_validator("resource")
     @classmethod
@@ -83,8 +151,8 @@ class LineConfig(Model):
 
     @field_validator("banner", "ignore", "frame")
     @classmethod
-    def _is_a_pattern(cls, value: str | None) -> str | None:
-        return pattern(value)
+    def _is_a_pattern(cls, value: str | LengthFrame | None) -> str | LengthFrame | None:
+        return value if isinstance(value, LengthFrame) else pattern(value)
 
     @field_validator("pause")
     @classmethod
@@ -122,7 +190,9 @@ class Lines:
         self.prompted = ""
         """Which of several prompts came last."""
         self._ignore = regular_expression(config.ignore) if config.ignore else None
-        self._frame = regular_expression(config.frame) if config.frame else None
+        self._frame = config.frame
+        self._binary = bool(config.frame is not None or config.escapes or self._end.begin)
+        """Whether an answer is bytes, none of which is only blank."""
         self._silence_s = seconds(self._end.silence) if self._end.silence is not None else None
         self._pause_s = seconds(config.pause) if config.pause is not None else 0.0
 
@@ -180,7 +250,23 @@ class Lines:
 
     def _summed(self, text: str) -> bytes:
         line, sums = self._encoded(text), self._config.checksum
-        return line if sums is None else sums.added(line)
+        if isinstance(self._frame, LengthFrame):
+            line = self._frame.put(line, sums)
+        if sums is not None:
+            line = sums.added(line)
+        for sign, instead in self._escapes:
+            line = line.replace(sign, instead)
+        return self._end.begin.encode("latin-1") + line
+
+    @property
+    def _escapes(self) -> list[tuple[bytes, bytes]]:
+        """What stands instead of which bytes; first the one that all of them begin with."""
+        said = [(a.encode("latin-1"), b.encode("latin-1")) for a, b in self._config.escapes.items()]
+        return sorted(said, key=lambda one: not one[1].startswith(one[0]))
+
+    def pattern(self, words: str) -> Any:
+        """An expression for an answer; of one in bytes, a dot is any of them."""
+        return regular_expression(f"(?s){words}" if self._binary else words)
 
     async def finish(self, text: str, timeout_s: float) -> str:
         """After a line without an answer: its echo, and all up to the prompt, which is returned."""
@@ -248,7 +334,7 @@ class Lines:
                 self.channel.received.clear()
             if line is None:
                 await self._more(until)
-            elif line.strip() and not self._ignored(line):
+            elif (line if self._binary else line.strip()) and not self._ignored(line):
                 return self._checked(line)
 
     async def _is_over(self) -> bool:
@@ -259,19 +345,31 @@ class Lines:
         return self._ignore is not None and self._ignore.search(line) is not None
 
     def _checked(self, line: str) -> str:
-        """The line without its checksum; raises NoAnswer if that is another line's."""
-        sums = self._config.checksum
-        if sums is None or not sums.answers:
-            return line
-        kept = sums.taken(self._encoded(line.strip("\r\n")))
-        if kept is None:
-            raise NoAnswer(f"sent {line[:80]!r}, and its checksum is not that of the line")
-        return self._decoded(kept)
+        """The line without checksum and length; raises NoAnswer if the checksum is another line's."""
+        sums, kept = self._config.checksum, self._encoded(line)
+        if self._escapes:
+            kept = self._unescaped(kept)
+        if sums is not None and sums.answers:
+            checked = sums.taken(kept if self._binary else kept.strip(b"\r\n"))
+            if checked is None:
+                raise NoAnswer(f"sent {line[:80]!r}, and its checksum is not that of the line")
+            kept = checked
+        if isinstance(self._frame, LengthFrame):
+            kept = self._frame.without(kept, sums)
+        return self._decoded(kept) if self._binary or sums is not None else line
+
+    def _unescaped(self, line: bytes) -> bytes:
+        meant = {instead: sign for sign, instead in self._escapes}
+        found = re.compile(b"|".join(re.escape(one) for one in meant), re.DOTALL)
+        return found.sub(lambda one: meant[one[0]], line)
 
     def _taken_line(self) -> str | None:
         buffer = self.channel.received
+        if isinstance(self._frame, LengthFrame):
+            whole = self._frame.taken(buffer)
+            return None if whole is None else self._decoded(whole)
         if self._frame is not None:  # a pattern sees one sign for each byte
-            framed = self._frame.search(buffer.decode("latin-1"))
+            framed = self.pattern(self._frame).search(buffer.decode("latin-1"))
             if framed is None:
                 return None
             line = self._decoded(buffer[framed.start() : framed.end()])
@@ -280,9 +378,9 @@ class Lines:
         found = self._ending().search(buffer)
         if found is None or self._silence_s is not None:
             return None
-        line = self._decoded(buffer[: found.start()]).strip("\0")
+        line = self._decoded(buffer[: found.start()])
         del buffer[: found.end()]
-        return line
+        return line.rpartition(self._end.begin)[2] if self._end.begin else line.strip("\0")
 
     def _ending(self) -> "re.Pattern[bytes]":
         end = self._end.read

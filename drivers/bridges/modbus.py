@@ -128,6 +128,7 @@ class ModbusConfig(ByAction):
     bits: Literal[7, 8] = 8
     parity: Literal["N", "E", "O"] = "N"
     stop_bits: Literal[1, 2] = 1
+    shared: bool = False
     registers: dict[Name, Register] = Field(min_length=1)
     actions: dict[Name, ModbusAction] = Field(min_length=1)
     status: list[str] = Field(default_factory=list)

@@ -6,6 +6,7 @@ from typing import Any
 
 from ..driver import ActionFailed
 from .answers import words_of
+from .number_forms import FORMS, formed
 
 GOAL = "goal"
 """The placeholder of the goal's id, for an instrument that can keep a text beside what it did."""
@@ -26,6 +27,9 @@ def template_faults(text: str, params: Mapping[str, Any]) -> Iterator[str]:
             yield f"{{{name}}}: the action has no parameter {name!r}; its parameters: {known}"
         elif conversion or "{" in (spec or ""):
             yield f"{{{name}}}: only a format may follow the name, such as {{{name}:.3f}}"
+        elif found := set(FORMS) & set(params.get(name, {})):
+            if spec:
+                yield f"{{{name}:{spec}}}: `{min(found)}` says how it is sent; no format follows the name"
         else:
             try:
                 schema = params.get(name, {"type": "string"})
@@ -50,14 +54,15 @@ def fill(
         value = (
             goal if name == GOAL and name not in params else given.get(name, schema.get("default"))
         )
-        value = written(_of_kind(value, schema), schema, spec or "")
         try:
+            value = written(_of_kind(value, schema), schema, spec or "")
             put = _put(value, spec or "", name)
         except (ValueError, TypeError) as fault:  # one that may be left out, and was
             raise ActionFailed("Rejected", f"{name}: {fault}; nothing was sent", "no") from fault
         if isinstance(value, float):
             put = put.replace(".", decimal)
-        if any(ord(sign) < 32 or ord(sign) == 127 for sign in put):
+        control = any(ord(sign) < 32 or ord(sign) == 127 for sign in put)
+        if control and "bytes" not in schema:
             raise ActionFailed(
                 "Rejected", f"{name}: {put!r} has control characters; nothing was sent", "no"
             )
@@ -72,7 +77,14 @@ def _of_kind(value: Any, schema: Mapping[str, Any]) -> Any:
 
 
 def written(value: Any, schema: Mapping[str, Any], spec: str) -> Any:
-    """As the instrument writes it: its own word, or its own number, (value - offset) / scale."""
+    """As the instrument writes it: its own word, or its own number, (value - offset) / scale; as bytes."""
+    if set(FORMS) & set(schema) and value is not None:
+        decimal = {key: one for key, one in schema.items() if key not in FORMS}
+        made = written(value, decimal, spec)
+        numbers = made if isinstance(made, (list, tuple)) else [made]
+        return "".join(
+            formed(float(one) if isinstance(one, str) else one, schema) for one in numbers
+        )
     if "words" in schema:
         return words_of(schema).get(value, value)
     if not {"scale", "offset"} & set(schema) or isinstance(value, (bool, str)) or value is None:

@@ -4,17 +4,19 @@ See docs/how-to/instruments-in-yaml.md.
 """
 
 import contextlib
+import json
 from collections.abc import Iterator
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pydantic import Field, field_validator, model_validator
 
 from ...schemas.contract import Action, Name
-from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
-from .answers import BadAnswer
+from .answers import OWN, BadAnswer
 from .bridge import Values
+from .by_action import filled, texts
 from .config import pattern
+from .data import found_at
 from .line_bridge import NUMBER_ERRORS, LineAction, LineBridge, LineBridgeConfig
 from .lines import Exchange, NoAnswer
 from .template import fill
@@ -24,9 +26,9 @@ REFUSED_S = 0.2
 
 
 class TextAction(LineAction):
-    """`send`, then an `answer`, then for what takes time a line that it is `done`."""
+    """`send`, then an `answer`, then for what takes time a line that it is `done`; data is sent as JSON."""
 
-    send: str | list[str | Exchange] | None = None
+    send: str | dict[str, Any] | list[str | Exchange] | None = None
     done: str | None = None
 
     @field_validator("done")
@@ -49,16 +51,21 @@ class TextAction(LineAction):
         """The lines, in order, and what is waited for before each; the answer is that to the last."""
         whole = self.send if isinstance(self.send, list) else [self.send]
         return [
-            Exchange(send=one) if isinstance(one, str) else one for one in whole if one is not None
+            one if isinstance(one, Exchange) else Exchange(send=one if isinstance(one, str) else "")
+            for one in whole
+            if one is not None
         ]
 
     def used(self) -> Iterator[tuple[str, str]]:
         yield from (("send", one.send) for one in self.sends if one.send is not None)
+        if isinstance(self.send, dict):
+            yield from texts("send", self.send)
 
 
 class TextConfig(LineBridgeConfig):
     """The config of `driver: text`; `hello` asks who it is."""
 
+    own_keys = ("at", *OWN)
     own_errors = {  # type: ignore[assignment] # noqa: RUF012
         **NUMBER_ERRORS,
         "DeviceError": ("unknown", "The instrument reports an error that the lab does not name"),
@@ -117,13 +124,15 @@ class Text(LineBridge):
     ) -> Values:
         params = self.config.written(action.param_schemas(), said.params)
         decimal = self.config.decimal
-        texts = [
+        lines = [
             (one.after, fill(one.send or "", values, params, goal.id, decimal))
             for one in said.sends
         ]
+        if isinstance(said.send, dict):
+            lines = [(None, json.dumps(filled(said.send, values, params, goal.id)))]
         self.out = 0
         last = ""
-        for number, (after, text) in enumerate(texts):
+        for number, (after, text) in enumerate(lines):
             if after is not None:
                 await self._until_said(after, last, said)
             elif number:
@@ -135,7 +144,7 @@ class Text(LineBridge):
         if said.block is not None:
             result = await self.blocked(last, said, action, values, goal)
         elif answered:
-            if not texts:
+            if not lines:
                 self.lines.channel.received.clear()
             result = await self.heard(last, said, action, goal)
         else:
@@ -147,6 +156,21 @@ class Text(LineBridge):
         await self._ask_for_errors(last, goal)
         return result
 
+    def read(self, text: str, returns: Values, wanted: Any) -> Values:
+        """Where the lab says `at`, the answer is JSON, or what its pattern picks is."""
+        if not any("at" in schema for schema in returns.values()):
+            return super().read(text, returns, wanted)
+        if wanted is not None:
+            found = wanted.fullmatch(text.strip())
+            if found is None:
+                raise BadAnswer(f"it does not match {wanted.pattern!r}")
+            text = found[1 if wanted.groups else 0]
+        try:
+            data = json.loads(text)
+        except ValueError as fault:
+            raise BadAnswer("it is no JSON") from fault
+        return {name: found_at(data, name, s.get("at", ""), s) for name, s in returns.items()}
+
     async def _ask_for_errors(self, sent: str, goal: GoalContext) -> None:
         """An instrument that keeps its errors for whoever asks; an `answer` means that there is none."""
         asked: TextAction | None = self.config.error_query
@@ -154,9 +178,10 @@ class Text(LineBridge):
             return
         text = str(asked.send)
         await self.lines.send(text)
-        told = (await self.lines.answer(text, self.timeout_s(asked))).strip()
+        told = await self.lines.answer(text, self.timeout_s(asked))
         self.refuse(sent, told, asked)
-        if not regular_expression(asked.answer or "").fullmatch(told):
+        wanted = self.lines.pattern(asked.answer or "")
+        if not (wanted.fullmatch(told) or wanted.fullmatch(told.strip())):
             words = f"{self.place.device} was sent {sent!r} and reports {told[:80]!r}"
             raise ActionFailed("DeviceError", words, "unknown")
 
@@ -170,7 +195,7 @@ class Text(LineBridge):
 
     async def _until_said(self, words: str, sent: str, said: TextAction) -> None:
         """Pass over lines until one that says so; raises NoAnswer, or ActionFailed for an error."""
-        wanted = regular_expression(words)
+        wanted = self.lines.pattern(words)
         while True:
             try:
                 line = await self.lines.next_line(self.timeout_s(said))

@@ -10,6 +10,7 @@ from ...schemas.contract import Contract
 from ...schemas.contracts import read_contract, shipped_contracts
 from ...schemas.good_calls import good_call, lasting, slow_clock
 from ...schemas.lab import Lab
+from ..bridges.config import LAST_ONCE
 from ..find import find_driver
 
 Params = dict[str, Any]
@@ -60,7 +61,9 @@ class Case:
         contract = next((one for one in files if one.type == entry.contract), None)
         if contract is None:
             model = find_driver(str(entry.driver), lab.parent).config_model  # type: ignore[attr-defined]
-            contract = model.model_validate(entry.config).contract(entry.contract)
+            made: Contract = model.model_validate(entry.config).contract(entry.contract)
+            ships = shipped_contracts().get(str(entry.contract), made)
+            contract = made if made.actions.keys() - ships.actions.keys() - {LAST_ONCE} else ships
         file, colon, name = str(entry.driver).rpartition(":")  # `./file.py:Class`, or a known name
         twin = f"Sim{name.removeprefix('Sim')}" if colon else f"sim_{name}"
         return cls(

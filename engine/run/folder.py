@@ -13,7 +13,7 @@ from typing import IO
 from ...schemas.contract import Contract
 from ...schemas.lab import Lab
 from ...system import WINDOWS
-from ...system.files import remove
+from ...system.files import lock_file, remove
 from ..journal.course import Course
 from ..language.used_files import COPIES, USED
 from ..language.yaml_write import write_yaml
@@ -173,10 +173,6 @@ def find_run(runs: Path, name: str) -> Path:
     raise FolderFault(f"no run {name!r} in {runs}; `labrun runs` lists the runs")
 
 
-FAR = 1 << 30
-"""The byte that is locked on Windows: beyond the file's end, since nobody else may read a locked one."""
-
-
 class FolderLock:
     """The operating system's lock on a run's folder: one engine at a time, gone with its process."""
 
@@ -214,7 +210,7 @@ def is_live(folder: Path) -> bool:
         return False
     try:
         with lock.path.open("a+") as file:
-            _lock(file)
+            lock_file(file)
         return False
     except OSError:
         return True
@@ -225,20 +221,8 @@ def _lock_in_time(file: IO[str]) -> None:
     until = time.monotonic() + LOOK_S
     while True:
         try:
-            return _lock(file)
+            return lock_file(file)
         except OSError:
             if time.monotonic() > until:
                 raise
         time.sleep(LOOK_S / 20)
-
-
-def _lock(file: IO[str]) -> None:
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        import msvcrt
-
-        file.seek(FAR)
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
-    else:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

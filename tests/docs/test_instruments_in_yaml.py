@@ -26,7 +26,7 @@ def test_every_instrument_on_the_page_is_one(tmp_path):
     loaded, problems = load_lab(lab)
 
     assert problems == []
-    assert {"dmm", "stage", "furnace", "shaker"} == set(loaded.lab.devices)
+    assert {"dmm", "stage", "stepper", "furnace", "shaker"} == set(loaded.lab.devices)
     assert set(loaded.contracts["dmm@1"].actions) == {"voltage", "set_range"}
 
 

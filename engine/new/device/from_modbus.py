@@ -5,6 +5,7 @@ length, bit, word_order, unit, minimum, maximum, access (r, rw or w) and summary
 """
 
 import csv
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -104,9 +105,10 @@ def _actions(name: str, row: Mapping[str, str], register: Register) -> dict[str,
     schema |= unit(row.get("unit", ""))
     if row.get("unit") and "unit" not in schema:
         raise ValueError(f"{row['unit']!r} is no unit")
-    access = row.get("access", "").lower() or "r"
-    if access not in ("r", "w", "rw"):
-        raise ValueError(f"{access!r} is no access: r, rw or w")
+    told = re.findall(r"r(?=ead|o|w|/|$)|w", (row.get("access") or "r").lower())
+    access = "".join(dict.fromkeys(told))  # manuals write R, RO, R/W, read/write
+    if not access:
+        raise ValueError(f"{row['access']!r} is no access: r, rw or w")
     if "w" in access and not register.writable:
         raise ValueError(f"{name} cannot be written: it lies in the table {register.table}")
     summary = {"summary": row["summary"]} if row.get("summary") else {}

@@ -27,8 +27,8 @@ class NewDevice:
     contract_file: str | None
 
 
-def device_name(name: str) -> str:
-    """The name, if files, classes and labs can have it; otherwise raises CannotMake."""
+def device_name(name: str, *, as_module: bool = False) -> str:
+    """The name, if labs can have it, and Python's files; otherwise raises CannotMake."""
     if NAME.fullmatch(name) is None or keyword.iskeyword(name):
         if keyword.iskeyword(name):
             raise CannotMake(f"{name!r} is a Python keyword; choose another name")
@@ -37,7 +37,8 @@ def device_name(name: str) -> str:
         raise CannotMake(
             f"{name!r} is not a valid device name: lower-case letters, digits and _, a letter first{guess}"
         )
-    if not Path(f"{name}.py").exists() and find_spec(name) is not None:
+    found = find_spec(name) if as_module and not Path(f"{name}.py").exists() else None
+    if found is not None and found.origin is not None:
         raise CannotMake(
             f"there is already a Python module {name!r}, which {name}.py would hide; choose another name"
         )
@@ -49,19 +50,21 @@ def new_device(name: str, wanted: str | None, *, with_lab: bool) -> NewDevice:
 
     Raises CannotMake for an unsuitable name or contract.
     """
-    name, own = device_name(name), f"{name}.yaml"
+    name, own, files = device_name(name, as_module=True), f"{name}.yaml", dict[str, str]()
     if wanted is None:
         if f"{name}@1" in shipped_contracts():
             raise CannotMake(
                 f"there is already a contract {name}@1: use it with --contract {name}@1, or choose "
                 "another name"
             )
-        files = {**render.own_texts(name), f"test_{name}.py": test_text(name, LAB)}
+        files[own], count = render.contract_text(name), {"fire": "shots"}
         contract, contract_file = parse_contract(files[own], own), own
     else:
+        count = {}
         contract, contract_file = _contract(wanted)
-        files = render.python_texts(name, contract, contract_file)
-    device = render.device_text(name, contract, own=wanted is None)
+    files[f"{name}.py"] = render.driver_text(name, contract, count)
+    files[f"test_{name}.py"] = test_text(name, LAB)
+    device = render.device_text(name, contract)
     if with_lab:
         files[LAB] = render.lab_text(name, contract, contract_file, device)
     return NewDevice(files, device, contract_file)

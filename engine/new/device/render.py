@@ -1,40 +1,68 @@
 """Render the files of a new device: its contract put into templates."""
 
+import json
 from importlib.resources import files
-from pprint import pformat
 from string import Template
 from typing import Any
 
 from ....schemas.contract import Action, Contract
-from ....schemas.good_calls import good_call, lasting, slow_clock
-from . import parts, pieces
+from ....schemas.good_calls import duration_s, good_call
+from .names import STOPS
 
+PACKED = {"number": "<f", "integer": "<i", "boolean": "<?"}
 YAML_WORDS = {"on", "off", "yes", "no"}
 
 
-def own_texts(name: str) -> dict[str, str]:
-    """File name -> text, of a contract to start from, and of a driver in bytes with its twin."""
-    words = _names(name) | {"contract": f"{name}@1"}
-    return {
-        f"{name}.yaml": _render("contract", words),
-        f"{name}.py": _render("driver_bytes", words),
+def contract_text(name: str) -> str:
+    """A contract to start from."""
+    return _render("contract", _names(name) | {"contract": f"{name}@1"})
+
+
+def driver_text(name: str, contract: Contract, count: dict[str, str] | None = None) -> str:
+    """A driver in bytes, and its twin; `count` says which action counts which."""
+    probes = {action.probe for action in contract.actions.values()}
+    said = {n: a for n, a in contract.actions.items() if n not in probes}
+    free = [n for n, a in said.items() if a.effect != "once" and not a.required()]
+    abort = next((n for n in (*contract.safe_state, *STOPS) if n in free), None)
+    errors = list(dict.fromkeys(error for a in said.values() for error in a.errors))
+    commands = (
+        _command(0x10 + number, one, said[one], (count or {}).get(one))
+        for number, one in enumerate(said)
+    )
+    words = {
+        "contract": contract.type,
+        "commands": "\n".join(commands),
+        "abort": "None" if abort is None else f'"{abort}"',
+        "status": json.dumps(_looked(contract)),
+        "refusals": "{" + ", ".join(f'{n}: "{e}"' for n, e in enumerate(errors, 1)) + "}",
     }
+    return _render("driver", _names(name) | words)
 
 
-def python_texts(name: str, contract: Contract, contract_file: str | None) -> dict[str, str]:
-    """File name -> text, of driver, twin and their test."""
-    words = _words(name, contract, contract_file)
-    return {
-        f"{name}.py": _render("driver", words),
-        f"sim_{name}.py": _render("twin", words),
-        f"test_{name}.py": _render("test", words),
-    }
+def _command(number: int, name: str, action: Action, count: str | None) -> str:
+    """Its line, with a comment on what has no number of bytes of its own: texts, lists, files."""
+    said, left = [f"command=0x{number:02X}"], list[str]()
+    for key, schemas in (
+        ("sends", action.param_schemas()), ("reads", action.returns.get("properties", {})),
+    ):  # fmt: skip
+        packed = {n: PACKED[kind] for n, s in schemas.items() if (kind := _kind(s)) in PACKED}
+        left += [n for n in schemas if n not in packed]
+        said += [f"{key}={json.dumps(packed)}"] if packed else []
+    said += [f'count="{count}"'] if count else []
+    limit_s = 10 * duration_s(action)
+    said += [f'timeout="{limit_s:g} s"'] if limit_s > 10 else []
+    note = f"  # and {', '.join(left)}: of no fixed size" if left else ""
+    return f'    "{name}": Command({", ".join(said)}),{note}'
 
 
-def device_text(name: str, contract: Contract, *, own: bool = False) -> str:
-    """The lines of a lab for the new device; `own` if its driver speaks in bytes."""
-    words = _names(name) | {"contract": contract.type}
-    return _render("device_bytes" if own else "device", words)
+def _kind(schema: dict[str, Any]) -> Any:
+    kind = schema.get("type")
+    return next((one for one in kind if one != "null"), None) if isinstance(kind, list) else kind
+
+
+def device_text(name: str, contract: Contract) -> str:
+    """The lines of a lab for the new device."""
+    return _render("device", _names(name) | {"contract": contract.type})
 
 
 def speaking_text(name: str, language: str) -> str:
@@ -51,13 +79,7 @@ def speaking_contract_text(name: str, language: str, contract: Contract) -> str:
         for one, action in contract.actions.items()
         if one not in probes
     ]
-    simple = {
-        n: a
-        for n, a in contract.actions.items()
-        if n not in probes and a.effect == "pure" and not a.required()
-    }
-    shown = set(contract.status.get("properties", {}))
-    looked = [n for n, a in simple.items() if shown & set(a.returns.get("properties", {}))]
+    looked = _looked(contract)
     idle = ", ".join(looked)
     lines = [
         f"{name}:",
@@ -70,6 +92,18 @@ def speaking_contract_text(name: str, language: str, contract: Contract) -> str:
         *said,
     ]
     return "".join(f"  {line}\n" for line in lines)
+
+
+def _looked(contract: Contract) -> list[str]:
+    """The actions that read what the status shows."""
+    shown = set(contract.status.get("properties", {}))
+    probes = {action.probe for action in contract.actions.values()}
+    free = {n: a for n, a in contract.actions.items() if n not in probes and not a.required()}
+    return [
+        n
+        for n, a in free.items()
+        if a.effect == "pure" and shown & set(a.returns.get("properties", {}))
+    ]
 
 
 def _spoken(name: str, action: Action, key: str) -> str:
@@ -105,50 +139,6 @@ def class_name(name: str) -> str:
 
 def _names(name: str) -> dict[str, str]:
     return {"name": name, "Class": class_name(name), "Words": name.replace("_", " ").capitalize()}
-
-
-def _words(name: str, contract: Contract, contract_file: str | None) -> dict[str, str]:
-    """The values for all placeholders of the Python templates."""
-    actions = contract.actions
-    sends = any(action.path_params()[0] for action in actions.values())
-    gets = any(action.returned_paths() for action in actions.values())
-    longest = lasting(contract)
-    base64 = [word for word, used in (("b64decode", gets), ("b64encode", sends)) if used]
-    base64_import = f"from base64 import {', '.join(base64)}\n" if base64 else ""
-    sha_import = "from hashlib import sha256\n" if gets else ""
-    message = "from labrun.schemas.messages import FileContent\n"
-    return _names(name) | {
-        "contract": contract.type,
-        "action": longest,
-        "lasting": longest,
-        "slow": f"{slow_clock(contract):g}",
-        "base64_driver": base64_import,
-        "sha_driver": sha_import,
-        "message_import": message if gets else "",
-        "driver_actions": "\n".join(pieces.driver_action(n, a) for n, a in actions.items()),
-        "send_files": pieces.SEND_FILES if sends else "",
-        "answer": pieces.GET_FILES if gets else pieces.NO_FILES,
-        "twin_imports": f"{sha_import}\n" if gets else "",
-        "state": _entries(parts.memory(contract), 12),
-        "shown": "[" + ", ".join(f'"{n}"' for n in contract.status.get("properties", {})) + "]",
-        "twin_actions": "\n".join(pieces.twin_action(n, a) for n, a in actions.items()),
-        "file_method": pieces.FILE_METHOD if gets else "",
-        "base64_import": "from base64 import b64decode, b64encode\n" if gets and sends else (
-            "from base64 import b64encode\n" if gets else
-            "from base64 import b64decode\n" if sends else ""),
-        "sha_import": "from hashlib import sha256\n" if sends else "",
-        "test_message_import": message if sends else "",
-        "good": _entries({n: good_call(a) for n, a in actions.items()}, 4),
-        "contract_file": "None" if contract_file is None else f'HERE / "{contract_file}"',
-        "files": pieces.sent_files(contract),
-        "take_files": pieces.TAKE_FILES if sends else "",
-        "give_files": pieces.GIVE_FILES if gets else "",
-    }  # fmt: skip
-
-
-def _entries(values: dict[str, Any], indent: int) -> str:
-    lines = (f'{" " * indent}"{n}": {pformat(v, width=1000)},' for n, v in values.items())
-    return "\n".join(lines).replace("'", '"')
 
 
 def _render(template: str, words: dict[str, str]) -> str:

@@ -12,7 +12,7 @@ from labrun.drivers.contract_tests import Case, KeepsContract
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.find import find_driver
 from labrun.engine.new.device.make import new_device
-from labrun.engine.new.device.render import own_texts
+from labrun.engine.new.device.render import contract_text
 from labrun.schemas.contracts import parse_contract, read_contract
 
 from .instruments import running_peer
@@ -63,7 +63,7 @@ def test_a_refusal_has_the_contracts_name_and_what_was_sent(peer, story):
     (told,) = story(peer("frame_peer.py").where, ("set_level", {"level": 60.0}))
 
     assert told[:2] == ("OutOfRange", "no")
-    assert "plate was sent 05 10 00 00 70 42 and refused with status 3" in told[2]
+    assert "plate was sent 05 10 00 00 70 42 and refused with status 1" in told[2]
 
 
 def test_after_a_cut_a_reading_is_asked_again_and_a_count_tells_of_what_must_not_happen_twice(
@@ -82,7 +82,7 @@ def test_after_a_cut_a_reading_is_asked_again_and_a_count_tells_of_what_must_not
 @pytest.mark.soak
 class TestHotPlate(KeepsContract):
     case = Case(
-        contract=parse_contract(own_texts("hot_plate")["hot_plate.yaml"], "hot_plate.yaml"),
+        contract=parse_contract(contract_text("hot_plate"), "hot_plate.yaml"),
         lasting="fire", config={"timeout": "20 s"},
         good={
             "set_level": {"level": 40.0}, "read_level": {}, "shots": {}, "fire": {},

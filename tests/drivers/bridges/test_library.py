@@ -6,7 +6,8 @@ import time
 
 import pytest
 
-from labrun.drivers.bridges.library import plain, returned
+from labrun.drivers.bridges.data import plain
+from labrun.drivers.bridges.library import returned
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
 
 from . import slow_library

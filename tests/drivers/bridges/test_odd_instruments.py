@@ -1,12 +1,15 @@
 """Instruments whose habits no standard has, said in YAML: handshakes, frames, prompts, tables, bits."""
 
+import asyncio
+from pathlib import Path
+
 import pytest
 from ruamel.yaml import YAML
 
 from labrun.drivers.bridges.answers import values
 from labrun.drivers.bridges.template import fill
-from labrun.drivers.bridges.text import TextConfig
-from labrun.drivers.driver import ActionFailed, GoalContext
+from labrun.drivers.bridges.text import Text, TextConfig
+from labrun.drivers.driver import ActionFailed, GoalContext, Place
 
 GAUGE = r"""
 terminator: "\r\n"
@@ -80,11 +83,25 @@ def said_in(text):
     return YAML(typ="safe", pure=True).load(text)
 
 
+BUS = said_in((Path(__file__).parent / "bus_instruments.yaml").read_text("utf-8"))
+
+
 REFUSED = {
     "gauge": ("wrong", {}, "Refused", "no"),
     "controller": ("heat", {"to": 999}, "Refused", "no"),
     "pump": ("block", {}, "Stalled", "unknown"),
     "chiller": ("set_target", {"to": 99}, "TooHot", "no"),
+    "stepper": ("go", {"x": 1000}, "WrongValue", "no"),
+    "gauges": ("wrong", {}, "Unknown", "no"),
+    "ionpump": ("wrong", {}, "NoWindow", "no"),
+    "manometer": ("wrong", {}, "Refused", "no"),
+    "syringe": ("go", {"to": 2000}, "BadOperand", "no"),
+    "flow": ("set", {"to": 200}, "OutOfRange", "no"),
+    "sketch": ("heat", {"to": 99}, "TooHot", "no"),
+    "service": ("wrong", {}, "Unknown", "no"),
+    "acquisition": ("output", {"u": 99}, "Rejected", "no"),
+    "controller485": ("wrong", {}, "Refused", "no"),
+    "peristaltic": ("wrong", {}, "Refused", "no"),
 }
 
 
@@ -125,6 +142,63 @@ REFUSED = {
             ("spectrum", {}, {"wavelength": [400.0, 400.5, 401.0], "counts": [12, 15, 13]}),
             ("raw", {}, {"counts": [10, 2570, 13, 65535]}),
         ], []),
+        ("stepper", BUS["stepper"], [
+            ("position", {}, {"x": 6}),
+            ("go", {"x": -12.8}, {}),
+            ("position", {}, {"x": -12.8}),
+        ], [{"done": "move", "to": -2560}]),
+        ("bath", BUS["bath"], [
+            ("inside", {}, {"t": -38.8}),
+            ("heat", {"to": -5.25}, {}),
+            ("target", {}, {"t": -5.25}),
+        ], [{"done": "set", "to": "FDF3"}]),
+        ("gauges", BUS["gauges"], [
+            ("pressure", {}, {"p": 1000}),
+            ("switch", {"on": True}, {}),
+        ], [{"done": "switch", "address": "001", "to": "1"}]),
+        ("ionpump", BUS["ionpump"], [
+            ("pressure", {}, {"p": 4.3e-8}),
+            ("high_voltage", {"on": True}, {}),
+        ], [{"done": "hv", "to": "1"}]),
+        ("manometer", BUS["manometer"], [
+            ("pressure", {}, {"p": 760.2}),
+            ("trip", {"at": 5}, {}),
+        ], [{"done": "set", "to": "5.00E+00"}]),
+        ("syringe", BUS["syringe"], [
+            ("go", {"to": 500}, {}),
+            ("plunger", {}, {"at": 500}),
+            ("state", {}, {"ready": True}),
+        ], [{"done": "move", "to": 1500}]),
+        ("flow", BUS["flow"], [
+            ("flow", {}, {"flow": 17, "raw": [0x7E, 0x7D, 0x11, 0x13]}),
+            ("set", {"to": 12.5}, {}),
+        ], [{"done": "set", "to": 12.5}]),
+        ("stage", BUS["stage"], [
+            ("position", {}, {"x": 0.2626}),
+            ("go", {"x": 0.333}, {}),
+            ("position", {}, {"x": 0.333}),
+        ], [{"done": "move", "to": 3330}]),
+        ("sketch", BUS["sketch"], [
+            ("read", {}, {"t": 21.5, "other": None, "fan": True}),
+            ("heat", {"to": 60}, {}),
+        ], [{"done": "heat", "to": 60}]),
+        ("service", BUS["service"], [
+            ("demod", {}, {"x": 1.25, "y": [0.5, 1.5]}),
+            ("sweep", {"points": 300}, {}),
+        ], [{"done": "sweep", "points": 300}]),
+        ("acquisition", BUS["acquisition"], [
+            ("input", {}, {"u": -1.3}),
+            ("output", {"u": 2.5}, {}),
+        ], [{"done": "out", "to": 2500}]),
+        ("controller485", BUS["controller485"], [
+            ("flow", {}, {"flow": 12.5}),
+            ("set", {"to": 50}, {}),
+        ], [{"done": "set", "to": 16000}]),
+        ("peristaltic", BUS["peristaltic"], [
+            ("rate", {}, {"rate": 0.15}),
+            ("set", {"to": 2.5}, {}),
+            ("rate", {}, {"rate": 2.5}),
+        ], [{"done": "rate", "to": "2500+0"}]),
     ],
 )  # fmt: skip
 def test_what_it_reads_sets_and_refuses(peer, ask, kind, said, told, done):
@@ -140,8 +214,38 @@ def test_what_it_reads_sets_and_refuses(peer, ask, kind, said, told, done):
             assert (refused.value.name, refused.value.happened) == (name, happened)
         return answers
 
-    assert ask("text", {"resource": there.where, **said_in(said)}, story) == told
+    assert (
+        ask(
+            "text",
+            {"resource": there.where, **(said if isinstance(said, dict) else said_in(said))},
+            story,
+        )
+        == told
+    )
     assert [one for one in there.done() if one["done"] != "on"] == done
+
+
+def test_two_instruments_take_turns_on_one_line(peer, tmp_path):
+    there = peer("odd_peer.py", kind="gauges")
+    said = {**BUS["gauges"], "resource": there.where, "shared": True}
+    read = {"send": "0020074002=?", "answer": "0021074006(.*)", "effect": "pure"}
+    other = {**said, "actions": {"pressure": BUS["gauges"]["actions"]["pressure"] | read}}
+
+    async def three(config, name):
+        made = Text(Place(name, config, {}, tmp_path / name, tmp_path))
+        await made.open()
+        told = [await made.method("pressure")(GoalContext("run/x/1")) for _ in range(3)]
+        await made.close()
+        return {one["p"] for one in told}
+
+    async def both():
+        return await asyncio.gather(three(said, "one"), three(other, "two"))
+
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+
+    assert asyncio.run(both()) == [{1000.0}, {4.321e-10}]
+    assert there.done("collision") == []
 
 
 def test_code_words_stand_for_words_booleans_and_numbers():

@@ -111,8 +111,12 @@ def test_an_answer_with_a_wrong_checksum_is_none(peer, once):
         ("crc16", "04X", "123456789" + "4B37"),
         ("ccitt", "04X", "123456789" + "29B1"),
         ("xmodem", "04X", "123456789" + "31C3"),
+        ("inverted", "04X", "123456789" + "FE22"),
+        ({"polynomial": 0x1021, "start": 0xFFFF, "reflected": True, "final": 0xFFFF}, "04X", "123456789906E"),
+        ({"bits": 8, "polynomial": 0x31, "reflected": True}, "02x", "123456789a1"),
+        ({"bits": 32, "polynomial": 0x04C11DB7, "start": 0xFFFFFFFF}, "08X", "1234567890376E6E7"),
     ],
-)
+)  # fmt: skip
 def test_checksums_are_those_of_their_specifications(of, form, line):
     """Sum: as a gauge's manual has it; CRC: the check values of Greg Cook's catalogue."""
     said, size = Checksum(of=of, form=form), len(format(0, form))

@@ -47,16 +47,16 @@ class Instrument:
         """Status and data of the answer to a command."""
         match command:
             case 0x10 if struct.unpack("<f", data)[0] > 55:
-                return 3, b""
+                return 1, b""
             case 0x10:
                 (self.level,) = struct.unpack("<f", data)
                 self.done("level", to=self.level)
                 return 0, data
             case 0x11:
                 return 0, struct.pack("<f", self.level)
-            case 0x20 if not self.lock.acquire(blocking=False):
-                return 6, b""
-            case 0x20:
+            case 0x13 if not self.lock.acquire(blocking=False):
+                return 2, b""
+            case 0x13:
                 self.halted.clear()
                 halted = self.halted.wait(self.habits["work_s"])
                 if not halted:
@@ -64,14 +64,14 @@ class Instrument:
                     self.done("fire")
                 self.lock.release()
                 return (4 if halted else 0), b""
-            case 0x21:
+            case 0x12:
                 return 0, struct.pack("<I", self.shots)
-            case 0x7F:
+            case 0x14:
                 self.halted.set()
                 self.level = 0.0
                 self.done("standby")
                 return 0, b""
-        return 1, b""
+        return 9, b""
 
 
 class Link(socketserver.StreamRequestHandler):

@@ -5,6 +5,7 @@ ends; a pump whose prompt says how it stands; a weather station that answers in 
 that writes tenths, bits and nothing at the end; a spectrometer that sends tables and bare binary data.
 """
 
+import contextlib
 import functools
 import json
 import operator
@@ -12,7 +13,10 @@ import socket
 import struct
 import sys
 import threading
+import time
 from pathlib import Path
+
+from bus_instruments import INSTRUMENTS
 
 
 class Gauge:
@@ -141,9 +145,8 @@ class Spectrometer:
         return struct.pack("<4H", 10, 2570, 13, 65535)
 
 
-KINDS = {
-    one.__name__.lower(): one for one in (Gauge, Controller, Pump, Station, Chiller, Spectrometer)
-}
+OWN = (Gauge, Controller, Pump, Station, Chiller, Spectrometer)
+KINDS = {one.__name__.lower(): one for one in (*OWN, *INSTRUMENTS)}
 
 
 def check(body):
@@ -157,7 +160,7 @@ def done(what, **more):
 
 def frames(there, data):
     """Whole lines or frames of what has come, and what is left of it."""
-    if not there.end:
+    if not getattr(there, "end", b""):
         left = data
         size = 0
         for frame in there.frames(data):
@@ -169,9 +172,22 @@ def frames(there, data):
     return left
 
 
+@contextlib.contextmanager
+def alone(there):
+    """On one line nobody asks while another is answered; who does is written down."""
+    there.asking = getattr(there, "asking", 0) + 1
+    if there.asking > 1:
+        done("collision")
+    try:
+        yield
+    finally:
+        there.asking -= 1
+
+
 def serve(connection, there, lock):
     left = b""
     with connection:
+        connection.sendall(getattr(there, "greets", b""))
         while data := connection.recv(4096):
             whole = frames(there, left + data)
             while True:
@@ -180,8 +196,10 @@ def serve(connection, there, lock):
                 except StopIteration as end:
                     left = end.value
                     break
-                with lock:
-                    connection.sendall(there.hears(frame))
+                with alone(there), lock:
+                    time.sleep(getattr(there, "takes_s", 0))
+                    told = there.hears(frame)
+                connection.sendall(told)
 
 
 if __name__ == "__main__":
@@ -191,6 +209,7 @@ if __name__ == "__main__":
         threading.Lock(),
     )
     done("on")
+    there.done = done
     listener = socket.create_server(("127.0.0.1", 0))
     half = FOLDER / "where.part"
     half.write_text(f"127.0.0.1:{listener.getsockname()[1]}", encoding="utf-8")

@@ -8,8 +8,8 @@ from labrun.engine.new.device.sources import described
 from labrun.engine.new.protocol import CannotMake
 
 TABLE = """\ufeffName;Table;Address;Type;Scale;Unit;Minimum;Maximum;Access;Summary
-Temperature;input;0x64;float32;;°C;;;r;what it is
-Target Value;holding;200;int16;0.1;°C;0;1200;rw;
+Temperature;input;0x64;float32;;°C;;;Read;what it is
+Target Value;holding;200;int16;0.1;°C;0;1200;R/W;
 Start;holding;400;;;;;;w;
 Door open;discrete;3;;;;;;;
 """

@@ -70,12 +70,13 @@ def test_a_device_that_speaks_needs_no_python(tmp_path, language):
 def test_what_is_written_is_clean_and_keeps_the_shape_of_its_contract(tmp_path, contract):
     new(tmp_path, "hot_plate", *([] if contract == "own" else ["--contract", contract]))
     shape = shipped_contracts().get(contract) or read_contract(tmp_path / "hot_plate.yaml")
+    lines = [line for path in tmp_path.iterdir() for line in path.read_text("utf-8").splitlines()]
     ruff = run(tmp_path, "ruff", "check", "--isolated", "--select", "E,F,W,B,UP,SIM", "--ignore",
                "E501", ".")  # fmt: skip
 
     assert ruff.returncode == 0, ruff.stdout
-    twin = "./hot_plate.py:SimHotPlate" if contract == "own" else "./sim_hot_plate.py:SimHotPlate"
-    for place in ("./hot_plate.py:HotPlate", twin):
+    assert len(lines) < 120
+    for place in ("./hot_plate.py:HotPlate", "./hot_plate.py:SimHotPlate"):
         check_driver(find_driver(place, tmp_path), shape)
 
 
@@ -161,7 +162,15 @@ def test_nothing_is_overwritten(tmp_path):
 )  # fmt: skip
 def test_a_name_that_will_not_do_is_refused_with_a_sentence(name, words):
     with pytest.raises(CannotMake, match=words):
-        device_name(name)
+        device_name(name, as_module=True)
+
+
+def test_only_what_is_written_in_python_needs_the_name_of_a_module(tmp_path, monkeypatch):
+    (tmp_path / "dev").mkdir()  # a folder that Python could import from hides nothing
+    monkeypatch.syspath_prepend(tmp_path)
+
+    assert device_name("json") == "json"
+    assert device_name("dev", as_module=True) == "dev"
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,56 @@
+"""Values in data: JSON that was answered, and what a library returned."""
+
+import json
+import math
+from enum import Enum
+from typing import Any
+
+from .answers import INFINITE, OWN, BadAnswer, none_for, value
+
+
+def plainly(data: Any) -> str:
+    """As a form has it."""
+    return data if isinstance(data, str) else json.dumps(data)
+
+
+def found_at(data: Any, name: str, at: str, schema: dict[str, Any]) -> Any:
+    """A value of JSON that was answered, at its place; raises BadAnswer or NoNumber."""
+    single = not at and not isinstance(data, dict)
+    for part in [] if single else (at or name).split("."):
+        try:
+            data = data[int(part)] if isinstance(data, list) else data[part]
+        except (KeyError, IndexError, ValueError, TypeError) as fault:
+            raise BadAnswer(f"the answer has no {at or name}: {str(data)[:80]}") from fault
+    if set(OWN) & set(schema):
+        return value(plainly(data), schema)
+    return plain(data, schema)
+
+
+def plain(found: Any, schema: dict[str, Any]) -> Any:
+    """A library's value as JSON has it; raises BadAnswer or NoNumber."""
+    if hasattr(found, "tolist"):  # numpy's, arrays and numbers
+        found = found.tolist()
+    if hasattr(found, "magnitude"):  # pint's
+        from ...schemas.quantity import magnitude_in
+
+        found = magnitude_in(found, schema.get("unit", ""))
+    if isinstance(found, Enum):
+        found = found.value if isinstance(found, (str, int)) else found.name
+    if isinstance(found, (list, tuple)):
+        return [plain(one, schema.get("items", {})) for one in found]
+    if isinstance(found, float) and math.isnan(found):
+        return none_for("NotANumber", "it has no number", schema)
+    if isinstance(found, float) and abs(found) >= INFINITE * (1 - 1e-6):
+        return none_for("Overload", f"{found:g} is beyond its range", schema)
+    kinds = schema.get("type", "number")
+    if isinstance(found, str):  # a library hands on the text of what it cannot read as a number
+        return value(found, schema)
+    if kinds == "string" and isinstance(found, (bool, int, float)):
+        return str(found)
+    if found is None and "null" not in kinds:
+        raise BadAnswer(f"it returned nothing, where {kinds} is expected")
+    if isinstance(found, bool) and kinds in ("number", "integer"):
+        raise BadAnswer(f"it returned {found!r}, where a {kinds} is expected")
+    if found is not None and not isinstance(found, (bool, int, float, str)):
+        raise BadAnswer(f"it returned {found!r}, where {kinds} is expected")
+    return bool(found) if kinds == "boolean" and isinstance(found, (int, float)) else found

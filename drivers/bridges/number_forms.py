@@ -1,0 +1,102 @@
+"""Numbers that are not written in decimal: as bytes (`>f4`, `<i2`, `u1`, `>u3`), as a mantissa and a power.
+
+Of bytes, `<` is the lowest first, `>` the highest; `i` and `u` are whole numbers with and without a sign,
+`f` is IEEE 754; then how many they are. With `base: 16` they are written in hexadecimal. `mantissa: 4`
+is 1.234E+05 as `1234+5`, and with `power: -20` as `123425`.
+"""
+
+import re
+import struct
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+KIND = re.compile(r"([<>]?)(?:([iu])([1-8])|f([248]))")
+FLOATS = {2: "e", 4: "f", 8: "d"}
+FORMS = ("bytes", "mantissa")
+Schema = Mapping[str, Any]
+
+
+def decimals(text: str, schema: Schema) -> list[str]:
+    """The numbers that are written so, each in decimal; raises ValueError."""
+    return _of_mantissa(text.strip(), schema) if "mantissa" in schema else _of_bytes(text, schema)
+
+
+def formed(number: float, schema: Schema) -> str:
+    """The number as the instrument takes it; raises ValueError if it cannot be written so."""
+    if "mantissa" not in schema:
+        return number_bytes(number, str(schema["bytes"]), in_hex=schema.get("base") == 16)
+    if not number > 0:
+        raise ValueError(f"{number:g} has no such mantissa")
+    mantissa, exponent = f"{number:.{int(schema['mantissa']) - 1}e}".split("e")
+    power = int(exponent) - int(schema.get("power", 0))
+    if "power" in schema and not 0 <= power <= 99:
+        raise ValueError(f"{number:g} does not go into two digits of its power")
+    return mantissa.replace(".", "") + (f"{power:02d}" if "power" in schema else f"{power:+d}")
+
+
+def number_bytes(number: float, kind: str, *, in_hex: bool = False) -> str:
+    """A sign for each byte; raises ValueError if it does not go into so many."""
+    order, sign, size, floats = _parts(kind)
+    try:
+        if floats:
+            data = struct.pack(order + FLOATS[size], number)
+        else:
+            whole = round(number)
+            data = whole.to_bytes(size, "big" if order == ">" else "little", signed=sign == "i")
+    except (OverflowError, struct.error):
+        raise ValueError(f"{number:g} does not go into {kind}") from None
+    return data.hex().upper() if in_hex else data.decode("latin-1")
+
+
+def size_of(kind: str) -> int:
+    """How many bytes it has; raises ValueError if it is none."""
+    return _parts(kind)[2]
+
+
+def form_faults(schema: Schema) -> list[tuple[str, str]]:
+    """(key, message) of what is wrong in how it is said."""
+    try:
+        size_of(str(schema.get("bytes", "u1")))
+    except ValueError as fault:
+        return [("bytes", str(fault))]
+    most = schema.get("mantissa", 1)
+    if not isinstance(most, int) or not 0 < most < 18:
+        return [("mantissa", "it is how many digits stand before the power")]
+    return []
+
+
+def _of_bytes(text: str, schema: Schema) -> list[str]:
+    kind = str(schema["bytes"])
+    try:
+        data = bytes.fromhex(text) if schema.get("base") == 16 else text.encode("latin-1")
+    except ValueError:
+        raise ValueError(f"{text!r} is not {kind} in hexadecimal") from None
+    size = size_of(kind)
+    if not data or len(data) % size:
+        raise ValueError(f"{len(data)} bytes ({data[:16].hex(' ')}) are no {kind}")
+    return [_read(data[at : at + size], kind) for at in range(0, len(data), size)]
+
+
+def _of_mantissa(text: str, schema: Schema) -> list[str]:
+    digits = int(schema["mantissa"])
+    found = re.fullmatch(rf"(\d{{{digits}}})([+-]?\d+)", text)
+    if found is None:
+        raise ValueError(f"{text!r} is no number of {digits} digits and a power")
+    return [f"{found[1]}e{int(found[2]) + int(schema.get('power', 0)) - digits + 1}"]
+
+
+def _read(data: bytes, kind: str) -> str:
+    order, sign, _, floats = _parts(kind)
+    if not floats:
+        return str(int.from_bytes(data, "big" if order == ">" else "little", signed=sign == "i"))
+    return str(np.frombuffer(data, f"{order}f{len(data)}")[0])
+
+
+def _parts(kind: str) -> tuple[str, str, int, bool]:
+    """Byte order, whether it has a sign, size, whether it is a float."""
+    found = KIND.fullmatch(kind)
+    if found is None:
+        raise ValueError(f"{kind!r} is no number type such as >f4, <i2, u1")
+    return found[1] or "<", found[2] or "i", int(found[3] or found[4]), found[4] is not None
