@@ -42,11 +42,15 @@ class SimLibs(Twin):
         await super().open()
         self.shots = ShotMaker(int(self.config.get("core", 3)), self.seed)
 
+    def interlock(self) -> str:
+        """Of the enclosure: closed or open."""
+        return self.config.get("interlock", "closed")
+
     async def status(self) -> dict[str, Any]:
         return {
             "armed": self.armed,
             "shots": len(self.truth),
-            "interlock": self.config.get("interlock", "closed"),
+            "interlock": self.interlock(),
             "argon": round(self.argon_bar, 3),
         }
 
@@ -59,7 +63,7 @@ class SimLibs(Twin):
         self._disarmed.clear()
         self.argon_bar = 1.1 - 0.04 * math.sin(len(self.truth))  # the valve swings a little
         locked = await self.clock.sleep_unless(self._disarmed, PURGE_S)
-        if locked or self.config.get("interlock") == "open":
+        if locked or self.interlock() == "open":
             raise ActionFailed("Rejected", "the laser was locked before it fired", "no")
         with self.failing("measure", goal):
             shot = self._fire(goal)

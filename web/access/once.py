@@ -21,6 +21,10 @@ WAIT_S = 30.0
 REPLAYED = "Idempotent-Replay"
 
 
+class UnreadableKeys(Exception):
+    """The commands of the last day are not known; the text says what to do."""
+
+
 @dataclass(frozen=True, slots=True)
 class Known:
     """What is known of a key; `status` is None while the outcome is unknown."""
@@ -31,18 +35,19 @@ class Known:
 
 
 class Keys:
-    """The keys of commands with their answers, in a small database."""
+    """The keys of commands with their answers, in a small database; raises UnreadableKeys."""
 
     def __init__(self, path: Path) -> None:
-        self._base = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
-        self._base.execute("PRAGMA journal_mode=WAL")
-        self._base.execute("PRAGMA synchronous=FULL")
-        self._base.execute(
-            "CREATE TABLE IF NOT EXISTS commands "
-            "(key TEXT PRIMARY KEY, means TEXT, status INTEGER, body BLOB, at REAL)"
-        )
+        try:
+            self._base = _opened(path)
+            self.forget_old()
+        except sqlite3.DatabaseError as fault:
+            raise UnreadableKeys(
+                f"{path} cannot be read: {fault}. It holds which commands were done within the last day, "
+                f"so that none is done twice. Put it back from a backup; or, where no program will send "
+                f"one of them again (the page never does), move it away with its -wal and start again"
+            ) from fault
         self.under_way: dict[str, asyncio.Event] = {}
-        self.forget_old()
 
     def close(self) -> None:
         """Close the file."""
@@ -93,10 +98,13 @@ class CommandRoute(APIRoute):
                 return await handle(request)  # its own dependencies decide whether that is allowed
             keys: Keys = request.app.state.app_state.keys
             means = await _means(request)
-            known = await _known(keys, key, means)
-            if known is not None:
-                return known
-            keys.begin(key, means)
+            try:
+                known = await _known(keys, key, means)
+                if known is not None:
+                    return known
+                keys.begin(key, means)
+            except sqlite3.Error as fault:
+                return as_response(_not_kept(fault))
             try:
                 answer = await handle(request)
             except (Refusal, HTTPException, RequestValidationError) as refusal:
@@ -109,6 +117,32 @@ class CommandRoute(APIRoute):
             return answer
 
         return once
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    base = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+    try:
+        base.execute("PRAGMA journal_mode=WAL")
+        base.execute("PRAGMA synchronous=FULL")
+        base.execute(
+            "CREATE TABLE IF NOT EXISTS commands "
+            "(key TEXT PRIMARY KEY, means TEXT, status INTEGER, body BLOB, at REAL)"
+        )
+        (said,) = base.execute("PRAGMA quick_check(1)").fetchone()
+        if said != "ok":
+            raise sqlite3.DatabaseError(said)
+    except BaseException:
+        base.close()
+        raise
+    return base
+
+
+def _not_kept(fault: sqlite3.Error) -> Refusal:
+    """A command that could not be noted is not begun."""
+    return Refusal(
+        507, "NOT_KEPT", f"nothing was done: the command cannot be noted in commands.sqlite: {fault}",
+        "make room on the disk, or start labrun web again: it says what to do with a damaged file",
+    )  # fmt: skip
 
 
 async def _means(request: Request) -> str:

@@ -78,13 +78,13 @@ class AppState:
         served = lab_here(lab, state / "bench")
         assert served.path is not None
         self.options, self.lab = options, lab
+        self.keys = Keys(state / "commands.sqlite")
         self._workers = workers = Workers()
         self.updates = updates = Updates()
         self.histories = Histories(state / "history.sqlite")
         timings = Timings(state / "timings.json")
 
         self.sessions = Sessions(state / "secret", options.token, made=options.made_token)
-        self.keys = Keys(state / "commands.sqlite")
         self.faults = FaultLog(state / "faults.log")
         self.settings = SettingsFile(
             state / "settings.json", Settings(bench=lab.lab.name), lab=options.lab,

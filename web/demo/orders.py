@@ -1,4 +1,7 @@
-"""Faults requested of a device: a small file that its twin reads before each action."""
+"""Faults requested of a device: a small file that its twin reads before each action.
+
+One that has an action counts down; the others last until they are cleared: `interlock`, `stop`, `slow`.
+"""
 
 import json
 from pathlib import Path
@@ -9,10 +12,12 @@ from ...system.files import write_whole
 FILE = "ordered-{}.json"
 
 
-def order(world: Path, device: str, action: str, error: str | None, count: int) -> None:
-    """The next `count` goals of an action end with this error."""
-    orders = _read(world, device)
-    orders.append({"action": action, "error": error, "left": count})
+def order(
+    world: Path, device: str, kind: str, action: str | None = None, error: str | None = None, count: int = 1
+) -> None:  # fmt: skip
+    """The next `count` goals of an action end with this error; or, without one, `kind` lasts."""
+    orders = [one for one in ordered(world, device) if action is not None or one["kind"] != kind]
+    orders.append({"kind": kind, "action": action, "error": error, "left": count})
     _write(world, device, orders)
 
 
@@ -23,7 +28,7 @@ def clear(world: Path, device: str) -> None:
 
 def take(world: Path, device: str, action: str) -> dict[str, Any] | None:
     """The fault for an action now, counted down; None if there is none."""
-    orders = _read(world, device)
+    orders = ordered(world, device)
     for one in orders:
         if one["action"] == action and one["left"] > 0:
             one["left"] -= 1
@@ -32,7 +37,13 @@ def take(world: Path, device: str, action: str) -> dict[str, Any] | None:
     return None
 
 
-def _read(world: Path, device: str) -> list[dict[str, Any]]:
+def lasts(world: Path, device: str, kind: str) -> bool:
+    """Whether this fault was requested and not cleared since."""
+    return any(one["kind"] == kind for one in ordered(world, device))
+
+
+def ordered(world: Path, device: str) -> list[dict[str, Any]]:
+    """Every fault of a device that is still to come or lasts."""
     try:
         return json.loads((world / FILE.format(device)).read_bytes())
     except FileNotFoundError:

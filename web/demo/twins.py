@@ -1,7 +1,9 @@
 """The simulated devices with injected faults; loaded by path from the demo's lab."""
 
+import asyncio
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from labrun.drivers.driver import ActionFailed, GoalContext
 from labrun.drivers.simulated.balance import SimBalance
@@ -18,11 +20,31 @@ from labrun.drivers.simulated.pipette import SimPipette
 from labrun.drivers.simulated.plate_reader import SimPlateReader
 from labrun.drivers.simulated.pump import SimPump
 from labrun.drivers.simulated.twins.twin import Twin
-from labrun.web.demo.orders import take
+from labrun.web.demo.orders import lasts, take
+
+SLOWER = 20
+LOOKS_S = 0.2
+HANGS_LOOKS = 300
+"""A stop that is not to be confirmed: after a minute the safe state is reached all the same."""
 
 
 class Ordered(Twin):
-    """Checks before each action whether it is to fail."""
+    """Checks before each action whether it is to fail, and with each status what lasts."""
+
+    def lasts(self, kind: str) -> bool:
+        """Whether such a fault was requested and not cleared since."""
+        return lasts(self.place.world, self.place.device, kind)
+
+    async def status(self) -> dict[str, Any]:
+        self.clock.slower = SLOWER if self.lasts("slow") else 1
+        return await super().status()
+
+    async def safe(self) -> None:
+        for _ in range(HANGS_LOOKS):
+            if not self.lasts("stop"):
+                break
+            await asyncio.sleep(LOOKS_S)
+        await super().safe()
 
     @contextmanager
     def failing(self, action: str, goal: GoalContext) -> Iterator[None]:
@@ -45,7 +67,10 @@ class Gantry(Ordered, SimGantry):
 
 
 class Libs(Ordered, SimLibs):
-    """The simulated analyser, with injected faults."""
+    """The simulated analyser, with injected faults, and an enclosure that opens."""
+
+    def interlock(self) -> str:
+        return "open" if self.lasts("interlock") else super().interlock()
 
 
 class Balance(Ordered, SimBalance):

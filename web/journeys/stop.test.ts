@@ -79,6 +79,34 @@ describe('STOP ALL', () => {
     await context.close()
   })
 
+  it('is practised by mouse: a fault is ordered, seen, and put right', async () => {
+    const { page, context, faults } = await aPerson(browser, bench.address)
+    await page.goto('/devices/libs')
+    await isLive(page)
+    await allOnline(page)
+    await page.getByText('Practise: order a fault').click()
+    await page.getByRole('button', { name: 'Leave a stop unconfirmed' }).click()
+    await page.getByRole('button', { name: 'Open the enclosure' }).click()
+    await page.getByText('the enclosure of libs is open').first().waitFor()
+    await page.getByRole('row', { name: /interlock/ }).getByText('open').waitFor()
+    await stop(page).click()
+    await page.getByRole('alert').getByText('libs did not confirm the stop.').waitFor()
+    await picture(page, 'stop-practised')
+
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'Put all right' }).click()
+    await page.getByRole('row', { name: /interlock/ }).getByText('closed').waitFor()
+    await expect.poll(async () => {
+      const { devices } = await ask<{ devices: { device: string; confirmed: boolean }[] }>(bench, '/stop', {})
+      return devices.find((one) => one.device === 'libs')?.confirmed
+    }).toBe(true)
+
+    expect(faults).toEqual([])
+
+    await context.close()
+  })
+
   it('reports at once that nothing confirmed when the server is silent, and stops nothing later', async () => {
     const { page, context } = await aPerson(browser, bench.entry)
     await atGantry(page)

@@ -18,7 +18,7 @@ from ..routes import check, demo, devices, finding, protocols, results, runs, se
 API = "/api/v1"
 FAMILIES = (
     session.router, protocols.router, check.router, devices.router, devices.commands,
-    runs.router, runs.commands, results.router, finding.router, demo.commands,
+    runs.router, runs.commands, results.router, finding.router, demo.router, demo.commands,
 )  # fmt: skip
 FAULTS: dict[int | str, dict[str, Any]] = {
     "4XX": {"model": Fault, "description": "Nothing was done; the fault states why."}

@@ -118,6 +118,7 @@ def _serve(options: "Options", *, browser: bool) -> None:
     from ...engine.lab.lab import load_lab
     from ...engine.problems.print import print_problems
     from ...system.page import HOW, why_no_page
+    from ..access.once import UnreadableKeys
     from .serving import serve
 
     logging.basicConfig(format="labrun: %(message)s", level=logging.WARNING)
@@ -146,6 +147,8 @@ def _serve(options: "Options", *, browser: bool) -> None:
     except OSError as fault:
         typer.echo(f"labrun: {_why_not(fault, options)}", err=True)
         raise typer.Exit(NOT_REACHED) from None
+    except UnreadableKeys as fault:
+        _refuse(str(fault))
     if left:
         typer.echo("a run is still going; its engine and devices stay up, see `labrun runs`")
         # A normal exit of the interpreter would kill the device servers that the run needs.

@@ -14,7 +14,8 @@ class Clock:
     sleeps every second, on a loop whose time leaps.
 
     Where it `leaps`, no person can do anything meanwhile. `tick_s` is how often something that
-    goes on looks about itself.
+    goes on looks about itself. `slower` is how many times as long each sleep takes: a device that is
+    not well; its own seconds are as many as ever.
     """
 
     def __init__(self, kind: str | float = "real") -> None:
@@ -23,6 +24,7 @@ class Clock:
         self.speed = 1.0 if kind in TICKS_S else _speed(kind)
         self.tick_s = TICKS_S[kind] if isinstance(kind, str) else TICKS_S["real"] * self.speed
         self.elapsed_s = 0.0
+        self.slower = 1.0
 
     def now_s(self) -> float:
         """Seconds on a clock that also goes on while nobody sleeps, where any does."""
@@ -30,7 +32,7 @@ class Clock:
 
     async def sleep(self, seconds: float) -> None:
         """Let this many seconds pass."""
-        await asyncio.sleep(0 if self.fast else seconds / self.speed)
+        await asyncio.sleep(0 if self.fast else seconds * self.slower / self.speed)
         self.elapsed_s += seconds
 
     async def sleep_unless(self, stop: asyncio.Event, seconds: float) -> bool:
@@ -39,7 +41,7 @@ class Clock:
             await asyncio.sleep(0)
         else:
             with suppress(TimeoutError):
-                async with asyncio.timeout(seconds / self.speed):
+                async with asyncio.timeout(seconds * self.slower / self.speed):
                     await stop.wait()
         self.elapsed_s += seconds
         return stop.is_set()

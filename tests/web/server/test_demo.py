@@ -69,12 +69,34 @@ def test_a_frozen_device_does_not_confirm_the_stop_until_it_thaws(control, wait_
     wait_for(lambda: not silent(control.post("/stop").json()), "the stop of every device")
 
 
+def test_a_device_is_unwell_until_all_is_put_right(control, wait_for):
+    def libs():
+        return control.get("/devices/libs").json()["status"]
+
+    def unconfirmed():
+        return [one["device"] for one in control.post("/stop").json()["devices"] if not one["confirmed"]]
+
+    control.reach("libs", "gantry")
+    for kind in ("interlock", "slow", "stop"):
+        control.command("/demo/fault", {"device": "libs", "kind": kind})
+    wait_for(lambda: libs()["interlock"] == "open", "the enclosure to be open")
+    faults = control.get("/demo/faults/libs").json()
+
+    assert {one["kind"] for one in faults["ordered"]} == {"interlock", "slow", "stop"}
+    assert "NoSignal" in faults["errors"]["measure"]
+    assert "libs" in unconfirmed()
+    control.command("/demo/fault", {"device": "libs", "kind": "clear"})
+    wait_for(lambda: libs()["interlock"] == "closed", "the enclosure to be closed")
+    wait_for(lambda: "libs" not in unconfirmed(), "the stop to be confirmed")
+    assert control.get("/demo/faults/libs").json()["ordered"] == []
+
+
 @pytest.mark.parametrize(
     "order",
     [
         {"device": "none", "kind": "kill"}, {"device": "libs", "action": "fire"},
         {"device": "libs", "action": "measure", "error": "Sneeze"},
-        {"device": "libs", "action": "disarm"},
+        {"device": "libs", "action": "disarm"}, {"device": "gantry", "kind": "interlock"},
     ],
 )  # fmt: skip
 def test_faults_that_there_are_not_are_refused(control, order):

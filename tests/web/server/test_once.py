@@ -1,5 +1,8 @@
 """Commands: done once, in time, by one person."""
 
+import sqlite3
+import subprocess
+import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -119,3 +122,35 @@ def test_control_is_held_by_one_and_taken_over_with_a_reason(shared, page, socke
     assert free["holder"] is None
     texts = [notice["text"] for notice in ui.all("notice")]
     assert texts == ["Bo asks Ada for control", "Bo took control over from Ada: Ada went home"]
+
+
+@pytest.mark.slow
+def test_a_command_that_cannot_be_noted_is_not_begun(house):
+    made = house()
+    client = made.client()
+    client.take()
+    client.reach("gantry")
+    noted = made.library / ".labrun" / "web" / "commands.sqlite"
+    with sqlite3.connect(noted) as base:
+        base.execute("ALTER TABLE commands RENAME TO lost")
+    base.close()
+    answer = client.command("/devices/gantry/jog/step", {"axis": "x", "distance_mm": 1})
+
+    assert (answer.status_code, answer.json()["code"]) == (507, "NOT_KEPT")
+    assert "nothing was done" in answer.json()["message"]
+    assert moves(made) == []
+
+
+@pytest.mark.slow
+def test_a_server_that_cannot_know_what_was_done_does_not_start_and_says_what_to_do(tmp_path):
+    noted = tmp_path / ".labrun" / "web" / "commands.sqlite"
+    noted.parent.mkdir(parents=True)
+    noted.write_bytes(b"SQLite format 3\0" + bytes(range(256)) * 40)
+    started = subprocess.run(
+        [sys.executable, "-m", "labrun.engine", "web", tmp_path, "--no-browser", "--port", "0"],
+        capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+
+    assert started.returncode == 2
+    assert "none is done twice" in started.stderr and "move it away" in started.stderr
+    assert "Traceback" not in started.stderr

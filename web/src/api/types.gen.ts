@@ -144,6 +144,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/demo/faults/{device}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Faults
+         * @description The faults that a device can have, and those that were injected; 404 without `--demo`.
+         */
+        get: operations["get_faults"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/devices": {
         parameters: {
             query?: never;
@@ -2246,6 +2266,23 @@ export interface components {
             word: string;
         };
         /**
+         * DeviceFaults
+         * @description What can be requested of a device, and what was.
+         */
+        DeviceFaults: {
+            /**
+             * Errors
+             * @description By action, the errors that it can end with.
+             */
+            errors: {
+                [key: string]: string[];
+            };
+            /** Kinds */
+            kinds: ("error" | "kill" | "freeze" | "thaw" | "interlock" | "stop" | "slow" | "clear")[];
+            /** Ordered */
+            ordered: components["schemas"]["OrderedFault"][];
+        };
+        /**
          * DeviceHistory
          * @description What a device has reported since a time, by the minute; the newest trouble first.
          */
@@ -3077,7 +3114,10 @@ export interface components {
         };
         /**
          * OrderFault
-         * @description `error`: the next `count` goals of the action fail. The others act on the server process.
+         * @description `error`: the next `count` goals of the action fail; `kill`: the device's server dies, and is started again.
+         *
+         *     Until `clear`: `freeze`, its server is silent, as behind a pulled cable; `interlock`, its enclosure is open;
+         *     `stop`, its safe state is not confirmed; `slow`, everything takes 20 times as long. `thaw` ends a `freeze` alone.
          */
         OrderFault: {
             /** Action */
@@ -3099,7 +3139,20 @@ export interface components {
              * @default error
              * @enum {string}
              */
-            kind: "error" | "kill" | "freeze" | "thaw" | "clear";
+            kind: "error" | "kill" | "freeze" | "thaw" | "interlock" | "stop" | "slow" | "clear";
+        };
+        /**
+         * OrderedFault
+         * @description A fault that is still to come, or lasts.
+         */
+        OrderedFault: {
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "error" | "kill" | "freeze" | "thaw" | "interlock" | "stop" | "slow" | "clear";
+            /** Text */
+            text: string;
         };
         /**
          * OutlineNode
@@ -4880,6 +4933,37 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Answer"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    get_faults: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                device: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DeviceFaults"];
                 };
             };
             /** @description Nothing was done; the fault states why. */

@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest'
-import { keyRange } from './plotOptions'
+import { keyRange, valueNear } from './plotOptions'
 
 const whole = { min: 190, max: 950 }
 
@@ -14,4 +14,11 @@ test('arrows move the visible range within the data', () => {
   expect(keyRange('ArrowLeft', { min: 195, max: 295 }, whole)).toEqual({ min: 190, max: 290 })
   expect(keyRange('Home', { min: 195, max: 295 }, whole)).toEqual(whole)
   expect(keyRange('x', whole, whole)).toBeNull()
+})
+
+test('a value is that of the nearest wavelength of its own axis, and none beyond it', () => {
+  const nm = Float32Array.of(200, 201, 204)
+  const values = Float32Array.of(1, 2, 3)
+
+  expect([199, 200, 200.4, 203, 204, 205].map((at) => valueNear(nm, values, at))).toEqual([NaN, 1, 1, 3, 3, NaN])
 })

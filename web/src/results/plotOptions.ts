@@ -4,10 +4,11 @@ import { labelsFor, type LabelledPeak } from './peakLabels'
 import { shortNumber } from './scale'
 import type { Theme } from './themes'
 
-/** One curve over the wavelengths shared by the whole plot. */
+/** One curve, over the wavelengths of the plot unless it has its own. */
 export interface Curve {
   name: string
   values: Float32Array
+  nm?: Float32Array
   colour: string
   dash?: number[]
   width?: number
@@ -103,4 +104,16 @@ export function keyRange(
     case 'Home': return { ...whole }
     default: return null
   }
+}
+
+/** The value nearest to a wavelength; the wavelengths go up. NaN beyond their ends. */
+export function valueNear(nm: Float32Array, values: Float32Array, at: number): number {
+  let [low, high] = [0, nm.length - 1]
+  if (high < 0 || at < (nm[0] ?? 0) || at > (nm[high] ?? 0)) return NaN
+  while (high - low > 1) {
+    const middle = (low + high) >> 1
+    if ((nm[middle] ?? 0) <= at) low = middle
+    else high = middle
+  }
+  return values[at - (nm[low] ?? 0) <= (nm[high] ?? 0) - at ? low : high] ?? NaN
 }

@@ -1,7 +1,7 @@
 // The grid as two corners: which parameters they are, and what dragging and teaching write.
 import { expect, test } from 'vitest'
 import { parse } from 'yaml'
-import { cornersOf, cutOff, moveTo, stretchTo } from './gridding'
+import { cornersOf, cutAround, cutOff, moveTo, stretchTo } from './gridding'
 
 const data: unknown = parse(`params:
   x0: {default: 1 cm}
@@ -68,4 +68,12 @@ test('what lies beyond the bounds is cut off', () => {
 
   expect(cutOff({ x: -10, y: 5, width: 20, height: 30 }, bounds)).toEqual({ x: 0, y: 5, width: 10, height: 30 })
   expect(cutOff({ x: 800, y: -50, width: 20, height: 30 }, bounds)).toBe(null)
+})
+
+test('is cut off beside what is kept out, on the side that leaves the most', () => {
+  const box = { x: 0, y: 0, width: 100, height: 50 }
+
+  expect(cutAround(box, { x0: 70, x1: 120, y0: null, y1: null })).toEqual({ x: 0, y: 0, width: 70, height: 50 })
+  expect(cutAround(box, { x0: -5, x1: 10, y0: 20, y1: 60 })).toEqual({ x: 10, y: 0, width: 90, height: 50 })
+  expect(cutAround(box, { x0: -5, x1: 105, y0: null, y1: null })).toBe(null)
 })

@@ -64,7 +64,8 @@ function boxOf({ kind, slots }: Loop): Box | null {
   return box && Object.values(box).every(Number.isFinite) ? box : null
 }
 
-function placed(loop: Loop, box: Box, what: 'origin' | 'size' | 'both'): Loop {
+/** The loop over another area. */
+export function placed(loop: Loop, box: Box, what: 'origin' | 'size' | 'both'): Loop {
   const { kind, slots } = loop
   const pitch = (slot: string): number => (what === 'origin' ? 0 : (millimetres(slots[slot]) ?? 0))
   const [width, height] = [whole(box.width, pitch('px'), what), whole(box.height, pitch('py'), what)]
@@ -114,8 +115,23 @@ export function stretchTo({ at, to }: Corners, x: number, y: number): Edit[] {
   return to({ ...at, width: Math.max(0, x - at.x), height: Math.max(0, y - at.y) }, 'size')
 }
 
+interface Bounds {
+  x0: number | null
+  x1: number | null
+  y0: number | null
+  y1: number | null
+}
+
+/** The largest part of a box, on one side of what it may not enter; null if nothing is left. */
+export function cutAround(box: Box, { x0, x1, y0, y1 }: Bounds): Box | null {
+  const all = { x0: null, x1: null, y0: null, y1: null }
+  const sides = [x0 === null ? null : { ...all, x1: x0 }, x1 === null ? null : { ...all, x0: x1 }, y0 === null ? null : { ...all, y1: y0 }, y1 === null ? null : { ...all, y0: y1 }]
+  const left = sides.flatMap((side) => (side ? (cutOff(box, side) ?? []) : []))
+  return left.sort((a, b) => b.width * b.height - a.width * a.height)[0] ?? null
+}
+
 /** What of a box lies within bounds; null if nothing does. */
-export function cutOff(box: Box, bounds: { x0: number | null; x1: number | null; y0: number | null; y1: number | null }): Box | null {
+export function cutOff(box: Box, bounds: Bounds): Box | null {
   const [x0, y0] = [Math.max(box.x, bounds.x0 ?? -Infinity), Math.max(box.y, bounds.y0 ?? -Infinity)]
   const [x1, y1] = [Math.min(box.x + box.width, bounds.x1 ?? Infinity), Math.min(box.y + box.height, bounds.y1 ?? Infinity)]
   return x1 > x0 || y1 > y0 ? { x: x0, y: y0, width: Math.max(0, x1 - x0), height: Math.max(0, y1 - y0) } : null

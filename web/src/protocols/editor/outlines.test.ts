@@ -1,0 +1,14 @@
+import { expect, it } from 'vitest'
+import { boxAround, outlineTable, samplesOf } from './outlines'
+
+const CORE = { outline: [{ x: 10.004, y: 20 }, { x: 30.27, y: 20 }, { x: 20, y: 60.11 }], x: 20, y: 33 }
+
+it('an outline becomes a table, and the box around it', () => {
+  const [core, ...more] = samplesOf({ samples: [CORE, { outline: [{ x: 1, y: 2 }] }, { outline: [{ x: 1 }, { x: 2 }, { x: 3 }] }, 7] })
+
+  expect(more).toEqual([])
+  expect(core).toEqual(CORE)
+  expect(outlineTable(CORE)).toBe('x (mm),y (mm)\n10,20\n30.27,20\n20,60.11\n')
+  expect(boxAround(CORE)).toEqual({ x: 10, y: 20, width: 20.3, height: 40.2 })
+  expect(samplesOf(null)).toEqual([])
+})
