@@ -149,7 +149,8 @@ def _asked(label: str, danger: str) -> bool:
     if not sys.stdin.isatty() and not in_a_notebook():
         return False
     with suppress(EOFError, NotImplementedError):  # a notebook that is run without a person
-        return input(f"{label} is dangerous ({danger}). Do it? [y/N] ").strip().lower() == "y"
+        said = input(f"{label} is dangerous ({danger}). Do it? [y/N] ")
+        return said.strip().lower() in ("y", "yes")
     return False
 
 

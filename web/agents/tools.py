@@ -33,6 +33,7 @@ LOOK_S = 0.05
 MOST_RUNS = 200
 MOST_ROWS = 1000
 COMMENT = "# "
+NONE = "there are none"
 
 
 class Tools:
@@ -76,7 +77,7 @@ class Tools:
 
     def protocols(self) -> str:
         """The names of the files in the folder of protocols."""
-        return "\n".join(self._library.names())
+        return "\n".join(self._library.names()) or NONE
 
     def read_protocol(self, name: str) -> str:
         """A protocol's YAML. The first line is a comment with its revision, which `write_protocol` wants."""
@@ -90,6 +91,11 @@ class Tools:
         """
         self._writable(name, text)
         if revision is None:
+            if place_of(self._folder, name).exists():
+                raise Refusal(
+                    409, "EXISTS", f"{name} already exists",
+                    "give the revision that `read_protocol` shows, or choose another name",
+                )  # fmt: skip
             self._library.create(name, text)
         else:
             self._library.save(name, text, revision)
@@ -149,7 +155,8 @@ class Tools:
     def runs(self, find: str = "") -> str:
         """Runs, newest first. find: "core sample:K17 pitch<0.2mm outcome:failed since:7d -tag:bad"."""
         found = islice(reversed(runs(self._runs, find=find)), MOST_RUNS)
-        return "\n".join(repr(one).strip("<>").removeprefix("labrun run ") for one in found)
+        named = (repr(one).strip("<>").removeprefix("labrun run ") for one in found)
+        return "\n".join(named) or NONE
 
     def run(self, name: str) -> str:
         """What a run came to: its end and reason, parameters, outputs, tables, spectra.
@@ -179,7 +186,9 @@ class Tools:
 
         With the sha256 of the protocol's text, its parameters and devices.
         """
-        return "\n".join(one.model_dump_json(exclude={"lab"}) for one in releases(self._runs))
+        return (
+            "\n".join(one.model_dump_json(exclude={"lab"}) for one in releases(self._runs)) or NONE
+        )
 
     async def launch(self, release: str) -> str:
         """Start what a person has released, as it was then; the run goes on by itself.

@@ -84,6 +84,8 @@ def test_an_agent_writes_checks_and_rehearses_and_starts_what_a_person_has_relea
         said = await call("write_protocol", name="scan.yaml", text=SCAN.replace("move_to", "mvoe"))
         assert "has no action mvoe" in said[1] and "scan.yaml:9" in said[1]
         revision = said[1].split()[1]
+        assert "give the revision" in (await call("write_protocol", name="scan.yaml", text=SCAN))[1]
+        assert (await call("releases"))[1] == "there are none"
         assert (
             "no problems"
             in (await call("write_protocol", name="scan.yaml", text=SCAN, revision=revision))[1]
