@@ -26,10 +26,11 @@ OVER_NARROW = 2.5  # usual width over that of the narrower ones
 LEAST_WIDE = 2.0  # channels
 EXACT, INTERPOLATED = 1e-9, 0.15  # of a usual step; part of the channels
 LEAST_LEFT = 64  # channels
-PHOTON_CHANNELS, PHOTON_TAIL = (
+PHOTON_CHANNELS, BLURRED_PHOTON = (
     4,
-    2.0,
-)  # channels that hold whole photons; noise over what is seen of it
+    2,
+)  # hold whole photons: as they are, and of means already taken
+PHOTON_TAIL = 2.0  # noise over what is seen of it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,14 +72,16 @@ def fit_at_pitch(
         spoiled = seen.bad | mark_bad(seen.spectrum.intensity).any
         seen = Averaged(seen.spectrum, spoiled, seen.channels)
     profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
-    if shared > 1 and not on_straight_lines(spectrum.intensity) and lost_by_averaging(profiles):
+    smoothed = shared > 1 and not profiles.spikes and not on_straight_lines(spectrum.intensity)
+    if smoothed and lost_by_averaging(profiles):
         # Smoothed, not interpolated: the lines are as narrow as the smoothing.
         seen = averaged(spectrum, bad, finer_than_any(spectrum.wavelength_nm))
         hidden = max(sharing(seen.spectrum.intensity) / WHITE, 1.0)
         profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
     if profiles.spikes:
         # Their sums over several channels are nearly normal, but for a tail.
-        seen = averaged(spectrum, bad, seen.channels * PHOTON_CHANNELS)
+        whole = PHOTON_CHANNELS if shared == 1 else BLURRED_PHOTON
+        seen = averaged(spectrum, bad, seen.channels * whole)
         hidden *= PHOTON_TAIL
         profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
         profiles = replace(profiles, spikes=True)

@@ -2,7 +2,8 @@
 
 Behind an intensifier each photon is a spike of one or two channels, hundreds of counts high, and most
 channels have none: the quiet ones between them tell the noise of the read-out alone. A line is at
-least as wide as the slit. So where many peaks are narrower than any slit makes them, they are noise.
+least as wide as the slit, a weak one as a bright one. So where most of the small peaks are narrow, and
+the tall ones wider, the small ones are noise; where tall and small ones are narrow alike, the slit is.
 """
 
 import numpy as np
@@ -11,16 +12,22 @@ from ..spectrum.kernel import float_kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 from .windows import half_height
 
-NARROW = 1.8  # channels at half height: no grating spectrograph has lines so narrow
-LEAST, PART = 100, 0.2  # peaks; of them narrow: on other spectra 0.05 at most
+NARROW, NEVER = 1.8, 1.4  # channels at half height: of a narrow slit; of no grating spectrograph
+LEAST, TALLEST = 100, 20  # peaks
+WIDER = 1.2  # the tall ones over the small: 0.8 to 1.2 behind a narrow slit, 1.2 to 3.5 of photons
 
 
 def has_spikes(net: FloatArray, seeds: IntArray) -> bool:
-    """Whether many of the peaks are spikes.
+    """Whether most of the small peaks are spikes.
 
     net: counts above the background, shape (m,); seeds: channels of the peaks.
     """
-    return len(seeds) >= LEAST and bool(np.mean(_full_widths(net, seeds) < NARROW) > PART)
+    if len(seeds) < LEAST:
+        return False
+    falling = seeds[np.argsort(-net[seeds])]
+    tall = np.median(_full_widths(net, falling[:TALLEST]))
+    small = np.median(_full_widths(net, falling[len(falling) // 2 :]))
+    return bool(small < NEVER or (small < NARROW and tall > WIDER * small))
 
 
 @float_kernel

@@ -7,6 +7,13 @@ from labrun.reduction.peaks.spikes import has_spikes
 from labrun.reduction.spectrum.noise import local_noise
 
 
+def drawn(rng, n, centres, sigma):
+    heights = 300 * np.exp(rng.uniform(0, 4, len(centres)))
+    return sum(
+        h * np.exp(-0.5 * ((n - c) / sigma) ** 2) for h, c in zip(heights, centres, strict=True)
+    )
+
+
 def test_photons_are_spikes_and_lines_are_not():
     rng = np.random.default_rng(2)
     n = np.arange(20_000)
@@ -21,6 +28,7 @@ def test_photons_are_spikes_and_lines_are_not():
         (lines + read, False),
         (photons + read, True),
         (lines + photons + read, True),
+        (drawn(rng, n, centres, 0.7) + read, False),  # a slit of 1.6 channels
     ):
         net = counts - np.median(counts)
         assert has_spikes(net, find_peaks(net, local_noise(net))) == spiky
