@@ -66,6 +66,11 @@ SHIPPED = {
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds others."""
 
+NEEDS = {
+    "gp": "optimize", "optuna": "optuna", "gpcam": "gpcam", "sciaps_gui": "gui", "window_program": "gui",
+}  # fmt: skip
+"""The extras of those whose modules cannot even be read without; of others their class says it."""
+
 GROUP = "labrun.drivers"
 
 
@@ -107,7 +112,7 @@ def _module(name: str, module_name: str) -> ModuleType:
     try:
         return importlib.import_module(module_name)
     except ImportError as fault:
-        why = not_installed(fault) or str(fault)
+        why = not_installed(fault, NEEDS.get(name)) or str(fault)
         raise DriverFault(f"driver {name!r} cannot be loaded: {why}") from fault
 
 

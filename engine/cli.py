@@ -178,7 +178,8 @@ def _not_installed(argv: list[str], fault: Exception) -> int:
     """Say which line adds the library that a command lacks; 0 if that is not what went wrong."""
     from ..system.extras import not_installed
 
-    why = not_installed(fault) if isinstance(fault, ImportError) else None
+    least = "numpy" if argv[:1] == ["lines"] else None  # the other commands that need it need more
+    why = not_installed(fault, least) if isinstance(fault, ImportError) else None
     if why is None:
         return 0
     print(f"labrun {argv[0] if argv else ''}: {why}", file=sys.stderr)

@@ -2,11 +2,11 @@
 
 import asyncio
 import re
+import struct
 from collections.abc import Iterator
 from hashlib import sha256
 from typing import Any
 
-import numpy as np
 from pydantic import field_validator
 
 from ...schemas.contract import Action, Happened
@@ -26,7 +26,12 @@ NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
 }
 
 
-KINDS = re.compile(r"(?P<size>[1-9]\d*)?(?P<kind>[<>]?[iuf][1248])")
+KINDS = re.compile(r"(?P<count>[1-9]\d*)?(?P<order>[<>]?)(?P<kind>[iu][1248]|f[248])")
+CODES = {
+    "i1": "b", "i2": "h", "i4": "i", "i8": "q", "u1": "B", "u2": "H", "u4": "I", "u8": "Q",
+    "f2": "e", "f4": "f", "f8": "d",
+}  # fmt: skip
+"""What `struct` calls the kinds of numbers in a block."""
 ESCAPED = re.compile(r"\\x[0-9a-fA-F]{2}|\\r(?:\\n)?$|\\n$")
 """A sign that was meant to be one, but YAML reads backslashes between double quotes only."""
 MOST_TOLD = 3
@@ -190,21 +195,22 @@ class LineBridge(Bridge):
         """A binary answer, as the numbers or the file that the first result is."""
         name = next(iter(action.returns.get("properties", {})), None)
         form = KINDS.fullmatch(said.block or "")
-        kind = np.dtype(form["kind"]) if form else np.dtype("u1")
-        if form and form["size"]:
-            size = int(form["size"]) * kind.itemsize
-            data = await self.lines.bytes_of(query, size, self.timeout_s(said))
+        size = int(form["kind"][1]) if form else 1
+        if form and form["count"]:
+            data = await self.lines.bytes_of(query, int(form["count"]) * size, self.timeout_s(said))
         else:
             data = await self.lines.block(query, self.timeout_s(said))
         if name is None:
             return {}
         if form is None:
             return {name: file_of(goal, name, given, data)}
-        if len(data) % kind.itemsize:
+        if len(data) % size:
             raise BadAnswer(
                 f"a block of {len(data)} bytes does not hold whole {said.block} numbers"
             )
-        numbers: list[Any] = np.frombuffer(data, kind).tolist()
+        numbers = struct.unpack(
+            f"{form['order'] or '='}{len(data) // size}{CODES[form['kind']]}", data
+        )
         schemas = self.config.written({name: action.returns["properties"][name]}, said.returns)
         return values(",".join(repr(number) for number in numbers), schemas, None)
 

@@ -7,11 +7,15 @@ seed), `interlock` (closed or open). Without such a gantry, it is at the origin.
 import asyncio
 import math
 from hashlib import sha256
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...schemas.messages import FileContent
+from ...system.extras import not_installed
 from ..driver import ActionFailed, GoalContext, Place
 from .twins.twin import Twin
+
+if TYPE_CHECKING:
+    from .twins.shot import ShotMaker
 
 PURGE_S, READOUT_S = 6.0, 2.0
 EXPORT_S, LOCATE_S, RECONNECT_S = 5.0, 10.0, 20.0
@@ -34,13 +38,18 @@ class SimLibs(Twin):
         self.armed = False
         self.argon_bar = 1.1
         self._disarmed = asyncio.Event()
+        self.shots: ShotMaker | None = None
+        self.lacking = ""
 
     async def open(self) -> None:
-        # Here and not above: numpy and the tables are of no use to those who only read the class.
-        from .twins.shot import ShotMaker
-
         await super().open()
-        self.shots = ShotMaker(int(self.config.get("core", 3)), self.seed)
+        # Here and not above: numpy and the tables are of no use to those who only read the class.
+        try:
+            from .twins.shot import ShotMaker
+        except ImportError as fault:  # what needs no shot does without
+            self.lacking = not_installed(fault, "numpy") or str(fault)
+        else:
+            self.shots = ShotMaker(int(self.config.get("core", 3)), self.seed)
 
     def interlock(self) -> str:
         """Of the enclosure: closed or open."""
@@ -59,6 +68,8 @@ class SimLibs(Twin):
         self._disarmed.set()
 
     async def measure(self, goal: GoalContext) -> dict[str, Any]:
+        if self.shots is None:
+            raise ActionFailed("Rejected", f"no shot can be simulated: {self.lacking}", "no")
         self.armed = True
         self._disarmed.clear()
         self.argon_bar = 1.1 - 0.04 * math.sin(len(self.truth))  # the valve swings a little
@@ -66,7 +77,7 @@ class SimLibs(Twin):
         if locked or self.interlock() == "open":
             raise ActionFailed("Rejected", "the laser was locked before it fired", "no")
         with self.failing("measure", goal):
-            shot = self._fire(goal)
+            shot = self._fire(goal, self.shots)
             await self.clock.sleep(READOUT_S)
         if shot["focus"] < FAINT:
             raise ActionFailed("NoSignal", _no_signal(shot))
@@ -79,8 +90,8 @@ class SimLibs(Twin):
 
     async def export(self, goal: GoalContext, *, shot: str, file: str) -> dict[str, Any]:
         kept = self._kept(shot)
-        if kept is None:
-            raise ActionFailed("UnknownShot", f"the analyser has no shot {shot!r}")
+        if kept is None or self.shots is None:
+            raise ActionFailed("UnknownShot", self.lacking or f"the analyser has no shot {shot!r}")
         await self.clock.sleep(EXPORT_S)
         with self.failing("export", goal):
             data = self.shots.csv(kept)
@@ -101,11 +112,11 @@ class SimLibs(Twin):
         await self.clock.sleep(RECONNECT_S)
         return {}
 
-    def _fire(self, goal: GoalContext) -> dict[str, Any]:
+    def _fire(self, goal: GoalContext, shots: "ShotMaker") -> dict[str, Any]:
         """The instant of the shot: from here on it has happened."""
         place = self.world.look(self.config.get("gantry", "gantry")) or {"x": 0, "y": 0, "z": 0}
         x, y, z = (round(float(place[axis]), 4) for axis in "xyz")
-        mineral, height = self.shots.surface(x, y)
+        mineral, height = shots.surface(x, y)
         focus = math.exp(-(((z - height) / FOCUS_MM) ** 2) / 2) if mineral else 0.0
         return self.truth.append(
             "shot",

@@ -1,12 +1,16 @@
 """Find where a number leaves its range in a long loop; not a check, but a helper of `arguments`.
 
-Only some items of a long loop are tried one by one. Here an expression is computed over all of
-them with numpy. What this cannot compute (text, results) is left alone.
+Only some items of a long loop are evaluated as a run would. Here an expression becomes a function of
+bare numbers, its units reckoned once, quick enough for all of them. What this cannot compute (text,
+results) is left alone.
 """
 
 import ast
-from collections.abc import Mapping, Sequence
+import math
+import operator
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 from ...schemas.quantity import UnitError, is_quantity, magnitude_in, unit_of
@@ -16,7 +20,8 @@ from ..language.grid import Grid, Span
 from ..language.value import Computed
 
 MOST_POINTS = 5_000_000
-FIELDS = ("x", "y", "ix", "iy", "index")
+Indices = tuple[int, ...]
+"""Of one item of each loop, outermost first."""
 
 
 class NotHere(Exception):
@@ -25,21 +30,23 @@ class NotHere(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """Numbers of one unit, along one axis for each loop; no unit for plain numbers."""
+    """Numbers of one unit, each computed from the indices of its items; no unit for plain numbers."""
 
-    values: Any
+    at: Callable[[Indices], float]
     unit: str | None = None
 
-    def in_unit(self, unit: str | None) -> Any:
+    def in_unit(self, unit: str | None) -> Callable[[Indices], float]:
         """The numbers in another unit; a bare 0 fits any."""
-        if self.unit == unit or unit is None:
-            return self.values
-        if self.unit is None:
-            return self.values
+        if self.unit == unit or unit is None or self.unit is None:
+            return self.at
         try:
-            return self.values * magnitude_in(_one(self.unit), unit)
+            return _times(self.at, magnitude_in(_one(self.unit), unit))
         except UnitError as fault:
             raise NotHere from fault
+
+
+def _times(at: Callable[[Indices], float], factor: float) -> Callable[[Indices], float]:
+    return lambda indices: at(indices) * factor
 
 
 def _one(unit: str) -> Any:
@@ -70,29 +77,21 @@ def first_outside(
     low: float | None, high: float | None,
 ) -> Case | None:  # fmt: skip
     """The first combination of items that gives a number outside its bounds."""
-    import numpy as np
-
+    lists = [folding.loops[name] or () for name in loops]
+    low, high = -math.inf if low is None else low, math.inf if high is None else high
+    every = product(*(range(len(items)) for items in lists))
     try:
-        with np.errstate(all="ignore"):
-            found = Walk(loops, folding).of(value.expression.tree.body).in_unit(unit)
-            lists = [folding.loops[name] or () for name in loops]
-            shape = tuple(len(items) for items in lists)
-            found = np.broadcast_to(np.asarray(found, dtype=float), shape)
-    except (NotHere, ValueError, TypeError, OverflowError):
+        at = Walk(loops, folding).of(value.expression.tree.body).in_unit(unit)
+        picked = next((i for i in every if (n := at(i)) < low or n > high), None)
+    except (NotHere, ValueError, TypeError, ArithmeticError):
         return None
-    outside = np.zeros(shape, dtype=bool)
-    if low is not None:
-        outside |= found < low
-    if high is not None:
-        outside |= found > high
-    if not outside.any():
+    if picked is None:
         return None
-    picked = np.unravel_index(int(outside.argmax()), shape)
     names: dict[str, Any] = {**folding.names, "params": folding.params}
     where = []
     for name, items, index in zip(loops, lists, picked, strict=True):
-        names[name] = items[int(index)]
-        where.append(name_item(name, items, int(index), names[name]))
+        names[name] = items[index]
+        where.append(name_item(name, items, index, names[name]))
     return Case(names, ", ".join(where))
 
 
@@ -132,37 +131,25 @@ class Walk:
         return self._along(owner, [item[field] for item in items])
 
     def _of_grid(self, owner: str, grid: Grid, field: str) -> Numbers:
-        import numpy as np
-
-        if field not in FIELDS:
-            raise NotHere
-        index = np.arange(len(grid))
         if field == "index":
-            return self._placed(owner, index, None)
-        inner, outer = np.mod(index, grid.across), index // grid.across
-        if grid.order == "snake":
-            inner = np.where(outer % 2 == 1, grid.across - 1 - inner, inner)
-        if grid.order == "columns":
-            inner, outer = index // grid.down, np.mod(index, grid.down)
-        if field in ("ix", "iy"):
-            return self._placed(owner, inner if field == "ix" else outer, None)
-        axis = _numbers(grid.x if field == "x" else grid.y)
-        return self._placed(owner, axis.values[inner if field == "x" else outer], axis.unit)
+            return self._along(owner, range(len(grid)))
+        if field not in ("x", "y", "ix", "iy"):
+            raise NotHere
+        across = field in ("x", "ix")
+        axis = (grid.x if across else grid.y) if field in ("x", "y") else range(len(grid))
+        values, unit = _numbers(axis)
+        k, place, columns_of = self.loops.index(owner), 0 if across else 1, grid.columns_of
+        return Numbers(lambda indices: values[columns_of(indices[k])[place]], unit)
 
     def _along(self, name: str, items: Sequence[Any]) -> Numbers:
-        found = _numbers(items)
-        return self._placed(name, found.values, found.unit)
-
-    def _placed(self, name: str, values: Any, unit: str | None) -> Numbers:
-        """The numbers of a loop along the axis of that loop."""
-        shape = [1] * len(self.loops)
-        shape[self.loops.index(name)] = len(values)
-        return Numbers(values.reshape(shape), unit)
+        values, unit = _numbers(items)
+        k = self.loops.index(name)
+        return Numbers(lambda indices: values[indices[k]], unit)
 
     def _unaryop(self, node: ast.UnaryOp) -> Numbers:
         inner = self.of(node.operand)
         if isinstance(node.op, ast.USub):
-            return Numbers(-inner.values, inner.unit)
+            return Numbers(_times(inner.at, -1), inner.unit)
         if isinstance(node.op, ast.UAdd):
             return inner
         raise NotHere
@@ -171,34 +158,55 @@ class Walk:
         left, right = self.of(node.left), self.of(node.right)
         if isinstance(node.op, ast.Add | ast.Sub):
             unit = left.unit or right.unit
-            a, b = left.in_unit(unit), right.in_unit(unit)
-            return Numbers(a + b if isinstance(node.op, ast.Add) else a - b, unit)
+            work = operator.add if isinstance(node.op, ast.Add) else operator.sub
+            return Numbers(_joined(work, left.in_unit(unit), right.in_unit(unit)), unit)
         if isinstance(node.op, ast.Mult):
-            return _with_unit(left.values * right.values, _product(left.unit, right.unit, 1))
+            found = _joined(operator.mul, left.at, right.at)
+            return _with_unit(found, _product(left.unit, right.unit, 1))
         if isinstance(node.op, ast.Div):
-            return _with_unit(left.values / right.values, _product(left.unit, right.unit, -1))
+            found = _joined(_over, left.at, right.at)
+            return _with_unit(found, _product(left.unit, right.unit, -1))
         if isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant):
-            power = node.right.value
-            unit = str(unit_of(left.unit) ** power) if left.unit is not None else None
-            return _with_unit(left.values**power, unit)
+            unit = str(unit_of(left.unit) ** node.right.value) if left.unit is not None else None
+            return _with_unit(_joined(_power, left.at, right.at), unit)
         raise NotHere
 
     def _call(self, node: ast.Call) -> Numbers:
-        import numpy as np
-
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         if name == LITERAL and all(isinstance(one, ast.Constant) for one in node.args):
             number, unit = (one.value for one in node.args)  # type: ignore[attr-defined]
-            return Numbers(np.asarray(float(number)), str(unit_of(unit)))
+            return _constant(float(number), str(unit_of(unit)))
         if name not in ("min", "max") or len(node.args) < 2 or node.keywords:
             raise NotHere
         parts = [self.of(one) for one in node.args]
         unit = next((part.unit for part in parts if part.unit), None)
-        found = parts[0].in_unit(unit)
-        for part in parts[1:]:
-            pick = np.minimum if name == "min" else np.maximum
-            found = pick(found, part.in_unit(unit))
-        return Numbers(found, unit)
+        first, *others = [part.in_unit(unit) for part in parts]
+        for other in others:
+            first = _joined(min if name == "min" else max, first, other)
+        return Numbers(first, unit)
+
+
+def _joined(
+    work: Callable[[float, float], float],
+    left: Callable[[Indices], float],
+    right: Callable[[Indices], float],
+) -> Callable[[Indices], float]:
+    return lambda indices: work(left(indices), right(indices))
+
+
+def _over(a: float, b: float) -> float:
+    if b:
+        return a / b
+    return math.copysign(math.inf, a) if a else math.nan
+
+
+def _power(a: float, b: float) -> float:
+    try:
+        return math.pow(a, b)
+    except OverflowError:
+        return math.inf
+    except ValueError:  # a root of less than 0, or 0 ** -1
+        return math.nan if a else math.inf
 
 
 def _product(left: str | None, right: str | None, sign: int) -> str | None:
@@ -207,34 +215,34 @@ def _product(left: str | None, right: str | None, sign: int) -> str | None:
     return str(unit_of(left or "") * unit_of(right or "") ** sign)
 
 
-def _with_unit(values: Any, unit: str | None) -> Numbers:
+def _with_unit(at: Callable[[Indices], float], unit: str | None) -> Numbers:
     """Numbers whose units may have cancelled out: 4 mm / 100 um is 40."""
     if unit is None or not unit_of(unit).dimensionless:
-        return Numbers(values, unit)
-    return Numbers(values * magnitude_in(_one(unit), ""))
+        return Numbers(at, unit)
+    return Numbers(_times(at, magnitude_in(_one(unit), "")))
+
+
+def _constant(number: float, unit: str | None = None) -> Numbers:
+    return Numbers(lambda _: number, unit)
 
 
 def _number(value: Any) -> Numbers:
-    import numpy as np
-
     if is_quantity(value):
-        return Numbers(np.asarray(float(value.magnitude)), str(value.units))
+        return _constant(float(value.magnitude), str(value.units))
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise NotHere
-    return Numbers(np.asarray(float(value)))
+    return _constant(float(value))
 
 
-def _numbers(items: Sequence[Any]) -> Numbers:
+def _numbers(items: Sequence[Any]) -> tuple[Sequence[float], str | None]:
     """A list as numbers in the unit of its first item."""
-    import numpy as np
-
     if isinstance(items, Span):
-        return Numbers(items.start + np.arange(len(items)) * items.step, items.unit)
-    first = items[0]
-    unit = str(first.units) if is_quantity(first) else None
+        return [items.number(index) for index in range(len(items))], items.unit
+    if isinstance(items, range):
+        return items, None
+    unit = str(items[0].units) if is_quantity(items[0]) else None
     if any(is_quantity(item) != (unit is not None) for item in items):
         raise NotHere
     if unit is None and not all(isinstance(item, int | float) for item in items):
         raise NotHere
-    found = [magnitude_in(item, unit) if unit else item for item in items]
-    return Numbers(np.asarray(found, dtype=float), unit)
+    return [float(magnitude_in(item, unit) if unit else item) for item in items], unit

@@ -15,7 +15,7 @@ from ...drivers.cameras.vision.pictures import (
     read_picture,
     same_picture_size,
 )
-from .camera_options import board_size, length_mm, stop
+from .camera_options import board_size, length_mm, needs_vision, stop
 from .options import say
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ def calibrate_camera(
     json: Json = False,
 ) -> None:
     """Measure a camera's lens, show how well each picture fits, and write it for `labrun locate`."""
+    needs_vision()
     columns, rows = board_size(board)
     asked = Board(columns, rows, length_mm(square, "--square", above_zero=True))
     files = _files(images)

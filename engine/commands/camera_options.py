@@ -6,10 +6,17 @@ from typing import NoReturn
 import typer
 
 from ...schemas.quantity import UnitError, magnitude_in, parse_quantity
+from ...system.extras import missing
 from ..exit_status import PROBLEMS
 from .options import say
 
 BOARD = re.compile(r"(\d{1,2}) ?[xX×] ?(\d{1,2})")
+
+
+def needs_vision() -> None:
+    """End the command with the line that adds what it works with, if that is not installed."""
+    if (why := missing("vision")) is not None:
+        stop(why)
 
 
 def board_size(text: str) -> tuple[int, int]:

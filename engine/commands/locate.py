@@ -14,7 +14,7 @@ from ...drivers.cameras.vision.camera_file import read_cameras
 from ...drivers.cameras.vision.pictures import PictureFault, read_depth, read_picture
 from ...drivers.cameras.vision.view import DepthView, StereoView, View
 from ...drivers.driver import ActionFailed
-from .camera_options import board_size, length_mm, pair_of_numbers, stop
+from .camera_options import board_size, length_mm, needs_vision, pair_of_numbers, stop
 
 Image = Annotated[
     Path, typer.Option("--image", metavar="RGB", help="The photograph, which shows the board.")
@@ -82,6 +82,7 @@ def locate(
     json: Json = False,
 ) -> None:
     """Show where on the bench a pixel points, from its depth, or from its height if known."""
+    needs_vision()
     u, v = pair_of_numbers(pixel, "--pixel")
     height_mm = None if height is None else length_mm(height, "--height")
     step_mm = None if depth_unit is None else length_mm(depth_unit, "--depth-unit", above_zero=True)

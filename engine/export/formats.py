@@ -9,6 +9,8 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 
+from ...system.extras import not_installed
+
 Export = Callable[[Path, Path], None]
 OWN = {"mcap": "mcap:write", "nexus": "nexus:write", "tiff": "tiff:write"}
 """Format, which is also the file's suffix -> module in this folder and function."""
@@ -25,7 +27,14 @@ def formats() -> dict[str, Callable[[], Export]]:
 
     def own(place: str) -> Callable[[], Export]:
         module, _, name = place.partition(":")
-        return lambda: getattr(import_module(f".{module}", __package__), name)
+
+        def load() -> Export:
+            try:
+                return getattr(import_module(f".{module}", __package__), name)
+            except ImportError as fault:
+                raise ExportFault(not_installed(fault, "export") or str(fault)) from fault
+
+        return load
 
     found = {name: own(place) for name, place in OWN.items()}
     return found | {point.name: point.load for point in entry_points(group="labrun.exports")}

@@ -12,11 +12,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from mcap.writer import Writer
 from ruamel.yaml import YAML
 
 from ...schemas import journal as j
 from ...schemas.lab import without_secrets
-from ...system.extras import not_installed
 from ...system.files import replace_whole
 from ..journal.journal import JournalFault, read_records
 from ..run.folder import JOURNAL, LAB
@@ -46,10 +46,6 @@ Schema = dict[str, Any]
 
 def write(folder: Path, place: Path) -> None:
     """Write the run in `folder` to the file `place`; raises ExportFault and OSError."""
-    try:
-        from mcap.writer import Writer
-    except ImportError as fault:
-        raise ExportFault(not_installed(fault) or str(fault)) from fault
     with replace_whole(place) as file:
         writer = Writer(file)
         writer.start(profile="", library="labrun")

@@ -8,6 +8,7 @@ and y are a line or a grid, what was measured lies over them, NaN where a point 
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 from ... import __version__
@@ -24,10 +25,6 @@ SPECTRA = "spectra/"
 
 def write(folder: Path, place: Path) -> None:
     """Write the run in `folder` to the file `place`; raises ExportFault and OSError."""
-    try:
-        import h5py
-    except ImportError as fault:
-        raise ExportFault(not_installed(fault, "export") or str(fault)) from fault
     try:
         found = tables(folder)
         with replace_whole(place) as out, h5py.File(out, "w") as file:
@@ -194,6 +191,4 @@ def _name(dataset: Any) -> str:
 
 
 def _text() -> Any:
-    import h5py
-
     return h5py.string_dtype()

@@ -4,8 +4,8 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
+import tifffile
 
-from ...system.extras import not_installed
 from ...system.files import replace_whole
 from ..journal.journal import JournalFault
 from ..run.folder import FolderFault
@@ -21,10 +21,6 @@ def write(folder: Path, place: Path) -> None:
 
     Pages are (y, x) with y growing downwards, as in images; NaN where nothing was measured.
     """
-    try:
-        import tifffile
-    except ImportError as fault:
-        raise ExportFault(not_installed(fault, "export") or str(fault)) from fault
     try:
         pages, labels, steps, unit = _map(folder)
     except (JournalFault, FolderFault) as fault:

@@ -7,12 +7,14 @@ fits any.
 
 import ast
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from functools import cmp_to_key
 from itertools import pairwise
 from typing import Any
 
 from ...schemas.quantity import has_offset, is_quantity, magnitude_in, quantity
+from .least_squares import least_squares
 from .operators import (
     OPERATORS,
     OperatorFault,
@@ -213,11 +215,12 @@ def polyfit(x: Any, y: Any, degree: int = 1) -> list[Any]:
         raise OperatorFault(
             f"polyfit: degree {degree} needs points at {degree + 1} places; there are {len(set(xs))}"
         )
-    import numpy as np
-
-    found = np.polyfit(xs, ys, degree)
+    try:
+        found = least_squares(xs, ys, degree)
+    except (ArithmeticError, ValueError):
+        raise OperatorFault("polyfit: some numbers are too large, too small or too close") from None
     powers = range(degree, -1, -1)
-    return [_coefficient(float(c), y_unit, x_unit, k) for c, k in zip(found, powers, strict=True)]
+    return [_coefficient(c, y_unit, x_unit, k) for c, k in zip(found, powers, strict=True)]
 
 
 def _coefficient(value: float, y_unit: str | None, x_unit: str | None, k: int) -> Any:
@@ -238,9 +241,10 @@ def interp(x: Any, xs: Any, ys: Any) -> Any:
     if not places[0] <= at <= places[-1]:
         low, high = (_measured(one, unit) for one in (places[0], places[-1]))
         raise OperatorFault(f"interp: {words(x)} lies outside {words(low)} to {words(high)}")
-    import numpy as np
-
-    return _measured(float(np.interp(at, places, heights)), y_unit)
+    left = min(bisect_right(places, at), len(places) - 1) - 1
+    (x0, x1), (y0, y1) = places[left : left + 2], heights[left : left + 2]
+    # At an end this is the value there, to the last digit.
+    return _measured(y1 if at == x1 else y0 + (y1 - y0) / (x1 - x0) * (at - x0), y_unit)
 
 
 def _points(name: str, x: Any, y: Any) -> tuple[list[float], str | None, list[float], str | None]:

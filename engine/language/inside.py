@@ -1,5 +1,6 @@
 """Find the points inside an outline, such as a sample outline from a camera."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -7,7 +8,8 @@ from ...schemas.quantity import UnitError, is_quantity, magnitude_in
 from .operators import OperatorFault, words
 
 MOST_POINTS = 1_000_000
-MOST_PAIRS = 2_000_000  # points times edges computed at once
+Edge = tuple[float, float, float, float]
+"""Where it begins, x and y, and how far it runs from there."""
 
 
 def inside(points: Any = None, outline: Any = None, margin: Any = 0) -> list[Any] | None:
@@ -67,23 +69,39 @@ def _kept(
     points: list[tuple[float, float]], corners: list[tuple[float, float]], margin: float
 ) -> list[int]:
     """Indices of the points inside: a line to the right of each crosses an odd number of edges."""
-    import numpy as np
-
-    begin = np.array(corners)
-    edge = np.roll(begin, -1, axis=0) - begin
-    long = np.maximum((edge**2).sum(axis=1), 1e-300)
-    close = 1e-9 * (1 + float(np.abs(begin).max()))
+    close = 1e-9 * (1 + max(abs(number) for corner in corners for number in corner))
+    edges = [
+        (x, y, to_x - x, to_y - y)
+        for (x, y), (to_x, to_y) in zip(corners, corners[1:] + corners[:1], strict=True)
+    ]
+    beside: dict[float, list[Edge]] = {}  # points of a grid share their few y
     kept: list[int] = []
-    at_once = max(1, MOST_PAIRS // len(corners))
-    for first in range(0, len(points), at_once):
-        place = np.array(points[first : first + at_once])[:, None]
-        to = place - begin
-        crosses = (begin[:, 1] > place[..., 1]) != ((begin + edge)[:, 1] > place[..., 1])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            at = begin[:, 0] + to[..., 1] * edge[:, 0] / edge[:, 1]
-        within = (crosses & (place[..., 0] < at)).sum(axis=1) % 2 == 1
-        share = np.clip((to * edge).sum(axis=-1) / long, 0, 1)
-        away = np.sqrt(((to - share[..., None] * edge) ** 2).sum(axis=-1)).min(axis=1)
-        good = (away >= margin - close) & within if margin > 0 else within | (away <= close)
-        kept += (first + np.nonzero(good)[0]).tolist()
+    for index, (x, y) in enumerate(points):
+        near = beside.get(y)
+        if near is None:
+            near = beside[y] = [edge for edge in edges if _is_near(edge, y, margin + close)]
+        within = sum(_is_crossed(edge, x, y) for edge in near) % 2 == 1
+        away = min((_distance(edge, x, y) for edge in near), default=math.inf)
+        if (within and away >= margin - close) if margin > 0 else (within or away <= close):
+            kept.append(index)
     return kept
+
+
+def _is_near(edge: Edge, y: float, reach: float) -> bool:
+    """Whether an edge comes as near to a height: no other is crossed there, or within reach."""
+    _, begin, _, rise = edge
+    return min(begin, begin + rise) - reach <= y <= max(begin, begin + rise) + reach
+
+
+def _is_crossed(edge: Edge, x: float, y: float) -> bool:
+    """Whether a line from a point to the right crosses an edge."""
+    at_x, at_y, run, rise = edge
+    return (at_y > y) != (at_y + rise > y) and x < at_x + (y - at_y) * run / rise
+
+
+def _distance(edge: Edge, x: float, y: float) -> float:
+    at_x, at_y, run, rise = edge
+    to_x, to_y = x - at_x, y - at_y
+    share = (to_x * run + to_y * rise) / max(run * run + rise * rise, 1e-300)
+    share = min(max(share, 0.0), 1.0)
+    return math.hypot(to_x - share * run, to_y - share * rise)

@@ -3,4 +3,7 @@
 It has no way of its own to do anything: it calls what the commands call.
 """
 
-import numpy  # noqa: F401 - before pint, so that quantities and arrays of a notebook know each other
+from contextlib import suppress
+
+with suppress(ImportError):
+    import numpy  # noqa: F401 - before pint, so that quantities and arrays of a notebook know each other

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, fields, is_dataclass, make_dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.scalarstring import SingleQuotedScalarString
@@ -91,8 +90,8 @@ def plain(value: Any) -> Any:
         return {_key(name): plain(one) for name, one in given.items() if one is not None}
     if is_quantity(value):
         return quantity_text(value)
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
+    if (numpys := getattr(value, "tolist", None)) is not None:  # arrays and numbers
+        return plain(numpys())
     if isinstance(value, Mapping):
         return {str(key): plain(one) for key, one in value.items()}
     if isinstance(value, Path):

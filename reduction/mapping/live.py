@@ -3,9 +3,7 @@
 import tempfile
 from pathlib import Path
 
-from .report import make
-
-ROWS = "data*.csv"
+from .report import ROWS, make
 
 
 def draw(folder: Path) -> dict[str, bytes]:

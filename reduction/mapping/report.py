@@ -1,17 +1,17 @@
 """Draw the element maps of a run, and the charts of its check standards, from the rows that it collected."""
 
+import csv
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ..lines.symbols import BY_NUMBER
-from ..maps.checks import read_checks
-from ..maps.points.gather import ROWS, gather
-from ..maps.points.points import Points
+from ..lines.symbols import BY_NUMBER, SYMBOLS
 from ..spectrum.fault import Unreadable
 
-__all__ = ["FIGURE", "ROWS", "make"]
+if TYPE_CHECKING:
+    from ..maps.points.points import Points
 
+ROWS = "data*.csv"
+STANDARD = "standard"  # a column of check standards
 FIGURE = "element_maps.png"  # of a run with one sample
 CHART = "checks.png"
 LEAST_OF_A_LINE = 3  # points below which a line is not worth a figure
@@ -27,11 +27,22 @@ def make(folder: Path) -> list[Path]:
     check standards become `checks.csv` and `checks.png`.
     Raises OSError if a figure cannot be written.
     """
+    # Most runs have no elements, and what draws these need not be installed for them.
+    if not any(_tells_elements(path) for path in folder.glob(ROWS)):
+        return []
     return [*_maps(folder), *_checks(folder)]
+
+
+def _tells_elements(path: Path) -> bool:
+    """Whether a column is an element, something of one (`Li_wt_percent`), or names a check standard."""
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+        names = [name.strip() for name in next(csv.reader(file), [])]
+    return STANDARD in names or any(name.partition("_")[0] in SYMBOLS for name in names)
 
 
 def _checks(folder: Path) -> list[Path]:
     """What the run's check standards read, as a table of verdicts and as charts; nothing without."""
+    from ..maps.checks import read_checks
     from .tables import write_checks
 
     checks = read_checks(folder)
@@ -45,6 +56,10 @@ def _checks(folder: Path) -> list[Path]:
 
 
 def _maps(folder: Path) -> list[Path]:
+    import numpy as np
+
+    from ..maps.points.gather import gather
+
     try:
         points = gather(folder, tables=False)
     except Unreadable:
@@ -65,7 +80,7 @@ def _maps(folder: Path) -> list[Path]:
         ]
 
 
-def _worth_it(points: Points) -> bool:
+def _worth_it(points: "Points") -> bool:
     """Whether there is an area, or a line of some length."""
     from ..maps.scattered import along_line
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS
+from labrun.engine.export.formats import OWN
 from labrun.system.extras import EXTRAS, line, missing, not_installed
 from labrun.web.local.refusal import as_response
 
@@ -178,6 +179,7 @@ LACKING = {
     "calibrate-camera": ("calibrate-camera shot.csv --board 9x6 --square 10", "vision"),
     "locate": ("locate --image shot.csv --camera camera.yaml --pixel 1,1", "vision"),
     "find-buttons": ("find-buttons . --image shot.csv", "gui"),
+    "lines": ("lines Li", "numpy"),
     "calibrate": ("calibrate response shot.csv", "spectra"),
     "record-program": ("record-program --find -o . --image shot.csv", "gui"),
     "record-buttons": ("record-buttons --image shot.csv -o buttons", "gui"),
@@ -185,10 +187,20 @@ LACKING = {
 """Command -> words that need its extra."""
 WITHOUT_ANY = {
     "abort", "answer", "call", "change", "check", "compare", "continue", "devices", "docs", "explain",
-    "fmt", "graph", "label", "lines", "new", "pause", "problem", "rehearse", "release", "report", "resume",
+    "fmt", "graph", "label", "new", "pause", "problem", "rehearse", "release", "report", "resume",
     "ros", "run", "runs", "schema", "serve", "setup", "status", "stop", "torture", "words",
 }  # fmt: skip
 BY_ITS_OPTION = {"export"}
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_a_format_without_its_extra_says_the_line_that_adds_it(name):
+    program = (
+        "from labrun.engine.export.formats import ExportFault, formats\n"
+        f"try:\n    formats()['{name}']()\nexcept ExportFault as fault:\n    print(fault)\n"
+    )
+
+    assert python(program).strip().endswith('-m pip install "labrun[export]"')
 
 
 def test_every_command_is_walked_here():
@@ -282,6 +294,19 @@ def test_a_run_that_needs_more_says_so_before_anything_is_sent(tmp_path):
     assert ran.returncode == 4
     assert "labrun[spectra]" in ran.stderr
     assert "Nothing was sent." in ran.stderr
+
+
+@pytest.mark.slow
+def test_a_simulated_shot_without_its_extra_says_so_and_the_rest_of_the_analyser_works(tmp_path):
+    (tmp_path / "shot.yaml").write_text(
+        "labrun: 1\nname: shot\ndevices: {libs: libs_analyzer@1}\n"
+        "steps: [{do: libs.locate}, {do: libs.measure}]\n"
+    )
+    ran = labrun(tmp_path, "rehearse", "shot.yaml", env=without("numpy"))
+
+    assert ran.returncode == 1
+    assert "libs.measure" in ran.stdout + ran.stderr
+    assert "labrun[numpy]" in ran.stdout + ran.stderr
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from ...language.operators import words
 from ...language.value import Value
 from ...run.frame import segment
 
-MANY = 10_000
+PARTS = 64
 PLACES = ("ix", "iy", "index")
 """Fields of an item that only number it."""
 TOLD = 4
@@ -182,10 +182,8 @@ def _brief(value: Any) -> str:
 
 
 def _may_repeat(hashes: Iterator[int]) -> bool:
-    """Whether a number occurs twice, in eight bytes each even for a million of them."""
-    seen = array("q", hashes)
-    if len(seen) < MANY:
-        return len(set(seen)) < len(seen)
-    import numpy as np
-
-    return np.unique(np.frombuffer(seen, dtype=np.int64)).size < len(seen)
+    """Whether a number occurs twice, in little more than eight bytes each even for a million of them."""
+    seen = [array("q") for _ in range(PARTS)]
+    for number in hashes:
+        seen[number % PARTS].append(number)
+    return any(len(set(part)) < len(part) for part in seen)

@@ -3,8 +3,10 @@
 import asyncio
 import struct
 
+import numpy as np
 import pytest
 
+from labrun.drivers.bridges.line_bridge import CODES
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
 from labrun.engine.lab.lab import load_lab
 from labrun.engine.new.device.entry import entry_text
@@ -325,3 +327,13 @@ def test_a_lab_entry_is_written_from_what_the_instrument_says_of_itself(peer, tm
         "last_once": "pure",
         **(said if knows else {}),
     }
+
+
+@pytest.mark.parametrize("kind", CODES)
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_a_block_is_read_as_numpy_reads_it(kind, order):
+    data = bytes(range(16))
+
+    assert list(struct.unpack(f"{order}{16 // int(kind[1])}{CODES[kind]}", data)) == (
+        np.frombuffer(data, f"{order}{kind}").tolist()
+    )

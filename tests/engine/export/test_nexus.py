@@ -1,12 +1,9 @@
 """A run as NeXus, read back by h5py: axes, units, the default plot, and what is missing."""
 
-import sys
-
 import h5py
 import numpy as np
 import pytest
 
-from labrun.engine.export.formats import ExportFault
 from labrun.engine.export.nexus import _evened, write
 from labrun.engine.journal.journal import Journal
 from labrun.schemas import journal as j
@@ -129,14 +126,6 @@ def test_a_run_without_tables_is_an_entry_all_the_same(exported):
     entry = exported()
 
     assert entry["title"].asstr()[()] == "map" and "default" not in entry.attrs
-
-
-def test_without_the_library_it_says_what_to_install(exported, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(ExportFault, match=r'pip install "labrun\[export\]"'):
-        exported()
-
-    assert not list(tmp_path.glob("*map.nxs*"))
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,13 @@
 import math
 import statistics
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from labrun.engine.language.expression import Expression, ExpressionError
+from labrun.engine.language.least_squares import least_squares
 from labrun.schemas.quantity import is_quantity, quantity_text
 
 NAMES = {"spots": [{"area": 4.0}, {"area": None}, {"area": 1.0}], "i": 7, "none": None}
@@ -87,6 +89,19 @@ def test_a_comprehension_has_names_of_its_own_and_uses_those_around_it():
 
     assert expression.names == {"i"}  # the last one, which stands outside
     assert expression.evaluate(NAMES) == [4, 7]
+
+
+@given(
+    st.lists(st.tuples(st.integers(-50, 50), st.floats(-9, 9)), min_size=6, max_size=40),
+    st.integers(0, 3), st.sampled_from([0, 30]),
+)  # fmt: skip
+def test_no_polynomial_fits_better_than_the_one_that_is_found(points, degree, away):
+    xs, ys = zip(*((away + x / 10, y) for x, y in points), strict=True)
+    assume(len(set(xs)) > degree)
+    ours, theirs = least_squares(xs, ys, degree), np.polyfit(xs, ys, degree)
+    left = [math.fsum((np.polyval(one, xs) - ys) ** 2) for one in (ours, theirs)]
+
+    assert left[0] <= left[1] * (1 + 1e-6) + 1e-6
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=30))

@@ -183,7 +183,7 @@ def builtin_open(file, *more, **named):
 
 
 def import_(name, globals=None, locals=None, fromlist=(), level=0):
-    if name in POSIX_ONLY and of_labrun((globals or {}).get("__name__")):
+    if not level and name in POSIX_ONLY and of_labrun((globals or {}).get("__name__")):
         raise ModuleNotFoundError(f"No module named {name!r}", name=name)
     return real_import(name, globals, locals, fromlist, level)
 
