@@ -57,6 +57,7 @@ def test_an_end_closes_questions_and_a_pause_and_a_resume_takes_back_the_end():
     again = after(STARTED, ASKED, PAUSE, ABORT, OVER, RESUMED)
 
     assert (list(asked.open_questions), asked.paused) == (["main/ask"], True)
+    assert asked.aborted_by == ""  # a pause is no abort
     assert (list(over.open_questions), over.paused, over.aborted_by) == ([], False, "me")
     assert over.finished.fate == "aborted" and again.finished is None and not again.aborted_by
 
