@@ -63,11 +63,12 @@ def test_an_end_closes_questions_and_a_pause_and_a_resume_takes_back_the_end():
 
 
 def test_the_newest_inputs_are_those_of_the_last_change_which_no_engine_wrote():
-    course = after(STARTED, PAUSE, CHANGED.model_copy(update={"roles": {}}), CHANGED)
+    older = [CHANGED.model_copy(update={"roles": {"a": name}}) for name in ("none", "other")]
+    course = after(STARTED, PAUSE, *older, CHANGED)
 
     assert (course.roles, after(STARTED).roles, Course().roles) == ({"a": "two"}, {"a": "one"}, {})
     assert (course.params, Course().params) == (CHANGED.params, {}) and CHANGED.params
-    assert (course.last_n, course.last_hash, course.last_at) == (4, "h4", "t2")
+    assert (course.last_n, course.last_hash, course.last_at) == (5, "h5", "t2")
 
 
 @pytest.mark.parametrize(
