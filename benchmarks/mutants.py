@@ -46,7 +46,7 @@ FILES = {
     },
     "engine/tree/nodes/retry.py": {"tests/engine/tree/test_": "retry", MEANING: "retry fallback"},
     "engine/tree/nodes/loop.py": {
-        "tests/engine/tree/test_": "loop", MEANING: "foreach repeat_while rules background",
+        "tests/engine/tree/test_": "loop", MEANING: "foreach repeat_while rules background overlap",
     },
 }  # fmt: skip
 """The tests of each file, those first that are nearest to it."""

@@ -1,8 +1,9 @@
 """The dispatcher by itself: what it makes of what its devices' clients tell it."""
 
+import time
 from types import SimpleNamespace
 
-from labrun.engine.dispatch.dispatcher import Dispatcher
+from labrun.engine.dispatch.dispatcher import Dispatcher, _at
 
 
 def test_a_stop_counts_where_it_is_heeded_and_only_of_a_device_that_the_run_uses():
@@ -20,3 +21,9 @@ def test_a_stop_counts_where_it_is_heeded_and_only_of_a_device_that_the_run_uses
         seen.append(dict(dispatcher.stopped))
 
     assert seen == [{}, {}, {"a": "first"}, {"a": "first"}]
+
+
+def test_what_is_waited_for_is_told_with_the_time_at_which_it_was_sent(monkeypatch):
+    monkeypatch.setattr(time, "time", lambda: 1_000_000.0)
+
+    assert _at(600.0) == time.strftime("%H:%M:%S", time.localtime(999_400.0))

@@ -57,16 +57,18 @@ def test_an_end_closes_questions_and_a_pause_and_a_resume_takes_back_the_end():
     again = after(STARTED, ASKED, PAUSE, ABORT, OVER, RESUMED)
 
     assert (list(asked.open_questions), asked.paused) == (["main/ask"], True)
+    assert asked.aborted_by == ""  # a pause is no abort
     assert (list(over.open_questions), over.paused, over.aborted_by) == ([], False, "me")
     assert over.finished.fate == "aborted" and again.finished is None and not again.aborted_by
 
 
 def test_the_newest_inputs_are_those_of_the_last_change_which_no_engine_wrote():
-    course = after(STARTED, PAUSE, CHANGED.model_copy(update={"roles": {}}), CHANGED)
+    older = [CHANGED.model_copy(update={"roles": {"a": name}}) for name in ("none", "other")]
+    course = after(STARTED, PAUSE, *older, CHANGED)
 
     assert (course.roles, after(STARTED).roles, Course().roles) == ({"a": "two"}, {"a": "one"}, {})
     assert (course.params, Course().params) == (CHANGED.params, {}) and CHANGED.params
-    assert (course.last_n, course.last_hash, course.last_at) == (4, "h4", "t2")
+    assert (course.last_n, course.last_hash, course.last_at) == (5, "h5", "t2")
 
 
 @pytest.mark.parametrize(

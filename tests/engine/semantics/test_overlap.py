@@ -115,6 +115,16 @@ steps:
     at_once: 2
     steps: [{do: b.act, with: {name: "n${{ i }}", seconds: 0.1, script: "${{ 'Broken' if i == 0 else 'ok' }}"}}]
 """, {"status": 1, "sent": ["n0", "n1"], "done": ["n1"]}),
+    ("a_failure_is_known_before_its_turn", "`at_once` without `keep_going`, and an iteration fails before an earlier one has "
+     "ended -> The earlier one ends; no other is begun.", """
+steps:
+  - foreach: {i: [0, 1, 2, 3]}
+    at_once: 2
+    steps:
+      - if: "${{ i == 0 }}"
+        then: [{do: a.act, with: {name: n0, seconds: 0.5}}]
+        else: [{do: b.act, with: {name: "n${{ i }}", script: "${{ 'Broken' if i == 1 else 'ok' }}"}}]
+""", {"status": 1, "sent": ["n0", "n1"], "done": ["n0"]}),
 )
 # fmt: on
 
