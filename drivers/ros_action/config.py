@@ -140,8 +140,9 @@ def _status(written: Any, contract: Contract, is_all: bool, bridge: str | None) 
     _known(given, STATUS_KEYS, "status")
     schemas = contract.status.get("properties", {})
     fields = given.get("fields")
-    if not is_all and isinstance(fields, dict):  # of several topics each has its own
-        schemas = {name: schema for name, schema in schemas.items() if name in fields} or schemas
+    if not is_all and isinstance(fields, dict):  # of several topics each has its own; `{}` has none
+        own = {name: schema for name, schema in schemas.items() if name in fields}
+        schemas = own or (schemas if fields else {})
     qos = _object(given.get("qos", {}), "status.qos")
     if qos and bridge is not None:
         raise ValueError("status.qos is for `node: true`; a rosbridge takes that of the publisher")

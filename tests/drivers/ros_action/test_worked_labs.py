@@ -33,7 +33,7 @@ def device(robot, tmp_path):
 
     @asynccontextmanager
     async def opened(name, silent_s=500, **more):
-        own = {"ws://10.0.0.9:9090": robot.url, "silent_s: 3 ": f"silent_s: {silent_s} "}
+        own = {"ws://10.0.0.9:9090": robot.url, "silent_s: 3": f"silent_s: {silent_s}"}
         for file, text in FILES.items():
             for was, becomes in own.items():
                 text = text.replace(was, becomes)
