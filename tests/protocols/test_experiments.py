@@ -97,6 +97,20 @@ def nothing_twice(entries):
     return max(Counter(entry["goal"].rpartition("/")[0] for entry in entries).values()) == 1
 
 
+def test_a_plate_is_filled_and_weighed_though_its_engine_is_killed_in_the_middle_of_a_column(bench):
+    engine = bench.begin("fill_plate.yaml")
+    bench.wait_for("pipette", "dispense", 20)
+    engine.send_signal(signal.SIGKILL)
+    engine.wait()
+
+    assert bench.resume() == 0, bench.told
+    drops = bench.truth("pipette", "dispense")
+    masses = [float(row["mass_g"]) for row in bench.rows()]
+    assert len(drops) == len(masses) == 96 and nothing_twice(drops)
+    assert masses == pytest.approx([0.05 * n for n in range(1, 97)], abs=0.02)
+    assert len(bench.truth("pipette", "eject_tip")) == 1
+
+
 def test_a_titration_finds_its_end_point_though_its_engine_is_killed_in_the_middle(bench):
     engine = bench.begin("titration.yaml")
     bench.wait_for("pump", "dose", 20)
