@@ -23,7 +23,8 @@ def plain(name: str, schema: Schema) -> Any:
         return _middle(schema, whole=kind == "integer")
     match kind:
         case "string":
-            return f"{name}.dat" if schema.get("format") == "path" else ""
+            least = "x" * schema.get("minLength", 0)
+            return f"{name}.dat" if schema.get("format") == "path" else least
         case "boolean":
             return False
         case "array":

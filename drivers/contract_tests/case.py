@@ -71,4 +71,5 @@ class Case:
             slow={"clock": slow_clock(contract)}, contract=contract, device=device,
             good={name: good_call(action) for name, action in contract.actions.items()},
             lasting=lasting(contract),
+            files={name: b"190.0,1\n" for a in contract.actions.values() for name in a.path_params()[0]},
         )  # fmt: skip

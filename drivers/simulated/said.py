@@ -74,9 +74,9 @@ class SaidTwin(Twin):
             told = {n: v for n, v in given.items() if n not in inside}
             self.now |= {self._key(name, field, given): value for field, value in told.items()}
             self.now |= {n: v for n, v in self._until(name).items() if n != "do"}
-        return {
-            field: self._answer(name, action, field, goal, values) for field in self._fields(name)
-        }
+        unwanted = {path for path in action.path_params()[1] if values.get(path) is None}
+        fields = [field for field in self._fields(name) if field not in unwanted]
+        return {field: self._answer(name, action, field, goal, values) for field in fields}
 
     def _count(self, name: str) -> None:
         counted = getattr(self._said.get(name), "count", None)
