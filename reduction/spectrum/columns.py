@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .axis import Unit, counts_channels, may_be_nm, unit_named
+from .axis import Unit, counts_channels, in_nm, may_be_nm, unit_named
 from .fault import Unreadable
 from .spectrum import FloatArray
 
@@ -15,9 +15,12 @@ AXIS = re.compile(r"wave|lambda|λ|^w\.?l\b|^nm\b|\[nm\]|\(nm\)|^x\b|^w$|[åÅ]n
 COUNTER = re.compile(r"pixel|channel|^(index|idx|no|nr|row|px|ch|#)\b\.?|order", re.I)
 BESIDE = re.compile(
     r"dark|backg|\bbg\b|\bref|white|err|std|stdev|sigma|\bsd\b|unc|noise|±|%|transm|reflec|absor"
-    r"|time|^energy|^freq|^[dr]$|flag|mask|weight|\bfit\b|valid", re.I
+    r"|time|^energy|^freq|^[dr]$|flag|mask|weight|\bfit\b|valid|dunkel|grund|fehler|rausch"
+    r"|obscur|fondo|\bbruit|тёмн|темн|фон|шум|暗|背景|参考|参比|噪声|误差|ダーク", re.I
 )  # fmt: skip
-RESULT = re.compile(r"^(sum|total)$|correct|process|\bnet\b|^p$|minus|mean|average|\bavg\b", re.I)
+RESULT = re.compile(
+    r"^(sum|total)$|correct|process|subtract|\bnet\b|^p$|minus|mean|average|\bavg\b", re.I
+)
 UNLIKE = 5.0  # ratio of the median counts of columns that cannot be shots of one another
 LEAST_ALIKE = 0.3  # correlation of shots
 FEW_CHANGES = 0.01  # of the rows, where labels change
@@ -144,6 +147,8 @@ def _axis(names: list[str], table: FloatArray) -> tuple[int, list[str]]:
         return 0, []
     if counts_channels(table[0]) and len(able) > 1:
         return able[1], [f"the wavelengths are {_called(names, able[1])}"]
+    if able in ([], [0]) and len(table) > 2 and _counts_from_start(table[0]):
+        in_nm(table[0])  # says that these are channels
     for name in names[:1]:
         unit_named(name)
     return 0, []

@@ -13,14 +13,18 @@ from .fault import Unreadable
 from .text_bytes import shown
 
 COMMENT = (b"#", b"%", b"//", b"!", b"*", b";;", b">>>>>")
-BAD_CHANNEL = ("", "nan", "-nan", "na", "n/a", "null", "none", "inf", "-inf", "+inf", "-", "--")
-NUMBER = re.compile(r"[+-]?(\d[\d.,]*|[.,]\d+)([eE][+-]?\d+)?")
+BAD_CHANNEL = (
+    "", "nan", "-nan", "na", "n/a", "null", "none", "inf", "-inf", "+inf", "-", "--", "---", "*", "***",
+    "#n/a", "#nv", "#value!", "#num!", "1.#qnan", "-1.#ind", "1.#ind", "1.#inf", "-1.#inf",
+    "over", "overflow", "ovld", "sat", "saturated",
+)  # fmt: skip
+NUMBER = re.compile(r"[+-]?(\d[\d.,]*|[.,]\d+)([eEdD][+-]?\d+)?")
 UNIT_WORD = re.compile(
     r"[\[(]?\s*(nm|å|a|ang\w*|[µμu]m|counts?|a\.?\s?u\.?|arb\.?.*|dn|%|cts|nanomet\w*)\s*[\])]?",
     re.I,
 )
-THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?([eE][+-]?\d+)?")
-THOUSANDS_BY_POINTS = re.compile(r"[+-]?\d{1,3}(\.\d{3})+(,\d*)?([eE][+-]?\d+)?")
+THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?([eEdD][+-]?\d+)?")
+THOUSANDS_BY_POINTS = re.compile(r"[+-]?\d{1,3}(\.\d{3})+(,\d*)?([eEdD][+-]?\d+)?")
 WORDS = re.compile(r"\s{2,}|[\t;,]")
 CONFIRMING = 2  # lines of the same kind after the first one of the numbers
 MOST_WORDS = 4  # lines before the numbers that may be headings
@@ -60,7 +64,7 @@ def fields_of(line: str, separator: str) -> list[str]:
 def separator_of(line: str) -> str:
     """The character between the columns of a line of numbers."""
     bare = re.sub(r'"[^"]*"', '""', line) if '"' in line else line
-    for separator in ";\t":
+    for separator in ";\t|":
         if separator in bare.strip():
             return separator
     if "," not in bare:
@@ -141,8 +145,8 @@ def headings(above: tuple[str, ...], separator: str, columns: int) -> tuple[str,
         if line.startswith(">>>>>") or not line:
             continue
         names = _names(line, separator, columns)
-        if names is None:
-            return ()
+        if names is None or names[0].endswith(("=", ":")):
+            return ()  # of the instrument, not of the columns
         if not units and all(UNIT_WORD.fullmatch(name) for name in names if name):
             units = names
             continue
@@ -168,6 +172,9 @@ def value(field: str, decimal: str) -> float:
     """A field's number; a channel without one is NaN. Raises ValueError for words."""
     if field.lower() in BAD_CHANNEL:
         return math.nan
+    if "_" in field:
+        raise ValueError(field)
+    field = field.replace("D", "e").replace("d", "e")
     if "," not in field and (decimal == "." or "." not in field):
         return float(field)
     other = "." if decimal == "," else ","

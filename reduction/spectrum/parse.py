@@ -11,7 +11,7 @@ from .kernel import kernel
 
 MINUS, PLUS, POINT, ZERO, NINE = (ord(c) for c in "-+.09")
 LINE_FEED, RETURN, SPACE, TAB, COMMA, SEMICOLON = (ord(c) for c in "\n\r \t,;")
-SMALL_E, LARGE_E = ord("e"), ord("E")
+EXPONENTS = tuple(ord(c) for c in "eEdD")  # Fortran writes 1.0D+02
 EXACT_POWERS = np.array([10.0**n for n in range(23)])  # higher ones are not exact in a double
 MAX_DIGITS = 18  # what fits into an int64
 
@@ -44,7 +44,7 @@ def number(text, at):
         at += 1
     if n_seen == 0:
         return 0.0, at, False
-    if at < end and (text[at] == SMALL_E or text[at] == LARGE_E):
+    if at < end and text[at] in EXPONENTS:
         at += 1
         down = at < end and text[at] == MINUS
         if at < end and (text[at] == MINUS or text[at] == PLUS):

@@ -5,13 +5,14 @@ import re
 import numpy as np
 
 from .axis import counts_channels, may_be_nm
-from .dialect import COMMENT, fields_of, lines_of, value
+from .dialect import COMMENT, fields_of, is_row, lines_of, numeric, value
 from .fault import Unreadable
 from .readout import Readout
 from .text_bytes import shown
 
 LEAST = 50  # wavelengths
 LONG = 4 * LEAST  # characters of a line that has them
+MOST_ABOVE = 3  # long lines before them, as of what each column is
 LOOKED_AT = 16_384  # characters, before which the wavelengths must begin
 # As programs name columns: 200.1, "X200.1" (R), 200.1 nm, wl_200.1.
 NAMED = re.compile(r"[a-z_]{0,10}\s?(\d+([.,]\d+)?)\s?(nm)?", re.I)
@@ -24,23 +25,29 @@ def read_rows(text: bytes) -> Readout | None:
     beginning = text[:stop] if stop > 0 else text
     if max(map(len, beginning.split(b"\n"))) < LONG:
         return None
-    for at, _, raw in lines_of(beginning):
+    n_long = 0
+    for at, _, raw in lines_of(text):
+        if n_long > MOST_ABOVE or (not n_long and at > len(beginning)):
+            return None
         if len(raw) < LONG:
             continue
+        n_long += 1
         line = shown(raw).lstrip("#%! ") if raw.startswith(COMMENT) else raw.decode("latin-1")
         separator = max(";\t,", key=line.count)
         if line.count(separator) < LEAST:
             separator = ""
-        fields = (
-            fields_of(line, separator) if not separator else line.strip("\r\n").split(separator)
-        )
+        fields = _cells(line, separator)
         decimal = "," if separator in ("", ";", "\t") and "," in line else "."
         named = [_named(field, decimal) for field in fields]
         begin = next(
             (k for k in range(len(named)) if named[k:] and _all(named[k : k + LEAST])), None
         )
         if begin is None:
-            return None
+            if is_row(fields):
+                return None
+            continue
+        if not numeric(fields[begin]) and numeric(fields[begin + 1]):
+            begin += 1  # SiO2, before plain wavelengths
         end = next((k for k in range(begin, len(named)) if named[k] is None), len(named))
         axis = np.array(named[begin:end], dtype=np.float64)
         ascending = axis if axis[-1] > axis[0] else axis[::-1]
@@ -48,6 +55,21 @@ def read_rows(text: bytes) -> Readout | None:
             return None
         return _read(text, at + len(raw) + 1, fields, (begin, end), axis, separator, decimal)
     return None
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    """The cells of a row, empty ones too."""
+    if not separator or '"' in line:
+        return fields_of(line, separator)
+    return line.strip("\r\n").split(separator)
+
+
+def _names(leading: list[list[str]]) -> str:
+    """The names of the rows, from the first column where each has its own; none for numbers."""
+    for names in zip(*leading, strict=False):
+        if len(set(names)) == len(names) > 1 and not any(map(numeric, names)):
+            return f": {', '.join(names[:SHOWN])}" + (" ..." if len(names) > SHOWN else "")
+    return ""
 
 
 def _down(cells: list[str]) -> bool:
@@ -69,13 +91,13 @@ def _named(field: str, decimal: str) -> float | None:
 def _read(text, at, fields, ends, axis, separator, decimal) -> Readout | None:
     begin, end = ends
     rows: list[list[float]] = []
-    leading: list[str] = []
+    leading: list[list[str]] = []
     before = text.count(b"\n", 0, at) + 1
     for _, number, raw in lines_of(text, at, before):
         if not raw.strip() or raw.startswith(COMMENT):
             continue
         line = raw.decode("latin-1")
-        cells = fields_of(line, separator) if not separator else line.strip("\r\n").split(separator)
+        cells = _cells(line, separator)
         if len(cells) > len(fields) and not cells[-1].strip():
             cells.pop()
         more = len(cells) - len(fields)  # one, where the names of the rows have no heading
@@ -86,7 +108,7 @@ def _read(text, at, fields, ends, axis, separator, decimal) -> Readout | None:
                 f"line {number} has {len(cells)} columns, and the line of wavelengths has "
                 f"{len(fields)}; was the file cut off while it was written?"
             )
-        leading.append(cells[0])
+        leading.append(cells[: max(begin, 1)])
         try:
             rows.append(
                 [
@@ -98,10 +120,10 @@ def _read(text, at, fields, ends, axis, separator, decimal) -> Readout | None:
             if not rows:
                 return None
             raise Unreadable(f"line {number} has words where counts should be") from None
-    if not rows or (counts_channels(axis) and _down(leading)):
+    if not rows or (counts_channels(axis) and _down([cells[0] for cells in leading])):
         return None  # numbers of shots over their columns
     aside = [k for k in range(len(fields)) if not begin <= k < end]
-    notes = ["the spectra are the rows of the table"]
+    notes = [f"the spectra are the rows of the table{_names(leading)}"]
     if aside:
         called = [
             f"column {k + 1}" + (f" ({fields[k].strip()})" if fields[k].strip() else "")

@@ -33,6 +33,7 @@ KINDS = (
     (b"MATLAB 5.0", "a MATLAB file; save its variables as CSV or HDF5"),
 )
 BEGINNING = 4096
+TYPESET = (("\N{MINUS SIGN}".encode(), b"-"), ("\N{NO-BREAK SPACE}".encode(), b" "))
 
 
 def text_bytes(raw: bytes) -> bytes:
@@ -43,7 +44,8 @@ def text_bytes(raw: bytes) -> bytes:
     beginning = raw[:BEGINNING]
     if b"\0" in beginning:
         for at, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
-            if beginning[at::2].count(0) > 0.9 * (len(beginning) // 2):
+            zeros, others = beginning[at::2].count(0), beginning[1 - at :: 2].count(0)
+            if zeros > 0.9 * (len(beginning) // 2) > 9 * others:
                 return _lines(_decoded(raw, encoding))
     kind = kind_of(raw)
     if kind:
@@ -61,10 +63,12 @@ def kind_of(raw: bytes) -> str:
 
 def shown(line: bytes) -> str:
     """A line as a person reads it."""
-    try:
-        return line.decode("utf-8").strip()
-    except UnicodeDecodeError:
-        return line.decode("cp1252", "replace").strip()
+    for encoding in ("utf-8", "gb2312"):  # in the second, letters of cp1252 would come in pairs
+        try:
+            return line.decode(encoding).strip()
+        except UnicodeDecodeError:
+            continue
+    return line.decode("cp1252", "replace").strip()
 
 
 def _decoded(raw: bytes, encoding: str) -> bytes:
@@ -77,6 +81,9 @@ def _decoded(raw: bytes, encoding: str) -> bytes:
 
 
 def _lines(text: bytes) -> bytes:
+    for mark, plain in TYPESET:
+        if mark in text:
+            text = text.replace(mark, plain)
     if b"\r" in text and b"\n" not in text:
         return text.replace(b"\r", b"\n")
     return text

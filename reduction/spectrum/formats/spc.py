@@ -13,13 +13,15 @@ from .library import library, spoiled
 NAME = "a Galactic .spc file"
 VERSIONS = (0x4B, 0x4C, 0x4D, 0xCF)  # new, big-endian, old, LabCalc
 HEADER = 512
+ZIP = b"PK\x03\x04"  # whose second byte is that of a version, too
 UNITS: dict[str, Unit] = {"XNMETR": "nm", "XUMETR": "um"}
 UNNAMED = "XARB"
 
 
 def begins(raw: bytes) -> bool:
     """Its second byte is a version; text has no zero bytes in its header."""
-    return len(raw) > HEADER and raw[1] in VERSIONS and b"\0" in raw[:HEADER]
+    told = len(raw) > HEADER and raw[1] in VERSIONS and not raw.startswith(ZIP)
+    return told and b"\0" in raw[:HEADER]
 
 
 def read(raw: bytes) -> Readout:

@@ -92,6 +92,11 @@ DIALECTS = {
     "symbols": "lambda\tI\tsigma_I\n" + rows("{0}\t{1}\t2.25\n"),
     "mean of shots": "wavelength,mean,std\n" + rows("{0},{1},9.5\n"),
     "scientific comma": commas(rows("{:.6E};{:.6E}\n")),
+    "fortran": rows("{:.6E} {:.6E}\n").replace("E", "D"),
+    "bars": "nm|counts\n" + rows("{}|{}\n"),
+    "b&w tek": "Date;2014-05-02\nPixel;Wavelength;Raman Shift;Dark;Raw data #1;Dark Subtracted #1;%TR #1;\n"
+    + "".join(f"{i};{a};0;100;{b + 100};{b};1.0;\n" for i, (a, b) in enumerate(zip(X, Y, strict=True))),
+    "labspec": "#AxisType[1]=\tSpectr\n#AxisUnit[1]=\tnm\n" + rows("{}\t{}\n"),
     "empty columns": "Wave;Int;;;\n" + rows("{};{};;;\n"),
     "in rows": ",".join(map(str, X)) + "\n" + ",".join(map(str, Y)) + "\n",
     "thousands": "nm;counts\n" + rows("{};{:,.3f}\n", X, 1000 * Y),
@@ -157,6 +162,27 @@ def test_several_columns_are_shots_and_their_mean_says_so(head):
     found = read_spectrum(text.encode())
     assert found.intensity == pytest.approx(Y + 4 / 3)
     assert found.notes[-1] == "the mean of 3 shots"
+
+
+@pytest.mark.parametrize("heading", ["Wellenlänge,Dunkel,Signal", "波长,暗光谱,样品"])
+@pytest.mark.parametrize("encoding", ["utf-8", "native"])
+def test_the_dark_is_no_shot_in_other_languages(heading, encoding):
+    text = (
+        heading
+        + "\n"
+        + "".join(f"{a},{99 + i % 3},{b}\n" for i, (a, b) in enumerate(zip(X, Y, strict=True)))
+    )
+    native = "cp1252" if "ä" in text else "gb18030"
+    found = read_spectrum(text.encode(native if encoding == "native" else encoding))
+
+    assert found.intensity.tolist() == Y.tolist()
+
+
+def test_typeset_signs_and_words_for_channels_without_a_count_are_read():
+    text = "200,\u22121.5\n201,\u00a02\n202,#N/A\n203,OVER\n204,1.#QNAN\n205,3\n"
+    found = read_spectrum(text.encode())
+
+    assert found.intensity.tolist() == pytest.approx([-1.5, 2, *[np.nan] * 3, 3], nan_ok=True)
 
 
 def test_columns_beside_the_counts_are_named_and_left_out():
@@ -270,6 +296,7 @@ def in_rows(heading, begin, head="", mark="{}", separator=","):
     [
         in_rows("sample", "rock {}"),
         in_rows("sample;class", "rock;{}", separator=";"),
+        in_rows(",no,SiO2", '{},"basalt, a",49.1', head="meta,meta,comp" + ",wvl" * 80 + "\n"),
         in_rows("sample;class", "rock;{}", separator=";").replace(".", ","),
         in_rows('""', '"{}"', mark='"X{}"'),
         in_rows("Time", "0.{}", mark="{} nm"),
@@ -285,6 +312,12 @@ def test_a_row_for_each_spectrum_is_read_with_the_wavelengths_above(text):
 
     assert found.wavelength_nm.tolist() == WIDE.tolist()
     assert found.intensity.tolist() == BURST.tolist()
+
+
+def test_rows_of_several_samples_are_named():
+    found = read_spectrum(in_rows("sample", "rock {}").encode())
+
+    assert "the spectra are the rows of the table: rock 0, rock 1, rock 2" in found.notes
 
 
 def test_a_row_that_was_cut_off_is_named():
@@ -379,6 +412,7 @@ def test_different_samples_in_one_file_are_not_averaged():
         (rows("{:.0f},{}\n", np.repeat(X[:20], 3)), "60 rows have only 20 different"),
         ("pixel,raw\n" + "".join(f"{i + 150},{y}\n" for i, y in enumerate(Y)), "headed 'pixel'"),
         ("".join(f"{i},{y}\n" for i, y in enumerate(Y)), "channel numbers"),
+        ("".join(f"{i + 1},{y},{600 - y},\n" for i, y in enumerate(Y)), "channel numbers"),
         ("Raman shift (cm-1),counts\n" + rows("{},{}\n"), "not a wavelength"),
         ("nm;counts\n" + "".join(f"{i + 200};12,34{i % 10}\n" for i in range(60)), "may be 12.340"),
         (rows("{},{}\n").rstrip()[: -len(str(Y[-1])) - 3], "cut off while it was written"),
@@ -389,6 +423,8 @@ def test_different_samples_in_one_file_are_not_averaged():
         ('{"wavelength": [200, 201], "counts": [1, 2]}', "no line of it is two numbers"),
         (rows("{},{}\n") + "962.1,5,7\n", "line 61 has 3 columns"),
         ("PK\x03\x04\0\0", "a zip archive, or a spreadsheet"),
+        ("PK\x03\x04\1\0" * 200, "a zip archive, or a spreadsheet"),
+        ("P" + "\0" * 4100 + "\3\4\5\1" * 900, "not text"),
         ("\x89PNG\r\n\x1a\n\0\0", "a picture"),
         ("Dear colleague,\nhere are the spectra.\nBest\n", "no line of it is two numbers"),
     ],
