@@ -7,16 +7,20 @@ from collections.abc import Mapping
 from hashlib import sha256
 from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
+from typing import Any
 
 from fastapi import Response
 
 from ...drivers.server.gate import Brake
+from ...drivers.server.same_user import is_own
 from ...system.files import write_whole
 from ..local.refusal import Refusal
 
 COOKIE = "labrun_session"
 LASTS_S = 30 * 24 * 3600
 TICKET_S = 300
+PASSED_ON = ("forwarded", "x-forwarded-for", "x-forwarded-host", "via")
+"""What a proxy adds to the request of somebody else."""
 
 
 class Sessions:
@@ -30,6 +34,7 @@ class Sessions:
         self, secret_file: Path, token: str | None, *, made: bool = False, secure: bool = False
     ) -> None:
         self._brake = Brake(token)
+        self._made = made
         self._secure = secure
         secret = _secret(secret_file)
         self._secret = secret + sha256(("made" if made else token or "").encode()).digest()
@@ -41,6 +46,16 @@ class Sessions:
     def token_needed(self) -> bool:
         """True if signing in is required."""
         return self._brake.is_on
+
+    def may_enter(self, scope: Mapping[str, Any], headers: Mapping[str, str]) -> bool:
+        """Whether a browser gets its session unasked: without a token everybody does; a token that was made
+        here is not asked of the programs of our own user, who may read it in its file.
+        """
+        if not self._brake.is_on:
+            return True
+        passed_on = any(name in headers for name in PASSED_ON)
+        ends = scope.get("client"), scope.get("server")
+        return self._made and not passed_on and all(ends) and is_own(*ends)
 
     async def admit(self, given: str) -> None:
         """Raise Refusal (401) for a wrong token, and for one of many that come at once."""

@@ -143,7 +143,9 @@ async def _bridge(
     known: tuple[str | None, bool], origins: list[str],
 ) -> None:  # fmt: skip
     from contextlib import ExitStack
+    from urllib.parse import urlsplit
 
+    from ...drivers.server.same_user import is_told
     from ...drivers.server.tokens import findable, with_token
     from ...system.signals import until_end
     from .bridge.gate import Brake, Gate
@@ -157,13 +159,14 @@ async def _bridge(
     async with (
         opened(lab, package, folders) as offered,
         bridge(
-            offered.offers, offered.goals, Gate(host, Brake(token), frozenset(origins)), port
+            offered.offers, offered.goals, Gate(host, Brake(token), frozenset(origins), made), port
         ) as address,
     ):
         with ExitStack() as keeping:
             if token is not None and made:
                 keeping.enter_context(findable(address, token))
-                address = with_token(address, token)
+                if not is_told((host, urlsplit(address).port or 0)):
+                    address = with_token(address, token)
             typer.echo(f"labrun ros at {address}")
             for line in greeting(offered):
                 typer.echo(line)

@@ -18,9 +18,9 @@ router = APIRouter(tags=["session"])
 
 @router.get("/session")
 async def get_session(request: Request, response: Response, app_state: TheSite) -> Session:
-    """Whether this browser is signed in; where no token is wanted it is from now on."""
+    """Whether this browser is signed in; where it need not show a token it is from now on."""
     signed_in = app_state.sessions.knows(request.cookies, request.headers)
-    if not signed_in and not app_state.sessions.token_needed:
+    if not signed_in and app_state.sessions.may_enter(request.scope, request.headers):
         app_state.sessions.set_cookie(response)
         signed_in = True
     return _session(app_state, signed_in)

@@ -8,7 +8,8 @@ from typing import Any
 
 import socketio
 
-from ...drivers.server import tokens
+from ...drivers.server import same_user, tokens
+from ...drivers.server.gate import split
 from ...drivers.server.host import _host_text as host_text
 from ...drivers.server.listen import bind, listening
 from ...engine.lab.lab import LoadedLab
@@ -71,11 +72,17 @@ async def serve(options: Options, lab: LoadedLab, ready: Callable[[str, str], No
 
 @contextlib.contextmanager
 def _let_in(options: Options, url: str, ticket: str) -> Iterator[tuple[str, str]]:
-    """Both addresses; a token that was made here is found by this user's commands meanwhile."""
+    """Both addresses; a token that was made here is found by this user's commands meanwhile.
+
+    It stands in the addresses only where the kernel does not tell us our own user's browsers.
+    """
     if options.token is None or not options.made_token:
         yield url, url
         return
     with tokens.findable(url, options.token):
+        if same_user.is_told((options.host, split(url).port or 0)):
+            yield url, url
+            return
         yield tokens.with_token(url, options.token), tokens.with_token(url, ticket)
 
 

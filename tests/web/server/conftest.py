@@ -18,6 +18,8 @@ import httpx
 import pytest
 import socketio
 
+from labrun.drivers.server import tokens
+
 LAB = """\
 name: small
 simulated: true
@@ -105,7 +107,7 @@ class House:
     arguments: list[str] = field(default_factory=list)
     url: str = ""
     token: str = ""
-    """The one that the server has made, and printed in its address."""
+    """The one that the server has made, as this user's commands find it."""
     process: subprocess.Popen | None = None
     library: Path | None = None
     entry: str = ""
@@ -119,8 +121,9 @@ class House:
         )  # fmt: skip
         said = self.process.stdout.readline()
         assert said.startswith("labrun web at "), said + self.process.stdout.read()
-        self.entry = said.split()[-1]
-        self.url, _, self.token = self.entry.partition("/?token=")
+        self.url = said.split()[-1].partition("/?token=")[0]
+        self.token = tokens.found(self.url) or ""
+        self.entry = tokens.with_token(self.url, self.token) if self.token else self.url
         self.library = Path(self.process.stdout.readline().split()[2].rstrip(","))
         return self
 

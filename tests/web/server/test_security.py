@@ -11,7 +11,7 @@ import httpx
 import pytest
 from fastapi import Response
 
-from labrun.drivers.server import tokens
+from labrun.drivers.server import same_user, tokens
 from labrun.web.access.sessions import Sessions
 
 SECRET = "correct-horse-battery"
@@ -66,7 +66,7 @@ def test_the_cookie_is_for_this_site_and_not_for_scripts(shared):
     assert "httponly" in cookie and "samesite=strict" in cookie and "path=/" in cookie
 
 
-def test_the_printed_address_signs_a_browser_in_and_goes_on_without_the_token(shared):
+def test_the_token_in_an_address_signs_a_browser_in_and_it_goes_on_without_it(shared):
     with httpx.Client(timeout=500) as browser:
         entered = browser.get(f"{shared.url}/runs?find=K17&token={shared.token}")
         session = browser.get(f"{shared.url}/api/v1/session").json()
@@ -143,10 +143,17 @@ def test_nothing_but_the_stop_is_answered_without_a_session(shared):
     name = next(iter(shared.client().cookies))
     forged = get(f"{shared.url}/api/v1/runs", headers={"Cookie": f"{name}=a.9999999999.0000"})
 
-    assert not get(f"{shared.url}/api/v1/session").json()["signed_in"]
     assert {answer.status_code for answer in answers} == {401} and forged.status_code == 401
     assert post(f"{shared.url}/api/v1/stop").status_code == 200
     assert get(f"{shared.url}/api/v1/openapi.json").status_code == 200
+
+
+@pytest.mark.skipif(not same_user.TABLES[4].exists(), reason="the kernel does not tell")
+def test_a_browser_of_this_user_needs_no_token_and_one_behind_a_proxy_does(shared):
+    url = f"{shared.url}/api/v1/session"
+
+    assert get(url).json()["signed_in"]
+    assert not get(url, headers={"X-Forwarded-For": "10.0.0.9"}).json()["signed_in"]
 
 
 def test_every_answer_forbids_scripts_of_others(shared, page):

@@ -13,22 +13,28 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from ....drivers.server.gate import Brake, is_loopback, is_ours, split
+from ....drivers.server.same_user import is_own
 
 WRONG = "a token is required: ws://HOST:PORT/?token=..."
 
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """`host` is the listening address; `origins` are allowed besides pages of this machine."""
+    """`host` is the listening address; `origins` are allowed besides pages of this machine.
+
+    `made`: nobody chose the token, so that programs of our own user need not show it.
+    """
 
     host: str
     brake: Brake
     origins: frozenset[str] = frozenset()
+    made: bool = False
 
     async def check(self, connection: ServerConnection, request: Request) -> Response | None:
         """None if the client may connect, else the refusal."""
         refusal = self.refusal(request)
-        if refusal is None and not await self.brake.look(_token(request)):
+        own = self.made and is_own(connection.remote_address[:2], connection.local_address[:2])
+        if refusal is None and not own and not await self.brake.look(_token(request)):
             refusal = HTTPStatus.UNAUTHORIZED, WRONG
         if refusal is None:
             return None
