@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
-from ...system.files import write_whole
+from ...system.files import remove, write_whole
 from ..driver import ActionFailed, Driver, GoalContext, Place
 from .sending import deliver, reasons
 
@@ -43,7 +43,7 @@ class Messenger(Driver):
             refused = await deliver(addresses, title or goal.id.partition("/")[0], text, file)
         finally:
             if file is not None:
-                file.unlink(missing_ok=True)
+                remove(file)
         reached = [name for name, address in told.items() if address not in refused]
         self._keep(goal.id, reached)
         if refused:

@@ -3,6 +3,7 @@
 import time
 from pathlib import Path
 
+from ...system.files import remove
 from .program import NoScreen, NotClicked, Trouble
 from .view import View
 
@@ -33,7 +34,7 @@ def put_picture(view: View | None, folder: Path) -> str:
         path = folder / f"{time.strftime('%Y-%m-%d_%H-%M-%S')}_{time.time_ns() % 10**6:06}.png"
         Image.fromarray(view.picture).save(path)
         for old in sorted(folder.glob("*.png"))[:-KEPT]:
-            old.unlink(missing_ok=True)
+            remove(old)
     except OSError:
         return ""
     return f" (its picture: {path})"

@@ -11,6 +11,7 @@ from pathlib import Path
 from pydantic import Field, ValidationError
 
 from ...schemas.model import Model
+from ...system.files import put
 from ..lab.lab import LoadedLab
 from .folder import FolderFault
 
@@ -56,8 +57,8 @@ def take(runs: Path, id: str) -> tuple[Release, Path]:
     try:
         if release is None:
             raise FileNotFoundError
-        (folder / RECORD).rename(folder / f"{USED_UP}.json")
-        folder.rename(taken)
+        put(folder / RECORD, folder / f"{USED_UP}.json")
+        put(folder, taken)
     except OSError:
         raise FolderFault(
             f"nobody has released {id!r}, or it was started already: a person releases a protocol "
@@ -69,8 +70,8 @@ def take(runs: Path, id: str) -> tuple[Release, Path]:
 def put_back(taken: Path) -> None:
     """Undo `take` where no run came of it."""
     folder = taken.with_name(taken.name.removesuffix(f"-{USED_UP}"))
-    taken.rename(folder)
-    (folder / f"{USED_UP}.json").rename(folder / RECORD)
+    put(taken, folder)
+    put(folder / f"{USED_UP}.json", folder / RECORD)
 
 
 def _read(path: Path) -> Release | None:

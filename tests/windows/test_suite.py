@@ -15,7 +15,7 @@ QUICK = ("engine/journal",)
 LONG = (
     "engine/run", "engine/dispatch", "drivers/client", "drivers/server", "engine/commands",
     "engine/control", "engine/runner", "drivers/balance", "drivers/bridges/test_scpi.py",
-    "drivers/bridges/test_text.py", "drivers/bridges/test_modbus.py",
+    "drivers/messenger", "drivers/bridges/test_text.py", "drivers/bridges/test_modbus.py",
 )  # fmt: skip
 """Those of 10 to 45 s of a processor each."""
 
