@@ -50,7 +50,7 @@ class Frame:
 
     __slots__ = (
         "around", "attempts", "joiner", "keys", "names", "outer_sets", "own", "owner", "parent", "path",
-        "pending", "reservation", "strand", "urgent",
+        "pending", "repeats", "reservation", "strand", "urgent",
     )  # fmt: skip
 
     def __init__(
@@ -72,6 +72,8 @@ class Frame:
         """What of it runs beside other things: an iteration of several at once, a reservation."""
         self.attempts: dict[str, int] = {}
         self.pending: list[Any] = []
+        self.repeats = False
+        """Whether finished steps of this owner are done again, their device touched."""
         self.outer_sets: dict[str, Any] = {}
 
     @classmethod

@@ -83,15 +83,11 @@ class Run:
     """What the tree under way found done when it was planted."""
     listeners: list[Listener] = field(default_factory=list)
     requests: Requests = field(default_factory=Requests)
-    repeated: set[str] = field(default_factory=set)
-    """Paths of iterations and phases in which finished steps are done again, their device touched."""
     cut_off: dict[str, CutOff] = field(default_factory=dict)
     """By path, the used protocols that were entered and have not finished their `finally`."""
     left_undone: dict[str, str] = field(default_factory=dict)
     """Steps of a `finally` that have failed with `on_error: continue`: path -> what happened."""
     strands: Strands = field(default_factory=Strands)
-    replaying: bool = False
-    """True while what failed in an earlier engine session is replayed: see nodes/replay_failed.py."""
 
     call: Callable[[OwnFunction, dict[str, Any], float], Awaitable[Any]] = call
     """How a function of a protocol's own is called."""

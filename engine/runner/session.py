@@ -155,7 +155,6 @@ class RunSession:
         return await self._on_resume(self.run.history.resumes + 1) if lost else None
 
     def _plant_anew(self) -> None:
-        self.run.repeated.clear()
         self._plant()
         records = Records(self.run.journal.path)
         restore_rows(self.run.folder, records, self.compiler.tables)

@@ -145,14 +145,14 @@ class ActionLeaf(Node):
             ):
                 return attempt, past
             if past.succeeded:
-                self.run.repeated.add(frame.owner.path)
+                frame.owner.repeats = True
 
     def _do(self, request: Request) -> None:
         """Request it; in a replay only what had once succeeded, to set it again."""
-        if self.run.replaying and self.run.past.newest_success(self.path) is None:
+        if self.replaying and self.run.past.newest_success(self.path) is None:
             self.failure = came_to_here(self.path)
             return
-        self.repeating = self.run.replaying
+        self.repeating = self.replaying
         self.dispatcher.request(request)
 
     def _ask_about(self, request: Request, past: PastGoal) -> None:

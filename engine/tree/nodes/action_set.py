@@ -79,4 +79,4 @@ class ActionSet(Parent):
         members = [self.children[i] for i in stopped]
         if members:
             paths = [m.path for m in members if isinstance(m, StepNode | Retry)]
-            self.finally_due = FinallyOfUse(self.run, paths)
+            self.finally_due = FinallyOfUse(self, paths)

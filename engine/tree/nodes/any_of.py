@@ -66,7 +66,7 @@ class AnyOf(Parent):
     def _losers(self) -> Iterator[Behaviour]:
         """Those that had lost in an earlier session, as far as they had got then."""
         while self.gone:
-            yield from replay_failed(self.run, self.gone[0])
+            yield from replay_failed(self.gone[0])
             if self.gone[0].status == Status.RUNNING:
                 return
             self.gone.popleft()
@@ -111,7 +111,7 @@ class AnyOf(Parent):
         for member in self.children:
             if member.status == Status.RUNNING:
                 member.stop(Status.INVALID)
-        self.finally_due = FinallyOfUse(self.run, [self.path])
+        self.finally_due = FinallyOfUse(self, [self.path])
 
 
 def was_skipped(member: Behaviour) -> bool:

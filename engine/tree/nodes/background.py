@@ -28,6 +28,7 @@ class Background(Node):
     def update(self) -> Status:
         frame = self.scope.frame
         aside = self.build(Scope(frame))
+        aside.parent = self
         frame.joiner.pending.append(aside)
         # At once: its arguments have their values of now, and it is requested before what follows.
         deque(aside.tick(), maxlen=0)

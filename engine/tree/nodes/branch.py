@@ -42,7 +42,7 @@ class Branch(Parent):
     def initialise(self) -> None:
         done = self.run.past
         past = done.turned.get(f"{self.path}/i")
-        if past is None and self.run.replaying:
+        if past is None and self.replaying:
             self.status = self.fail(came_to_here(self.path))
             return
         try:

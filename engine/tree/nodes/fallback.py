@@ -77,7 +77,7 @@ class Fallback(Parent):
     def _earlier_rounds(self, primary: ActionSet) -> Iterator[Behaviour]:
         """What succeeded in a set before a person chose `repeat` and the engine died is done."""
         while self.round <= self.rounds_gone:
-            yield from replay_failed(self.run, primary)
+            yield from replay_failed(primary)
             if primary.status == Status.RUNNING:
                 return
             anew = failed_anew(primary)
@@ -97,7 +97,7 @@ class Fallback(Parent):
         while self.status == Status.RUNNING:
             child = self.children[self.current]
             is_gone = self.current < self.gone
-            yield from replay_failed(self.run, child) if is_gone else child.tick()
+            yield from replay_failed(child) if is_gone else child.tick()
             if child.status == Status.RUNNING:
                 return
             if is_gone:

@@ -10,10 +10,10 @@ from ....schemas.journal import Turned
 from ...run.frame import Frame, Scope
 from ...run.run import Run
 from .failure import Failure
-from .node import failure_of
+from .node import Node, failure_of
 
 
-def finals_before(run: Run, path: str) -> int:
+def finals_before(run: Run, path: str, *, replaying: bool) -> int:
     """How many times the `finally` of this `use` has finished, its steps tried again since.
 
     One that was started but has not finished continues under its own ids.
@@ -21,21 +21,23 @@ def finals_before(run: Run, path: str) -> int:
     past = run.past.turned.get(f"{path}/e")
     if past is None:
         return 0
-    return past.turn if run.past.is_over(past) and not run.replaying else past.turn - 1
+    return past.turn if run.past.is_over(past) and not replaying else past.turn - 1
 
 
-def begin_finally(run: Run, path: str, *, failure: Failure | None, stopped: bool) -> Frame:
+def begin_finally(
+    run: Run, path: str, *, failure: Failure | None, stopped: bool, replaying: bool
+) -> Frame:
     """The frame of the next `finally` of this `use`.
 
     If it failed or was stopped, that is in the journal: if its steps are continued after that,
     another `finally` is due, not the rest of this one.
     """
     left, past = run.cut_off[path], run.past.turned.get(f"{path}/e")
-    if past is not None and past.error is None and not (stopped or run.replaying):
+    if past is not None and past.error is None and not (stopped or replaying):
         left.finals = max(left.finals, past.turn)
     left.finals += 1
     known = past is not None and past.turn >= left.finals
-    if (failure is not None or stopped) and not known and not run.replaying:
+    if (failure is not None or stopped) and not known and not replaying:
         error = None if failure is None else failure.as_error()
         run.record(Turned(path=f"{path}/e", turn=left.finals, error=error))
     return Frame.phase(f"{path}/finally:{left.finals}", left.names, left.frame)
@@ -55,10 +57,10 @@ class FinallyOfUse:
     Each is taken off the run's list when it is over: an abort in between leaves it to the run's end.
     """
 
-    def __init__(self, run: Run, paths: Iterable[str]) -> None:
-        self.run = run
+    def __init__(self, step: Node, paths: Iterable[str]) -> None:
+        self.step, self.run = step, step.run
         above = tuple(f"{path}/" for path in paths)
-        self.due = deque(p for p in reversed(run.cut_off) if f"{p}/".startswith(above))
+        self.due = deque(p for p in reversed(self.run.cut_off) if f"{p}/".startswith(above))
         self.root: Behaviour | None = None
 
     def tick(self) -> Iterator[Behaviour]:
@@ -82,5 +84,9 @@ class FinallyOfUse:
             self.root.stop(Status.INVALID)
 
     def _build(self, path: str) -> Behaviour:
-        frame = begin_finally(self.run, path, failure=None, stopped=True)
-        return self.run.cut_off[path].build(Scope(frame))
+        frame = begin_finally(
+            self.run, path, failure=None, stopped=True, replaying=self.step.replaying
+        )
+        root = self.run.cut_off[path].build(Scope(frame))
+        root.parent = self.step
+        return root

@@ -61,7 +61,7 @@ class Log(Immediate):
 
     def act(self) -> Status:
         if self.path not in self.run.past.steps:
-            if self.run.replaying:
+            if self.replaying:
                 return self.fail(came_to_here(self.path))
             text = str(self.text.evaluate(self.names))
             self.run.record(StepEnded(path=self.path, fate="succeeded", message=text))
@@ -81,7 +81,7 @@ class Notify(Immediate):
 
     def act(self) -> Status:
         if self.path not in self.run.past.steps:
-            if self.run.replaying:
+            if self.replaying:
                 return self.fail(came_to_here(self.path))
             text = str(self.text.evaluate(self.names))
             picture = "" if self.picture is None else str(self.picture.evaluate(self.names))
@@ -120,7 +120,7 @@ class SetNames(Immediate):
         try:
             new = {name: value.evaluate(names) for name, value in self.values.items()}
         except Pending:
-            if self.run.replaying:
+            if self.replaying:
                 return self.fail(came_to_here(self.path))
             return Status.RUNNING
         for name, value in new.items():
@@ -150,7 +150,7 @@ class SetNames(Immediate):
         if path in known:
             return decode(known[path])
         given = function.given(args, named)
-        if not self.run.replaying:
+        if not self.replaying:
             work = self._called(function, given, path)
             self.calling = spawn(f"call {function.name}", work)
         raise Pending

@@ -140,7 +140,9 @@ class Loop(Parent):
         self.settings = settings_of(
             self.run, self.outer, self.dispatcher, self.plan.segment, self.path
         )
-        if not (self.plan.nested or self.run.replaying or done.comparing):
+        for setting in self.settings:
+            setting.parent = self
+        if not (self.plan.nested or self.replaying or done.comparing):
             self._record_plan()
         self._tell("begun")
 

@@ -10,6 +10,8 @@ from py_trees.common import Status
 from ...run.run import Run
 from .failure import Failure
 
+REPLAYED = "replayed"
+"""Set on the root of what is replayed."""
 UNTOLD = Failure("Fault", "a node failed without a reason")
 
 
@@ -21,6 +23,14 @@ class Node(Behaviour):
         self.run = run
         self.failure: Failure | None = None
         self.result: Any = None
+
+    @property
+    def replaying(self) -> bool:
+        """True while it is ticked in what failed in an earlier engine session: see replay_failed.py."""
+        node: Behaviour | None = self
+        while node is not None and not getattr(node, REPLAYED, False):
+            node = node.parent
+        return node is not None
 
     def fail(self, failure: Failure) -> Status:
         """End in FAILURE, with the reason."""

@@ -35,7 +35,7 @@ class AskPerson(Node):
         except ExpressionError as fault:
             self.failure = Failure("Expression", str(fault), step=path)
             return
-        if self.run.replaying and path not in self.run.past.answers:
+        if self.replaying and path not in self.run.past.answers:
             self.failure = came_to_here(path)
             return
         self.question = self.run.ask(

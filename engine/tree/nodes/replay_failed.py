@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from ...run.run import Run
 from .failure import Failure
-from .node import failure_of
+from .node import REPLAYED, failure_of
 
 
 def came_to_here(path: str) -> Failure:
@@ -21,13 +20,13 @@ def came_to_here(path: str) -> Failure:
     return Failure("Unfinished", "the engine was killed before this", step=path, bygone=True)
 
 
-def replay_failed(run: Run, child: Behaviour) -> Iterator[Behaviour]:
+def replay_failed(child: Behaviour) -> Iterator[Behaviour]:
     """Tick what failed in an earlier session; nothing in it is started that was not finished."""
-    before, run.replaying = run.replaying, True
+    setattr(child, REPLAYED, True)
     try:
         yield from child.tick()
     finally:
-        run.replaying = before
+        setattr(child, REPLAYED, False)
 
 
 def failed_anew(child: Behaviour) -> Failure | None:

@@ -84,7 +84,7 @@ class Retry(Parent):
 
     def advance(self) -> Iterator[Behaviour]:
         while self.level <= self.gone:
-            yield from replay_failed(self.run, self.child)
+            yield from replay_failed(self.child)
             if self.child.status == Status.RUNNING:
                 return
             anew = failed_anew(self.child)
@@ -118,7 +118,7 @@ class Retry(Parent):
             + (f", again in {wait_s:g} s)" if wait_s else ", again)"),
             self.path,
         )
-        self.until = None if self.run.replaying else self.run.clock.now() + wait_s
+        self.until = None if self.replaying else self.run.clock.now() + wait_s
         self._next_turn()
         if self.inner is not None:
             self.run.record(

@@ -25,7 +25,7 @@ class SetAgain(ActionLeaf):
         return dict(self.past.sent.params)
 
     def _do(self, request: Request) -> None:
-        self.repeating = self.run.replaying  # also there: it was done, if under another path
+        self.repeating = self.replaying  # also there: it was done, if under another path
         self.dispatcher.request(request)
 
 

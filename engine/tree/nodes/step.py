@@ -65,7 +65,7 @@ class StepNode(Parent):
         self.until, self.held, self.skipped, self.finally_due = None, False, False, None
         done = self.run.past
         past = done.turned.get(f"{self.path}/t")
-        self.too_long = past is not None and (self.run.replaying or not done.is_over(past))
+        self.too_long = past is not None and (self.replaying or not done.is_over(past))
         try:
             if rules.when is not None and not rules.when.evaluate(names):
                 self.skipped = True
@@ -119,7 +119,7 @@ class StepNode(Parent):
 
     def _before_it_was_stopped(self) -> Iterator[Behaviour]:
         """What it did and set in an earlier session, before it timed out then."""
-        yield from replay_failed(self.run, self.child)
+        yield from replay_failed(self.child)
         if self.child.status != Status.RUNNING:
             self._failed(failed_anew(self.child) or self._timeout())
 
@@ -131,7 +131,7 @@ class StepNode(Parent):
             self.run.requests.wake_at(until)
             return
         self.child.stop(Status.INVALID)
-        self.finally_due = FinallyOfUse(self.run, [self.path])
+        self.finally_due = FinallyOfUse(self, [self.path])
 
     def _failed(self, failure: Failure) -> None:
         if failure.bygone or failure.anew:

@@ -65,9 +65,8 @@ class Use(Parent):
         }  # fmt: skip
         self.inner.frame = self.outer.frame.another(self.path, names)
         if self.plan.last is not None:
-            self.run.cut_off[self.path] = CutOff(
-                self.plan.last, names, self.inner.frame, finals_before(self.run, self.path)
-            )
+            before = finals_before(self.run, self.path, replaying=self.replaying)
+            self.run.cut_off[self.path] = CutOff(self.plan.last, names, self.inner.frame, before)
 
     def _params(self) -> Iterator[tuple[str, Any]]:
         names = self.run.names(self.outer.frame.names, f"{self.path}/with")
@@ -104,7 +103,7 @@ class Use(Parent):
             self.result = {name: self._output(value) for name, value in self.plan.outputs.items()}
         if self.last is not None:
             self.last_scope.frame = begin_finally(
-                self.run, self.path, failure=self.failure, stopped=False
+                self.run, self.path, failure=self.failure, stopped=False, replaying=self.replaying
             )
 
     def _output(self, value: Value) -> Any:

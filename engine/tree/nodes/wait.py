@@ -36,11 +36,11 @@ class Wait(Node):
             self.failure = Failure("Expression", str(fault), step=self.path)
             return
         known = self.path in self.run.past.steps
-        if self.run.replaying and not known:
+        if self.replaying and not known:
             self.failure = came_to_here(self.path)
             return
         # What was set again has to settle again: then the wait after it no longer counts.
-        self.over = known and self.scope.frame.owner.path not in self.run.repeated
+        self.over = known and not self.scope.frame.owner.repeats
         self.until = self.run.clock.now() + (0.0 if self.over else duration_s)
 
     def update(self) -> Status:
@@ -76,7 +76,7 @@ class WaitUntil(Node):
         self.failure, self.until, self.over = None, None, False
         self.path = f"{self.scope.frame.path}/{self.name}"
         known = self.path in self.run.past.steps
-        if self.run.replaying and not known:
+        if self.replaying and not known:
             self.failure = came_to_here(self.path)
             return
         try:

@@ -286,13 +286,13 @@ class WatchedGroup(Parent):
             self.status = self.fail(Failure("Rejected", said, step=self.path, stop=True))
             return
         over = f"{watcher.path}.{past.turn}" in done.steps
-        if self.run.replaying or over or not done.is_over(past):
+        if self.replaying or over or not done.is_over(past):
             self.fired, self.gone = watcher, True
             done.forget_under_way(self.path, past.n)
             self._enter(watcher, past.error)
 
     def advance(self) -> Iterator[Behaviour]:
-        if self.fired is None and not (self.run.replaying or self.run.past.comparing):
+        if self.fired is None and not (self.replaying or self.run.past.comparing):
             self._look()
         yield from self._tell()
         if self.fired is None:
@@ -353,14 +353,14 @@ class WatchedGroup(Parent):
 
     def _instead(self, watcher: Watcher) -> Iterator[Behaviour]:
         if self.gone:
-            yield from replay_failed(self.run, self.body)
+            yield from replay_failed(self.body)
             if self.body.status == Status.RUNNING:
                 return
             self.gone = False
             if (anew := failed_anew(self.body)) is not None:
                 self.status = self.fail(anew)
                 return
-        self.finally_due = self.finally_due or FinallyOfUse(self.run, [self.path])
+        self.finally_due = self.finally_due or FinallyOfUse(self, [self.path])
         yield from self.finally_due.tick()
         then = watcher.plan.then
         if self.finally_due.due or then is None:
