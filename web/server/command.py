@@ -3,7 +3,7 @@
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -161,6 +161,6 @@ def _why_not(fault: OSError, options: "Options") -> str:
     return f"cannot listen on {where}, or a folder cannot be used: {words}"
 
 
-def _refuse(text: str) -> None:
+def _refuse(text: str) -> NoReturn:
     typer.echo(f"labrun: {text}", err=True)
     raise typer.Exit(PROBLEMS)

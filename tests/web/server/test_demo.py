@@ -74,7 +74,9 @@ def test_a_device_is_unwell_until_all_is_put_right(control, wait_for):
         return control.get("/devices/libs").json()["status"]
 
     def unconfirmed():
-        return [one["device"] for one in control.post("/stop").json()["devices"] if not one["confirmed"]]
+        return [
+            one["device"] for one in control.post("/stop").json()["devices"] if not one["confirmed"]
+        ]
 
     control.reach("libs", "gantry")
     for kind in ("interlock", "slow", "stop"):
