@@ -3114,10 +3114,10 @@ export interface components {
         };
         /**
          * OrderFault
-         * @description `error`: the next `count` goals of the action fail; `kill`: the device's server dies, and is started again.
+         * @description `error`: the next `count` goals of the action fail; `kill`: its server dies, and is started again.
          *
-         *     Until `clear`: `freeze`, its server is silent, as behind a pulled cable; `interlock`, its enclosure is open;
-         *     `stop`, its safe state is not confirmed; `slow`, everything takes 20 times as long. `thaw` ends a `freeze` alone.
+         *     Until `clear`: `freeze`, its server is silent, as behind a pulled cable; `interlock`, its enclosure is
+         *     open; `stop`, its safe state is not confirmed; `slow`, all takes 20 times as long. `thaw` ends a `freeze`.
          */
         OrderFault: {
             /** Action */
