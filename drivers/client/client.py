@@ -19,7 +19,7 @@ from ...schemas.messages import (
 from ..server.arguments import odd_value
 from .goal_watch import GoalWatch
 from .lease_keeper import LeaseHeld, LeaseKeeper
-from .link import Answer, Link, LinkDown, ServerUnreachable, accepted
+from .link import ANSWER_S, Answer, Link, LinkDown, ServerUnreachable, accepted
 from .outcome import Outcome, refused
 
 __all__ = ["DeviceClient", "LeaseHeld", "Outcome", "ServerUnreachable"]
@@ -28,6 +28,8 @@ MAX_FILES_BYTES = 60_000_000
 LINK_S = 5.0
 DESCRIBE_S = 10.0
 """A server on a busy machine is slow to describe itself; another kind of server never does."""
+STOPS = 4
+"""How often a stop is sent within its time, as long as nobody answers."""
 AGAIN_S = 0.05
 
 
@@ -205,6 +207,7 @@ class DeviceClient:
         names = [device] if device is not None else list(self.devices)
         graces = [self.devices[name].stop_grace_s for name in names if name in self.devices]
         timeout_s = timeout_s or max(graces, default=10.0) / 0.9
+        again_s = max(timeout_s / STOPS, ANSWER_S)
         request: Answer = {"timeout_s": 0.9 * timeout_s, "by": by}
         if device is not None:
             request["device"] = device
@@ -215,7 +218,7 @@ class DeviceClient:
                 while answer is None:  # a server that ends meanwhile is back within that time
                     await self._link.up.wait()
                     try:
-                        answer = await self._link.call("stop", request, timeout_s)
+                        answer = await self._link.call("stop", request, timeout_s, again_s)
                     except LinkDown as fault:
                         words = str(fault)
                         await asyncio.sleep(AGAIN_S)

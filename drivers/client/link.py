@@ -233,8 +233,14 @@ class Link:
         await sio.emit(event, payload, namespace=NAMESPACE, callback=answered)
         return True
 
-    async def call(self, event: str, payload: Answer, timeout_s: float = ANSWER_S) -> Answer:
-        """Send and wait for the answer; raises LinkDown if none comes."""
+    async def call(
+        self, event: str, payload: Answer, timeout_s: float = ANSWER_S, again_s: float | None = None
+    ) -> Answer:
+        """Send and wait for the answer; raises LinkDown if none comes.
+
+        `again_s`: how often it is sent once more meanwhile, where that does no harm: a network may have
+        lost it, or its answer, and let the connection stand.
+        """
         future: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
 
         def answered(answer: Answer) -> None:
@@ -246,7 +252,9 @@ class Link:
         self._waiting.add(future)
         try:
             async with asyncio.timeout(timeout_s):
-                return await future
+                while not (await asyncio.wait({future}, timeout=again_s))[0]:
+                    await self.send(event, payload, answered)
+                return future.result()
         except TimeoutError:
             raise LinkDown(f"{self.url} did not answer `{event}` within {timeout_s:g} s") from None
         finally:

@@ -12,8 +12,8 @@ from .options import RUNS, Lab, Runs, by_command, say
 Devices = Annotated[
     list[str] | None, typer.Argument(metavar="[DEVICE...]", help="Which; default: all of the lab.")
 ]
-REACH_S = 3.0
-"""How long a server may take to answer before its device counts as not confirmed."""
+REACH_S = 30.0
+"""How long a server that is there may take to answer before its device counts as not confirmed."""
 
 
 def stop(devices: Devices = None, lab: Lab = None, runs: Runs = RUNS) -> None:

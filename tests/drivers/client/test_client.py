@@ -621,6 +621,27 @@ def test_a_stop_says_for_each_device_whether_it_is_safe(bench):
     assert unknown == {"leg": (False, "there is no device 'leg' here; there is arm")}
 
 
+def test_a_stop_that_the_network_has_lost_is_sent_again(bench, monkeypatch):
+    monkeypatch.setattr("labrun.drivers.client.client.ANSWER_S", 0.0)
+    monkeypatch.setattr("labrun.drivers.client.client.STOPS", 6000)
+    lost = []
+
+    async def story():
+        async with bench.connected() as client:
+            send = client._link.send
+
+            async def losing(event, payload, answered=None):
+                if event == "stop" and not lost:
+                    lost.append(payload)
+                    return True
+                return await send(event, payload, answered)
+
+            monkeypatch.setattr(client._link, "send", losing)
+            return await client.stop("arm", timeout_s=600), len(lost)
+
+    assert asyncio.run(story()) == ({"arm": (True, "arm is in its safe state")}, 1)
+
+
 def test_status_reaches_whoever_wants_it(bench):
     async def story():
         told = asyncio.get_running_loop().create_future()

@@ -33,7 +33,7 @@ def impatient(monkeypatch):
     monkeypatch.setattr("labrun.drivers.client.goal_tracking.ANSWER_S", 0.3)
     monkeypatch.setattr("labrun.drivers.client.goal_tracking.BEAT_MISSED_S", 0.5)
     monkeypatch.setattr("labrun.drivers.client.goal_watch.LOOK_S", 0.1)
-    monkeypatch.setattr(Link.call, "__defaults__", (0.5,))
+    monkeypatch.setattr(Link.call, "__defaults__", (0.5, None))
 
 
 async def kill(server):

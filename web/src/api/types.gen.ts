@@ -1432,7 +1432,7 @@ export interface paths {
         };
         /**
          * Get Session
-         * @description Whether this browser is signed in; where no token is wanted it is from now on.
+         * @description Whether this browser is signed in; where it need not show a token it is from now on.
          */
         get: operations["get_session"];
         put?: never;
