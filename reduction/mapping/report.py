@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 
 ROWS = "data*.csv"
 STANDARD = "standard"  # a column of check standards
-FIGURE = "element_maps.png"  # of a run with one sample
 CHART = "checks.png"
 LEAST_OF_A_LINE = 3  # points below which a line is not worth a figure
 

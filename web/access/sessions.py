@@ -53,9 +53,10 @@ class Sessions:
         """
         if not self._brake.is_on:
             return True
-        passed_on = any(name in headers for name in PASSED_ON)
-        ends = scope.get("client"), scope.get("server")
-        return self._made and not passed_on and all(ends) and is_own(*ends)
+        peer, here = scope.get("client"), scope.get("server")
+        if not self._made or peer is None or here is None:
+            return False
+        return not any(name in headers for name in PASSED_ON) and is_own(peer, here)
 
     async def admit(self, given: str) -> None:
         """Raise Refusal (401) for a wrong token, and for one of many that come at once."""
