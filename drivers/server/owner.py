@@ -111,7 +111,9 @@ class Owner:
                     self._at_once = True
                 case "finish":
                     pass
-        self._lapsed, self.lapsed = True, epoch
+        self._lapsed = True
+        if self._can_be_made_safe:
+            self.lapsed = epoch
         self.fence(epoch)
 
     async def turn(self, execution: Execution) -> bool:
@@ -171,10 +173,19 @@ class Owner:
             self._lapsed = False
             self._calmed()
 
+    @property
+    def _has_own_safe(self) -> bool:
+        return type(self._driver).safe is not Driver.safe
+
+    @property
+    def _can_be_made_safe(self) -> bool:
+        """Otherwise a lapse leaves the device as it is: a balance, whose pan must not be zeroed again."""
+        return self._has_own_safe or bool(self._contract.safe_state)
+
     async def safe(self) -> Word:
         """Call the driver, whose answer is whether the device is in its safe state."""
         try:
-            if type(self._driver).safe is not Driver.safe:
+            if self._has_own_safe:
                 await self._driver.safe()
             else:
                 for action in self._contract.safe_state:

@@ -86,6 +86,25 @@ def test_without_a_safe_of_its_own_the_contracts_actions_are_done_in_order():
     assert acts == ("dim", "off")
 
 
+@pytest.mark.parametrize(("safe_state", "touched"), [([], False), (["off"], True)])
+def test_a_lapse_leaves_a_device_without_a_safe_state_as_it_is(safe_state, touched):
+    """A resume would else zero a balance again, with liquid on its pan by then."""
+
+    class Plain(Driver):
+        async def off(self, goal):
+            pass
+
+    async def told(story):
+        await story.take(ttl_s=5.0)
+        epoch = story.device.lease.holder.epoch
+        await asyncio.sleep(5.1)
+        return epoch, story.device.lapsed
+
+    epoch, lapsed = Story.tell(told, driver=Plain, safe_state=safe_state, actions={"off": {}})
+
+    assert lapsed == (epoch if touched else 0)
+
+
 def test_a_driver_that_raises_is_not_safe(caplog):
     class Broken(Lamp):
         async def safe(self):
