@@ -5,12 +5,12 @@ Of bytes, `<` is the lowest first, `>` the highest; `i` and `u` are whole number
 is 1.234E+05 as `1234+5`, and with `power: -20` as `123425`.
 """
 
+import contextlib
+import math
 import re
 import struct
 from collections.abc import Mapping
 from typing import Any
-
-import numpy as np
 
 KIND = re.compile(r"([<>]?)(?:([iu])([1-8])|f([248]))")
 FLOATS = {2: "e", 4: "f", 8: "d"}
@@ -88,10 +88,20 @@ def _of_mantissa(text: str, schema: Schema) -> list[str]:
 
 
 def _read(data: bytes, kind: str) -> str:
-    order, sign, _, floats = _parts(kind)
+    order, sign, size, floats = _parts(kind)
     if not floats:
         return str(int.from_bytes(data, "big" if order == ">" else "little", signed=sign == "i"))
-    return str(np.frombuffer(data, f"{order}f{len(data)}")[0])
+    form = order + FLOATS[size]
+    (number,) = struct.unpack(form, data)
+    if not math.isfinite(number):
+        return str(number)
+    # The fewest digits that are this number again: 1.1 of four bytes is not 1.100000023841858.
+    for digits in range(1, 17):
+        text = f"{number:.{digits}g}"
+        with contextlib.suppress(OverflowError):  # rounded up, it no longer goes into so few bytes
+            if struct.pack(form, float(text)) == data:
+                return text
+    return repr(number)
 
 
 def _parts(kind: str) -> tuple[str, str, int, bool]:
