@@ -259,6 +259,8 @@ class Link:
             raise LinkDown(f"{self.url} did not answer `{event}` within {timeout_s:g} s") from None
         finally:
             self._waiting.discard(future)
+            if future.done() and not future.cancelled():
+                future.exception()  # whoever was cancelled meanwhile does not ask for it
 
 
 def accepted(answer: Answer, url: str) -> Answer:

@@ -134,5 +134,6 @@ export function cutAround(box: Box, { x0, x1, y0, y1 }: Bounds): Box | null {
 export function cutOff(box: Box, bounds: Bounds): Box | null {
   const [x0, y0] = [Math.max(box.x, bounds.x0 ?? -Infinity), Math.max(box.y, bounds.y0 ?? -Infinity)]
   const [x1, y1] = [Math.min(box.x + box.width, bounds.x1 ?? Infinity), Math.min(box.y + box.height, bounds.y1 ?? Infinity)]
-  return x1 > x0 || y1 > y0 ? { x: x0, y: y0, width: Math.max(0, x1 - x0), height: Math.max(0, y1 - y0) } : null
+  const inside = x1 >= x0 && y1 >= y0
+  return inside && (x1 > x0 || y1 > y0) ? { x: x0, y: y0, width: Math.max(0, x1 - x0), height: Math.max(0, y1 - y0) } : null
 }
