@@ -1,6 +1,7 @@
 """A device server in the simulation: killed, ended in order, and started again, on a disk that stays."""
 
 import asyncio
+import contextlib
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -8,7 +9,7 @@ from typing import Any
 from ...drivers.server.device import ServedDevice
 from ...drivers.server.server import DeviceServer
 from ...schemas import journal as j
-from ..journal.journal import read_records
+from ..journal.journal import JournalFault, read_records
 from .disk import Disk, OnDisk, SimulatedLedger
 from .instrument import Instrument, driver_of, place_of
 from .wire import Network, Socket
@@ -107,11 +108,13 @@ class SimulatedServer:
         if not self.loses_ledger:
             return
         self.loses_ledger = False
-        seen = [
-            _number(record.mark)
-            for record in read_records(self._journal)
-            if isinstance(record, j.Leased | j.Marked) and record.device == self.instrument.name
-        ]
+        seen: list[int] = []
+        with contextlib.suppress(JournalFault, OSError):  # its engine died before the first record
+            seen = [
+                _number(record.mark)
+                for record in read_records(self._journal)
+                if isinstance(record, j.Leased | j.Marked) and record.device == self.instrument.name
+            ]
         older = [copied[1:] for copied in self.copies if seen and copied[0] < seen[-1]]
         if seen and self.random.random() < 0.3:
             self._put_back({}, "")
