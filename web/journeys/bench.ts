@@ -76,17 +76,19 @@ async function end(child: ChildProcess): Promise<void> {
   clearTimeout(late)
 }
 
-/** What a program sends that knows the token which the server has made. */
-export function withToken(bench: Bench): Record<string, string> {
+/** What a program sends that knows the token in the printed address; without one it asks for a session, as a browser does. */
+export async function letIn(bench: Bench): Promise<Record<string, string>> {
   const token = new URL(bench.entry).searchParams.get('token')
-  return token === null ? {} : { Authorization: `Bearer ${token}` }
+  if (token !== null) return { Authorization: `Bearer ${token}` }
+  const session = await fetch(`${bench.address}/api/v1/session`)
+  return { cookie: session.headers.getSetCookie().map((one) => one.split(';')[0]).join('; ') }
 }
 
 /** Send a request to the API as a program does. */
 export async function ask<T>(bench: Bench, path: string, body?: unknown, headers: Record<string, string> = {}): Promise<T> {
   const response = await fetch(`${bench.address}/api/v1${path}`, {
     method: body === undefined ? 'GET' : 'POST',
-    headers: { ...withToken(bench), 'content-type': 'application/json', ...headers },
+    headers: { ...(await letIn(bench)), 'content-type': 'application/json', ...headers },
     ...(body === undefined ? {} : { body: JSON.stringify(body) }),
   })
   if (!response.ok) throw new Error(`${path}: ${response.status} ${await response.text()}`)

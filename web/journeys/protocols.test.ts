@@ -1,7 +1,7 @@
 // Protocols: the list, the editor in all its views, one undo for text and outline, conflicts, drafts.
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
-import { ask, type Bench, startBench, withToken } from './bench'
+import { ask, type Bench, letIn, startBench } from './bench'
 import { allOnline, aPerson, NARROW, openBrowser, tabTo, tidy } from './browser'
 import { axe, picture } from './look'
 
@@ -565,7 +565,7 @@ finally:
     const there = await saved('shared.yaml')
     const theirs = there.text.replace('y: 1 cm', 'y: 3 cm')
     await fetch(`${bench.address}/api/v1/protocols/shared.yaml`, {
-      method: 'PUT', headers: { ...withToken(bench), 'content-type': 'application/json' }, body: JSON.stringify({ text: theirs, base: there.revision }),
+      method: 'PUT', headers: { ...(await letIn(bench)), 'content-type': 'application/json' }, body: JSON.stringify({ text: theirs, base: there.revision }),
     })
     await page.getByRole('button', { name: 'Save' }).click()
     await page.getByRole('heading', { name: 'Someone else has saved this protocol' }).waitFor()
