@@ -77,7 +77,7 @@ class SimLibs(Twin):
         if locked or self.interlock() == "open":
             raise ActionFailed("Rejected", "the laser was locked before it fired", "no")
         with self.failing("measure", goal):
-            shot = self._fire(goal, self.shots)
+            shot = self._fire(goal)
             await self.clock.sleep(READOUT_S)
         if shot["focus"] < FAINT:
             raise ActionFailed("NoSignal", _no_signal(shot))
@@ -112,11 +112,12 @@ class SimLibs(Twin):
         await self.clock.sleep(RECONNECT_S)
         return {}
 
-    def _fire(self, goal: GoalContext, shots: "ShotMaker") -> dict[str, Any]:
+    def _fire(self, goal: GoalContext) -> dict[str, Any]:
         """The instant of the shot: from here on it has happened."""
+        assert self.shots is not None  # `measure` has looked
         place = self.world.look(self.config.get("gantry", "gantry")) or {"x": 0, "y": 0, "z": 0}
         x, y, z = (round(float(place[axis]), 4) for axis in "xyz")
-        mineral, height = shots.surface(x, y)
+        mineral, height = self.shots.surface(x, y)
         focus = math.exp(-(((z - height) / FOCUS_MM) ** 2) / 2) if mineral else 0.0
         return self.truth.append(
             "shot",

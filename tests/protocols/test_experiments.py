@@ -155,7 +155,7 @@ def test_what_is_watched_brings_the_furnace_down_in_order_and_tells(bench, troub
     bench.wait_for("furnace", "hold", 1)
     words = "water on the floor: status.floor.wet (floor.wet is true)"
     if trouble == "ordered":
-        order(bench.of_run / "servers" / "world", "furnace", "hold", "SensorBroken", 1)
+        order(bench.of_run / "servers" / "world", "furnace", "error", "hold", "SensorBroken", 1)
         words = "furnace.hold: hold: injected fault (demo) (fallback 1)"
     status = bench.over(engine.wait())
 

@@ -87,7 +87,9 @@ def _kinds(device_link: DeviceLink) -> list[FaultKind]:
         return kinds
     if "interlock" in device_link.contract.status.get("properties", {}):
         kinds.append("interlock")
-    return [*kinds, "stop", "slow"]
+    if device_link.contract.safe_state:
+        kinds.append("stop")
+    return [*kinds, "slow"]
 
 
 def _told(device: str, one: dict[str, Any]) -> OrderedFault:

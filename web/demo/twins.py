@@ -39,13 +39,6 @@ class Ordered(Twin):
         self.clock.slower = SLOWER if self.lasts("slow") else 1
         return await super().status()
 
-    async def safe(self) -> None:
-        for _ in range(HANGS_LOOKS):
-            if not self.lasts("stop"):
-                break
-            await asyncio.sleep(LOOKS_S)
-        await super().safe()
-
     @contextmanager
     def failing(self, action: str, goal: GoalContext) -> Iterator[None]:
         known = self.faults.contract.actions[action].errors
@@ -62,11 +55,22 @@ class Ordered(Twin):
             yield
 
 
-class Gantry(Ordered, SimGantry):
+class Stoppable(Ordered):
+    """One with a safe state, which may be ordered not to be reached."""
+
+    async def safe(self) -> None:
+        for _ in range(HANGS_LOOKS):
+            if not self.lasts("stop"):
+                break
+            await asyncio.sleep(LOOKS_S)
+        await super().safe()
+
+
+class Gantry(Stoppable, SimGantry):
     """The simulated gantry, with injected faults."""
 
 
-class Libs(Ordered, SimLibs):
+class Libs(Stoppable, SimLibs):
     """The simulated analyser, with injected faults, and an enclosure that opens."""
 
     def interlock(self) -> str:
@@ -77,11 +81,11 @@ class Balance(Ordered, SimBalance):
     """The simulated balance, with injected faults."""
 
 
-class Pipette(Ordered, SimPipette):
+class Pipette(Stoppable, SimPipette):
     """The simulated pipette, with injected faults."""
 
 
-class Dispenser(Ordered, SimDispenser):
+class Dispenser(Stoppable, SimDispenser):
     """The simulated dispenser, with injected faults."""
 
 
@@ -93,7 +97,7 @@ class DepthCamera(Ordered, SimDepthCamera):
     """The simulated camera, with injected faults."""
 
 
-class Pump(Ordered, SimPump):
+class Pump(Stoppable, SimPump):
     """The simulated burette, with injected faults."""
 
 
@@ -101,7 +105,7 @@ class PhProbe(Ordered, SimPhProbe):
     """The simulated electrode, with injected faults."""
 
 
-class Furnace(Ordered, SimFurnace):
+class Furnace(Stoppable, SimFurnace):
     """The simulated furnace, with injected faults."""
 
 
