@@ -12,6 +12,7 @@ from ipaddress import ip_address
 from pathlib import Path
 
 TABLES = {4: Path("/proc/net/tcp"), 6: Path("/proc/net/tcp6")}
+ESTABLISHED, LISTENING = "01", "0A"
 
 Address = tuple[str, int]
 
@@ -31,14 +32,18 @@ def _own() -> int:
 
 
 def _users(one: Address, other: Address | None) -> Iterator[int]:
-    """The users of the sockets at `one` that are connected to `other`, or listen if there is none."""
+    """The users of the sockets at `one` that are connected to `other`, or listen if there is none.
+
+    Of a socket that its program has closed the kernel says user 0, whoever that was: it counts for nobody.
+    """
     with contextlib.suppress(OSError, ValueError):  # no such table, or an address that is none
         version = ip_address(one[0]).version
         nobody = ("0.0.0.0" if version == 4 else "::", 0)
-        wanted = [_in_table(one), _in_table(other or nobody)]
+        state = LISTENING if other is None else ESTABLISHED
+        wanted = [_in_table(one), _in_table(other or nobody), state]
         for line in TABLES[version].read_text(encoding="ascii").splitlines()[1:]:
             columns = line.split()
-            if columns[1:3] == wanted:
+            if columns[1:4] == wanted:
                 yield int(columns[7])
 
 

@@ -89,7 +89,8 @@ class Gate:
             await self._sessions.admit(given)
         if (needs or is_socket) and not self._sessions.knows_raw(headers):
             hint = (
-                "send `Authorization: Bearer TOKEN`, or open the address that labrun web printed"
+                "send `Authorization: Bearer TOKEN`, or open the address with the token in it, which "
+                "`labrun web` prints to its own user when it is started once more"
                 if self._sessions.token_needed
                 else "GET /api/v1/session, then try again"
             )

@@ -42,6 +42,16 @@ def test_a_connection_that_is_not_there_is_nobodys(ends):
     assert not is_told((host, client[1] + 1))
 
 
+def test_a_connection_that_its_program_has_closed_is_nobodys():
+    """The kernel says user 0 of it, which a server may be itself."""
+    with socket.create_server(("127.0.0.1", 0)) as door:
+        with socket.create_connection(door.getsockname()) as client:
+            ends = client.getsockname(), door.getsockname()
+            served, _ = door.accept()
+        with served:
+            assert not is_own(*ends)
+
+
 def test_where_nothing_is_told_a_token_is_asked_for(ends, monkeypatch, tmp_path):
     monkeypatch.setattr(same_user, "TABLES", {4: tmp_path / "none", 6: tmp_path / "none"})
 
