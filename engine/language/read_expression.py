@@ -14,6 +14,8 @@ from .operators import OPERATORS
 from .suggest import did_you_mean
 
 LONGEST = 2000
+GOES_ON = re.compile(r"(?:[-+*/%<>=,.]|\b(?:if|else|and|or|not|in|for))\s*$")
+"""How an expression ends that something is still missing of."""
 DEEPEST = 40
 CONSTANTS = {"True": True, "False": False, "None": None, "true": True, "false": False, "null": None}
 KEYWORDS = {"and", "or", "not", "in", "is", "if", "else", "for", "lambda"}
@@ -122,8 +124,18 @@ def _unreadable(whole: str, fault: BaseException) -> str:
     reserved = [word for word in re.findall(r"\.\s*(\w+)", text) if keyword.iskeyword(word)]
     if reserved:
         return f"{text}: {reserved[0]} is a word of expressions themselves; choose another name"
-    reason = fault.msg if isinstance(fault, SyntaxError) else "it is nested too deeply"
+    reason = _reason(fault) if isinstance(fault, SyntaxError) else "it is nested too deeply"
     return f"{text}: this cannot be read as an expression ({reason})"
+
+
+def _reason(fault: SyntaxError) -> str:
+    """Python's own words, and the sign at which it gave up where these do not name it."""
+    if fault.msg != "invalid syntax" or fault.text is None or fault.offset is None:
+        return fault.msg
+    if GOES_ON.search(fault.text):
+        return "it ends too early"
+    found = re.match(r"\s*(\w+|\S)", fault.text[fault.offset - 1 :])
+    return f"{fault.msg} at `{found[1]}`" if found and found[1] != LITERAL else fault.msg
 
 
 def _refuse(tree: ast.Expression, own: frozenset[str]) -> None:

@@ -61,6 +61,20 @@ def test_what_acts_or_cannot_be_read_is_refused_when_it_is_read(text):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
+        ("span(params.x0; 3 mm, 1 mm)", "at `;`"), ("a ? b : c", "at `?`"), ("3 mm 4", "at `4`"),
+        ("params.pitch +", "ends too early"), ("1 if", "ends too early"), ("(1", "never closed"),
+    ],
+)  # fmt: skip
+def test_where_an_expression_cannot_be_read_on_is_told(text, says):
+    with pytest.raises(ExpressionError) as told:
+        Expression(text)
+
+    assert says in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
         ("1 / 0", "divided by zero"), ("params.pich", "did you mean pitch"), ("nobody", "no name nobody"),
         ("params.pitch + 1", "no unit"), ("params.pitch + 1 s", "a length"), ("9 ** 9 ** 9", "too large"),
         ("point.tags[7]", "no item 7"), ("params.n.x", "no field x"), ("'a' * 1000000000", "multiplied"),
