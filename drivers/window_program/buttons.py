@@ -7,9 +7,11 @@ buttons:
   sample_name: {file: sample_name.png, at: [140, 0]}    # click this far from its middle
   new_folder: {file: new_folder.png, on: new_folder.on.png, where: dialog}
   error_interlock: {file: interlock.png, where: error, says: Interlock open, happened: no}
+  delete: {control: {name: Delete, type: Button}}       # by name, on Windows: no picture
 export: [{click: sample_name}, {type: "{name}"}, ...]   # left out: the paper's own order
 """
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +19,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from ...schemas.contract import Happened
 from ...schemas.model import Model, first_fault
+from .controls import Control
 from .match import THRESHOLD, Picture, Template, unfit
 
 FILE = "buttons.yaml"
@@ -48,15 +51,27 @@ class ButtonsFault(ValueError):
 
 
 class Button(Model):
-    """One recorded place; `at` is where to click, in pixels of the recording from its middle."""
+    """One recorded place: a picture, or a control; `at` is where to click, in pixels from its middle."""
 
-    file: str
+    file: str | None = None
+    control: Control | None = None
     on: str | None = None
     at: tuple[int, int] = Field(default=(0, 0), strict=False)
     where: Where = "main"
     threshold: float = Field(default=THRESHOLD, ge=0.5, le=1.0)
     says: str = ""
     happened: Happened = "unknown"
+
+    @model_validator(mode="after")
+    def _seen_somehow(self) -> "Button":
+        if (self.file is None) == (self.control is None):
+            raise ValueError("a button has a picture, `file`, or a `control`, by its name")
+        return self
+
+    @property
+    def tickable(self) -> bool:
+        """Whether it can be told if it is ticked."""
+        return self.on is not None or self.control is not None
 
 
 class Step(Model):
@@ -111,6 +126,16 @@ class Buttons:
         """What it looks like; `NAME.on` is a check box that is ticked."""
         return self._templates[name]
 
+    @property
+    def by_name(self) -> bool:
+        """Whether any of them is known by a control's name."""
+        return bool(self.controls(self._said.buttons))
+
+    def controls(self, names: Iterable[str]) -> dict[str, Control]:
+        """Those of these buttons that are known by a control's name."""
+        there = {name: self._said.buttons[name] for name in names if name in self._said.buttons}
+        return {n: button.control for n, button in there.items() if button.control is not None}
+
     def all_but(self, templates: list[Template]) -> list[Template]:
         """Everything else that was recorded."""
         names = {template.name for template in templates}
@@ -147,11 +172,17 @@ def read_buttons(folder: Path, needed: tuple[str, ...] = NEEDED) -> Buttons:
         )
     templates: dict[str, Template] = {}
     for name, button in said.buttons.items():
+        if button.file is None:
+            continue
         templates[name] = Template(name, read_picture(folder / button.file, name), button.threshold)
         if button.on is not None:
             on = read_picture(folder / button.on, f"{name}, ticked")
             templates[f"{name}.on"] = Template(f"{name}.on", on, button.threshold)
     buttons = Buttons(folder, said, templates)
+    if not said.title and buttons.by_name:
+        raise ButtonsFault(
+            f"{folder / FILE}: write `title`: controls are looked for in the windows of one program"
+        )
     _check_steps(folder, buttons)
     return buttons
 
@@ -160,7 +191,7 @@ def _check_steps(folder: Path, buttons: Buttons) -> None:
     for word, what in buttons.steps():
         if word in ("click", "tick", "untick", "wait", "gone") and what not in buttons:
             raise ButtonsFault(f"{folder / FILE}: export: {word}: {what} is not a recorded button")
-        if word in ("tick", "untick") and buttons.button(what).on is None:
+        if word in ("tick", "untick") and not buttons.button(what).tickable:
             raise ButtonsFault(
                 f"{folder / FILE}: {what} should be ticked, but only its empty state was recorded; "
                 f"record {what}.on as well"

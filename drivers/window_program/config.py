@@ -4,7 +4,7 @@ buttons: C:/labrun/buttons                       # of `labrun record-program --b
 actions:
   start:
     steps: [{click: name_field}, {type: "{sample}"}, {click: start}]
-    proof: {new: C:/data, called: "*.raw"}       # or {shows: done}, {gone: busy}, {title: Finished}
+    proof: {new: C:/data, called: "*.raw"}       # or {shows: done}, {gone: busy}, {title: Finished}, ...
   save:
     steps: [{click: save}, {type: "C:/out/{name}.csv"}, {press: enter}]
     proof: {new: C:/out, called: "{name}.csv"}
@@ -20,7 +20,7 @@ from ...schemas.contract import Contract
 from ...schemas.model import Model, first_fault
 from .buttons import Step
 
-PROOFS = ("new", "shows", "gone", "title")
+PROOFS = ("new", "shows", "gone", "title", "reads")
 KEPT_FOR_TEXTS = ("name",)
 
 
@@ -28,7 +28,8 @@ class Proof(Model):
     """What shows that an action is done: exactly one of the keywords.
 
     `new`: a folder in which one new file or folder appears that is called `called` and stays as it
-    is; `shows`, `gone`: a recorded picture; `title`: words in the title of one of its windows.
+    is; `shows`, `gone`: a recorded button; `title`: words in the title of one of its windows;
+    `reads`: a control by name whose text is `says`, in which `*` stands for anything.
     """
 
     new: str | None = None
@@ -36,11 +37,15 @@ class Proof(Model):
     shows: str | None = None
     gone: str | None = None
     title: str | None = None
+    reads: str | None = None
+    says: str | None = None
 
     @model_validator(mode="after")
     def _one_word(self) -> "Proof":
         if sum(getattr(self, word) is not None for word in PROOFS) != 1:
             raise ValueError(f"a proof has one of {', '.join(PROOFS)}")
+        if (self.reads is None) != (self.says is None):
+            raise ValueError("`reads` names a control, and `says` the text that it has then")
         return self
 
 

@@ -2,6 +2,7 @@
 
 import sys
 
+from .controls import Controls
 from .watching import Input
 from .windows import NoScreen, Windows
 
@@ -27,3 +28,15 @@ def open_input() -> Input:
     from .input_x11 import X11Input
 
     return X11Input()
+
+
+def open_controls() -> Controls:
+    """What tells of a program's controls by name; raises NoScreen."""
+    if sys.platform != "win32":
+        raise NoScreen(
+            "controls are found by name on Windows only (UI Automation); record pictures with `labrun "
+            "record-program --buttons`"
+        )
+    from .controls_uia import UiaControls
+
+    return UiaControls()

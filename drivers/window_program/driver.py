@@ -20,6 +20,7 @@ from ..driver import ActionFailed, Driver, GoalContext, Place
 from ..find import DriverFault
 from .buttons import ButtonsFault, read_buttons
 from .config import ActionSteps, Proof, read_config
+from .controls import Control
 from .faults import failure_of, put_picture
 from .program import NoScreen, NotClicked, Program, Trouble
 
@@ -57,12 +58,18 @@ class WindowProgram(Driver):
                 w for step in one.steps for word, w in step.words() if word in ("tick", "untick")
             ]
             for box in boxes:
-                if box in self._buttons and self._buttons.button(box).on is None:
+                if box in self._buttons and not self._buttons.button(box).tickable:
                     raise DriverFault(f"config.actions.{name}: record {box}.on, ticked, as well")
             wanted = [what for step in one.steps for word, what in step.words() if word in SEEN]
             wanted += (
                 [what for what in (one.proof.shows, one.proof.gone) if what] if one.proof else []
             )
+            reads = one.proof.reads if one.proof else None
+            if reads is not None and not self._buttons.controls([reads]):
+                raise DriverFault(
+                    f"config.actions.{name}.proof.reads: {reads} has no `control` in "
+                    f"{self._buttons.folder}: only a control's text can be read"
+                )
             for what in wanted:
                 if "{" not in what and what not in self._buttons:
                     raise DriverFault(
@@ -108,7 +115,7 @@ class WindowProgram(Driver):
         once = self.contract_kept.actions[name].effect == "once"
         await self._idle(name)
         texts = {**params, "name": f"{self.place.device}_{time.strftime('%Y%m%d_%H%M%S')}"}
-        before = await self._names(name, one.proof, texts)
+        before = await self._before(name, one.proof, texts)
         begun = self._begin(name, goal, before) if once else None
         await self._steps(name, one, goal, texts, begun)
         found = await self._proved(name, one, texts, before)
@@ -199,7 +206,10 @@ class WindowProgram(Driver):
         assert self._program is not None
         self._program.step(word, filled, self.settings.dialog_s)
 
-    async def _names(self, name: str, proof: Proof | None, texts: dict[str, Any]) -> set[str]:
+    async def _before(self, name: str, proof: Proof | None, texts: dict[str, Any]) -> set[str]:
+        """What looks like the proof before the first step, and so is none: names, or a text."""
+        if proof is not None and proof.reads is not None:
+            return {(await self._seen(name, proof, texts, set()))[0]} - {""}
         if proof is None or proof.new is None:
             return set()
         try:
@@ -217,6 +227,9 @@ class WindowProgram(Driver):
         seen, still_since = ("", 0), time.monotonic()
         while True:
             now = await self._seen(name, one.proof, texts, before)
+            if one.proof.reads is not None:
+                # A text that was there before is none until another one was seen.
+                before, now = (before, ("", 0)) if now[0] in before else (set(), now)
             if now != seen:
                 seen, still_since = now, time.monotonic()
             settled = (
@@ -253,11 +266,22 @@ class WindowProgram(Driver):
                     f"goal; none is taken", "unknown",
                 )  # fmt: skip
             return (new[0], size) if new else ("", 0)
+        if proof.reads is not None and proof.says is not None:
+            said = await self._on_screen(functools.partial(self._read, proof.reads))
+            fits = said is not None and Control(name=proof.says.format(**texts)).fits(said, "")
+            return (said, 0) if said and fits else ("", 0)
         shows = functools.partial(self._program.shows, proof.shows, proof.gone, proof.title)
         try:
             return ("it", 0) if await self._on_screen(shows) else ("", 0)
         except (Trouble, NoScreen):
             return "", 0
+
+    def _read(self, name: str) -> str | None:
+        assert self._program is not None
+        try:
+            return self._program.read(name)
+        except (Trouble, NoScreen):
+            return None
 
     async def _result(
         self, one: ActionSteps, goal: GoalContext, texts: dict[str, Any], found: str | None

@@ -85,6 +85,7 @@ class Sighting:
     name: str
     hits: tuple[Hit, ...] = ()
     nearest: Hit | None = None
+    hint: str = ""
 
     @property
     def sure(self) -> Hit | None:
@@ -103,7 +104,7 @@ class Sighting:
             places = " and ".join("{:.0f},{:.0f}".format(*hit.centre) for hit in self.hits)
             return f"{self.name} is there {len(self.hits)} times, at {places}"
         if self.nearest is None:
-            return f"{self.name} is not visible"
+            return f"{self.name} is not visible" + (f": {self.hint}" if self.hint else "")
         x, y = self.nearest.centre
         return (
             f"{self.name} is not visible; the best match is at {x:.0f},{y:.0f} with "

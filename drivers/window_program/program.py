@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from .buttons import Button, Buttons
+from .by_name import found_in, look_by_name
 from .check_box import ticked
-from .desktop import open_windows
+from .controls import Controls
+from .desktop import open_controls, open_windows
 from .hands import Hands, NotClicked
 from .looking import look_in
 from .match import Hit, Sighting, common_scale, differs, look_for
@@ -60,6 +62,7 @@ class Program:
         self._before: View | None = None  # when a button of the main window was last aimed at
         self._hands = Hands()
         self._windows: Windows = open_windows()
+        self._controls: Controls | None = open_controls() if buttons.by_name else None
         self._lock = threading.RLock()
 
     def close(self) -> None:
@@ -84,9 +87,11 @@ class Program:
         """All buttons of the main window, and with them the size at which it is drawn."""
         view = self.view()
         names = self.buttons.named("main")
-        sights = look_for(view.picture, [self.buttons.template(n) for n in names])
+        by_name = self._look_by_name(view, names)
+        pictured = [self.buttons.template(n) for n in names if n not in by_name]
+        sights = look_for(view.picture, pictured)
         self.scale = common_scale(sights.values())
-        return sights
+        return {name: (sights | by_name)[name] for name in names}
 
     def seen(self, main: str = "measure") -> Seen:
         """What the program is doing; it is idle when the button `main` can be clicked, if there is one."""
@@ -156,14 +161,31 @@ class Program:
 
     def _look(self, view: View, names: list[str]) -> dict[str, Sighting]:
         """What is seen of some buttons at the program's size; found again if that has changed."""
+        names = list(dict.fromkeys(names))
+        by_name = self._look_by_name(view, names)
+        pictured = [name for name in names if name not in by_name]
         if self.scale is None:
             self._find_scale(view)
-        names = list(dict.fromkeys(names))
-        sights = look_in(view, self.buttons, names, self.scale)
+        sights = look_in(view, self.buttons, pictured, self.scale)
         missing = "measure" in sights and not sights["measure"].hits and not view.dialogs
         if missing and self._find_scale(view):
-            sights = look_in(view, self.buttons, names, self.scale)
-        return {name: self._not_from_before(name, sight, view) for name, sight in sights.items()}
+            sights = look_in(view, self.buttons, pictured, self.scale)
+        sights = {n: self._not_from_before(n, sight, view) for n, sight in sights.items()}
+        return {name: (sights | by_name)[name] for name in names}
+
+    def _look_by_name(self, view: View, names: list[str]) -> dict[str, Sighting]:
+        """What is seen of those buttons that are controls with a name."""
+        wanted = self.buttons.controls(names)
+        if not wanted or self._controls is None:
+            return {}
+        return look_by_name(view, self.buttons, wanted, self._controls)
+
+    def read(self, name: str) -> str | None:
+        """The text of a control: what a field holds, or a label says; None where it is not there once."""
+        control = self.buttons.controls([name])[name]
+        assert self._controls is not None
+        found = found_in(self.view(), control, self.buttons.button(name).where, self._controls)
+        return found[0].text if len(found) == 1 else None
 
     def _not_from_before(self, name: str, sight: Sighting, view: View) -> Sighting:
         """A part of a dialog cannot have stood there when the click was made that opens the dialog."""
@@ -180,7 +202,9 @@ class Program:
 
     def _find_scale(self, view: View) -> bool:
         """Learn the size from the main window's buttons; True where it is another than before."""
-        main = [self.buttons.template(n) for n in self.buttons.named("main")]
+        names = self.buttons.named("main")
+        by_name = self.buttons.controls(names)
+        main = [self.buttons.template(n) for n in names if n not in by_name]
         found = common_scale(look_for(view.picture, main).values())
         changed = found is not None and found != self.scale
         self.scale = found if found is not None else self.scale
@@ -292,6 +316,8 @@ class Program:
 
     def _read_box(self, name: str, timeout_s: float) -> tuple[bool, str]:
         """Whether a box is ticked, and under which name it is to be seen now."""
+        if self.buttons.controls([name]):
+            return self._box_by_name(name, timeout_s), name
         end = time.monotonic() + timeout_s
         while True:
             view = self.view()
@@ -312,6 +338,16 @@ class Program:
                 raise Trouble("unseen", f"the box {name} cannot be read: {words}")
             self._no_error(view)
             time.sleep(LOOK_S)
+
+    def _box_by_name(self, name: str, timeout_s: float) -> bool:
+        """What a check box says of itself."""
+        self.wait_for(name, timeout_s)
+        control, where = self.buttons.controls([name])[name], self.buttons.button(name).where
+        assert self._controls is not None
+        found = found_in(self.view(), control, where, self._controls)
+        if len(found) == 1 and found[0].ticked is not None:
+            return found[0].ticked
+        raise Trouble("unseen", f"the {control.words()} does not say whether it is ticked")
 
     def type(self, text: str) -> None:
         """Type into the field that was clicked; what it held is replaced."""

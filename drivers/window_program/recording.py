@@ -1,11 +1,14 @@
 """Record buttons from a picture of the screen: cut out, verified at once, saved with their size."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from .buttons import FILE, VERSION, Buttons, ButtonsFault, Where, read_picture
+from .by_name import look_by_name
+from .controls import Control, Controls, Found
 from .looking import look_in
 from .match import Box, Picture, Sighting, Template, common_scale, look_for, overlap, unfit
 from .view import View
@@ -143,6 +146,62 @@ def save(
         raise ButtonsFault(f"{folder} cannot be written: {fault.strerror or fault}") from fault
 
 
+def named_controls(view: View, controls: Controls) -> dict[str, dict[str, Any]]:
+    """Name -> an entry of buttons.yaml, for each control that can be told from all others of its window."""
+    entries: dict[str, dict[str, Any]] = {}
+    for window in [*view.dialogs, *([view.main] if view.main is not None else [])]:
+        there = controls.all(window)
+        for one in there:
+            said = [("name", one.name), ("id", one.id), ("type", one.type)]
+            # By its name alone, with the type; a name is what a person can check, an id what lasts.
+            for words in (("name", "type"), ("id", "type"), ("name", "id", "type")):
+                parts = {word: what for word, what in said if word in words and what}
+                if ("name" in parts or "id" in parts) and _alone(parts, there):
+                    break
+            else:
+                continue
+            if "*" in parts.get("name", ""):
+                continue
+            where = {} if window == view.main else {"where": "dialog"}
+            called = _called(one.name or one.id)
+            while called in entries:
+                called += "_"
+            entries[called] = {"control": parts} | where
+    return entries
+
+
+def save_names(folder: Path, title: str, entries: Mapping[str, dict[str, Any]]) -> list[str]:
+    """Write entries that are new there into buttons.yaml; their names."""
+    from ruamel.yaml import YAML
+
+    yaml, path = YAML(), folder / FILE
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        said = (yaml.load(path.read_text(encoding="utf-8")) if path.exists() else None) or {}
+        said |= {"labrun_buttons": VERSION, "title": title}
+        buttons = said.setdefault("buttons", {})
+        new = [name for name in entries if name not in buttons]
+        buttons |= {name: entries[name] for name in new}
+        with path.open("w", encoding="utf-8") as out:
+            yaml.dump(said, out)
+    except OSError as fault:
+        raise ButtonsFault(f"{folder} cannot be written: {fault.strerror or fault}") from fault
+    return new
+
+
+def _alone(parts: Mapping[str, str], there: Sequence[Found]) -> bool:
+    wanted = Control(**parts)
+    fit = [
+        one for one in there if wanted.fits(one.name, one.id) and wanted.type in (None, one.type)
+    ]
+    return len(fit) == 1
+
+
+def _called(words: str) -> str:
+    """A name for YAML: `Save as...` is save_as."""
+    return re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")[:40] or "control"
+
+
 def _note(buttons: dict[str, Any], name: str, file: str, marked: Marked) -> None:
     base, dot, _ = name.partition(".on")
     if dot:
@@ -159,13 +218,15 @@ def _note(buttons: dict[str, Any], name: str, file: str, marked: Marked) -> None
         entry["at"] = list(marked.at[name])
 
 
-def looked(buttons: Buttons, view: View) -> dict[str, Sighting]:
+def looked(buttons: Buttons, view: View, controls: Controls | None = None) -> dict[str, Sighting]:
     """Name -> what is seen of it, for all recorded buttons, each compared with all the others."""
-    main = [buttons.template(name) for name in buttons.named("main")]
+    wanted = buttons.controls(buttons.named(*get_args(Where)))
+    by_name = look_by_name(view, buttons, wanted, controls) if controls is not None else {}
+    main = [buttons.template(name) for name in buttons.named("main") if name not in wanted]
     others = buttons.all_but(main)
     sights = look_for(view.picture, main, rivals=others)
     scale = common_scale(sights.values())
-    return sights | look_in(view, buttons, [other.name for other in others], scale)
+    return sights | look_in(view, buttons, [other.name for other in others], scale) | by_name
 
 
 def drawn(view: View, sights: Mapping[str, Sighting]) -> Picture:

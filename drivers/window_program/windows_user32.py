@@ -10,6 +10,7 @@ from .windows import NoScreen, Window
 GW_OWNER, GA_ROOT = 4, 2
 DWMWA_CLOAKED = 14
 LONGEST_TITLE = 512
+GWL_STYLE, WS_POPUP, WS_CAPTION = -16, 0x80000000, 0x00C00000
 
 
 class _Rect(ctypes.Structure):
@@ -64,7 +65,12 @@ class User32Windows:
         if cloaked.value or width <= 0 or height <= 0:
             return None
         owned = bool(self._user32.GetWindow(handle, GW_OWNER))
-        return Window(number, title.value, (rect.left, rect.top, width, height), owned)
+        style = self._user32.GetWindowLongW(handle, GWL_STYLE) & 0xFFFFFFFF
+        popup = bool(style & WS_POPUP) and style & WS_CAPTION != WS_CAPTION
+        program = c_long(0)
+        self._user32.GetWindowThreadProcessId(handle, byref(program))
+        box = (rect.left, rect.top, width, height)
+        return Window(number, title.value, box, owned, popup, program.value)
 
     def alive(self, window: Window, timeout_s: float) -> bool | None:
         """Windows calls a program hung when it has fetched no message for 5 s; it is asked sooner."""

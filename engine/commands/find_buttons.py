@@ -35,12 +35,14 @@ def find_buttons(
 def find(folder: Path, image: Path | None, title: str | None, output: Path | None) -> int:
     """Look for the recorded buttons; status 1 unless each of the main window is there once."""
     from ...drivers.window_program.buttons import read_buttons
+    from ...drivers.window_program.desktop import open_controls
     from ...drivers.window_program.recording import drawn, looked
 
     recorded = read_buttons(folder, needed=())
     wanted = recorded.title if title is None else title
     view = view_of_image(image) if image is not None else view_of_screen(wanted)
-    sights = looked(recorded, view)
+    controls = open_controls() if recorded.by_name and image is None else None
+    sights = looked(recorded, view, controls)
     for name, sight in sights.items():
         where = recorded.button(name.removesuffix(".on")).where
         typer.echo(f"{'ok ' if sight.sure else '-- '} {where:<6} {sight.words()}")
@@ -50,7 +52,8 @@ def find(folder: Path, image: Path | None, title: str | None, output: Path | Non
     if output is not None:
         shown = {name: sight for name, sight in sights.items() if sight.hits or name in main}
         _write(output, drawn(view, shown))
-    return SUCCEEDED if all(sights[name].sure for name in main) else FAILED
+    sure = all(name in sights and sights[name].sure for name in main)
+    return SUCCEEDED if sure else FAILED
 
 
 def _write(path: Path, picture) -> None:

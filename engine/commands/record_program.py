@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from ..exit_status import SUCCEEDED
+from ..exit_status import FAILED, SUCCEEDED
 from .find_buttons import find
-from .options import WrongUsage
+from .options import WrongUsage, say
 from .record_buttons import At, Boxes, Where, record
-from .screen_picture import Image, Title, told_plainly
+from .screen_picture import Image, Title, told_plainly, view_of_screen
 
 Output = Annotated[
     Path,
@@ -32,6 +32,10 @@ ByHand = Annotated[
     bool,
     typer.Option("--buttons", help="Only record the buttons of an analyser's program, one by one."),
 ]
+Names = Annotated[
+    bool,
+    typer.Option("--names", help="Only note the controls that the program names (on Windows)."),
+]
 Find = Annotated[
     bool, typer.Option("--find", help="Only tell which recorded buttons are visible now.")
 ]
@@ -43,19 +47,42 @@ Seen = Annotated[
 
 def record_program(
     output: Output = Path("program"), contract: Contract = None, watch: Watched = None,
-    title: Title = None, buttons: ByHand = False, find_them: Find = False, box: Boxes = None,
-    at: At = None, where: Where = None, image: Image = None, seen: Seen = None,
+    title: Title = None, buttons: ByHand = False, names: Names = False, find_them: Find = False,
+    box: Boxes = None, at: At = None, where: Where = None, image: Image = None, seen: Seen = None,
 ) -> None:  # fmt: skip
     """Write how a driver works a program that has only a window, while somebody works it."""
 
     def act() -> int:
         if find_them:
             return find(output, image, title, seen)
+        if names:
+            return _note_names(output, title)
         if buttons or box or image is not None:
             return record(output, box, at, where, image, title)
         return _work(output, contract, watch or [], title)
 
     told_plainly(act)
+
+
+def _note_names(output: Path, title: str | None) -> int:
+    """Write every control that has a name of its own into buttons.yaml, and show them."""
+    if not title:
+        raise WrongUsage(
+            'say whose controls: --title "Profile Builder", a part of its window\'s title'
+        )
+    from ...drivers.window_program.desktop import open_controls
+    from ...drivers.window_program.recording import named_controls, save_names
+
+    controls = open_controls()
+    entries = named_controls(view_of_screen(title), controls)
+    for name, entry in entries.items():
+        said = ", ".join(f"{word}: {what}" for word, what in entry["control"].items())
+        typer.echo(f"{entry.get('where', 'main'):<6} {name}: {said}")
+    new = save_names(output, title, entries)
+    say(
+        f"{output} has {len(new)} new names; `labrun record-program --find -o {output}` looks for them"
+    )
+    return SUCCEEDED if entries else FAILED
 
 
 def _work(output: Path, contract: str | None, watch: list[Path], title: str | None) -> int:

@@ -96,9 +96,9 @@ class Program:
         row.pack(fill="x", padx=self.px(12))
         if "sample_name" not in self.options["without"]:
             self.label(row, "sample_name").pack(side="left")
-        self.name = self.entry(row)
+        self.name = self.entry(row, "sample")
         self.name.pack(side="left", padx=self.px(8))
-        self.state = self.label(root, "", self.options["says"])
+        self.state = self.label(root, "", self.options["says"], "status")
         self.state.pack(side="bottom", anchor="w", padx=self.px(12))
         body = tk.Frame(root, bg=look["back"])
         body.pack(fill="both", expand=True, padx=self.px(12), pady=self.px(8))
@@ -129,15 +129,21 @@ class Program:
             padx=self.px(across), pady=self.px(down),
         )  # fmt: skip
 
-    def label(self, parent, name, text=None):
+    def label(self, parent, name, text=None, known_as=None):
         words = self.words[name] if text is None else text
         return tk.Label(
-            parent, text=words, font=self.font(), bg=self.look["back"], fg=self.look["ink"]
+            parent,
+            name=known_as,
+            text=words,
+            font=self.font(),
+            bg=self.look["back"],
+            fg=self.look["ink"],
         )
 
-    def entry(self, parent):
+    def entry(self, parent, name=None):
         return tk.Entry(
             parent,
+            name=name,
             font=self.font(),
             width=26,
             bg=self.look["field"],
@@ -299,7 +305,7 @@ class Program:
         row = tk.Frame(box, bg=self.look["back"])
         row.pack(padx=self.px(20), pady=self.px(10))
         self.label(row, "folder").pack(side="left")
-        folder = self.entry(row)
+        folder = self.entry(row, "path")
         folder.pack(side="left", padx=self.px(6))
         folder.focus_force()
         return folder
@@ -443,6 +449,9 @@ class Program:
     def ask_boxes_here(self):
         self.ask_boxes(str(self.exports))
 
+    def set_busy_for_ever(self):
+        self.set_busy(True, "Working...")
+
     def second_window(self):
         other = tk.Toplevel(self.root)
         other.title(self.options["title"] + " (2)")
@@ -450,7 +459,7 @@ class Program:
         self.others["second"] = other
 
     def obey(self, line):
-        """One command; `places` and `state` tell what there is, the rest cause trouble."""
+        """One command; `places`, `controls` and `state` tell what there is, the rest cause trouble."""
         word, _, rest = line.partition(" ")
         if word == "hang":
             time.sleep(float(rest))
@@ -480,7 +489,8 @@ class Program:
             name, value = rest.split(" ", 1)
             self.options[name] = json.loads(value)
         self.settle()
-        print(f"done {json.dumps(self.places()) if word == 'places' else word}", flush=True)
+        told = {"places": self.places, "controls": self.controls}.get(word)
+        print(f"done {json.dumps(told()) if told else word}", flush=True)
 
     def settle(self):
         """Until all is drawn: each question to the X server brings what it wants redrawn meanwhile."""
@@ -520,6 +530,35 @@ class Program:
         found["state"] = [
             state.winfo_rootx(), state.winfo_rooty(), state.winfo_width(), state.winfo_height()
         ]  # fmt: skip
+        return found
+
+    def controls(self):
+        """What UI Automation tells of such a program: a window's title -> its controls."""
+        found = {}
+
+        def look(widget, window):
+            if isinstance(widget, tk.Toplevel):
+                window = widget.title()
+            kind = {tk.Button: "Button", tk.Label: "Text", tk.Entry: "Edit"}.get(type(widget))
+            if kind and widget.winfo_viewable():
+                text = widget.get() if kind == "Edit" else widget.cget("text")
+                box = [
+                    widget.winfo_rootx(), widget.winfo_rooty(),
+                    widget.winfo_width(), widget.winfo_height(),
+                ]  # fmt: skip
+                ticked = None
+                for name in self.ticked:
+                    if text == self.words[name]:
+                        kind, ticked = "CheckBox", self.ticked[name]
+                found.setdefault(window, []).append({
+                    "name": "" if kind == "Edit" else text, "id": widget.winfo_name(), "type": kind,
+                    "box": box, "enabled": str(widget.cget("state")) != "disabled",
+                    "value": text if kind == "Edit" else None, "ticked": ticked,
+                })  # fmt: skip
+            for child in widget.winfo_children():
+                look(child, window)
+
+        look(self.root, self.root.title())
         return found
 
     def run(self):
