@@ -107,7 +107,10 @@ class AppState:
         of = links.device_link
         self.arming = Arming(of, runs.used_by, self._arming_changed)
         touch_goal, touch_jog = partial(updates.touch, "goals"), partial(updates.touch, "jogs")
-        self.acting = Acting(of, self.arming, state / "by-hand", touch_goal, self._device_changed)
+        self.acting = Acting(
+            of, self.arming, state / "by-hand", touch_goal, self._device_changed,
+            lambda: self.settings.read().by_hand_s,
+        )  # fmt: skip
         self.jogging = Jogging(of, self.acting, self.arming, touch_jog)
         self.stopping = Stopping(
             list(links.links.values()), self.jogging, self.arming, self.commands.abort_all,

@@ -27,8 +27,8 @@ from .step_text import step_text
 
 ANSWER_S = 2.0
 LEASE_S = 5.0
-LEAST_S, PATIENCE = 120.0, 10.0
-"""An action may take ten times as long as its contract states, and at least two minutes."""
+PATIENCE = 10.0
+"""An action may take ten times as long as its contract states, and at least what the bench's settings say."""
 KEPT = 500
 
 
@@ -38,12 +38,14 @@ class Acting:
     def __init__(
         self, device_link: Callable[[str], DeviceLink], arming: Arming, folder: Path,
         changed: Callable[[str], None], moved: Callable[[str], None],
+        least_s: Callable[[], float],
     ) -> None:  # fmt: skip
         self._device_link = device_link
         self._arming = arming
         self._folder = folder
         self._changed = changed
         self._moved = moved
+        self._least_s = least_s
         self._goals: dict[str, GoalState] = {}
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -189,7 +191,9 @@ class Acting:
         leased.set_result(None)
         action = device_link.contract.actions[state.action]
         try:
-            outcome = await follow(client, goal, action, lambda r: self._report(state.id, r))
+            outcome = await follow(
+                client, goal, action, lambda r: self._report(state.id, r), self._least_s()
+            )
             device_link.take_result(outcome.result)
             for content in outcome.files.values():
                 await asyncio.to_thread(write_content, self._folder / state.id, content)
@@ -263,19 +267,21 @@ async def take_lease(client: DeviceClient, device: str, by: str, ttl_s: float = 
 
 
 async def follow(
-    client: DeviceClient, goal: Goal, action: Action, report: Callable[[GoalReport], None]
-) -> Outcome:
+    client: DeviceClient, goal: Goal, action: Action, report: Callable[[GoalReport], None],
+    least_s: float,
+) -> Outcome:  # fmt: skip
     """Follow a goal to its end; one that takes far too long is cancelled, then awaited."""
     typical_s = seconds(action.duration) if action.duration is not None else 0.0
     following = spawn(f"follow {goal.id}", client.follow(goal, report))
     try:
-        await asyncio.wait({following}, timeout=max(LEAST_S, PATIENCE * typical_s))
+        await asyncio.wait({following}, timeout=max(least_s, PATIENCE * typical_s))
         if not following.done() and action.cancel:
             with contextlib.suppress(ServerUnreachable):
                 await client.cancel(goal.id)
-            await asyncio.wait({following}, timeout=LEAST_S)
+            await asyncio.wait({following}, timeout=least_s)
         if not following.done():
             words = f"{goal.device}.{goal.action} did not end and is no longer followed"
+            words += " (Settings says how long it may take)"
             return lost("Timeout", words)
         return following.result()
     finally:

@@ -33,9 +33,10 @@ def time_of(view: Outlook, found: RunCounts, timings: Timings, lab: Lab | None) 
     lab says; None if a loop's length is known only during the run or an action's duration is
     unknown.
     """
-    low = high = 0.0
+    low = high = real = 0.0
     runs: list[int] = []
-    sets: dict[Place, tuple[float, float]] = {}
+    quicker = False
+    sets: dict[Place, tuple[float, ...]] = {}
     for place, step, bound, name in _actions(view):
         times = found.times.get(place)
         if times is None or times.most == 0 or step.mode == "background":
@@ -44,18 +45,22 @@ def time_of(view: Outlook, found: RunCounts, timings: Timings, lab: Lab | None) 
         if times.most is None or spread is None:
             return None
         runs.append(spread.runs)
-        took = (spread.low * times.most, spread.high * times.most)
+        speed, said = _speed(lab, bound.device), bound.contract.actions[name].duration
+        quicker = quicker or speed != 1.0
+        typical = seconds(said) if said is not None else spread.typical
+        took = (spread.low * times.most, spread.high * times.most, typical * times.most)
         around = _set_around(place)
         if around is None:
-            low, high = low + took[0], high + took[1]
+            low, high, real = low + took[0], high + took[1], real + took[2]
         else:
-            before = sets.get(around, (0.0, 0.0))
-            sets[around] = (max(before[0], took[0]), max(before[1], took[1]))
+            before = sets.get(around, (0.0, 0.0, 0.0))
+            sets[around] = tuple(map(max, before, took))
     if not runs:
         return None
     low += sum(one[0] for one in sets.values())
     high += sum(one[1] for one in sets.values())
-    return SpanS(low=low, high=high, runs=min(runs))
+    real += sum(one[2] for one in sets.values())
+    return SpanS(low=low, high=high, runs=min(runs), real_s=real if quicker else None)
 
 
 def _set_around(place: Place) -> Place | None:

@@ -243,6 +243,9 @@ class SpanS(ApiModel):
     low: float
     high: float
     runs: int = Field(description="0: from the typical durations in the contracts.")
+    real_s: float | None = Field(
+        default=None, description="With real devices, where the bench's are simulated and quicker."
+    )
 
 
 class Preview(ApiModel):

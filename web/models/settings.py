@@ -15,7 +15,8 @@ Line = Annotated[str, StringConstraints(max_length=300)]
 class Settings(ApiModel):
     """What can be set; each of `checklists` is shown before a run with that danger.
 
-    `receivers`, `quiet_from` and `quiet_to` are the lab's `notify`.
+    `by_hand_s`: an action by hand is cancelled after ten times as long as its contract states, and
+    not before so many seconds. `receivers`, `quiet_from` and `quiet_to` are the lab's `notify`.
     """
 
     bench: Line = "bench"
@@ -31,6 +32,7 @@ class Settings(ApiModel):
     step_sizes_mm: list[Annotated[float, Field(gt=0, le=100)]] = Field(
         default_factory=lambda: [0.1, 1.0, 10.0], min_length=1, max_length=8
     )
+    by_hand_s: float = Field(default=120.0, ge=1, le=604_800)
     receivers: list[Receiver] = Field(default_factory=list, max_length=20)
     quiet_from: Hour = ""
     quiet_to: Hour = ""

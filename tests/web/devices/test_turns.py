@@ -28,8 +28,8 @@ devices:
 class Bench:
     """A gantry served from here, without the page around it."""
 
-    def __init__(self, folder):
-        (folder / "lab.yaml").write_text(LAB)
+    def __init__(self, folder, clock="fast", least_s=120):
+        (folder / "lab.yaml").write_text(LAB.replace("fast", str(clock)))
         lab = lab_here(load_lab(folder / "lab.yaml")[0], folder / "bench")
         self.seen = asyncio.Event()
         self.links = DeviceLinks(
@@ -37,7 +37,9 @@ class Bench:
         )
         self.arming = Arming(self.links.device_link, self.used_by, lambda name: None)
         of = (self.links.device_link,)
-        self.acting = Acting(*of, self.arming, folder, lambda id: None, lambda name: None)
+        self.acting = Acting(
+            *of, self.arming, folder, lambda id: None, lambda name: None, lambda: least_s
+        )
         self.jogging = Jogging(*of, self.acting, self.arming, lambda id: None)
         self.gantry = self.links.links["gantry"]
 
@@ -60,8 +62,8 @@ class Bench:
 
 
 @asynccontextmanager
-async def bench(folder):
-    made = Bench(folder)
+async def bench(folder, **more):
+    made = Bench(folder, **more)
     made.links.open()
     try:
         await made.online()
@@ -125,3 +127,18 @@ def test_a_clock_that_is_set_neither_loses_a_device_nor_its_position(tmp_path, m
     reach, here, age_s = asyncio.run(story())
 
     assert (reach, here) == ("online", 0) and 0 <= age_s < 3600
+
+
+def test_an_action_that_takes_longer_than_the_settings_allow_is_cancelled(tmp_path):
+    async def story():
+        async with bench(tmp_path, clock=1e-6, least_s=0.05) as made:
+            actions = made.gantry.contract.actions
+            actions["move_to"] = actions["move_to"].model_copy(update={"duration": None})
+            goal = await made.move(20)
+            async with asyncio.timeout(500):
+                while made.gantry.busy:
+                    made.seen.clear()
+                    await made.seen.wait()
+            return made.acting.goal(goal.id)
+
+    assert asyncio.run(story()).state == "CANCELED"

@@ -4285,7 +4285,8 @@ export interface components {
          * Settings
          * @description What can be set; each of `checklists` is shown before a run with that danger.
          *
-         *     `receivers`, `quiet_from` and `quiet_to` are the lab's `notify`.
+         *     `by_hand_s`: an action by hand is cancelled after ten times as long as its contract states, and
+         *     not before so many seconds. `receivers`, `quiet_from` and `quiet_to` are the lab's `notify`.
          */
         Settings: {
             /**
@@ -4293,6 +4294,11 @@ export interface components {
              * @default bench
              */
             bench: string;
+            /**
+             * By Hand S
+             * @default 120
+             */
+            by_hand_s: number;
             /** Checklists */
             checklists?: {
                 [key: string]: string[];
@@ -4364,6 +4370,11 @@ export interface components {
             high: number;
             /** Low */
             low: number;
+            /**
+             * Real S
+             * @description With real devices, where the bench's are simulated and quicker.
+             */
+            real_s?: number | null;
             /**
              * Runs
              * @description 0: from the typical durations in the contracts.

@@ -9,7 +9,7 @@ export interface Field {
   kind: FieldKind
   unit: string
   required: boolean
-  /** Folded away: it has a default, or may stay empty while others are required. */
+  /** Folded away: it may stay as it is while others are required, or is a list or map. */
   folded: boolean
   range: string
   about: string
@@ -18,7 +18,7 @@ export interface Field {
   schema: Schema
 }
 
-/** Required ones first; those with a default come folded. */
+/** Required ones first; what seldom changes comes folded. */
 export function fieldsOf(params: Schema): Field[] {
   const required = new Set(params.required ?? [])
   const fields = Object.entries(params.properties ?? {}).map(([name, schema]) => {
@@ -27,7 +27,7 @@ export function fieldsOf(params: Schema): Field[] {
       name, kind, schema,
       unit: schema.unit ?? '',
       required: required.has(name),
-      folded: !required.has(name) && (schema.default !== undefined || required.size > 0),
+      folded: !required.has(name) && (required.size > 0 || kind === 'json'),
       range: rangeOf(schema),
       about: schema.description ?? schema.title ?? '',
       first: firstOf(schema, kind),

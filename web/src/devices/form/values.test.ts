@@ -32,6 +32,7 @@ describe('fields of a contract', () => {
 
   it('are all open where none is required', () => {
     expect(fieldsOf(MOVE).some((field) => field.folded)).toBe(false)
+    expect(fieldsOf({ properties: { x: { type: 'number', default: 0 }, touched: { type: 'array' } } }).map((field) => field.folded)).toEqual([false, true])
   })
 
   it('show their range with its unit', () => {

@@ -1,7 +1,7 @@
 // A condition as a form: `${{ status.oven.temperature > 950 degC and not status.leak.wet }}`, and how it is written.
 import { isMap, type Path } from '../text/path'
 import { sourcesAt, type Source } from './around'
-import { innerOf } from './calls'
+import { innerOf } from '../text/calls'
 import type { Contracts } from './contracts'
 import { isNumber, type Field } from './fields'
 import { namesIn } from './names'

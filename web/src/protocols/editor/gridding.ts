@@ -1,7 +1,7 @@
 // The area of a loop as a box with two corners, to drag, draw and teach: of parameters, or written in the loop itself.
 import type { Edit } from '../text/edit'
 import { isMap, valueAt, type Path } from '../text/path'
-import { millimetres, rounded } from './calls'
+import { millimetres, rounded } from '../text/calls'
 import type { Box } from './drawing'
 import { loopOf, PLATES, writtenLoop, type Loop } from './loops'
 

@@ -1,6 +1,6 @@
 // Loops as forms: what is read from an expression, and what is written.
 import { describe, expect, test } from 'vitest'
-import { callOf, innerOf, itemsOf } from './calls'
+import { callOf, innerOf, itemsOf } from '../text/calls'
 import { countOf, fresh, keyOf, loopOf, writtenLoop, type LoopKind } from './loops'
 
 describe('a call', () => {

@@ -1,5 +1,5 @@
 // What a loop runs over, as a form: grid, line, plate, values, list or table; anything else is an expression.
-import { callOf, innerOf, itemsOf, millimetres, rounded, unquoted, type Argument } from './calls'
+import { callOf, innerOf, itemsOf, millimetres, rounded, unquoted, type Argument } from '../text/calls'
 
 export type LoopKind = 'grid' | 'line' | 'plate' | 'values' | 'list' | 'table'
 

@@ -1,5 +1,5 @@
 // Play the protocol through with simulated devices: a long scan takes minutes, and can be stopped.
-import { onScopeDispose, ref, shallowRef } from 'vue'
+import { onScopeDispose, ref, shallowRef, watch } from 'vue'
 import { api } from '../../api/client'
 import type { Received } from '../../api/types'
 import type { Editing } from './editing'
@@ -40,6 +40,7 @@ export function useRehearsing(editing: Editing) {
     stop?.abort()
   }
 
+  watch(editing.text, () => (rehearsed.value = null))
   onScopeDispose(cancel)
   return { rehearsed, rehearsing, seconds, refusal, rehearse, cancel }
 }

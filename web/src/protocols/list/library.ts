@@ -8,6 +8,7 @@ import { writeScalar } from '../text/write'
 /** The server checks the remaining ones gradually. */
 const AGAIN_MS = 1_500
 const MOST_LOOKS = 40
+const LONGEST_NAME = 80
 
 export type Summary = Received<'ProtocolSummary'>
 export type Thrown = Received<'Thrown'>
@@ -79,16 +80,20 @@ export function titleOf(name: string): string {
   return words.charAt(0).toUpperCase() + words.slice(1)
 }
 
-/** `grid-scan.yaml` from what a person typed. */
+/** `grid-scan.yaml` from what a person typed: runs and their folders have this name, so that accents and the letters of other scripts are left out. */
 export function fileName(typed: string): string {
-  const name = typed.trim()
-  return /\.(ya?ml|json)$/i.test(name) ? name : `${name.replace(/\s+/g, '_')}.yaml`
+  const [stem = '', suffix] = typed.trim().split(/\.(ya?ml|json)$/i)
+  const name = suffix === undefined ? stem.replace(/\s+/g, '_') : stem
+  const plain = name.normalize('NFKD').replace(/[^\w ./-]/g, '').replace(/(^|\/)[^A-Za-z0-9/]+/g, '$1').slice(0, LONGEST_NAME)
+  return `${plain.replace(/[\s./]+$/, '') || 'protocol'}.${suffix ?? 'yaml'}`
 }
 
-/** A protocol with no step yet. */
-export function emptyProtocol(file: string, name: string): string {
-  if (file.toLowerCase().endsWith('.json')) return `${JSON.stringify({ labrun: 1, name, steps: [] }, null, 2)}\n`
-  return `labrun: 1\nname: ${writeScalar(name, { flow: false, json: false })}\nsteps: []\n`
+/** A protocol with no step yet; `summary` is what the name cannot say. */
+export function emptyProtocol(file: string, name: string, summary = ''): string {
+  const data = { labrun: 1, name, ...(summary === '' ? {} : { summary }), steps: [] }
+  if (file.toLowerCase().endsWith('.json')) return `${JSON.stringify(data, null, 2)}\n`
+  const written = (text: string): string => writeScalar(text, { flow: false, json: false })
+  return `labrun: 1\nname: ${written(name)}\n${summary === '' ? '' : `summary: ${written(summary)}\n`}steps: []\n`
 }
 
 /** A name that is not in use yet. */

@@ -72,3 +72,13 @@ test('a hundred thousand rows are listed, found and closed', () => {
   expect(index.at(777_774)).toBe(77_777)
   expect(seenRows(many, new Set(['/steps/5'])).length).toBe(100_000)
 })
+
+test('what a loop runs over is told in words', () => {
+  const told = (items: string): string | undefined => rowsOf(sound(`steps: [{foreach: {one: "\${{ ${items} }}"}}]\n`)).find((row) => row.kind === 'foreach')?.detail
+
+  expect(told("inside(grid(x=[1 mm], y=[2 mm]), csv('core.csv'), 1 mm)")).toBe('a grid inside core.csv')
+  expect(told('inside(grid(x=[1 mm], y=[2 mm]), steps.find.outline)')).toBe('a grid inside steps.find.outline')
+  expect(told("csv('samples.csv')")).toBe('rows of samples.csv')
+  expect(told('span(0 mm, params.width, 2 mm)')).toBe('0 mm to width by 2 mm')
+  expect(told('range(3)')).toBe('range(3)')
+})

@@ -1,4 +1,5 @@
 // A readable title for a step, with the numbers that matter.
+import { callOf, innerOf, unquoted } from './calls'
 import { isMap } from './path'
 import { kindOf, type StepKind } from './steps'
 
@@ -27,7 +28,7 @@ const OF_KIND: Record<StepKind, (step: Record<string, unknown>) => Words> = {
   any: (step) => ({ title: 'Until one succeeds', detail: counted(step['any']) }),
   foreach: (step) => {
     const [name, items] = Object.entries(isMap(step['foreach']) ? step['foreach'] : {})[0] ?? ['item', null]
-    return { title: `For each ${spaced(name)}`, detail: Array.isArray(items) ? counted(items, 'item') : shown(items) }
+    return { title: `For each ${spaced(name)}`, detail: Array.isArray(items) ? counted(items, 'item') : itemsWords(items) }
   },
   repeat: (step) => ({ title: `Repeat ${shown(step['repeat'])} times`, detail: '' }),
   while: (step) => ({ title: `While ${shown(step['while'])}`, detail: step['max'] == null ? '' : `${shown(step['max'])} times at most` }),
@@ -42,6 +43,16 @@ const OF_KIND: Record<StepKind, (step: Record<string, unknown>) => Words> = {
   log: (step) => ({ title: 'Write to the log', detail: `“${shown(step['log'])}”` }),
   notify: (step) => ({ title: 'Tell people', detail: `“${shown(step['notify'])}”` }),
   fail: (step) => ({ title: 'Fail', detail: `“${shown(step['fail'])}”` }),
+}
+
+/** `a grid inside steps.find.outline`, `rows of samples.csv`, `0 mm to 10 mm by 2 mm`; anything else as it is written. */
+function itemsWords(items: unknown): string {
+  const call = callOf(innerOf(items) ?? '')
+  const [first = '', second = '', third = ''] = call?.args.map(({ text }) => shown(`\${{ ${text} }}`)) ?? []
+  const file = (text: string): string => unquoted(callOf(text)?.name === 'csv' ? (callOf(text)?.args[0]?.text ?? '') : text) ?? text
+  if (call?.name === 'csv') return `rows of ${file(first)}`
+  if (call?.name === 'inside' && second !== '') return `${callOf(call.args[0]?.text ?? '')?.name === 'grid' ? 'a grid' : first} inside ${file(second)}`
+  return call?.name === 'span' && third !== '' ? `${first} to ${second} by ${third}` : shown(items)
 }
 
 /** What happens if it fails. */

@@ -4,15 +4,20 @@ import { clockRange, duration } from '../time'
 
 type Preview = Received<'Preview'>
 
-/** `Time 4 h 15 min – 4 h 40 min (measured on 3 runs)`, and when it would end if it started now. */
-export function timeWords(preview: Preview, now: Date): string {
-  const time = preview.time_s
-  if (!time) return 'Time: not known in advance'
+/** `4 h 15 min – 4 h 40 min (measured on 3 runs)`; of quick simulated devices also what real ones take, as a rehearsal has found or by what is typical. */
+export function spanWords(time: Preview['time_s'], rehearsed: number | null = null): string {
+  const found = rehearsed === null ? '' : `${duration(rehearsed)} (rehearsed)`
+  if (!time || (found && time.real_s === null && time.runs === 0)) return found || 'not known in advance'
   const [low, high] = [duration(time.low), duration(time.high)]
-  const span = low === high ? low : `${low} – ${high}`
-  const from = time.runs ? `measured on ${time.runs} ${time.runs === 1 ? 'run' : 'runs'}` : 'from typical durations'
+  const from = time.runs ? `measured on ${time.runs} ${time.runs === 1 ? 'run' : 'runs'}` : 'typical'
+  const span = `${time.high === 0 ? 'no time' : low === high ? low : `${low} – ${high}`} (${from})`
+  return time.real_s === null ? span : `${found || `${duration(time.real_s)} (typical)`} with real devices; ${span} with these simulated ones`
+}
+
+/** The same, and when it would end if it started now. */
+export function timeWords({ time_s: time }: Preview, now: Date): string {
   const at = (s: number): Date => new Date(now.getTime() + s * 1000)
-  return `Time ${span} (${from}), ends ${clockRange(at(time.low), at(time.high), now)}`
+  return `Time: ${spanWords(time)}${time ? `, ends ${clockRange(at(time.low), at(time.high), now)}` : ''}`
 }
 
 /** `1,071 points · 1,071 shots`. */
