@@ -27,7 +27,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.needs("node")]
 def server(request, tmp_path_factory):
     """The server's files beside what npm has for them: a script finds its modules there."""
     folder = tmp_path_factory.mktemp("javascript")
-    for file in ("server.mjs", "pump.mjs", "pump.json", "package.json"):
+    for file in ("server.mjs", "device.mjs", "ledger.mjs", "pump.mjs", "pump.json", "package.json"):
         shutil.copy(FOLDER / file, folder)
     (folder / "node_modules").symlink_to(installed(FOLDER, "socketio") / "node_modules")
     if request.cls is not None:

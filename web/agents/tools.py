@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import re
 from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
@@ -11,7 +12,7 @@ from ...engine.lab.lab import LoadedLab, load_lab
 from ...engine.language.source import parse_source
 from ...engine.python_api.recorded_run import RecordedRun, load, runs
 from ...engine.run.came_to import value_text
-from ...engine.run.folder import FolderFault
+from ...engine.run.folder import LAB, FolderFault
 from ...engine.run.labels import LAUNCH
 from ...engine.run.released import lab_digest, put_back, releases, take
 from ...system.files import write_whole
@@ -22,7 +23,7 @@ from ..library.text_check import TextCheck
 from ..local.clock import now_iso
 from ..local.refusal import Refusal, not_found
 from ..local.workers import Workers
-from ..models.protocols import CheckText, RehearseText
+from ..models.protocols import CheckText, ProtocolText, RehearseText
 from ..models.runs import Launch
 from ..runs.engine import last_words, run_told, start_engine
 
@@ -34,6 +35,7 @@ MOST_RUNS = 200
 MOST_ROWS = 1000
 COMMENT = "# "
 NONE = "there are none"
+BEGINS = re.compile(r"^labrun\s*:", re.MULTILINE)
 
 
 class Tools:
@@ -76,12 +78,13 @@ class Tools:
         })  # fmt: skip
 
     def protocols(self) -> str:
-        """The names of the files in the folder of protocols."""
-        return "\n".join(self._library.names()) or NONE
+        """The names of the protocols in the folder."""
+        names = self._library.names()
+        return "\n".join(name for name in names if self._is_protocol(name)) or NONE
 
     def read_protocol(self, name: str) -> str:
         """A protocol's YAML. The first line is a comment with its revision, which `write_protocol` wants."""
-        found = self._library.read(name)
+        found = self._read(name)
         return f"{COMMENT}revision: {found.revision}\n{found.text}"
 
     async def write_protocol(self, name: str, text: str, revision: str | None = None) -> str:
@@ -110,7 +113,7 @@ class Tools:
         """
         from .server import problem_line
 
-        found = self._library.read(name)
+        found = self._read(name)
         asked = CheckText(text=found.text, name=name, params=params or {}, bind=bind or {})
         checked = await self._checks.check(asked)
         lines = [problem_line(one) for one in checked.problems]
@@ -123,7 +126,7 @@ class Tools:
         from ..models.protocols import Words
 
         asked = CheckText(
-            text=self._library.read(name).text, name=name, params=params or {}, bind=bind or {}
+            text=self._read(name).text, name=name, params=params or {}, bind=bind or {}
         )
         return _json((await self._checks.view("words", asked, Words)).model_dump(mode="json"))
 
@@ -136,7 +139,7 @@ class Tools:
         fail: ["libs.measure:0.05"] lets an action fail with this probability.
         """
         asked = RehearseText(
-            text=self._library.read(name).text, name=name, params=params or {}, bind=bind or {},
+            text=self._read(name).text, name=name, params=params or {}, bind=bind or {},
             fail=fail or [], seed=seed,
         )  # fmt: skip
         told = await self._rehearsals.play(asked)
@@ -242,24 +245,40 @@ class Tools:
             raise not_found("run", name, "`runs` lists all of them")
         return found
 
+    def _is_protocol(self, name: str) -> bool:
+        path = place_of(self._folder, name)
+        return _is_protocol(path.read_text("utf-8", errors="replace"), path)
+
+    def _read(self, name: str) -> ProtocolText:
+        """A protocol; nothing else in the folder, such as a lab with the tokens of its devices."""
+        found = self._library.read(name)
+        if not _is_protocol(found.text, place_of(self._folder, name)):
+            raise Refusal(422, "NO_PROTOCOL", f"{name} is no protocol: only those are read here")
+        return found
+
     def _writable(self, name: str, text: str) -> None:
         """Raise Refusal for what is no protocol, or would lie among the runs: a lab, a contract, a copy."""
         path = place_of(self._folder, name)
+        if path.name.lower() == LAB or path == self._lab:
+            raise Refusal(422, "WRONG_NAME", f"{name} is a lab's name", "choose another one")
         if path.resolve().is_relative_to(self._runs.resolve()):
             raise Refusal(422, "WRONG_NAME", f"{name} lies in the folder of the runs")
         if not _is_protocol(text, path):
             raise Refusal(
                 422, "NO_PROTOCOL", "this is no protocol: it is YAML that begins with `labrun: 1`"
             )
-        if path.exists() and not _is_protocol(path.read_text("utf-8", errors="replace"), path):
+        if path.exists() and not self._is_protocol(name):
             raise Refusal(
                 422, "NO_PROTOCOL", f"{name} is there and is no protocol: choose another name"
             )
 
 
 def _is_protocol(text: str, path: Path) -> bool:
+    """Also one that cannot be parsed, as long as a line of it begins with `labrun:`."""
     source, _ = parse_source(text, path, path.name)
-    return source is not None and isinstance(source.data, dict) and "labrun" in source.data
+    if source is None:
+        return BEGINS.search(text) is not None
+    return isinstance(source.data, dict) and "labrun" in source.data
 
 
 def _json(value: Any) -> str:

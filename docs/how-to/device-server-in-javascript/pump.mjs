@@ -12,36 +12,33 @@ export class Pump {
 
   status = () => ({ flowing: this.flowing, dosed: this.dosed });
 
-  async dose(goal, { volume, rate = 1 }) {
+  async dose({ volume, rate = 1 }, goal) {
     this.note(goal, "dose", { volume });
     this.flowing = true;
     const began = Date.now(), lasts = (1000 * volume) / rate;
-    while (this.flowing && Date.now() - began < lasts) {
+    while (this.flowing && !goal.signal.aborted && Date.now() - began < lasts) {
       goal.feedback((Date.now() - began) / lasts, "dosing");
       await pause(20);
     }
-    const whole = this.flowing;
+    const whole = this.flowing && !goal.signal.aborted;
     this.flowing = false;
     const given = whole ? volume : Math.min(volume, ((Date.now() - began) * rate) / 1000);
     this.dosed += given;
-    if (!whole) throw { canceled: true };
+    goal.signal.throwIfAborted();
     return { volume: given };
   }
 
-  async last_dose(goal) {
+  async last_dose(params, goal) {
     this.note(goal, "last_dose");
-    const doses = this.notes().filter((note) => note.action === "dose");
-    const last = doses.at(-1);
+    const last = this.notes().findLast((note) => note.action === "dose");
     return last === undefined ? { goal_id: null } : { goal_id: last.goal, volume: last.volume };
   }
 
-  async halt(goal) {
-    if (goal !== undefined) this.note(goal, "halt");
+  async halt(params, goal) {
+    if (goal !== undefined) this.note(goal, "halt"); // without a goal it is the server's way into the safe state
     this.flowing = false;
     return {};
   }
-
-  cancel = () => this.halt();
 
   note = (goal, action, more = {}) => appendFileSync(this.memory, JSON.stringify({ goal: goal.id, action, ...more }) + "\n");
   notes = () => (existsSync(this.memory) ? readFileSync(this.memory, "utf8").trim().split("\n").map((line) => JSON.parse(line)) : []);

@@ -9,6 +9,7 @@ from labrun.engine.commands.release import copied, record_of
 from labrun.engine.run.folder import FolderFault
 from labrun.engine.run.released import RECORD, releases
 from labrun.web.agents.tools import Tools
+from labrun.web.local.refusal import Refusal
 
 PROTOCOL = "labrun: 1\nname: go\ndevices: {gantry: gantry@1}\nsteps: [{do: gantry.home}]\n"
 LAB = (
@@ -31,3 +32,20 @@ def test_a_release_is_for_the_lab_that_a_person_has_seen(tmp_path):
         asyncio.run(Tools(tmp_path, runs, lab).launch(known.id))
     assert releases(runs) == [known]
     assert [path.name for path in runs.iterdir()] == [".released"]
+
+
+def test_an_agent_sees_protocols_alone_and_writes_none_by_the_name_of_a_lab(tmp_path):
+    (tmp_path / "bench.yaml").write_text(
+        LAB.replace("driver: sim_gantry", "token: a-secret-of-16-x")
+    )
+    (tmp_path / "torn.yaml").write_text(PROTOCOL + "steps: [\n")
+    tools = Tools(tmp_path, tmp_path / "runs", None)
+
+    assert tools.protocols() == "torn.yaml"
+    assert tools.read_protocol("torn.yaml").endswith("steps: [\n")
+    with pytest.raises(Refusal, match=r"bench\.yaml is no protocol"):
+        tools.read_protocol("bench.yaml")
+    for name in ("lab.yaml", "more/Lab.yaml"):
+        with pytest.raises(Refusal, match="is a lab's name"):
+            asyncio.run(tools.write_protocol(name, PROTOCOL))
+    assert sorted(path.name for path in tmp_path.glob("*.yaml")) == ["bench.yaml", "torn.yaml"]
