@@ -70,9 +70,10 @@ def values(
     pointed = str if decimal == "." else _pointed
     if pattern is None:
         return _split(pointed(text), returns)
-    if len(returns) > 1 and all(_kind(schema) == "array" for schema in returns.values()):
-        return _columns([_parts(line, returns, pattern) for line in text.splitlines()], returns)
     found = pattern.fullmatch(text) or pattern.fullmatch(text.strip())
+    table = returns and all(_kind(schema) == "array" for schema in returns.values())
+    if table and (len(returns) > 1 or (found is None and "\n" in text)):
+        return _columns([_parts(line, returns, pattern) for line in text.splitlines()], returns)
     if found is None:
         raise BadAnswer(f"it does not match {pattern.pattern!r}")
     if not returns:
@@ -119,9 +120,15 @@ def _columns(rows: list[list[str]], returns: Mapping[str, Any]) -> dict[str, Any
     """A table, a line of the answer for each row: each column is an array."""
     if short := next((row for row in rows if len(row) < len(returns)), None):
         raise BadAnswer(f"the row {short} has {len(short)} of {len(returns)} values")
-    items = [schema.get("items", {"type": "number"}) for schema in returns.values()]
+    items = [_items(schema) for schema in returns.values()]
     columns = [[value(row[at], one) for row in rows] for at, one in enumerate(items)]
     return dict(zip(returns, columns, strict=True))
+
+
+def _items(schema: Mapping[str, Any]) -> dict[str, Any]:
+    """One of an array's values; how it is written stands beside the array."""
+    own = {key: schema[key] for key in OWN if key in schema}
+    return {**schema.get("items", {"type": "number"}), **own}
 
 
 def _parts(line: str, returns: Mapping[str, Any], pattern: Any) -> list[str]:
@@ -138,9 +145,7 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
         return _formed_value(text, schema)
     plain, kind = text.strip(), _kind(schema)
     if kind == "array":
-        own = {key: schema[key] for key in OWN if key in schema}
-        items = {**schema.get("items", {"type": "number"}), **own}
-        return [value(part, items) for part in SEPARATOR.split(plain) if part]
+        return [value(part, _items(schema)) for part in SEPARATOR.split(plain) if part]
     if "words" in schema:
         for word, written in words_of(schema).items():
             if plain.strip("\"'").lower() == str(written).strip().lower():
@@ -179,7 +184,11 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
         return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
     if found is None:
         comma = NUMBER.fullmatch(_pointed(text)) and '; a decimal comma? Then say `decimal: ","`'
-        raise BadAnswer(f"{text!r} is not a number{comma or ''}")
+        part = (
+            re.search(r"\d", text)
+            and "; the group of an `answer: '...(.*)'` picks the part that is"
+        )
+        raise BadAnswer(f"{text!r} is not a number{comma or part or ''}")
     word = found[1].replace(" ", "")
     size = WORDS.get(word.lstrip("+-").lower())
     number = float(re.sub("[dD]", "e", word)) if size is None and word[-1:].isdigit() else size

@@ -52,6 +52,8 @@ class Bridge(Driver):
         shared = getattr(self.config, "shared", False)
         self.line = SharedLine(self.config.resource) if shared else None
         self._turn = asyncio.Lock()
+        self.known: Values = {}
+        """What the instrument said when it was connected: a key that has to be sent with all that follows."""
         self._latest: Values = {}
         self._looked_at = float("-inf")
         self._look: asyncio.Task[None] | None = None
@@ -72,6 +74,10 @@ class Bridge(Driver):
     async def perform(self, said: Any, action: Action, values: Values, goal: GoalContext) -> Values:
         """Do one action; raises ActionFailed, NoAnswer, BadAnswer, NoNumber or OSError."""
         raise NotImplementedError
+
+    def params(self, said: Any, action: Action) -> Values:
+        """The schemas of what may stand in what is sent, and how each is written."""
+        return {**self.config.known(), **self.config.written(action.param_schemas(), said.params)}
 
     def answers(self, said: Any) -> bool:
         """Whether an action is answered by the instrument: what is only written may be lost."""

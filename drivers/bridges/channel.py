@@ -31,6 +31,7 @@ class Channel:
     def __init__(self, resource: Resource) -> None:
         self.resource = resource
         self.received = bytearray()
+        self.heard_at = float("-inf")
         self.news = Condition()
         self.is_open = False
         self.fault = "it is not open"
@@ -57,16 +58,19 @@ class Channel:
             raise OSError(f"{self.resource}: {self.fault}")
         return False
 
-    async def quiet(self) -> None:
-        """Drop what has come, until nothing comes any more for a moment."""
+    async def quiet(self) -> bool:
+        """Drop what has come, until nothing comes any more for a moment; False if it never stops."""
+        silent = False
         for _ in range(MOST_CALMS):
-            if not await self.more(CALM_S):
+            if silent := not await self.more(CALM_S):
                 break
         self.received.clear()
+        return silent
 
     def take(self, data: bytes) -> None:
         """What came in."""
         self.received += data[: MOST - len(self.received)]
+        self.heard_at = asyncio.get_running_loop().time()
         self.news.set()
 
     def lost(self, fault: str) -> None:

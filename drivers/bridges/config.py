@@ -111,6 +111,10 @@ class BridgeConfig(Model):
         """The actions that make up the status."""
         return list(getattr(self, "status", []))
 
+    def known(self) -> dict[str, JsonSchema]:
+        """What the instrument says when it is connected: its values may stand in all that is sent."""
+        return {}
+
     def contract(self, type_: str) -> Contract:
         """The contract that this config says."""
         actions = {name: self._action(said) for name, said in self.said().items()}
@@ -225,7 +229,7 @@ class BridgeConfig(Model):
         from .template import template_faults
 
         for key, text in said.used():
-            params = self.written(action.param_schemas(), said.params)
+            params = {**self.known(), **self.written(action.param_schemas(), said.params)}
             for message in template_faults(text, params):
                 yield ConfigFault((key,), message)
 

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field, field_validator, model_validator
 
-from ...schemas.contract import Action, Effect, Name
+from ...schemas.contract import Action, Contract, Effect, Name
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
 from .answers import OWN, BadAnswer
 from .answers import values as values_of
 from .bridge import Bridge, Values
-from .by_action import ByAction, filled, texts
-from .config import ActionConfig, pattern
+from .by_action import WHOLE, ByAction, filled, texts
+from .config import ActionConfig, ConfigFault, pattern
 from .data import found_at, plainly
 from .line_bridge import file_of
 from .lines import NoAnswer
-from .template import fill
+from .template import fill, template_faults
 
 if TYPE_CHECKING:
     from aiohttp import ClientSession
@@ -83,6 +83,7 @@ class HttpConfig(ByAction):
 
     url: str
     headers: dict[str, str] = Field(default_factory=dict)
+    login: HttpAction | None = None
     user: str | None = None
     password: str = ""
     hello: str | None = None
@@ -95,6 +96,24 @@ class HttpConfig(ByAction):
         if not value.startswith(("http://", "https://")):
             raise ValueError(f"{value!r} is no address such as http://10.0.0.8:8080/api")
         return value.rstrip("/")
+
+    def known(self) -> dict[str, Any]:
+        return self.login.returns if self.login is not None else {}
+
+    def faults(self, contract: Contract, *, apart: bool) -> Iterator[ConfigFault]:
+        yield from super().faults(contract, apart=apart)
+        if self.login is not None:
+            for key, text in self.login.used():
+                for message in template_faults(text, {}):
+                    yield ConfigFault(("login", key), message)
+        for name, text in self.headers.items():
+            asked = WHOLE.search(text)
+            if self.login is not None:
+                for message in template_faults(text, self.known()):
+                    yield ConfigFault(("headers", name), message)
+            elif asked is not None:
+                message = f"{asked[0]}: nothing says it; what a `login` returns may stand here"
+                yield ConfigFault(("headers", name), message)
 
 
 class Http(Bridge):
@@ -109,23 +128,41 @@ class Http(Bridge):
         from aiohttp import ClientSession
 
         said: HttpConfig = self.config
-        headers = said.headers
-        if said.user is not None:
-            known = b64encode(f"{said.user}:{said.password}".encode()).decode()
-            headers = {"Authorization": f"Basic {known}", **headers}
-        self._session = ClientSession(headers=headers)
+        self._session = ClientSession()
         try:  # any answer shows that it is there; `hello` is a path that it has
             async with asyncio.timeout(timeout_s):
-                url = self.config.url + (self.config.hello or "/")
-                async with self._session.get(url) as answer:
-                    if self.config.hello is not None and answer.status >= 400:
+                if said.login is not None:
+                    await self._log_in(said.login)
+                url = said.url + (said.hello or "/")
+                async with self._session.get(url, headers=self._headers()) as answer:
+                    if said.hello is not None and answer.status >= 400:
                         raise OSError(f"{url} answers with status {answer.status}")
+        except (ActionFailed, NoAnswer, BadAnswer) as fault:
+            await self.drop()
+            raise OSError(f"{said.url} does not let it in: {fault}") from fault
         except TimeoutError as fault:
             await self.drop()
             raise OSError(f"{self.config.url} does not answer within {timeout_s:g} s") from fault
         except OSError as fault:  # aiohttp's ClientError of a connection is one, too
             await self.drop()
             raise OSError(f"{self.config.url} cannot be reached: {fault}") from fault
+
+    def _headers(self) -> dict[str, str]:
+        said: HttpConfig = self.config
+        headers = said.headers
+        if said.login is not None:
+            known = {n: text for n, text in headers.items() if self.known or not WHOLE.search(text)}
+            headers = {name: fill(text, self.known, {}, "") for name, text in known.items()}
+        if said.user is not None:
+            basic = b64encode(f"{said.user}:{said.password}".encode()).decode()
+            headers = {"Authorization": f"Basic {basic}", **headers}
+        return headers
+
+    async def _log_in(self, login: HttpAction) -> None:
+        """What it answers may stand in headers and all that is sent: a token."""
+        self.known = {}
+        action = Action(returns={"properties": dict(login.returns)})
+        self.known = await self.perform(login, action, {}, GoalContext("login"))
 
     async def drop(self) -> None:
         session, self._session = self._session, None
@@ -135,9 +172,37 @@ class Http(Bridge):
     async def perform(
         self, said: HttpAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
+        params = self.params(said, action)
+        what, status, data, text = await self._asked(said, params, values, goal)
+        if status == 401 and self.config.login not in (None, said):
+            await self._log_in(self.config.login)  # its token has run out, and nothing was done
+            what, status, data, text = await self._asked(said, params, values, goal)
+        self._refuse(what, said, status, text)
+        returns = self.config.written(action.returns.get("properties", {}), said.returns)
+        if file := next((n for n, s in returns.items() if s.get("format") == "path"), None):
+            return {file: file_of(goal, file, values, data)}
+        if said.answer is not None:
+            return values_of(text, returns, regular_expression(said.answer))
+        try:
+            told = json.loads(text) if returns else None
+        except ValueError as fault:
+            if (
+                len(returns) != 1
+                or not text.strip()
+                or any("at" in s for s in said.returns.values())
+            ):
+                raise BadAnswer(f"{what} and answered {text[:80]!r}, which is no JSON") from fault
+            told = text  # a single value, as some devices answer
+        at = {n: fill(str(s.get("at", "")), values, params, goal.id) for n, s in returns.items()}
+        return {name: found_at(told, name, at[name], schema) for name, schema in returns.items()}
+
+    async def _asked(
+        self, said: HttpAction, params: Values, values: Values, goal: GoalContext
+    ) -> tuple[str, int, bytes, str]:
+        """Send the request: what was asked, the status, the answer as bytes and as text."""
         from aiohttp import ClientError
 
-        params = self.config.written(action.param_schemas(), said.params)
+        values = self.known | values
         method, template = said.request
         path = fill(template, values, params, goal.id)
         body = filled(said.body, values, params, goal.id)
@@ -152,33 +217,18 @@ class Http(Bridge):
         try:
             async with (
                 asyncio.timeout(self.timeout_s(said)),
-                self._session.request(method, url, allow_redirects=False, **more) as got,
+                self._session.request(
+                    method, url, headers=self._headers(), allow_redirects=False, **more
+                ) as got,
             ):
-                status, data = got.status, await got.read()
+                data = await got.read()
                 text = data.decode(got.charset or "utf-8", "backslashreplace")
+                return what, got.status, data, text
         except TimeoutError as fault:
             wait = f"{self.timeout_s(said):g} s"
             raise NoAnswer(f"{what} and did not answer within {wait}") from fault
         except ClientError as fault:
             raise OSError(f"{what}: {fault or type(fault).__name__}") from fault
-        self._refuse(what, said, status, text)
-        returns = self.config.written(action.returns.get("properties", {}), said.returns)
-        if file := next((n for n, s in returns.items() if s.get("format") == "path"), None):
-            return {file: file_of(goal, file, values, data)}
-        if said.answer is not None:
-            return values_of(text, returns, regular_expression(said.answer))
-        try:
-            data = json.loads(text) if returns else None
-        except ValueError as fault:
-            if (
-                len(returns) != 1
-                or not text.strip()
-                or any("at" in s for s in said.returns.values())
-            ):
-                raise BadAnswer(f"{what} and answered {text[:80]!r}, which is no JSON") from fault
-            data = text  # a single value, as some devices answer
-        at = {n: fill(str(s.get("at", "")), values, params, goal.id) for n, s in returns.items()}
-        return {name: found_at(data, name, at[name], schema) for name, schema in returns.items()}
 
     def _refuse(self, what: str, said: HttpAction, status: int, text: str) -> None:
         words = f"{what} and answered with status {status}: {text[:200].strip()}"

@@ -26,7 +26,10 @@ NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
 }
 
 
-KINDS = re.compile(r"(?P<count>[1-9]\d*)?(?P<order>[<>]?)(?P<kind>[iu][1248]|f[248])")
+KINDS = re.compile(
+    r"(?:(?P<count>[1-9]\d*)|(?P<length>[<>]?u[1248]):)?"
+    r"(?:file|(?P<order>[<>]?)(?P<kind>[iu][1248]|f[248]))"
+)
 CODES = {
     "i1": "b", "i2": "h", "i4": "i", "i8": "q", "u1": "B", "u2": "H", "u4": "I", "u8": "Q",
     "f2": "e", "f4": "f", "f8": "d",
@@ -55,11 +58,11 @@ class LineAction(ActionConfig):
     @field_validator("block")
     @classmethod
     def _is_a_kind(cls, value: str | None) -> str | None:
-        if value in (None, "file") or KINDS.fullmatch(value or ""):
+        if value is None or KINDS.fullmatch(value or ""):
             return value
         raise ValueError(
-            f"{value!r} is no kind of block: `file`, or a number type as >f4, <i2, u1, or 1024<u2 for "
-            f"so many of them without the # of a block"
+            f"{value!r} is no kind of block: `file`, or a number type as >f4, <i2, u1, 1024<u2 for so "
+            f"many of them without the # of a block, or <u4:>f4 for those that come after their length"
         )
 
 
@@ -147,6 +150,7 @@ class LineBridge(Bridge):
         wanted = self.lines.pattern(said.answer) if said.answer is not None else None
         returns = self.config.written(action.returns.get("properties", {}), said.returns)
         first, wrong = True, list[str]()
+        asked = f"it was sent {sent!r}" if sent else "it was listened to"
         while True:
             try:
                 left = until - clock()
@@ -156,8 +160,8 @@ class LineBridge(Bridge):
             except NoAnswer as fault:
                 if wrong:
                     answers = "; then ".join(dict.fromkeys(wrong))
-                    raise BadAnswer(f"it was sent {sent!r} and answered {answers}") from fault
-                raise NoAnswer(f"it was sent {sent!r} and {fault}") from fault
+                    raise BadAnswer(f"{asked} and answered {answers}") from fault
+                raise NoAnswer(f"{asked} and {fault}") from fault
             first = False
             self.refuse(sent, text, said)
             try:
@@ -166,7 +170,7 @@ class LineBridge(Bridge):
                     text = "\n".join(more)
                 return self.read(text, returns, wanted)
             except BadAnswer as fault:
-                words = f"it was sent {sent!r} and answered {text[:80]!r}: {fault}"
+                words = f"{asked} and answered {text[:80]!r}: {fault}"
                 wrong += [f"{text[:80]!r}: {fault}"][len(wrong) // MOST_TOLD :]
                 if self.config.prompt is not None:
                     raise BadAnswer(words) from fault
@@ -195,14 +199,15 @@ class LineBridge(Bridge):
         """A binary answer, as the numbers or the file that the first result is."""
         name = next(iter(action.returns.get("properties", {})), None)
         form = KINDS.fullmatch(said.block or "")
-        size = int(form["kind"][1]) if form else 1
-        if form and form["count"]:
-            data = await self.lines.bytes_of(query, int(form["count"]) * size, self.timeout_s(said))
-        else:
-            data = await self.lines.block(query, self.timeout_s(said))
+        size = int(form["kind"][1]) if form and form["kind"] else 1
+        try:
+            data = await self._block(query, form, size, self.timeout_s(said))
+        except NoAnswer:
+            self.refuse(query, self.lines.heard, said)
+            raise
         if name is None:
             return {}
-        if form is None:
+        if form is None or not form["kind"]:
             return {name: file_of(goal, name, given, data)}
         if len(data) % size:
             raise BadAnswer(
@@ -213,6 +218,14 @@ class LineBridge(Bridge):
         )
         schemas = self.config.written({name: action.returns["properties"][name]}, said.returns)
         return values(",".join(repr(number) for number in numbers), schemas, None)
+
+    async def _block(self, query: str, form: Any, size: int, timeout_s: float) -> bytes:
+        """The bytes of a block: so many of them, after their length, or as IEEE 488.2 has it."""
+        if form and form["count"]:
+            return await self.lines.bytes_of(query, int(form["count"]) * size, timeout_s)
+        if form and form["length"]:
+            return await self.lines.counted_bytes(query, form["length"], timeout_s)
+        return await self.lines.block(query, timeout_s)
 
 
 def file_of(goal: GoalContext, name: str, given: Values, data: bytes) -> str:

@@ -11,7 +11,7 @@ from ...schemas.patterns import regular_expression
 from ...schemas.quantity import seconds
 from ..driver import Place
 from ..serial_io.port import read_port
-from .channel import Channel, Network, Serial, Visa
+from .channel import CALM_S, Channel, Network, Serial, Visa
 from .checksum import Checksum
 from .config import Time, pattern, time
 from .number_forms import decimals, number_bytes, size_of
@@ -189,6 +189,8 @@ class Lines:
         self._end = config.terminators
         self.prompted = ""
         """Which of several prompts came last."""
+        self._cut = False
+        """Whether the line that is coming has lost its beginning."""
         self._ignore = regular_expression(config.ignore) if config.ignore else None
         self._frame = config.frame
         self._binary = bool(config.frame is not None or config.escapes or self._end.begin)
@@ -220,7 +222,7 @@ class Lines:
                 self.channel.received.clear()
                 await self.at_once(step.send)
         if self.resource.kind != "visa":  # which is only read when it has been asked
-            await self.channel.quiet()
+            self._cut = not await self.channel.quiet()
 
     async def _said(self, words: str, until: float, verb: str) -> None:
         """Wait for words that need no line end; raises NoAnswer."""
@@ -241,8 +243,17 @@ class Lines:
         if self.resource.kind != "visa":
             for _ in range(2):  # what has come but was not taken in yet
                 await asyncio.sleep(0)
-            self.channel.received.clear()
+            self.forget()
         await self.at_once(text)
+
+    def forget(self) -> None:
+        """Drop what has come; of a line that is still coming the rest is no line either."""
+        buffer = self.channel.received
+        if buffer and self._frame is None and self._config.prompt is None:
+            begun = self._ending().split(bytes(buffer))[-1].strip(b"\0 \t")
+            age_s = asyncio.get_running_loop().time() - self.channel.heard_at
+            self._cut = bool(begun) and age_s < CALM_S
+        buffer.clear()
 
     async def at_once(self, text: str) -> None:
         """Send a line without waiting for anybody's turn: an abort."""
@@ -307,6 +318,7 @@ class Lines:
                 return
             await self._more(until)
         del buffer[: found.end()]
+        self._cut = False
 
     async def lines_after(self, first: str, wanted: int | str, timeout_s: float) -> list[str]:
         """An answer of so many lines, or up to one that a pattern finds, which is not part of it."""
@@ -376,6 +388,9 @@ class Lines:
             del buffer[: framed.end()]
             return line
         found = self._ending().search(buffer)
+        if found is not None and self._cut and self._silence_s is None:
+            del buffer[: found.end()]
+            self._cut, found = False, self._ending().search(buffer)
         if found is None or self._silence_s is not None:
             return None
         line = self._decoded(buffer[: found.start()])
@@ -412,6 +427,29 @@ class Lines:
         del self.channel.received[:size]
         return data
 
+    async def counted_bytes(self, text: str, kind: str, timeout_s: float) -> bytes:
+        """The bytes after their length, a number such as `<u4`; raises NoAnswer, OSError."""
+        until = asyncio.get_running_loop().time() + timeout_s
+        if self._config.echo:
+            await self._pass_echo(text, until)
+        head, buffer = size_of(kind), self.channel.received
+        await self._at_least(head, until)
+        counted = bytes(buffer[:head]).decode("latin-1")
+        size = head + int(decimals(counted, {"bytes": kind})[0])
+        if size > MOST_FRAME:
+            raise NoAnswer(
+                f"answered {self.heard[:60]!r}, which says that {size - head} bytes follow"
+            )
+        await self._at_least(size, until)
+        data = bytes(buffer[head:size])
+        del buffer[:size]
+        return data
+
+    @property
+    def heard(self) -> str:
+        """What has come and was not taken."""
+        return self._decoded(self.channel.received).strip()
+
     async def block(self, text: str, timeout_s: float) -> bytes:
         """A binary block of IEEE 488.2: `#` digits, length, data; `#0` goes on to the line's end."""
         until = asyncio.get_running_loop().time() + timeout_s
@@ -445,7 +483,7 @@ class Lines:
     async def _more(self, until: float) -> None:
         left = until - asyncio.get_running_loop().time()
         if left <= 0 or not await self.channel.more(left):
-            heard = self._decoded(self.channel.received).strip()
+            heard = self.heard
             raise NoAnswer(f"sent {heard[:80]!r} without a line end" if heard else "was silent")
 
     def _encoded(self, text: str) -> bytes:

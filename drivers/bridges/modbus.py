@@ -218,7 +218,7 @@ class Modbus(Bridge):
     async def perform(
         self, said: ModbusAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
-        params = self.config.written(action.param_schemas(), said.params)
+        params = self.params(said, action)
         for number, (name, value) in enumerate((said.write or {}).items()):
             await self._write(name, filled(value, values, params, goal.id), said, first=not number)
         returns = self.config.written(action.returns.get("properties", {}), said.returns)

@@ -133,7 +133,7 @@ class Scpi(LineBridge):
     async def perform(
         self, said: ScpiAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
-        params = self.config.written(action.param_schemas(), said.params)
+        params = self.params(said, action)
         put = partial(fill, given=values, params=params, goal=goal.id, decimal=self.config.decimal)
         texts = [put(text) for text in said.writes]
         query = put(said.query) if said.query is not None else None

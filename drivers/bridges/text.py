@@ -6,6 +6,7 @@ See docs/how-to/instruments-in-yaml.md.
 import contextlib
 import json
 from collections.abc import Iterator
+from string import Formatter
 from typing import Any, ClassVar
 
 from pydantic import Field, field_validator, model_validator
@@ -72,6 +73,10 @@ class TextConfig(LineBridgeConfig):
     }
 
     hello: TextAction | None = None
+
+    def known(self) -> dict[str, Any]:
+        return self.hello.returns if self.hello is not None else {}
+
     error_query: TextAction | None = None
 
     @field_validator("error_query")
@@ -108,7 +113,10 @@ class Text(LineBridge):
         except ActionFailed as failure:
             await self.drop()
             raise OSError(failure.message) from failure
-        self.versions = {name: str(value) for name, value in told.items()}
+        self.known = told
+        sent = {text for said in self._said.values() for _, text in said.used()}
+        keys = {name for text in sent for _, name, _, _ in Formatter().parse(text)}
+        self.versions = {name: str(value) for name, value in told.items() if name not in keys}
 
     def answers(self, said: TextAction) -> bool:
         listened = (said.answer, said.done, said.block, said.until, self.config.error_query)
@@ -122,7 +130,7 @@ class Text(LineBridge):
     async def perform(
         self, said: TextAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
-        params = self.config.written(action.param_schemas(), said.params)
+        params, values = self.params(said, action), self.known | values
         decimal = self.config.decimal
         lines = [
             (one.after, fill(one.send or "", values, params, goal.id, decimal))
@@ -145,7 +153,7 @@ class Text(LineBridge):
             result = await self.blocked(last, said, action, values, goal)
         elif answered:
             if not lines:
-                self.lines.channel.received.clear()
+                self.lines.forget()
             result = await self.heard(last, said, action, goal)
         else:
             self.refuse(last, await self.lines.finish(last, self.timeout_s(said)), said)

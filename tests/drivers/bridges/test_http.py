@@ -5,6 +5,7 @@ from urllib.parse import quote
 
 import pytest
 
+from labrun.drivers.bridges.http import HttpConfig
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
 
 RPM = {"type": "number", "unit": "rpm"}
@@ -186,3 +187,41 @@ def test_what_is_no_plain_json(peer, ask):
 def test_one_that_is_not_there_is_said(once):
     with pytest.raises(OSError, match=r"http://127.0.0.1:9 cannot be reached"):
         once("http", config("http://127.0.0.1:9"), "speed")
+
+
+LOGIN = {
+    "headers": {"Authorization": "Bearer {token}"},
+    "login": {
+        "post": "/login", "body": {"user": "lab", "password": "secret"},
+        "returns": {"token": {"type": "string", "at": "data.token"}},
+    },
+    "actions": {"dose": {"post": "/guarded"}},
+}  # fmt: skip
+
+
+def test_a_token_that_has_run_out_is_fetched_anew_and_nothing_is_done_twice(peer, ask):
+    there = peer("http_peer.py")
+
+    async def story(driver):
+        for number in range(5):
+            await driver.dose(GoalContext(f"run/x/{number}"))
+
+    ask("http", config(there.where, **LOGIN, errors={}, abort=None), story)
+
+    told = [one["token"] for one in there.done("guarded")]
+    assert told == ["T1", "T1", "T2", "T2", "T3"]
+
+
+def test_a_login_that_is_refused_is_said_in_its_words(peer, once):
+    wrong = {**LOGIN, "login": {**LOGIN["login"], "body": {"password": "no"}}}
+
+    with pytest.raises(OSError, match=r"does not let it in.*POST /login.*wrong password"):
+        once("http", config(peer("http_peer.py").where, **wrong, errors={}, abort=None), "dose")
+
+
+def test_a_header_that_nothing_fills_is_told():
+    said = HttpConfig(url="http://a", headers={"X-Key": "{key}"}, actions={"x": {"get": "/"}})
+
+    assert [fault.message for fault in said.faults(said.contract("x@1"), apart=False)] == [
+        "{key}: nothing says it; what a `login` returns may stand here"
+    ]

@@ -7,6 +7,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from labrun.drivers.bridges.answers import values
+from labrun.drivers.bridges.lines import Lines
 from labrun.drivers.bridges.template import fill
 from labrun.drivers.bridges.text import Text, TextConfig
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
@@ -77,6 +78,30 @@ actions:
     {send: "SPEC?", lines: '^\.$', returns: {wavelength: {type: array}, counts: {type: array}}, effect: pure}
   raw: {send: "RAW?", block: 4<u2, returns: {counts: {type: array}}, effect: pure}
 """
+POTENTIOSTAT = r"""
+ignore: '^(e|M\d+)$'
+actions:
+  sweep:
+    send: "e\nmeas_loop_lsv p c {begin:.0f}m {end:.0f}m 10m 100m\nendloop\n"
+    params: {begin: {unit: mV}, end: {unit: mV}}
+    answer: 'Pda(?P<e>.{7})m;ba(?P<i>.{7})(?P<prefix>.)'
+    lines: '^\*'
+    returns:
+      e: {type: array, base: 16, offset: -134217728}
+      i: {type: array, base: 16, offset: -134217728}
+      prefix: {type: array, words: {1.0e-6: u, 1.0e-9: n}}
+  column: {send: "e\n", lines: '^\*', answer: 'Pda(.{7}).*', returns: {e: {type: array, base: 16}}}
+"""
+KEYED = r"""
+terminator: "\r"
+hello: {send: HELLO, answer: "KEY (?P<key>.*)", returns: {key: {type: string}}}
+errors: {BadKey: {answer: ERR KEY, happened: no}, Refused: {answer: ^ERR, happened: no}}
+actions:
+  temperature: {send: "{key};T?", returns: {t: {unit: degC}}, effect: pure}
+  trace: {send: "{key};TRACE?", block: "<u4:<f4", returns: {u: {type: array}}, effect: pure}
+  dose: {send: "{key};DOSE", answer: OK}
+  wrong: {send: "{key};WHAT?", block: "<u4:<f4", returns: {u: {type: array}}}
+"""
 
 
 def said_in(text):
@@ -91,6 +116,7 @@ REFUSED = {
     "controller": ("heat", {"to": 999}, "Refused", "no"),
     "pump": ("block", {}, "Stalled", "unknown"),
     "chiller": ("set_target", {"to": 99}, "TooHot", "no"),
+    "keyed": ("wrong", {}, "Refused", "no"),
     "stepper": ("go", {"x": 1000}, "WrongValue", "no"),
     "gauges": ("wrong", {}, "Unknown", "no"),
     "ionpump": ("wrong", {}, "NoWindow", "no"),
@@ -142,6 +168,15 @@ REFUSED = {
             ("spectrum", {}, {"wavelength": [400.0, 400.5, 401.0], "counts": [12, 15, 13]}),
             ("raw", {}, {"counts": [10, 2570, 13, 65535]}),
         ], []),
+        ("potentiostat", POTENTIOSTAT, [
+            ("sweep", {"begin": -500, "end": 0}, {"e": [-500, 0], "i": [1234, 6], "prefix": [1e-9, 1e-6]}),
+            ("column", {}, {"e": [0x7FFFE0C, 0x8000000]}),
+        ], [{"done": "script", "lines": 3}, {"done": "script", "lines": 1}]),
+        ("keyed", KEYED, [
+            ("temperature", {}, {"t": 21.5}),
+            ("dose", {}, {}),
+            ("trace", {}, {"u": [0.5, -1.25, 0.125]}),
+        ], [{"done": "dose", "key": "K1"}]),
         ("stepper", BUS["stepper"], [
             ("position", {}, {"x": 6}),
             ("go", {"x": -12.8}, {}),
@@ -246,6 +281,22 @@ def test_two_instruments_take_turns_on_one_line(peer, tmp_path):
 
     assert asyncio.run(both()) == [{1000.0}, {4.321e-10}]
     assert there.done("collision") == []
+
+
+def test_a_line_that_has_lost_its_beginning_is_none(tmp_path):
+    """A balance that never stops: 0.34 g is the end of a line of 12.34 g."""
+    said = TextConfig(resource="a:1", actions={"mass": {"answer": ".*"}})
+
+    async def story(heard_at):
+        lines = Lines(Place("balance", {}, {}, tmp_path, tmp_path), said)
+        lines.channel.take(b"ST 1")
+        lines.channel.heard_at = heard_at
+        lines.forget()
+        lines.channel.take(b"2.34 g\r\nST 12.34 g\r\n")
+        return await lines.next_line(500)
+
+    assert asyncio.run(story(heard_at=float("inf"))) == "ST 12.34 g"
+    assert asyncio.run(story(heard_at=float("-inf"))) == "2.34 g"  # what stood there had ended
 
 
 def test_code_words_stand_for_words_booleans_and_numbers():

@@ -8,7 +8,7 @@ from pathlib import Path
 from aiohttp import web
 
 folder, habits = Path(sys.argv[1]), json.loads(Path(sys.argv[2]).read_text("utf-8"))
-jobs = {}
+jobs, tokens, left = {}, [], {}
 state = {"speed": 0, "count": 0, "busy": False}
 
 
@@ -78,6 +78,24 @@ async def enter(request):
     return web.json_response({"form": dict(form), "who": who})
 
 
+async def log_in(request):
+    if (await request.json()).get("password") != "secret":
+        return web.json_response({"error": "wrong password"}, status=403)
+    tokens.append(f"T{len(tokens) + 1}")
+    left[tokens[-1]] = 2
+    return web.json_response({"data": {"token": tokens[-1]}})
+
+
+async def guarded(request):
+    """A token is good for two doses."""
+    token = request.headers.get("Authorization", "").removeprefix("Bearer ")
+    if left.get(token, 0) < 1:
+        return web.json_response({"error": "token expired"}, status=401)
+    left[token] -= 1
+    done("guarded", token=token)
+    return web.Response()
+
+
 async def stop(request):
     state["busy"] = False
     done("stop")
@@ -96,6 +114,8 @@ async def main():
     app.router.add_post("/api/stop", stop)
     app.router.add_get("/api/broken", broken)
     app.router.add_post("/api/enter", enter)
+    app.router.add_post("/api/login", log_in)
+    app.router.add_post("/api/guarded", guarded)
     app.router.add_post("/api/jobs", post_job)
     app.router.add_get("/api/jobs/{number}", get_job)
     app.router.add_get("/api/odd/{text:.*}", odd)

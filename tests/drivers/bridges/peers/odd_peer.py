@@ -145,7 +145,38 @@ class Spectrometer:
         return struct.pack("<4H", 10, 2570, 13, 65535)
 
 
-OWN = (Gauge, Controller, Pump, Station, Chiller, Spectrometer)
+class Potentiostat:
+    """Takes a script; two lines of its own, then rows of packed numbers with prefixes."""
+
+    end = b"\n\n"
+
+    def hears(self, script):
+        done("script", lines=script.count(b"\n") + 1)
+        return b"e\nM0000\nPda7FFFE0Cm;ba80004D2n\nPda8000000m;ba8000006u\n*\n\n"
+
+
+class Keyed:
+    """Each connection has a key, and no command goes without it; blocks begin with their length."""
+
+    end = b"\r"
+    keys = 0
+
+    def hears(self, line):
+        if line == b"HELLO":
+            self.keys += 1
+            return b"KEY K%d\r" % self.keys
+        key, _, command = line.partition(b";")
+        if key != b"K%d" % self.keys:
+            return b"ERR KEY\r"
+        if command.startswith(b"DOSE"):
+            done("dose", key=key.decode())
+            return b"OK\r"
+        if command == b"TRACE?":
+            return struct.pack("<I3f", 12, 0.5, -1.25, 0.125)
+        return b"21.5\r" if command == b"T?" else b"ERR COMMAND\r"
+
+
+OWN = (Gauge, Controller, Pump, Station, Chiller, Spectrometer, Potentiostat, Keyed)
 KINDS = {one.__name__.lower(): one for one in (*OWN, *INSTRUMENTS)}
 
 
