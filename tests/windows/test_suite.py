@@ -34,7 +34,7 @@ def under_the_rules(folder: str) -> subprocess.CompletedProcess[str]:
 def test_a_folder_of_the_suite_holds_under_windows_rules(folder):
     ran = under_the_rules(folder)
 
-    assert ran.returncode == 0, ran.stdout[-5000:]
+    assert ran.returncode == 0, ran.stdout[-5000:] + ran.stderr[-5000:]
 
 
 @pytest.mark.soak
@@ -42,4 +42,4 @@ def test_a_folder_of_the_suite_holds_under_windows_rules(folder):
 def test_a_long_folder_of_the_suite_holds_under_windows_rules(folder):
     ran = under_the_rules(folder)
 
-    assert ran.returncode == 0, ran.stdout[-5000:]
+    assert ran.returncode == 0, ran.stdout[-5000:] + ran.stderr[-5000:]
