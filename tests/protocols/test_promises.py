@@ -158,7 +158,7 @@ def test_adaptive_map_goes_on_after_a_kill_and_tells_every_shot_once(tmp_path):
     assert (folder / "element_maps.png").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_colour_mix_fills_a_well_for_each_suggestion_and_tells_the_best(tmp_path):
     ran = Ran(tmp_path, "colour_mix.yaml", "-p", "wells=9", "-p", "near=0")
     rows = ran.rows()

@@ -110,9 +110,8 @@ def test_a_shipped_protocol_can_be_rehearsed(path):
 @pytest.mark.parametrize(
     "path",
     marked(
-        [p for p in SHIPPED if p.stem not in RUN_ELSEWHERE],
+        [p for p in SHIPPED if p.stem not in RUN_ELSEWHERE and p != PEGMATITE],
         pytest.mark.slow,
-        "pegmatite_map",
         "scan_core",
     ),
 )
@@ -142,6 +141,7 @@ def test_the_maps_show_the_grains_that_the_simulated_core_was_given(tmp_path):
 
     run = only_run(tmp_path)
     assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert "run succeeded" in ran.stdout
     rows = {row["shot"]: row for row in read_rows(run)}
     fired = shots(run)
     assert len(fired) == len(rows) == 9 * 21
@@ -151,28 +151,19 @@ def test_the_maps_show_the_grains_that_the_simulated_core_was_given(tmp_path):
         assert correlation(seen, given) > 0.8, element
     assert (run / "element_maps.png").stat().st_size > 10_000
     assert (run / "report.html").stat().st_size > 10_000
-
-
-@pytest.mark.slow
-def test_the_spectra_are_csv_of_22800_channels(tmp_path):
-    labrun(
-        tmp_path, "run", str(PEGMATITE), "-p", "width=1 mm", "-p", "height=1 mm", "-p", "pitch=1 mm"
-    )
-
-    spectra = sorted((only_run(tmp_path) / "spectra").glob("*.csv"))
-    assert len(spectra) == 4
+    spectra = sorted((run / "spectra").glob("*.csv"))
+    assert len(spectra) == 9 * 21
     lines = spectra[0].read_text().splitlines()
-    assert lines[0] == "wavelength,intensity"
-    assert len(lines) == 22_801
+    assert (lines[0], len(lines)) == ("wavelength,intensity", 22_801)
 
 
 @pytest.mark.slow
 def test_a_scan_whose_engine_is_killed_goes_on_in_focus_and_fires_no_shot_twice(tmp_path):
-    command = [*COMMAND, "run", str(PEGMATITE), "-p", "pitch=1 mm", "--runs", "runs"]
+    command = [*COMMAND, "run", str(PEGMATITE), "-p", "pitch=2 mm", "--runs", "runs"]
     engine = subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
-    wait_for_rows(tmp_path, 12)
+    wait_for_rows(tmp_path, 5)
     engine.send_signal(signal.SIGKILL)
     engine.wait()
 
@@ -182,9 +173,9 @@ def test_a_scan_whose_engine_is_killed_goes_on_in_focus_and_fires_no_shot_twice(
     assert went_on.returncode == 0, went_on.stdout + went_on.stderr
     fired = shots(run)
     places = {(shot["x"], shot["y"]) for shot in fired}
-    assert len(fired) == len(places) == 5 * 11
+    assert len(fired) == len(places) == 3 * 6
     assert min(shot["focus"] for shot in fired) > 0.99
-    assert len(read_rows(run)) == 55
+    assert len(read_rows(run)) == 18
 
 
 @pytest.mark.slow
