@@ -15,7 +15,10 @@ Values = dict[str, Any]
 
 
 class OnceRecord:
-    """`begun` is the goal that went out and whose end is not known; `done` the last that happened."""
+    """`begun` is the goal that went out and whose end is not known; `done` the last that happened.
+
+    One that is begun over another whose end is not known hides it only if it happens.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / FILE
@@ -39,7 +42,7 @@ class OnceRecord:
 
     def begin(self, goal: str, action: str, count: Values | None) -> None:
         """Before it goes out; raises OSError, and then it must not."""
-        begun = {"goal": goal, "action": action, "count": count}
+        begun = {"goal": goal, "action": action, "count": count, "over": self.begun}
         before, self.begun = self.begun, begun
         try:
             self._write()
@@ -53,7 +56,7 @@ class OnceRecord:
             return
         if happened == "yes":
             self.done = {"goal": goal, "result": result or {}}
-        self.begun = None
+        self.begun = self.begun.get("over") if happened == "no" else None
         self._write()
 
     def last(self) -> Values:

@@ -24,6 +24,8 @@ class DepthCamera(Driver):
     def __init__(self, place: Place) -> None:
         super().__init__(place)
         self.calibration: Calibration | None = None
+        self.calibrated_by: str | None = ""
+        """The goal that asked for it; empty where nothing is kept, None where that is not known."""
 
     async def look(self, action: str, goal: GoalContext) -> "View":
         """What the camera sees now, for this action; raises ActionFailed."""
@@ -71,16 +73,13 @@ class DepthCamera(Driver):
         view = await self.look("calibrate", goal)
         board = Board(columns, rows, square, x, y, angle, thickness)
         fit = await self.worked(measure.calibrate, view, board, touched, touch_error)
-        self.calibration = fit
         self.keep(fit, goal)
-        where = (round(float(value), 3) for value in fit.pose.place_mm)
-        tilt = round(fit.pose.tilt_deg, 3)
-        lies = {
-            "board_x": round(fit.board.x_mm, 3), "board_y": round(fit.board.y_mm, 3),
-            "board_angle": round(fit.board.angle_deg, 3),
-        }  # fmt: skip
-        place = dict(zip("xyz", where, strict=True))
-        return {"rms": round(fit.rms_px, 4), **place, "tilt": tilt, **lies}
+        self.calibration, self.calibrated_by = fit, goal.id
+        return _told(fit)
+
+    async def last_calibration(self, goal: GoalContext) -> dict[str, Any]:
+        told = {} if self.calibration is None else _told(self.calibration)
+        return {"goal_id": self.calibrated_by, **told}
 
     async def locate_point(
         self, goal: GoalContext, *, u: float, v: float, height: float | None = None
@@ -102,6 +101,15 @@ class DepthCamera(Driver):
         return {
             "samples": await self.worked(measure.outlines, view, fit, min_height, min_area, flat)
         }
+
+
+def _told(fit: "Calibration") -> dict[str, Any]:
+    where = (round(float(value), 3) for value in fit.pose.place_mm)
+    return {
+        "rms": round(fit.rms_px, 4), **dict(zip("xyz", where, strict=True)),
+        "tilt": round(fit.pose.tilt_deg, 3), "board_x": round(fit.board.x_mm, 3),
+        "board_y": round(fit.board.y_mm, 3), "board_angle": round(fit.board.angle_deg, 3),
+    }  # fmt: skip
 
 
 def _give(goal: GoalContext, name: str, path: str, data: bytes) -> None:

@@ -122,7 +122,7 @@ class StillCamera(DepthCamera):
         return await self.worked(self.view, shot)
 
     def keep(self, fit: "Calibration", goal: GoalContext) -> None:
-        text = json.dumps({"camera": self.lens, "calibration": fit.to_dict()})
+        text = json.dumps({"camera": self.lens, "calibration": fit.to_dict(), "goal": goal.id})
         write_whole(self.place.folder / KEPT, text.encode())
 
     def _kept(self) -> "Calibration | None":
@@ -131,9 +131,13 @@ class StillCamera(DepthCamera):
 
         try:
             kept = json.loads((self.place.folder / KEPT).read_text(encoding="utf-8"))
+            self.calibrated_by = kept.get("goal")
             known = kept["camera"] == self.lens
             return Calibration.from_dict(kept["calibration"]) if known else None
-        except (OSError, ValueError, KeyError, TypeError):
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            self.calibrated_by = None
             return None
 
 

@@ -23,7 +23,10 @@ PATIENCE_S = 10.0
 
 
 class SimBalance(Twin):
-    """Implements balance@1; zero and tare outlive its server, as they would in the instrument."""
+    """Implements balance@1; zero and tare outlive its server, as they would in the instrument.
+
+    Its memory is the log of the truth: that it was tared, and by which goal, is one write.
+    """
 
     contract: ClassVar[str] = "balance@1"
     options: ClassVar[tuple[str, ...]] = ("load_g", "pipette")
@@ -31,13 +34,17 @@ class SimBalance(Twin):
     def __init__(self, place: Place) -> None:
         super().__init__(place)
         self.zero_g = self.tare_g = 0.0
+        self.newest = ""
+        self.tared: dict[str, str] = {}
+        """Run -> its newest zero or tare."""
         self.lagging_g = 0.0
         self.stable = True
 
     async def open(self) -> None:
         await super().open()
-        kept = self.world.look(self.place.device) or {"zero_g": 0.0, "tare_g": 0.0}
-        self.zero_g, self.tare_g = kept["zero_g"], kept["tare_g"]
+        for entry in self.truth.entries():
+            if "zero_g" in entry:
+                self._learn(entry)
         self.lagging_g = self._load()
 
     async def status(self) -> dict[str, Any]:
@@ -60,9 +67,15 @@ class SimBalance(Twin):
             self._keep(goal, "tare", zero_g=self.zero_g, tare_g=gross - self.zero_g)
         return {"tare": _rounded(self.tare_g)}
 
+    async def last_tare(self, goal: GoalContext) -> dict[str, Any]:
+        return {"goal_id": self.newest, "tare": _rounded(self.tare_g)}  # empty is never
+
     async def weigh(self, goal: GoalContext, *, patience: float = PATIENCE_S) -> dict[str, Any]:
         with self.failing("weigh", goal):
             gross, self.stable = await self._settle(goal, patience)
+            own = self.tared.get(_run(goal.id), self.newest)
+            if own != self.newest:
+                raise ActionFailed("TareLost", f"{self.newest} has zeroed or tared it since {own}")
             mass = _rounded(gross - self.zero_g - self.tare_g)
             self.truth.append("weigh", goal=goal.id, load_g=self._load(), shown_g=mass)
         return {"mass": mass, "stable": self.stable}
@@ -97,9 +110,17 @@ class SimBalance(Twin):
         return float(self.config.get("load_g", 0.0)) + pipette["dropped_mg"] / 1000
 
     def _keep(self, goal: GoalContext, what: str, *, zero_g: float, tare_g: float) -> None:
-        self.zero_g, self.tare_g = zero_g, tare_g
-        self.truth.append(what, goal=goal.id, load_g=self._load())
-        self.world.publish(self.place.device, {"zero_g": zero_g, "tare_g": tare_g})
+        self._learn(
+            self.truth.append(what, goal=goal.id, load_g=self._load(), zero_g=zero_g, tare_g=tare_g)
+        )
+
+    def _learn(self, entry: dict[str, Any]) -> None:
+        self.zero_g, self.tare_g = entry["zero_g"], entry["tare_g"]
+        self.newest = self.tared[_run(entry["goal"])] = entry["goal"]
+
+
+def _run(goal_id: str) -> str:
+    return goal_id.partition("/")[0]
 
 
 def _rounded(mass_g: float) -> float:

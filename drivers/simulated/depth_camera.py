@@ -56,7 +56,7 @@ class SimDepthCamera(Twin, DepthCamera):
             from ..cameras.vision.pose import Calibration
 
             self.calibration = Calibration.from_dict(kept["calibration"])
-            self.calibrated_at = kept["at"]
+            self.calibrated_at, self.calibrated_by = kept["at"], kept.get("goal")
 
     async def status(self) -> dict[str, Any]:
         rms = 0.0 if self.calibration is None else round(self.calibration.rms_px, 3)
@@ -77,10 +77,11 @@ class SimDepthCamera(Twin, DepthCamera):
     def keep(self, fit: "Calibration", goal: GoalContext) -> None:
         truly = self.eyes.pose().place_mm.tolist()
         self.calibrated_at = self.looked_from
-        self.truth.append("calibrate", goal=goal.id, place=truly, rms_px=fit.rms_px)
         self.world.publish(
-            self.place.device, {"calibration": fit.to_dict(), "at": self.looked_from}
+            self.place.device,
+            {"calibration": fit.to_dict(), "at": self.looked_from, "goal": goal.id},
         )
+        self.truth.append("calibrate", goal=goal.id, place=truly, rms_px=fit.rms_px)
 
     def need_calibration(self) -> "Calibration":
         fit = super().need_calibration()

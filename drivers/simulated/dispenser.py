@@ -35,6 +35,7 @@ class SimDispenser(Twin):
         self.left_ul = {str(name): bottle_ul for name in self.config.get("liquids", ["water"])}
         self.held_ul: dict[str, dict[str, float]] = defaultdict(lambda: defaultdict(float))
         self.newest: dict[str, Any] = {"goal_id": "", "liquid": None, "volume": 0.0, "left": 0.0}
+        self.refill: dict[str, Any] = {"goal_id": "", "liquid": None}
         self.flowing: str | None = None
         self._halted = asyncio.Event()
 
@@ -80,6 +81,9 @@ class SimDispenser(Twin):
             line = {"what": "refilled", "liquid": liquid, "volume_ul": 1000 * volume}
             self._happened(self.truth.append(**line, goal=goal.id))
         return {}
+
+    async def last_refill(self, goal: GoalContext) -> dict[str, Any]:
+        return dict(self.refill)
 
     async def halt(self, goal: GoalContext) -> dict[str, Any]:
         self._halted.set()
@@ -128,6 +132,7 @@ class SimDispenser(Twin):
         liquid, volume_ul = line["liquid"], line["volume_ul"]
         if line["what"] == "refilled":
             self.left_ul[liquid] = volume_ul
+            self.refill = {"goal_id": line["goal"], "liquid": liquid}
             return
         if line["what"] == "dispense":
             self.newest = {"goal_id": line["goal"], "liquid": liquid, "volume": 0.0}

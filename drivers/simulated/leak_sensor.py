@@ -27,10 +27,13 @@ class SimLeakSensor(Twin):
     def __init__(self, place: Place) -> None:
         super().__init__(place)
         self.alarm = False
+        self.reset_by = ""
         self._began_s = 0.0
 
     async def open(self) -> None:
         await super().open()
+        for entry in self.truth.entries():
+            self.reset_by = entry["goal"]
         self._began_s = self.clock.now_s()
 
     async def status(self) -> dict[str, Any]:
@@ -50,8 +53,12 @@ class SimLeakSensor(Twin):
             self._check_cable()
             if self._is_wet():
                 raise ActionFailed("StillWet", "there is water on the floor")
-            self.alarm = False
+            self.truth.append("reset", goal=goal.id)
+            self.alarm, self.reset_by = False, goal.id
         return {}
+
+    async def last_reset(self, goal: GoalContext) -> dict[str, Any]:
+        return {"goal_id": self.reset_by}  # empty is never
 
     def _check_cable(self) -> None:
         if self._is_broken():

@@ -130,9 +130,7 @@ class SimPipette(Twin):
         with self.failing("eject_tip", goal):
             if self.now.tip:
                 after = replace(self.now, tip=False, volume_ul=0.0, held_ul=0.0)
-                self.truth.append("eject_tip", goal=goal.id, after=asdict(after))
-                self.now = after
-                self._publish()
+                self._become(after, "eject_tip", goal)
         return {}
 
     async def hold(self, goal: GoalContext) -> dict[str, Any]:

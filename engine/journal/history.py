@@ -54,6 +54,8 @@ class History(Course):
     marks: dict[str, str] = field(default_factory=dict)
     touched: dict[str, int] = field(default_factory=dict)
     boots: dict[str, str] = field(default_factory=dict)
+    once_n: int = 0
+    """The newest `once` action that was sent, to any device."""
     work_n: int = 0
     """The newest record that a changed protocol may be held against: not what a watch has read."""
     plans: dict[str, int | None] = field(default_factory=dict)
@@ -145,6 +147,7 @@ class History(Course):
         self.past.goals.setdefault(path, {})[attempt] = PastGoal(record)
         self.boots[record.device] = record.boot
         if record.effect == "once":
+            self.once_n = record.n
             self.order.setdefault(record.device, deque(maxlen=ORDER_KEPT)).append(record.id)
         if not path.startswith(MAIN):
             self.touched[record.device] = record.n

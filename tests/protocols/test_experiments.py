@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -28,6 +29,27 @@ devices:
   floor: {{contract: leak_sensor@1, driver: '{DEMO}:LeakSensor', config: {{clock: 3600MORE}}}}
 """
 """The furnace's night, an hour a second."""
+
+PORTIONS = """labrun: 1
+name: portions
+devices: {balance: balance@1, pipette: pipette@1}
+defaults: {timeout: 60 s}
+steps:
+  - {do: balance.zero}
+  - {do: balance.tare}
+  - {do: pipette.pick_up_tip}
+  - foreach: {i: "${{ range(3) }}"}
+    steps:
+      - {id: before, do: balance.weigh}
+      - {do: pipette.aspirate, with: {volume: 100 uL}}
+      - {do: pipette.dispense, with: {volume: 100 uL}}
+      - {wait: 3 s}
+      - {id: after, do: balance.weigh}
+    collect:
+      above_tare: "${{ steps.after.mass }}"
+      portion: "${{ steps.after.mass - steps.before.mass }}"
+"""
+"""Weighed before and after each portion: what was read before it cannot be read again."""
 
 
 class Bench:
@@ -109,6 +131,33 @@ def test_a_plate_is_filled_and_weighed_though_its_engine_is_killed_in_the_middle
     assert len(drops) == len(masses) == 96 and nothing_twice(drops)
     assert masses == pytest.approx([0.05 * n for n in range(1, 97)], abs=0.02)
     assert len(bench.truth("pipette", "eject_tip")) == 1
+
+
+@pytest.mark.parametrize("killed", ["server", "server and engine"])
+def test_masses_are_right_though_the_server_of_the_balance_is_killed_with_liquid_on_the_pan(
+    bench, killed
+):
+    protocol = bench.folder / "portions.yaml"
+    protocol.write_text(PORTIONS)
+    engine = bench.begin(protocol)
+    bench.wait_for("pipette", "dispense", 2)
+    server = json.loads((bench.of_run / "servers" / "balance" / "server.json").read_text())
+    os.kill(server["pid"], signal.SIGKILL)
+    if killed == "server":
+        status = bench.over(engine.wait())
+    else:
+        engine.send_signal(signal.SIGKILL)
+        engine.wait()
+        status = bench.resume()
+
+    assert status == 0, bench.told
+    drops, rows = bench.truth("pipette", "dispense"), bench.rows()
+    assert len(drops) == 3 and nothing_twice(drops)
+    assert len(bench.truth("balance", "zero")) == len(bench.truth("balance", "tare")) == 1
+    assert [float(row["above_tare_g"]) for row in rows] == pytest.approx([0.1, 0.2, 0.3], abs=0.01)
+    assert [float(row["portion_g"]) for row in rows] == pytest.approx([0.1] * 3, abs=0.01)
+    touched = [r for r in read_records(bench.of_run / "journal.jsonl") if r.kind == "touched"]
+    assert "balance" in {r.device for r in touched}
 
 
 def test_a_titration_finds_its_end_point_though_its_engine_is_killed_in_the_middle(bench):

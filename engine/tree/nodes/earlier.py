@@ -38,7 +38,7 @@ class EarlierAttempts:
         if past.sent.means != wanted:  # the protocol was changed since
             return not once or self._happened(past) == "no"
         if past.succeeded:
-            return not once and self.run.history.is_stale(past)
+            return not once and self.run.history.is_stale(past) and not self._is_of_before(past)
         if once and (happened := self._happened(past)) != "no":
             # Unknown, or it did happen: never simply sent again, unless a probe or a person says it did not.
             return past.spent and happened == "unknown" and self._was_denied(past)
@@ -46,7 +46,8 @@ class EarlierAttempts:
 
     def others_came(self, past: PastGoal, strand: str) -> bool:
         """True for what was set on a device that something beside it has used since this tree began."""
-        if not past.succeeded or self.action.effect == "once" or self.run.past.comparing:
+        once = self.action.effect == "once"
+        if not past.succeeded or once or self._is_of_before(past) or self.run.past.comparing:
             return False
         return self.run.strands.since(past.sent.device, past.state_n, strand)
 
@@ -59,6 +60,13 @@ class EarlierAttempts:
         done = self.run.past
         changed = done.changed is not None and past.sent.n < done.changed.n
         return changed and past.sent.means != wanted and not done.comparing
+
+    def _is_of_before(self, past: PastGoal) -> bool:
+        """True for what was read before something `once` was begun: it cannot be read again.
+
+        The empty pan was weighed, then something was dispensed on it.
+        """
+        return self.action.effect == "pure" and self.run.history.once_n > past.state_n
 
     def _happened(self, past: PastGoal) -> str:
         error = past.ended.error if past.ended is not None else None

@@ -1,9 +1,14 @@
-"""When it is not known whether a `once` action happened: probe the device, then ask a person."""
+"""When it is not known whether a `once` action happened: probe the device, then ask a person.
+
+A probe that its server refuses, since its disk is full or the device is being made safe, has said
+nothing. It is asked again for as long as `start_timeout`.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ....drivers.client.client import Outcome
 from ...dispatch.dispatcher import Dispatcher
 from ...dispatch.probe import probe_request, told_before, told_by, unknown_path, what_it_proves
 from ...dispatch.request import Request
@@ -13,6 +18,8 @@ from ...run.questions import DID_NOT_HAPPEN, HAPPENED, Question, WrongAnswer
 from ...run.run import Run
 from .failure import Failure
 
+PROBE_AGAIN_S = 2.0
+"""How long after a refused probe the next is sent."""
 CHOICES = ["repeat", "skip", "stop", HAPPENED, DID_NOT_HAPPEN]
 
 
@@ -40,6 +47,9 @@ class UnknownFate:
         self.request = request
         self.failure = failure
         self.probe: Request | None = None
+        self.probe_again_at: float | None = None
+        self.probe_until: float | None = None
+        self.refused = ""
         self.question: Question | None = None
         self.verdict: Verdict | None = None
         run.tell("goal", request.path, "unknown", failure.sentence())
@@ -48,10 +58,16 @@ class UnknownFate:
     def advance(self) -> Verdict | None:
         """The verdict, or None while it is not yet known."""
         if self.verdict is None and self.probe is not None and self.probe.outcome is not None:
-            self.verdict = self._read(told_by(self.probe.outcome))
-            self.probe = None
-            if self.verdict is None:
+            outcome, self.probe = self.probe.outcome, None
+            self.verdict = self._read(told_by(outcome))
+            if self.verdict is None and not self._asks_again(outcome):
                 self._ask()
+        if self.probe_again_at is not None:
+            if self.run.clock.now() < self.probe_again_at:
+                self.run.requests.wake_at(self.probe_again_at)  # whatever the tick was for
+                return None
+            self.probe_again_at = None
+            self._send_probe()
         if self.verdict is None and self.question is not None and self.question.choice:
             choice, result = self.question.choice, self.question.result
             self.run.answered(self.question)
@@ -94,6 +110,25 @@ class UnknownFate:
         elif self.verdict is None:
             self._ask()
 
+    def _asks_again(self, outcome: Outcome) -> bool:
+        """Whether a probe was refused, and its server may have room for it in a moment."""
+        error, now = outcome.error, self.run.clock.now()
+        if error is None or error.name not in ("Rejected", "Busy"):
+            return False
+        self.refused = f" Its probe was refused: {error.message}."
+        if self.probe_until is None:
+            limit_s = self.dispatcher.out_of_touch_s
+            self.probe_until = now + limit_s
+            self.run.log(
+                f"it is not known yet whether {self.request.label} happened: its probe was refused "
+                f"({error.message}); it is asked again for {limit_s:g} s (`start_timeout`)",
+                self.request.path,
+            )
+        if now >= self.probe_until:
+            return False
+        self.probe_again_at = min(now + PROBE_AGAIN_S, self.probe_until)
+        return True
+
     def _read(self, told: dict[str, Any] | None) -> Verdict | None:
         request = self.request
         happened = what_it_proves(self.run.history, self.role, request.goal_id, told)
@@ -109,8 +144,8 @@ class UnknownFate:
                 id=self.request.path.rpartition("/")[2],
                 text=(
                     f"It is not known whether {self.request.label} happened "
-                    f"({self.failure.name}: {self.failure.message}). Look at the device: did it "
-                    "happen? If nobody can tell: do it again, skip this point, or stop the run?"
+                    f"({self.failure.name}: {self.failure.message}).{self.refused} Look at the device: "
+                    "did it happen? If nobody can tell: do it again, skip this point, or stop the run?"
                 ),
                 choices=list(CHOICES),
                 wants=self.request.action.returns,

@@ -17,11 +17,15 @@ GARBAGE = b"\xf8\x80\xfe\x0c\xe0\xf8\n"
 class BalanceEmulator:
     """What stands on the pan is `load_g`; `stable`, `busy`, `silent` and the like are its moods.
 
+    `settles_after`: the readings that it takes to stand still. `lost`: of a zero or tare the command
+    or the answer gets lost. `set` counts those that it has done.
+
     Its port is a symbolic link, as a cable that is plugged in again gets another terminal.
     """
 
-    def __init__(self, link: Path, *, stable: bool = True, load_g: float = 12.5) -> None:
-        self.link, self.stable, self.load_g = link, stable, load_g
+    def __init__(self, link: Path, *, settles_after: int = 0, load_g: float = 12.5) -> None:
+        self.link, self.stable, self.load_g = link, settles_after == 0, load_g
+        self.settles_after, self.set, self.lost = settles_after, 0, ""
         self.zero_g = self.tare_g = 0.0
         self.serial_number, self.unit, self.baud = "B123456789", "g", termios.B9600
         self.busy = self.silent = False
@@ -85,11 +89,19 @@ class BalanceEmulator:
             os.write(self._master, GARBAGE)
         elif self.says is not None:
             self._send(self.says)
+        elif line in ("T", "Z") and self.lost == "command":
+            self.silent = True
         else:
+            if line == "SI" and not self.stable and self.settles_after:
+                self.settles_after -= 1
+                self.stable = self.settles_after == 0
+            self.silent = line in ("T", "Z") and self.lost == "answer"
             for answer in self._perform(*line.partition(" ")[::2]):
                 self._send(answer)
 
     def _send(self, line: str) -> None:
+        if self.silent:
+            return
         noise, self.noise = self.noise, b""
         os.write(self._master, noise + line.encode("ascii") + b"\r\n")
 
@@ -135,6 +147,7 @@ class BalanceEmulator:
         beyond = self.load_g if name[0] == "Z" else gross
         if not least <= beyond <= most:
             return f"{name} {'+' if beyond > most else '-'}"
+        self.set += 1
         if name[0] == "Z":
             self.zero_g, self.tare_g = self.load_g, 0.0
             return "Z A" if name == "Z" else f"ZI {self._mark()}"

@@ -20,15 +20,20 @@ pytestmark = pytest.mark.posix("Windows has no pseudo-terminals")
 class TestBalance(KeepsContract):
     case = Case(
         driver="balance",
-        good={"zero": {}, "tare": {}, "weigh": {"patience": 2.5}},
+        good={"zero": {}, "tare": {}, "last_tare": {}, "weigh": {"patience": 2.5}},
         bad={"weigh": [{"patience": "10 s"}]},
         lasting="weigh",
     )
 
     @contextmanager
     def peer(self, folder, *, slow):
-        with BalanceEmulator(folder / "balance", stable=not slow, load_g=2.0) as emulator:
-            yield {"port": str(emulator.link)}
+        settles_after = 12 if slow else 0
+        with BalanceEmulator(folder / "balance", settles_after=settles_after, load_g=2.0) as peer:
+            self.emulator = peer
+            yield {"port": str(peer.link)}
+
+    def happened(self, folder, goal_id):
+        return self.emulator.set > 0
 
 
 @pytest.fixture
@@ -39,7 +44,9 @@ def emulator(tmp_path):
 
 def balance(emulator: BalanceEmulator, **config) -> Balance:
     config = {"port": str(emulator.link), **config}
-    return Balance(Place("balance", config, {}, Path(), Path()))
+    folder = emulator.link.parent / "server"
+    folder.mkdir(exist_ok=True)
+    return Balance(Place("balance", config, {}, folder, Path()))
 
 
 def weigh(driver, **params):
@@ -71,6 +78,87 @@ def test_a_reading_that_never_stands_still_is_told_as_it_is_when_the_patience_en
         "mass": 12.5,
         "stable": False,
     }
+
+
+@pytest.mark.parametrize(
+    ("action", "lost", "tare_g", "net_g", "told"),
+    [
+        ("tare", "answer", 0.0, 12.5, "r/t/1"),
+        ("tare", "answer", 12.5, 0.25, "r/t/1"),
+        ("tare", "command", 0.0, 12.5, "r/before/1"),
+        ("tare", "command", 12.5, 0.25, "r/before/1"),
+        ("tare", "answer", 12.5, 0.0, None),  # the tare memory is as it was
+        ("zero", "command", 1.0, 0.5, "r/before/1"),  # it would be empty
+        ("zero", "answer", 1.0, 0.5, None),  # it is empty: by that, or for it was switched off
+        ("zero", "answer", 0.0, 0.5, None),
+    ],
+)
+def test_its_tare_memory_tells_whether_a_tare_whose_answer_got_lost_was_done(
+    emulator, monkeypatch, action, lost, tare_g, net_g, told
+):
+    monkeypatch.setattr("labrun.drivers.balance.driver.PATIENCE_S", 0.5)
+
+    async def story(driver):
+        emulator.load_g = tare_g
+        await driver.tare(GoalContext("r/before/1"))
+        emulator.load_g += net_g
+        emulator.lost = lost
+        with pytest.raises(ActionFailed, match="Timeout"):
+            await getattr(driver, action)(GoalContext("r/t/1"))
+
+    async def probed(driver):
+        emulator.load_g += 1  # what is on the pan by then does not matter
+        return await driver.last_tare(GoalContext("p")), await driver.last_tare(GoalContext("q"))
+
+    played(balance(emulator), story)
+    emulator.silent, emulator.lost = False, ""
+    first, again = played(balance(emulator), probed)
+
+    assert first == again and first["goal_id"] == told
+    if told == "r/t/1":
+        assert first["tare"] == tare_g + net_g
+
+
+def test_one_whose_end_is_not_known_is_not_hidden_by_one_that_was_refused(emulator, monkeypatch):
+    monkeypatch.setattr("labrun.drivers.balance.driver.PATIENCE_S", 0.5)
+
+    async def story(driver):
+        emulator.lost = "answer"
+        with pytest.raises(ActionFailed, match="Timeout"):
+            await driver.tare(GoalContext("r/t/1"))
+        emulator.silent, emulator.lost, emulator.load_g = False, "", 30.0
+        with pytest.raises(ActionFailed, match="NotEmpty"):
+            await driver.zero(GoalContext("call/z/1"))
+        return (await driver.last_tare(GoalContext("p")))["goal_id"]
+
+    assert played(balance(emulator), story) == "r/t/1"
+
+
+@pytest.mark.parametrize(
+    ("by", "words"),
+    [
+        ("off", r"its tare was 12\.5 g when r/t/1 had set it, and is 0 g now: it was switched off"),
+        ("call", r"call/z/1 has zeroed or tared it since r/t/1"),
+        ("nobody", ""),
+    ],
+)
+def test_a_run_whose_tare_no_longer_holds_is_told_and_gets_no_mass(emulator, by, words):
+    async def tare(driver):
+        await driver.tare(GoalContext("r/t/1"))
+
+    async def weigh(driver):
+        emulator.load_g = 2.0
+        if by == "call":
+            await driver.zero(GoalContext("call/z/1"))
+        emulator.tare_g = 0.0 if by == "off" else emulator.tare_g
+        if words:
+            with pytest.raises(ActionFailed, match=f"TareLost: {words}"):
+                await driver.weigh(GoalContext("r/w/1"))
+        return (await driver.weigh(GoalContext("other/w/1")))["mass"]
+
+    played(balance(emulator), tare)
+
+    assert played(balance(emulator), weigh) == {"off": 2.0, "call": 0.0, "nobody": -10.5}[by]
 
 
 def test_zero_forgets_the_tare_and_wants_an_empty_pan(emulator):
@@ -165,7 +253,7 @@ def test_kilograms_are_told_in_grams_and_newtons_are_refused(emulator):
 def test_a_balance_of_level_0_says_that_it_cannot_tare(emulator):
     async def story(driver):
         emulator.level = 0
-        with pytest.raises(ActionFailed, match="was sent 'T' and answered 'ES': it does not know"):
+        with pytest.raises(ActionFailed, match="was sent 'TA' and answered 'ES': it does not know"):
             await driver.tare(GoalContext("t"))
 
     played(balance(emulator), story)

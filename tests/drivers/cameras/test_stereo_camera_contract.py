@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scenes import Chessboard, Lens, photograph, stand
 
+from labrun.drivers.cameras.still_camera import KEPT
 from labrun.drivers.cameras.vision.camera import Camera
 from labrun.drivers.cameras.vision.camera_file import write_camera
 from labrun.drivers.cameras.vision.intrinsics import Intrinsics
@@ -31,12 +32,17 @@ class TestStereoCamera(KeepsContract):
         good={
             "capture": {"image": "pictures/a.png", "depth": "pictures/a_depth.png"},
             "calibrate": {"x": 100, "y": 300},
+            "last_calibration": {},
             "locate_point": {"u": 320, "v": 180},
             "locate_samples": {},
         },
         needs={"locate_point": ["calibrate"], "locate_samples": ["calibrate"]},
         lasting="calibrate",
     )
+
+    def happened(self, folder, goal_id):
+        kept = (folder / "server").rglob(KEPT)
+        return any(goal_id in path.read_text(encoding="utf-8") for path in kept)
 
     @contextmanager
     def peer(self, folder, *, slow):

@@ -25,7 +25,7 @@ class TestSimBalance(KeepsContract):
         driver="sim_balance",
         config={"clock": "fast"},
         slow={"clock": 0.4},
-        good={"zero": {}, "tare": {}, "weigh": {"patience": 5.0}},
+        good={"zero": {}, "tare": {}, "last_tare": {}, "weigh": {"patience": 5.0}},
         lasting="weigh",
     )
 
@@ -78,13 +78,26 @@ def test_the_tare_outlives_the_server(tmp_path):
         await driver.tare(GoalContext("t"))
 
     async def weigh(driver):
-        return (await driver.weigh(GoalContext("w")))["mass"], await driver.status()
+        probed = await driver.last_tare(GoalContext("p"))
+        return (await driver.weigh(GoalContext("w")))["mass"], await driver.status(), probed
 
     played(balance(tmp_path, load_g=20), tare)
-    mass, status = played(balance(tmp_path, load_g=20), weigh)
+    mass, status, probed = played(balance(tmp_path, load_g=20), weigh)
 
+    assert probed["goal_id"] == "t" and probed["tare"] == pytest.approx(20, abs=0.001)
     assert mass == pytest.approx(0, abs=0.001)
     assert status["tared"]
+
+
+def test_a_run_is_told_that_somebody_else_has_tared_since(tmp_path):
+    async def story(driver):
+        await driver.tare(GoalContext("r/t/1"))
+        await driver.tare(GoalContext("call/t/1"))
+        with pytest.raises(ActionFailed, match="TareLost: call/t/1 has zeroed or tared it since"):
+            await driver.weigh(GoalContext("r/w/1"))
+        return await driver.weigh(GoalContext("other/w/1"))
+
+    assert played(balance(tmp_path, load_g=20), story)["stable"]
 
 
 def test_the_same_goal_reads_the_same(tmp_path):

@@ -19,6 +19,7 @@ class TestSimDepthCamera(KeepsContract):
         good={
             "capture": {"image": "pictures/a.png", "depth": "pictures/a_depth.png"},
             "calibrate": {"x": 60, "y": 140},
+            "last_calibration": {},
             "locate_point": {"u": 640, "v": 300},
             "locate_samples": {"min_height": 5},
         },

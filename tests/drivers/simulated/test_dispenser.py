@@ -26,9 +26,9 @@ class TestSimDispenser(KeepsContract):
         slow={"clock": 1},
         good={
             "dispense": {"liquid": "acid", "volume": 500}, "last_dispense": {},
-            "refilled": {"liquid": "acid", "volume": 200}, "halt": {},
+            "refilled": {"liquid": "acid", "volume": 200}, "last_refill": {}, "halt": {},
         },
-        lasting="dispense",
+        lasting="dispense", quick=frozenset({"refilled"}),
     )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ class TestSimLeakSensor(KeepsContract):
         driver="sim_leak_sensor",
         config={"clock": "fast"},
         slow={"clock": 0.2},
-        good={"read": {}, "reset": {}},
+        good={"read": {}, "reset": {}, "last_reset": {}},
         lasting="read",
     )
 

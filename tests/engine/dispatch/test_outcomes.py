@@ -9,7 +9,10 @@ import pytest
 
 from labrun.drivers.client.client import DeviceClient
 from labrun.drivers.server.execution import Execution
+from labrun.drivers.server.ledger import Ledger, LedgerFault
 from labrun.engine.dispatch.dispatcher import Dispatcher
+from labrun.engine.runner import session
+from labrun.engine.tree.nodes import unknown
 
 CAMERA = """
 from labrun.drivers.driver import Driver
@@ -112,6 +115,39 @@ steps:
         "shoot",
     ]
     assert not [r for r in ran.records if r.kind == "asked"]
+
+
+@pytest.mark.parametrize(("room_after", "asked"), [(2, []), (10**6, ["shot"])])
+def test_a_probe_that_a_full_disk_refuses_is_asked_again_for_a_while(
+    own_device, monkeypatch, room_after, asked
+):
+    refused = []
+    admit = Ledger.admit
+
+    def admit_with_room(ledger, goal, state):
+        if "/probe/" in goal.id and len(refused) < room_after:
+            refused.append(goal.id)
+            raise LedgerFault("the ledger cannot be written: database or disk is full")
+        return admit(ledger, goal, state)
+
+    monkeypatch.setattr(Ledger, "admit", admit_with_room)
+    monkeypatch.setattr(unknown, "PROBE_AGAIN_S", 0.05)
+    device = own_device()
+    if asked:  # no room will come
+        monkeypatch.setattr(
+            session, "Dispatcher", lambda run, clients, _: Dispatcher(run, clients, 0.2)
+        )
+    ran = device.run(
+        'steps: [{id: shot, do: a.shoot, with: {name: shot, script: "happened!,ok"}}]',
+        answers={"shot": "stop"},
+    )
+
+    questions = [r for r in ran.records if r.kind == "asked"]
+    assert ran.status == (1 if asked else 0) and ran.sent()[0] == "shot"
+    assert [r.id for r in questions] == asked and len(refused) >= 2
+    assert all(
+        "was refused: the ledger cannot be written: database or" in q.text for q in questions
+    )
 
 
 def test_what_waits_for_one_device_is_done_in_the_order_in_which_it_was_requested(own_device):

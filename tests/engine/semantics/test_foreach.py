@@ -137,6 +137,29 @@ steps:
     assert ran.sent == ["lower1", "shot1", "lift1", "lower2", "lower2", "shot2", "lift2"]
 
 
+def test_after_a_kill_what_was_read_before_something_once_is_not_read_again(bench):
+    """As before, with `pure` actions -> Those that a `once` action came after count as done: what they
+    have read cannot be read again. The others are done again."""
+    bench.kill(
+        """
+steps:
+  - foreach: {i: [1]}
+    steps:
+      - {id: before, do: a.read}
+      - {do: a.shoot, with: {name: shot}}
+      - {id: after, do: a.read}
+      - {do: a.act, with: {name: lift}}
+""",
+        "goal main/0/0/3",
+    )
+
+    ran = bench.resume()
+    read = [r.id.split("/")[-2] for r in ran.records if r.kind == "goal" and r.action == "read"]
+
+    assert ran.status == 0
+    assert read == ["before", "after", "after"]
+
+
 def test_after_a_kill_what_finished_iterations_had_set_is_set_again(bench):
     """As before, with actions whose contract says what they set (`sets`) -> The last one of each that
     finished iterations had done is done again, in the old order, before the first unfinished one."""
