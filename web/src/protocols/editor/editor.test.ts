@@ -39,6 +39,7 @@ describe('fields', () => {
   test('write a bare number with its unit, an expression as it is, and a list as a list', () => {
     expect(asValue('12', 'number', 'mm')).toBe('12 mm')
     expect(asValue('2 cm', 'number', 'mm')).toBe('2 cm')
+    expect(['0,5', '-1,25 mm', ',5e3', '1,2,3', '0,5'].map((text, i) => asValue(text, i < 4 ? 'number' : 'text', 'mm'))).toEqual(['0.5 mm', '-1.25 mm', '.5e3 mm', '1,2,3', '0,5'])
     expect(asValue('${{ params.x }}', 'number', 'mm')).toBe('${{ params.x }}')
     expect(asValue('Li, K, 3', 'list')).toEqual(['Li', 'K', 3])
     expect(asValue('  ', 'text')).toBe(undefined)

@@ -60,8 +60,14 @@ export function asValue(written: string, kind: Field['kind'], unit = ''): unknow
   if (text.includes('${{')) return text
   if (kind === 'truth') return text === 'true' || text === 'on' || (text === 'false' || text === 'off' ? false : text)
   if (kind === 'list') return text.replace(/^\[|\]$/g, '').split(',').map((one) => one.trim()).filter(Boolean).map((one) => (isNumber(one) ? Number(one) : one))
-  if (kind === 'number' && isNumber(text)) return unit === '' ? Number(text) : `${text} ${unit}`
-  return text
+  const number = pointed(text)
+  if (kind === 'number' && isNumber(number)) return unit === '' ? Number(number) : `${number} ${unit}`
+  return kind === 'number' ? number : text
+}
+
+/** `0.5 mm` of `0,5 mm`. */
+export function pointed(text: string): string {
+  return text.replace(/^([-+]?\d*),(\d+(?:[eE][-+]?\d+)?\s*[^\s,\d]*)$/, '$1.$2')
 }
 
 export function isNumber(text: string): boolean {
