@@ -9,8 +9,6 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from py_trees.behaviour import Behaviour
-
 from ...schemas import journal as j
 from ...schemas.event import Event, EventKind
 from ...schemas.quantity import quantity
@@ -22,24 +20,11 @@ from ..lab.bind import BoundRole
 from ..language.expression import STATUS
 from ..language.own_functions import OwnFunction
 from .clock import RunClock
-from .frame import Frame, Scope
+from .finals import DueFinals
 from .function_calls import call
 from .questions import Question, Questions
 from .requests import Requests
 from .strands import Strands
-
-
-@dataclass(slots=True)
-class CutOff:
-    """The `finally` of a used protocol, for the end of the run if it was not reached.
-
-    `finals`: how often it was started before; each time has its own path, and so its own ids.
-    """
-
-    build: Callable[[Scope], Behaviour]
-    names: dict[str, Any]
-    frame: Frame
-    finals: int = 0
 
 
 class RecordedStatus(Mapping[str, Any]):
@@ -83,8 +68,7 @@ class Run:
     """What the tree under way found done when it was planted."""
     listeners: list[Listener] = field(default_factory=list)
     requests: Requests = field(default_factory=Requests)
-    cut_off: dict[str, CutOff] = field(default_factory=dict)
-    """By path, the used protocols that were entered and have not finished their `finally`."""
+    finals: DueFinals = field(default_factory=DueFinals)
     left_undone: dict[str, str] = field(default_factory=dict)
     """Steps of a `finally` that have failed with `on_error: continue`: path -> what happened."""
     strands: Strands = field(default_factory=Strands)

@@ -84,7 +84,7 @@ class RunSession:
         """Build a new tree, in which everything done in the run's history counts as done."""
         self.compiler = TreeCompiler(self.run, self.dispatcher, self.survey, self.run.folder)
         self.main_frame = Frame.phase("main", self.names)
-        self.run.cut_off.clear()
+        self.run.finals.take()
         self.run.strands.clear()
         self.main = self.compiler.sequence(self.protocol.steps, Scope(self.main_frame))
 
@@ -226,7 +226,7 @@ class RunSession:
         Those of used protocols that were stopped come first, starting with the innermost. Returns
         words and details if one failed; the others still run.
         """
-        if not self.protocol.finally_ and not self.run.cut_off:
+        if not self.protocol.finally_ and not self.run.finals:
             return None
         phase = f"finally:{self.run.history.finals + 1}"
         self._begin(phase)
@@ -247,9 +247,8 @@ class RunSession:
         return "; ".join(f.words() for f in failures), "; ".join(f.sentence() for f in failures)
 
     def _finals(self, phase: str) -> Iterator[Behaviour]:
-        cut_off, self.run.cut_off = self.run.cut_off, {}
-        for path, left in reversed(cut_off.items()):
-            yield left.build(Scope(Frame.phase(f"{phase}/{path}", left.names, left.frame)))
+        for path, final in self.run.finals.take():
+            yield final.build(Scope(Frame.phase(f"{phase}/{path}", final.names, final.frame)))
         if self.protocol.finally_:
             frame = Frame.phase(phase, self.names, self.main_frame)
             yield self.compiler.finals(self.protocol.finally_, Scope(frame))

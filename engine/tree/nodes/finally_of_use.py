@@ -32,23 +32,14 @@ def begin_finally(
     If it failed or was stopped, that is in the journal: if its steps are continued after that,
     another `finally` is due, not the rest of this one.
     """
-    left, past = run.cut_off[path], run.past.turned.get(f"{path}/e")
-    if past is not None and past.error is None and not (stopped or replaying):
-        left.finals = max(left.finals, past.turn)
-    left.finals += 1
-    known = past is not None and past.turn >= left.finals
+    past = run.past.turned.get(f"{path}/e")
+    is_over = past is not None and past.error is None and not (stopped or replaying)
+    final = run.finals.begin(path, past.turn if past is not None and is_over else 0)
+    known = past is not None and past.turn >= final.begun
     if (failure is not None or stopped) and not known and not replaying:
         error = None if failure is None else failure.as_error()
-        run.record(Turned(path=f"{path}/e", turn=left.finals, error=error))
-    return Frame.phase(f"{path}/finally:{left.finals}", left.names, left.frame)
-
-
-def end_finally(run: Run, path: str, failure: Failure | None) -> None:
-    """Take a `finally` off the run's list, unless an earlier engine session had not ended it."""
-    if failure is not None and failure.bygone:
-        run.cut_off[path].finals -= 1
-    else:
-        run.cut_off.pop(path, None)
+        run.record(Turned(path=f"{path}/e", turn=final.begun, error=error))
+    return Frame.phase(f"{path}/finally:{final.begun}", final.names, final.frame)
 
 
 class FinallyOfUse:
@@ -59,8 +50,7 @@ class FinallyOfUse:
 
     def __init__(self, step: Node, paths: Iterable[str]) -> None:
         self.step, self.run = step, step.run
-        above = tuple(f"{path}/" for path in paths)
-        self.due = deque(p for p in reversed(self.run.cut_off) if f"{p}/".startswith(above))
+        self.due = deque(self.run.finals.under(paths))
         self.root: Behaviour | None = None
 
     def tick(self) -> Iterator[Behaviour]:
@@ -74,7 +64,7 @@ class FinallyOfUse:
             failure = failure_of(root) if root.status == Status.FAILURE else None
             if failure is not None:
                 self.run.log(f"finally: {failure.words()}", path)
-            end_finally(self.run, path, failure)
+            self.run.finals.end(path, unfinished=failure is not None and failure.bygone)
             self.due.popleft()
             self.root = None
 
@@ -87,6 +77,6 @@ class FinallyOfUse:
         frame = begin_finally(
             self.run, path, failure=None, stopped=True, replaying=self.step.replaying
         )
-        root = self.run.cut_off[path].build(Scope(frame))
+        root = self.run.finals.of(path).build(Scope(frame))
         root.parent = self.step
         return root

@@ -11,10 +11,11 @@ from ....schemas.protocol import Param
 from ...language.expression import ExpressionError
 from ...language.value import Value
 from ...params.params import ParamFault, given_value, take
+from ...run.finals import Final
 from ...run.frame import Scope
-from ...run.run import CutOff, Run
+from ...run.run import Run
 from .failure import Failure
-from .finally_of_use import begin_finally, end_finally, finals_before
+from .finally_of_use import begin_finally, finals_before
 from .node import Parent, failure_of
 
 
@@ -66,7 +67,8 @@ class Use(Parent):
         self.inner.frame = self.outer.frame.another(self.path, names)
         if self.plan.last is not None:
             before = finals_before(self.run, self.path, replaying=self.replaying)
-            self.run.cut_off[self.path] = CutOff(self.plan.last, names, self.inner.frame, before)
+            final = Final(self.plan.last, names, self.inner.frame, before)
+            self.run.finals.enter(self.path, final)
 
     def _params(self) -> Iterator[tuple[str, Any]]:
         names = self.run.names(self.outer.frame.names, f"{self.path}/with")
@@ -116,7 +118,7 @@ class Use(Parent):
 
     def _last_over(self, last: Behaviour) -> None:
         failure = failure_of(last) if last.status == Status.FAILURE else None
-        end_finally(self.run, self.path, failure)
+        self.run.finals.end(self.path, unfinished=failure is not None and failure.bygone)
         if failure is None:
             return
         if self.failure is None or failure.anew:

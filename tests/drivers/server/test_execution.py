@@ -54,10 +54,12 @@ def test_a_wrong_answer_is_a_fault_that_names_the_field(bench, value, words):
 
 
 def test_a_driver_that_does_not_heed_a_cancel_is_broken_off_after_the_contracts_grace(bench):
+    states = []
+
     async def story():
         async with bench.connected(contract={"cancel_grace": "0.1 s"}) as client:
             goal = bench.goal(client, "sleep_through", seconds=30)
-            following = asyncio.create_task(client.follow(goal))
+            following = asyncio.create_task(client.follow(goal, lambda r: states.append(r.state)))
             await bench.until(f"sleep_through {goal.id}")
             await client.cancel(goal.id)
             outcome = await following
@@ -66,6 +68,7 @@ def test_a_driver_that_does_not_heed_a_cancel_is_broken_off_after_the_contracts_
     outcome, after = asyncio.run(story())
 
     assert (outcome.state, outcome.error) == ("CANCELED", None)
+    assert "CANCELING" in states
     assert after.state == "SUCCEEDED"
 
 

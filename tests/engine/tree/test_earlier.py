@@ -28,6 +28,9 @@ FAILED = j.GoalEnded(n=3, id=SENT.id, state="ABORTED", error=GoalError(name="Bro
         ("idempotent", FAILED, 5, "theirs", False, False),
         ("once", DONE, 5, "theirs", False, False),
         ("idempotent", DONE, 5, "theirs", True, False),
+        ("pure", DONE, 5, "theirs", False, True),
+        ("pure, and then something once", DONE, 5, "theirs", False, False),  # not read again
+        ("idempotent, and then something once", DONE, 5, "theirs", False, True),
     ],
 )
 def test_what_was_set_counts_no_more_once_another_strand_has_used_its_device(
@@ -36,7 +39,9 @@ def test_what_was_set_counts_no_more_once_another_strand_has_used_its_device(
     strands = Strands()
     strands.note("a", used_n, strand)
     strands.note("b", 9, "theirs")
-    run = SimpleNamespace(past=Past(comparing=comparing), strands=strands)
+    effect, _, then = effect.partition(",")
+    history = SimpleNamespace(once_n=4 if then else 2)
+    run = SimpleNamespace(past=Past(comparing=comparing), strands=strands, history=history)
     earlier = EarlierAttempts(run, None, Action(effect=effect))
 
     assert earlier.others_came(PastGoal(SENT, ended, state_n=3), "ours") is came
