@@ -5,7 +5,6 @@
     python benchmarks/reduce.py accuracy 20  accuracy over 20 spectra of each family
     python benchmarks/reduce.py everyday 12  the same over 12 spectra of each everyday instrument
     python benchmarks/reduce.py vices 6      the same by vice: gain steps, roll-off, cut at zero, ...
-    python benchmarks/reduce.py errors 8     by vice, how often T and Li's share are within 1 and 2 errors
     python benchmarks/reduce.py closure 8    by vice, concentrations without standards beside the truth
     python benchmarks/reduce.py first        what the first spectrum after an install has to wait for
 
@@ -22,7 +21,6 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -273,21 +271,17 @@ WITH_LITHIUM = (
     "spodumene", "muscovite", "K-feldspar", "lepidolite", "brine residue", "basalt glass",
 )  # fmt: skip
 MAIN = 0.5  # wt %, from which an element counts in the RMSE
-WITHIN = ("T known", "T within 1", "T within 2", "Li within 1", "Li within 2")
 
 
-def by_name(
-    make: Callable[[str, int], Truth], kinds: tuple[str, ...], spectra: int,
-    names: tuple[str, ...] = NAMES,
-) -> None:  # fmt: skip
-    print(f"\n{spectra} spectra each      " + "".join(f"{name:>17}" for name in names))
+def by_name(make: Callable[[str, int], Truth], kinds: tuple[str, ...], spectra: int) -> None:
+    print(f"\n{spectra} spectra each      " + "".join(f"{name:>17}" for name in NAMES))
     total = Score()
     for kind in kinds:
         own = scored_all(make, kind, spectra)
         total.add(own)
         table = summary(own)
-        print(f"{kind:<24}" + "".join(f"{table[name]:17.3f}" for name in names), flush=True)
-    print(f"{'all':<24}" + "".join(f"{summary(total)[name]:17.3f}" for name in names))
+        print(f"{kind:<24}" + "".join(f"{table[name]:17.3f}" for name in NAMES), flush=True)
+    print(f"{'all':<24}" + "".join(f"{summary(total)[name]:17.3f}" for name in NAMES))
 
 
 def closed(spectra: int) -> None:
@@ -350,11 +344,6 @@ def main() -> None:
         instruments(int(rest[0]) if rest else EVERYDAY)
     if what in ("all", "vices"):
         by_name(with_vice, tuple(VICES), int(rest[0]) if rest else EVERYDAY)
-    if what in ("all", "errors"):
-        by_name(
-            partial(with_vice, samples=WITH_LITHIUM), tuple(VICES), int(rest[0]) if rest else EVERYDAY,
-            WITHIN,
-        )  # fmt: skip
     if what in ("all", "closure"):
         closed(int(rest[0]) if rest else EVERYDAY)
     if what in ("all", "first"):

@@ -19,6 +19,19 @@ OFTEN = frozenset((
     "W", "As", "Y", "La", "Ce", "Nd", "Ga", "Ge", "Br",
 ))  # fmt: skip
 NEVER = frozenset(("Tc", "Fr", "Ra", "Ac"))
+# What an element hardly comes without in rocks, soils, ores and the metals that are made of them.
+RARE_EARTHS = frozenset(("Y", "La", "Ce", "Nd"))
+NOBLE = frozenset(("Ru", "Rh", "Pd", "Os", "Ir", "Pt", "Au", "Ag", "Cu"))
+COMPANY = {
+    **dict.fromkeys(
+        ("La", "Ce", "Pr", "Nd", "Sm", "Eu", "Gd", "Tb", "Dy", "Ho", "Er", "Tm", "Yb", "Lu"),
+        RARE_EARTHS,
+    ),
+    **dict.fromkeys(("Ru", "Rh", "Pd", "Os", "Ir", "Pt"), NOBLE),
+    "Th": RARE_EARTHS | {"U"}, "U": RARE_EARTHS | {"Th"},
+    "Hf": frozenset(("Zr",)), "Ta": frozenset(("Nb",)), "Nb": frozenset(("Ta", "Ti", "Zr")),
+    "Re": frozenset(("Mo",)),
+}  # fmt: skip
 LOG_ODDS = {"everywhere": 0.0, "often": -2.0, "rarely": -5.0, "never": -15.0}
 
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from ..peaks.voigt import VoigtPeaks
 from ..plasma.strengths import atoms
-from ..spectrum.spectrum import BoolArray
+from ..spectrum.spectrum import BoolArray, FloatArray
+from .abundance_prior import COMPANY
 from .evidence_score import best_entries
 from .faint_lines import ENOUGH, explained
 from .identify import Identified
@@ -17,6 +18,7 @@ Status = Literal["detected", "uncertain", "absent"]
 CONFOUNDS = 0.2  # part of a peak that another element may have, from which it is named
 NAN = float("nan")
 FEW, CLEAR = 3, 15.0  # a weight of less, on so few peaks, is held against the whole line table
+ALONE = 15.0  # the weight of an element that hardly comes without others, and none of them is there
 SINGLE = 8.0  # errors of its area that the only line of an element must have
 
 
@@ -48,6 +50,7 @@ def evidence(identified: Identified, peaks: VoigtPeaks) -> dict[str, Evidence]:
     names = atoms().elements.tolist()
     first, matched = identified.catalogue.first, identified.matched
     best = best_entries(first, identified.effective, matched.peak)
+    above = _above_chance(identified)
     score, place = identified.indexed.weight.tolist(), np.minimum(best, len(matched.limit) - 1)
     limit, line_nm = matched.limit[place].tolist(), matched.shown_nm[place].tolist()
     found = {}
@@ -57,8 +60,24 @@ def evidence(identified: Identified, peaks: VoigtPeaks) -> dict[str, Evidence]:
                 names[e], "absent", score[e], 0, 0, line_nm[e], 0.0, NAN, (), limit[e]
             )
         else:
-            found[names[e]] = _of(identified, peaks, e, names[e], claimed, int(best[e]))
+            found[names[e]] = _of(identified, peaks, e, names[e], claimed, int(best[e]), above)
     return found
+
+
+def _above_chance(identified: Identified) -> FloatArray:
+    """The weights less what the same lines weigh where they are not, shape (e,)."""
+    chance = identified.chance
+    return identified.indexed.weight - (0.0 if chance is None else chance)
+
+
+def _least(name: str, above: FloatArray, *, certain: bool) -> float:
+    """The weight above chance from which an element is detected."""
+    company = COMPANY.get(name)
+    if company is not None:
+        others = np.isin(atoms().elements, sorted(company - {name}))
+        if not np.any(above[others] >= DETECTED):
+            return ALONE
+    return DETECTED if certain else DETECTED_ALONE
 
 
 def _claims(identified: Identified, peaks: VoigtPeaks) -> tuple[list[str], BoolArray]:
@@ -80,8 +99,9 @@ def _entries(identified: Identified, e: int) -> slice:
 
 
 def _of(
-    identified: Identified, peaks: VoigtPeaks, e: int, name: str, claimed, best: int
-) -> Evidence:
+    identified: Identified, peaks: VoigtPeaks, e: int, name: str, claimed, best: int,
+    above: FloatArray,
+) -> Evidence:  # fmt: skip
     matched = identified.matched
     score = float(identified.indexed.weight[e])
     limit = float(matched.limit[best])
@@ -98,7 +118,7 @@ def _of(
         error = float(peaks.area_error[k])
     own = np.unique(matched.peak[there])
     certain = float(identified.indexed.weight.max()) >= CERTAIN
-    sure = score >= (DETECTED if certain else DETECTED_ALONE) and (
+    sure = float(above[e]) >= _least(name, above, certain=certain) and (
         len(own) > 1 or _stands_alone(identified, name, area, error)
     )
     if sure and len(own) <= FEW and score < CLEAR:

@@ -14,11 +14,21 @@ from ..peaks.profiles import Profiles
 from ..peaks.voigt import VoigtPeaks
 from ..plasma.boltzmann import Bend, Known, Plot, PlotLines, fit_plot
 from ..plasma.growth import log_depth_of_unit, log_kept
-from ..plasma.response import DOUBTFUL, LEVEL, LOOSE, Response, Usual, knots, stiffness
+from ..plasma.response import (
+    DOUBTFUL,
+    LEVEL,
+    LOOSE,
+    STEPPED,
+    Response,
+    Usual,
+    knots,
+    stiffness,
+)
 from ..plasma.strengths import atoms
 from ..spectrum.curve import median, usual_pitch_nm
 from ..spectrum.spectrum import BoolArray, FloatArray, Medium
 from .abundance_prior import log_odds
+from .by_chance import by_chance
 from .catalogue import CONDITIONS, Catalogue, Expected, catalogue
 from .evidence_score import NOT_SEEN
 from .gain_steps import gain_steps
@@ -63,7 +73,7 @@ class Identified:
 
     expected: at the plasma's temperature. effective: ln of the area for one atom, self-absorption
     and the instrument's response counted. plot: None where the lines do not tell. lines: those of
-    the plot. response: None where a level one explains the lines.
+    the plot. response: None where a level one explains the lines. chance: see `by_chance`, (e,).
     """
 
     catalogue: Catalogue
@@ -76,6 +86,7 @@ class Identified:
     hydrogen: HAlpha | None
     lines: PlotLines | None = None
     response: Response | None = None
+    chance: FloatArray | None = None
 
 
 def identify(
@@ -130,12 +141,19 @@ def identify(
     level = _level_bend(_range(x), tuple(seams_nm.tolist()))
     plot = fit_plot(lines, density, start_k, ROUGH_STEPS, level)
     gain, response = np.zeros(len(expected.log_area)), None
-    if plot is None or not _level(known, expected, peaks, matched, indexed, plot, len(lines)):
-        if not len(seams_nm):
-            seams_nm = gain_steps(x, profiles.counts)
+    fits = plot is not None and _level(
+        known, expected, peaks, matched, indexed, plot, len(lines)
+    )  # fmt: skip
+    stepped = not len(seams_nm)
+    if stepped:
+        seams_nm = gain_steps(x, profiles.counts)
+        stepped = len(seams_nm) > 0
+    if stepped or not fits:
         response = _response(known, expected, peaks, matched, indexed, x, seams_nm)
-        if response is None:  # the lines do not fit, and no smooth response mends it
-            level = _level_bend(_range(x), tuple(seams_nm.tolist()), DOUBTFUL)
+        if response is None:  # no response that pays for its knots, and yet it may not be level
+            level = _level_bend(
+                _range(x), tuple(seams_nm.tolist()), STEPPED if fits else DOUBTFUL
+            )  # fmt: skip
     if response is not None:
         gain = response.at(expected.vacuum_nm)
         lines = plot_lines(peaks, known, expected.log_area, matched, indexed, gain)
@@ -149,6 +167,7 @@ def identify(
     before, hydrogen_at = offsets, offsets.place(H_ALPHA_NM)
     least = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm, STILL_SHIFTED * wide_nm)
     bonus = _from_h_alpha(hydrogen)
+    widths, unsure = stark(known, FIRST_STARK), gain
     for _ in range(2 if response is not None else 1):
         offsets = _second_offsets(profiles, known, expected, indexed, before, of_axis_nm)
         expected = _expected(known, plot, expected)
@@ -184,8 +203,13 @@ def identify(
     if plot is not None and plot.response is not None:
         by = plot.response.at(lines.vacuum_nm)
         lines = replace(lines, log_area=lines.log_area - by)
+    chance = by_chance(
+        known, expected, effective + gain, matched, indexed, profiles, bad, offsets, widths, unsure,
+        SECOND_SPREAD,
+    )  # fmt: skip
     return Identified(
-        known, expected, effective + gain, offsets, matched, indexed, plot, hydrogen, lines, response
+        known, expected, effective + gain, offsets, matched, indexed, plot, hydrogen, lines, response,
+        chance,
     )  # fmt: skip
 
 

@@ -47,7 +47,9 @@ def index_peaks(
     the instrument's response adds, (entries,).
     """
     prior = log_odds() + bonus
-    lines, peaks = _weighed(catalogue, log_area, matched, model_spread, unsure)
+    lines, peaks = weighed(
+        catalogue.low_ev, catalogue.uncertainty, log_area, matched, model_spread, unsure
+    )
     weight, scale, accepted, taken = accept(
         catalogue.first, lines, peaks, matched.area, prior, least
     )
@@ -63,25 +65,27 @@ def likelihood(
     least: float = UNCERTAIN,
 ) -> float:
     """Sum of the weights above `least`, each by itself as if no other element claimed its peaks."""
-    lines, peaks = _weighed(catalogue, log_area, matched, model_spread)
+    lines, peaks = weighed(catalogue.low_ev, catalogue.uncertainty, log_area, matched, model_spread)
     weight, _ = evidence_scores(catalogue.first, lines, peaks, matched.log_peak)
     weight += log_odds()
     return float(weight[weight > least].sum())
 
 
-def _weighed(
-    catalogue: Catalogue,
+def weighed(
+    low_ev: FloatArray,
+    uncertainty: FloatArray,
     log_area: FloatArray,
     matched: Matched,
     model_spread: float,
     unsure: FloatArray | float = 0.0,
 ) -> tuple[Lines, Peaks]:
-    spread = np.sqrt(model_spread**2 + catalogue.uncertainty**2 + np.square(unsure))
+    """Lines and peaks as they are weighed; low_ev, uncertainty: of the catalogue's entries, (entries,)."""
+    spread = np.sqrt(model_spread**2 + uncertainty**2 + np.square(unsure))
     hidden = np.sqrt(MISSING_SPREAD**2 + np.square(unsure)) + np.zeros(len(log_area))
     return (
         Lines(
             log_area,
-            catalogue.low_ev,
+            low_ev,
             spread,
             matched.peak,
             matched.away,

@@ -5,16 +5,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..spectrum.spectrum import FloatArray, IntArray
-from .boltzmann import Plot, PlotLines
+from .boltzmann import CALIBRATION, Plot, PlotLines
 from .strengths import atoms
 
 # Not counted: chamber gas, air, and anions. Their lines carry no information on cations.
-NO_CATIONS = frozenset({"H", "He", "C", "N", "O", "F", "Ne", "Cl", "Ar", "Kr", "Xe"})
+NO_CATIONS = frozenset((
+    "H", "He", "C", "N", "O", "F", "Ne", "Cl", "Ar", "Br", "Kr", "I", "Xe",
+))  # fmt: skip
 SPAN = 0.35  # of the temperature, to either side
 N_GRID = 61
-# What one zone in equilibrium lacks, of ln(share): at all, and for each e-fold of light that the
-# lines of lithium lost. Measured as for the temperature.
+# What one zone in equilibrium lacks: elements shine brightest in different parts of the plasma, whose
+# temperatures differ by so much of ln(T). Measured on spectra of one and two zones with all vices of
+# instruments (benchmarks/coverage.py), as what makes the errors of the share right.
+APART = 0.03
+# The same of ln of any one element's amount: at all, and for each e-fold of light that its lines lost.
 UNIFORM, THICK = 0.08, 0.4
+HEAT_STEP = 0.01  # of ln(T), for slopes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,21 +75,21 @@ def _share(lines: PlotLines, log_thin: FloatArray, kelvin: float, density: float
 
 def _relative_error(lines: PlotLines, plot: Plot) -> float:
     """Error of ln(share): lines, temperature, density, self-absorption and response, in one fit,
-    and what one zone in equilibrium lacks."""
+    and of a plasma in which lithium's light and the others' are not equally hot."""
     counted = cations(plot.names)
     log_amount = np.where(counted, plot.log_scale[plot.names], -np.inf)
     parts = np.exp(log_amount - log_amount.max())
     turn = np.where(atoms().elements[plot.names] == "Li", 1.0, 0.0) - parts / parts.sum()
     fitted = max(float(turn @ plot.covariance @ turn), 0.0)
-    lost = float(np.hypot(*_lost(lines, plot, turn)))
-    return float(np.sqrt(fitted + UNIFORM**2 + (THICK * lost) ** 2))
+    return float(np.sqrt(fitted + (APART * (turn @ _by_heat(lines, plot))) ** 2))
 
 
-def _lost(lines: PlotLines, plot: Plot, turn: FloatArray) -> tuple[float, float]:
-    """e-folds of light that the lines lost: lithium's, and the others', each by its element's weight."""
+def _by_heat(lines: PlotLines, plot: Plot) -> FloatArray:
+    """How ln of each element's amount, (k,), grows with ln of the temperature of its lines' light."""
+    density = 10**plot.log10_ne
+    warmer = lines.thin(plot.temperature_k * (1 + HEAT_STEP), density)
+    slope = (lines.thin(plot.temperature_k, density) - warmer) / HEAT_STEP
     which = np.searchsorted(plot.names, lines.element)
-    log_kept = -np.log(np.maximum(plot.kept, 1e-12))
-    mean = np.bincount(which, log_kept, len(turn)) / np.maximum(np.bincount(which), 1)
-    own = atoms().elements[plot.names] == "Li"
-    others = np.where(own, 0.0, -turn)
-    return float(mean[own][0]), float(others @ mean / max(others.sum(), 1e-12))
+    sure, k = 1.0 / (lines.error**2 + CALIBRATION**2), len(plot.names)
+    total = np.bincount(which, sure * slope, k)
+    return total / np.maximum(np.bincount(which, sure, k), 1e-12)
