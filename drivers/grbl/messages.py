@@ -21,6 +21,8 @@ ERRORS: dict[int, str] = {
     15: "the jog would leave the machine's travel ($130 to $132)",
     16: "a jog without `=` or with a command that a jog does not allow",
     17: "laser mode ($32=1) needs a spindle with PWM",
+    18: "its reset button is pressed: release it, then unlock",
+    19: "a number that has to be positive",
     20: "unknown G-code",
     21: "two G-codes of the same group in one line",
     22: "no feed rate was set",
@@ -42,9 +44,26 @@ ERRORS: dict[int, str] = {
     38: "the tool number is too high",
     39: "a parameter is out of range",
     40: "a tool change is waiting",
+    41: "the spindle is not running",
+    42: "an arc or cycle that its plane does not allow",
+    43: "the feed is higher than this motion allows",
+    44: "the spindle cannot turn at this speed",
     45: "a limit switch is engaged: move off it first",
     46: "it must be homed before anything else",
+    47: "the tool is not known to it",
+    48: "two words contradict each other",
+    49: "its self-test failed: switch it off and on",
+    50: "the emergency stop is pressed: release it, then unlock",
+    51: "a motor driver reports a fault: switch the motors' power off and on",
+    52: "the value is out of the setting's range",
+    53: "the setting is turned off",
+    54: "the retract height is below where it began",
+    55: "its homing settings contradict each other ($22, $44 to $46)",
+    56: "the work coordinate system is locked",
+    58: "the output is in use, or not there",
     60: "no memory card is inserted",
+    77: "it wants a password ($ME, or its network settings)",
+    78: "this user may not do that",
     79: "the emergency stop is pressed: release it, then unlock",
 }
 
@@ -62,17 +81,24 @@ ALARMS: dict[int, str] = {
     10: "the emergency stop is pressed. Release it, unlock, home",
     11: "it must be homed. Home it",
     12: "a limit switch is engaged. Move off it, home",
+    13: "the probe touched where nothing was to be probed. See what it touches, unlock, home",
     14: "the spindle did not answer",
     15: "the second limit switch of an axis failed",
+    16: "its self-test failed: switch it off and on",
     17: "a motor driver reports a fault: switch the motors' power off and on",
+    18: "homing failed. Home it again",
+    19: "a part of it on its bus (Modbus) did not answer",
+    20: "its board of more inputs and outputs failed",
+    21: "its stored settings could not be read: check all `$` settings",
+    22: "lines came faster than it could take them. Home it",
 }
 
 
 def error_words(code: int) -> str:
     """`error:9` with its meaning."""
-    return f"error:{code} ({ERRORS.get(code, 'a number that GRBL 1.1 and grblHAL do not list')})"
+    return f"error:{code} ({ERRORS.get(code, 'a number that labrun does not know')})"
 
 
 def alarm_words(code: int) -> str:
     """`ALARM:1` with its meaning and what to do."""
-    return f"ALARM:{code}: {ALARMS.get(code, 'a number that GRBL 1.1 and grblHAL do not list')}"
+    return f"ALARM:{code}: {ALARMS.get(code, 'a number that labrun does not know')}"

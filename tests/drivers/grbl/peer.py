@@ -61,6 +61,8 @@ class Peer:
         self.silent = False
         self.homing_fails = False
         self.eats_ok_of = None  # a line whose next `ok` is lost
+        self.reset_at = None  # machine X at which its reset button is pressed, and held
+        self.reset_pressed = False  # grblHAL is not unlocked meanwhile
         self.emergency = False  # pressed; grblHAL obeys no reset as long as it is
         self.startup = []  # what its start-up lines say, after a boot and after homing
         self.zero_where_homed = False  # built with HOMING_FORCE_SET_ORIGIN
@@ -493,6 +495,8 @@ class Peer:
             self.say("[MSG:Disabled]")
             self._ok(text)
             return self._reset()
+        if line == "$X" and self.reset_pressed:
+            return self.say("error:18")
         if line == "$X":
             if self.state == "Alarm":
                 self.say("[MSG:Caution: Unlocked]")
@@ -582,6 +586,9 @@ class Peer:
             self._set(move.point(way))
             if self.hit_at is not None and self.place[0] >= self.hit_at:
                 self._alarm(1)
+            elif self.reset_at is not None and self.place[0] >= self.reset_at:
+                self.reset_at, self.reset_pressed = None, True
+                self._reset()
             elif way >= move.length:
                 self.steps = list(self._end)
                 self._stand()

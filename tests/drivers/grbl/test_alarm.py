@@ -185,6 +185,27 @@ def test_the_emergency_stop_takes_the_power_and_gives_it_back(peers, gantry, pla
     assert not played(gantry(peer), story)["homed"]
 
 
+def test_a_reset_button_that_is_held_is_named_and_unlocked_when_it_is_released(
+    peers, gantry, played
+):
+    peer = peers(hal=True)
+    peer.reset_at = -700
+
+    async def story(driver):
+        with pytest.raises(ActionFailed, match=r"ALARM:3: it was reset while it moved"):
+            await driver.move_to(GoalContext("a"), x=200)
+        with pytest.raises(ActionFailed, match=r"its reset button is pressed: release it") as held:
+            await driver.unlock(GoalContext("b"))
+        peer.reset_pressed = False
+        await driver.unlock(GoalContext("c"))
+        return held.value, await driver.status()
+
+    held, unlocked = played(gantry(peer), story)
+
+    assert held.happened == "no"
+    assert (unlocked["homed"], unlocked["alarm"]) == (False, "")
+
+
 @pytest.mark.slow
 def test_a_pressed_emergency_stop_is_waited_for_and_unlocked_when_it_is_released(
     peers, gantry, played, monkeypatch
