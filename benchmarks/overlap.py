@@ -13,6 +13,7 @@ import itertools
 import random
 import statistics
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 STAGES = ("weigh", "dispense", "heat", "measure")
@@ -68,7 +69,7 @@ Durations = list[list[int]]
 
 
 def rehearsed(
-    folder: Path, durations: Durations, order: str, told: Durations | None = None
+    folder: Path, durations: Durations, order: str, told: list[list[float]] | None = None
 ) -> float:
     """Minutes that labrun takes, by a rehearsal; `told` are the durations that it knows beforehand."""
     from labrun.engine.check import check_file

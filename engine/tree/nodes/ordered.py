@@ -1,5 +1,6 @@
 """`foreach` with `order: shortest`: the items in the order that is known to take the least time."""
 
+from collections import ChainMap
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -17,7 +18,8 @@ class OrderedIterations(ItemIterations):
     ) -> None:  # fmt: skip
         super().__init__(name, items, key)
         self.at_once_value, self.legs = at_once, legs
-        self.at_once, self.names = 1, {}
+        self.at_once = 1
+        self.names: ChainMap[str, Any] = ChainMap()
         self.order: list[int] = []
         """The item of each turn, as far as any has been asked for."""
 
