@@ -13,7 +13,6 @@ import itertools
 import random
 import statistics
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
 
 STAGES = ("weigh", "dispense", "heat", "measure")
