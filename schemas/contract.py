@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StringConstraints, model_validator
 
 from .model import Model
-from .quantity import Duration, seconds
+from .quantity import Duration, same_dimension, seconds
 
 Effect = Literal["pure", "idempotent", "once"]
 Happened = Literal["no", "yes", "unknown"]
@@ -39,7 +39,8 @@ class Action(Model):
     while another action is running, and ends that one if it is of the `safe_state`. `interlock` is
     what fields of the status must be for the action to begin; the server reads the status just
     before. `sets` names what an `idempotent` action sets (`energy`, `channel {n}` with the
-    parameter `n`): on resume the last one of each is done again.
+    parameter `n`): on resume the last one of each is done again. `takes` is the parameter that says
+    how long it takes, where one does; `duration` is what it takes otherwise.
     """
 
     summary: str = ""
@@ -49,6 +50,7 @@ class Action(Model):
     effect: Effect = "once"
     probe: str | None = None
     duration: str | None = None
+    takes: str = ""
     cancel: bool = False
     meanwhile: bool = False
     danger: Danger | None = None
@@ -66,6 +68,21 @@ class Action(Model):
             if name not in self.required() and "default" not in schemas[name]:
                 raise ValueError(f"sets: {name} may be left out, and then names nothing")
         return self
+
+    @model_validator(mode="after")
+    def _takes_a_time(self) -> "Action":
+        unit = self.param_schemas().get(self.takes, {}).get("unit")
+        if self.takes and (unit is None or not same_dimension(unit, "s")):
+            raise ValueError(f"takes: there is no parameter {self.takes} with a unit of time")
+        return self
+
+    def typical_s(self, params: dict[str, Any]) -> float | None:
+        """How many seconds it takes with these parameters, in the contract's units; None if nobody says."""
+        schema = self.param_schemas().get(self.takes, {})
+        given = params.get(self.takes, schema.get("default"))
+        if given is not None:
+            return seconds(f"{given} {schema['unit']}")
+        return None if self.duration is None else seconds(self.duration)
 
     def setting(self, params: dict[str, Any]) -> str:
         """What it sets with these parameters; empty for nothing that has to be set again."""

@@ -7,7 +7,14 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Discriminator, Field, StringConstraints, Tag, field_validator
+from pydantic import (
+    Discriminator,
+    Field,
+    StringConstraints,
+    Tag,
+    ValidationInfo,
+    field_validator,
+)
 from typing_extensions import TypeAliasType
 
 from .model import Model
@@ -125,6 +132,16 @@ class Foreach(LoopBase):
     foreach: dict[Role, Any] = Field(min_length=1, max_length=1)
     key: Scalar = None
     at_once: Count | None = None
+    order: Literal["listed", "shortest"] | None = None
+
+    @field_validator("order")
+    @classmethod
+    def _of_several(cls, given: str | None, info: ValidationInfo) -> str | None:
+        if given == "shortest" and info.data.get("at_once") is None:
+            raise ValueError(
+                "one iteration after the other takes as long in any order: it goes with `at_once`"
+            )
+        return given
 
 
 class Repeat(LoopBase):

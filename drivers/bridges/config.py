@@ -62,6 +62,7 @@ class ActionConfig(Model):
     probe: str | None = None
     count: str | None = None
     duration: str | None = None
+    takes: str = ""
     timeout: Time | None = None
     until: dict[str, Any] | None = None
     cancel: bool = False
@@ -140,7 +141,7 @@ class BridgeConfig(Model):
         return Action(
             summary=said.summary, effect=effect, errors=errors, duration=self._duration(said),
             probe=said.probe or (LAST_ONCE if effect == "once" else None), cancel=said.cancel,
-            danger=said.danger, sets=said.sets,
+            danger=said.danger, sets=said.sets, takes=said.takes,
             params=_object(params, needed, closed=True) if params else {},
             returns=_object(returns, list(returns)) if returns else {},
         )  # fmt: skip

@@ -147,8 +147,9 @@ def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
         return _wrong_duration(what, value)
     if use == "moment":
         return _wrong_moment(value)
-    if use == "count" and not _is_count(value):
-        return f"{what}: {words(value)} is not a whole number from 0", f"such as {what}: 3"
+    least = int(what == "at_once")
+    if use == "count" and not _is_count(value, least):
+        return f"{what}: {words(value)} is not a whole number from {least}", f"such as {what}: 3"
     if use == "condition" and isinstance(spot.value, Constant) and not isinstance(value, bool):
         hint = f"write {what}: ${{{{ {value} }}}}" if isinstance(value, str) else "write ${{ ... }}"
         return f"{what}: {words(value)} is not an expression", hint
@@ -163,8 +164,8 @@ def _wrong_moment(value: Any) -> Wrong | None:
     return None
 
 
-def _is_count(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+def _is_count(value: Any, least: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= least
 
 
 def _wrong_duration(what: str, value: Any) -> Wrong | None:
@@ -175,7 +176,7 @@ def _wrong_duration(what: str, value: Any) -> Wrong | None:
         length = seconds(value)
     except (UnitError, ValueError, TypeError) as fault:
         return f"{what}: {fault}", hint
-    if length < 0 or (length == 0 and what == "timeout"):
+    if length < 0 or (length == 0 and what in ("timeout", "every", "stale")):
         return f"{what}: {words(value)} is too short", hint
     return None
 

@@ -15,7 +15,6 @@ from ...drivers.client.client import LeaseHeld, Outcome, ServerUnreachable
 from ...schemas import journal as j
 from ...schemas.contract import Contract, Happened
 from ...schemas.messages import ENDED, Goal, GoalError, GoalReport
-from ...schemas.quantity import seconds
 from ...system.tasks import end, spawn
 from ..journal.history import LAPSED, LOOKS, RESTARTED, STOPPED
 from ..journal.past import PastGoal
@@ -189,7 +188,7 @@ class Dispatcher:
 
     def longest_s(self) -> float:
         """Twice what the slowest action under way takes, by its contract."""
-        known = [2 * seconds(r.action.duration or 0) for r in self._under_way.values()]
+        known = [2 * (r.action.typical_s(r.params) or 0.0) for r in self._under_way.values()]
         return max(known, default=0.0)
 
     def waits_for(self) -> list[str]:

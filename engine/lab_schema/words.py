@@ -60,6 +60,7 @@ WORDS = {
     "choices": "The possible answers.",
     "reserve": "Devices that this group has for itself until it ends; it waits until all of them are free.",
     "at_once": "How many iterations may run at the same time; they take turns on their devices.",
+    "order": "In which order the iterations begin: as listed, or so that all together take the least time.",
     "watch": "What is looked at while the steps run, and what happens when it is so.",
     "every": "How often it is looked at; without it, whenever a device tells its status.",
     "Watch.when": "The condition; status.ROLE.FIELD is what a device tells of itself.",
@@ -98,6 +99,10 @@ CHOICES = {
     "on_stale": {
         "then": "it counts as true (the default): a dead sensor is no safety",
         "ignore": "only what is known counts",
+    },
+    "Foreach.order": {
+        "listed": "as the items are listed (the default)",
+        "shortest": "so that all together take the least time, by the durations in the contracts",
     },
     "mode": {"background": "the next step starts at once"},
 }

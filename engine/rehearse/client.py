@@ -19,7 +19,6 @@ from ...schemas.contract import Contract
 from ...schemas.messages import ENDED, Goal, GoalError, GoalReport, LeaseRequest
 from ...system.tasks import end, spawn
 from ..run.virtual_time import VirtualLoop
-from .twin_choice import typical_s
 
 LEASE_S = 3600.0
 HANGS_S = 24 * 3600.0
@@ -166,7 +165,8 @@ class RehearsedDevice:
         loop = asyncio.get_running_loop()
         if not isinstance(self._driver, Twin) and isinstance(loop, VirtualLoop):
             # Real computing takes no virtual time: the contract gives its duration.
-            await asyncio.wait({end}, timeout=typical_s(self.contract, goal.action))
+            typical_s = self.contract.actions[goal.action].typical_s(goal.params) or 0.0
+            await asyncio.wait({end}, timeout=typical_s)
             with loop.held():
                 return await end
         return await end

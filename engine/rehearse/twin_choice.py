@@ -12,7 +12,6 @@ from ...schemas.contract import Contract
 from ...schemas.lab import LabDevice
 from ...schemas.messages import FileContent
 from ...schemas.plainest import plainest
-from ...schemas.quantity import seconds
 from ..lab.lab import LoadedLab
 
 COMPUTING = {"reducer": "the reduction itself", "gp": "the optimizer itself"}
@@ -36,12 +35,6 @@ def player(name: str, lab: LoadedLab) -> tuple[type[Driver], dict[str, Any], str
         if known in COMPUTING:
             return found, {}, COMPUTING[known]
     return stand_in(contract), {}, f"a stand-in: no twin keeps {contract.type}"
-
-
-def typical_s(contract: Contract, action: str) -> float:
-    """The duration of an action by its contract; 0 if it gives none."""
-    duration = contract.actions[action].duration
-    return 0.0 if duration is None else seconds(duration)
 
 
 def _own(device: LabDevice, lab: LoadedLab) -> type[Driver] | None:
@@ -84,7 +77,7 @@ def stand_in(contract: Contract) -> type[Driver]:
         wanted = contract.actions[name]
 
         async def perform(self: Driver, goal: GoalContext, **params: Any) -> dict[str, Any]:
-            await asyncio.sleep(typical_s(contract, name))
+            await asyncio.sleep(wanted.typical_s(params) or 0.0)
             result = {}
             for field, schema in wanted.returns.get("properties", {}).items():
                 result[field] = plainest(schema, params.get(field))

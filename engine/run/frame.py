@@ -21,6 +21,10 @@ class Results(Mapping[str, Any]):
         self.times: dict[str, Mapping[str, Any]] = {}
         self.around = around
 
+    def known(self) -> dict[str, Any]:
+        """The results that there are."""
+        return {**(self.around.known() if self.around is not None else {}), **self.own}
+
     def times_of(self, step: str) -> Mapping[str, Any]:
         """When a step began and how long it took; nothing if it did not run, or nothing asks."""
         if step in self.times:

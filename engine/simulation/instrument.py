@@ -11,7 +11,7 @@ from ...schemas.contract import Contract
 from ...schemas.messages import FileContent
 from ...schemas.plainest import plainest
 from ...system.tasks import spawn
-from ..rehearse.twin_choice import EMPTY, typical_s
+from ..rehearse.twin_choice import EMPTY
 from .process import living
 
 STRANGER = "elsewhere/"
@@ -69,7 +69,8 @@ class Instrument:
         if not goal.startswith(STRANGER):
             living()
         loop = asyncio.get_running_loop()
-        lasts_s = self.bench.random.uniform(0.02, 2 * typical_s(self.contract, action) + 0.03)
+        typical_s = self.contract.actions[action].typical_s({}) or 0.0
+        lasts_s = self.bench.random.uniform(0.02, 2 * typical_s + 0.03)
         end: asyncio.Future[None] = loop.create_future()
         self.under_way[goal] = end
         effect_s = lasts_s * self.bench.random.random()

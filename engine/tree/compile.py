@@ -22,6 +22,7 @@ from ..run.function_calls import LIMIT_S
 from ..run.rows import Rows
 from ..run.run import Run
 from ..survey.survey import Survey, Used
+from .legs import Legs
 from .nodes.action import LOST_AT_MOST, ActionLeaf, ActionPlan
 from .nodes.action_set import ActionSet
 from .nodes.any_of import AnyOf
@@ -33,6 +34,7 @@ from .nodes.fallback import Alternative, Fallback
 from .nodes.immediate import Fail, Log, Notify, Require, SetNames
 from .nodes.iterations import ConditionalIterations, CountedIterations, ItemIterations, Iterations
 from .nodes.loop import Loop, LoopPlan
+from .nodes.ordered import OrderedIterations
 from .nodes.question import AskPerson
 from .nodes.reserve import Reserve
 from .nodes.retry import Retry, RetryRules
@@ -279,7 +281,11 @@ class TreeCompiler:
     def _foreach(self, step: p.Foreach, place: Place) -> Behaviour:
         ((name, items),) = step.foreach.items()
         key = None if step.key is None else value_of(step.key)
-        return self._loop(step, place, ItemIterations(name, value_of(items), key))
+        if step.order != "shortest" or step.at_once is None:
+            return self._loop(step, place, ItemIterations(name, value_of(items), key))
+        legs, at_once = partial(Legs(self.survey).of, step.steps), value_of(step.at_once)
+        turns = OrderedIterations(name, value_of(items), key, at_once, legs)
+        return self._loop(step, place, turns)
 
     def _repeat(self, step: p.Repeat, place: Place) -> Behaviour:
         return self._loop(step, place, CountedIterations(value_of(step.repeat)))

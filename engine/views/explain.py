@@ -210,7 +210,8 @@ def _said(step: p.StepBase, defaults: p.Defaults) -> str:
     if isinstance(step, p.Group) and step.reserve:
         parts.append(f"keeps {joined(step.reserve, 'and')} for itself")
     if isinstance(step, p.Foreach) and step.at_once is not None:
-        parts.append(f"{bare(step.at_once)} at once")
+        shortest = " in the shortest order" if step.order == "shortest" else ""
+        parts.append(f"{bare(step.at_once)} at once{shortest}")
     if isinstance(step, p.Do | p.Group) and step.mode:
         parts.append("in the background")
     if step.when is not None:

@@ -14,7 +14,6 @@ from ...engine.run.names import FileFault, inside
 from ...schemas import messages
 from ...schemas.contract import Action
 from ...schemas.messages import Goal, GoalReport
-from ...schemas.quantity import seconds
 from ...system.tasks import end, first_of, spawn
 from ..access.headers import Deadline
 from ..local.clock import now_iso
@@ -271,7 +270,7 @@ async def follow(
     least_s: float,
 ) -> Outcome:  # fmt: skip
     """Follow a goal to its end; one that takes far too long is cancelled, then awaited."""
-    typical_s = seconds(action.duration) if action.duration is not None else 0.0
+    typical_s = action.typical_s(goal.params) or 0.0
     following = spawn(f"follow {goal.id}", client.follow(goal, report))
     try:
         await asyncio.wait({following}, timeout=max(least_s, PATIENCE * typical_s))

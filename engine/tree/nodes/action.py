@@ -70,7 +70,7 @@ class ActionLeaf(Node):
         self.path = f"{self.scope.frame.path}/{self.plan.segment}"
         try:
             arguments = self._arguments()
-            timeout_s = self._timeout()
+            timeout_s = self._timeout(arguments)
         except (ExpressionError, ArgumentFaults, ValueError) as fault:
             self.failure = self._failure("Rejected", str(fault), "no")
             return
@@ -104,13 +104,12 @@ class ActionLeaf(Node):
         attempt = self.scope.frame.attempts.get(self.path, 0) + 1
         return self.run.names(self.scope.frame.names, f"{self.path}/{attempt}/{key}")
 
-    def _timeout(self) -> float | None:
+    def _timeout(self, arguments: dict[str, Any]) -> float | None:
         if self.plan.timeout_s is not None:
             return seconds(self.plan.timeout_s.evaluate(self._names("timeout")))
-        if self.plan.action.duration is not None:
-            # No timeout was given: well past the typical duration in the contract, it has hung.
-            return 10 * seconds(self.plan.action.duration) + 30
-        return None
+        # No timeout was given: well past what it takes by its contract, it has hung.
+        typical_s = self.plan.action.typical_s(arguments)
+        return None if typical_s is None else 10 * typical_s + 30
 
     def _begin(self, arguments: dict[str, Any], timeout_s: float | None) -> None:
         wanted = means(self.plan.role, self.plan.action_name, arguments)

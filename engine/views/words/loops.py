@@ -21,7 +21,8 @@ def loop_words(view: Outlook, step: p.LoopBase, place: Place) -> str:
     text = _each(view, step, place)
     if not isinstance(step, p.Foreach) or step.at_once is None:
         return text
-    return f"{text}, {spoken(view, step.at_once, (*place, 'at_once'))} at the same time"
+    order = ", in the order that takes the least time" if step.order == "shortest" else ""
+    return f"{text}, {spoken(view, step.at_once, (*place, 'at_once'))} at the same time{order}"
 
 
 def _each(view: Outlook, step: p.LoopBase, place: Place) -> str:

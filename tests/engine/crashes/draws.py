@@ -104,10 +104,11 @@ def reserved(steps):
 own_devices = st.builds(reserved, st.lists(fine, min_size=1, max_size=3))
 unset = fine.filter(lambda step: not step["do"].endswith("set"))
 overlapped = st.builds(
-    lambda first, rest, count, at_once: {
-        "foreach": list(range(count)), "at_once": at_once, "steps": [first, *rest],
+    lambda first, rest, count, at_once, order: {
+        "foreach": list(range(count)), "at_once": at_once, "order": order, "steps": [first, *rest],
     },
     own_devices, st.lists(own_devices | unset, max_size=2), st.integers(2, 4), st.integers(2, 3),
+    st.sampled_from(["listed", "shortest"]),
 )  # fmt: skip
 aside_group = st.builds(
     lambda steps: {"steps": steps, "mode": "background"},

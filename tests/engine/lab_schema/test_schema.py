@@ -45,6 +45,7 @@ STRUCTURAL = {
 UNSEEN = {
     "yaml_key_is_a_list": "JSON has no such key: an editor refuses the YAML before it asks the schema",
     "argument_number_of_a_loop_over_texts": "what an expression is, only the checker computes",
+    "overlap_order_of_one_after_the_other": "which keys go together, only the checker knows",
     "use_a_broken_protocol": "the fault is in another file",
 }
 """Faulty protocols of these codes that no schema can detect -> why."""

@@ -33,6 +33,21 @@ steps:
 """
 
 
+# Listed, the second item would wait long for its turn on a.
+PRESS = """
+steps:
+  - id: press
+    foreach: {long: [3, 1, 2]}
+    at_once: 3
+    order: shortest
+    steps:
+      - {do: a.act, with: {name: "fill${{ long }}", seconds: "${{ long / 10 }}"}}
+      - {do: b.shoot, with: {name: "press${{ long }}"}}
+      - {do: c.act, with: {name: "dry${{ long }}", seconds: "${{ 0.4 - long / 10 }}"}}
+    collect: {long: "${{ long }}"}
+"""
+
+
 def ended(ran):
     return [(r.key, r.ahead) for r in ran.records if r.kind == "iteration"]
 
@@ -139,6 +154,36 @@ def test_rows_are_in_order(run):
     assert ended(ran) == [("1", True), ("2", True), ("0", False)]
     shots = [name for name in ran.sent if name.startswith(("move", "shot"))]
     assert all(a[4:] == b[4:] for a, b in list(pairwise(shots))[::2])
+
+
+def test_the_shortest_order(run):
+    """`order: shortest`, and the contracts say how long the actions take -> The iterations begin, and have their rows, in
+    the order that takes the least time; keys are those of the items as listed."""
+    ran = run(PRESS)
+
+    assert ran.status == 0
+    assert [word for word in ran.sent if word.startswith("fill")] == ["fill1", "fill2", "fill3"]
+    assert [(row["key"], row["long"]) for row in ran.rows()] == [("1", "1"), ("2", "2"), ("0", "3")]
+
+
+def test_the_shortest_order_of_what_is_not_known(run):
+    """`order: shortest`, and nothing is known that tells the iterations apart -> They begin as they are listed."""
+    ran = run(PRESS.replace("seconds: ", "x: ").replace("0.4 - ", ""))
+
+    assert ran.status == 0
+    assert [word for word in ran.sent if word.startswith("fill")] == ["fill3", "fill1", "fill2"]
+
+
+def test_killed_in_the_shortest_order(bench):
+    """The engine is killed while iterations in the shortest order are under way -> They go on in the same order;
+    nothing is sent twice."""
+    bench.kill(PRESS, "goal main/press/2/1")
+
+    ran = bench.resume()
+
+    assert ran.status == 0
+    assert [(row["key"], row["long"]) for row in ran.rows()] == [("1", "1"), ("2", "2"), ("0", "3")]
+    assert [ran.done.count(f"press{long}") for long in (1, 2, 3)] == [1, 1, 1]
 
 
 def test_killed_with_several_unfinished(bench):

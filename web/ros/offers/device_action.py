@@ -10,7 +10,6 @@ from ....engine.language.arguments import ArgumentFaults, resolve_arguments
 from ....engine.run.files import read_content, write_content
 from ....engine.run.names import FileFault, inside
 from ....schemas.messages import Goal, GoalReport
-from ....schemas.quantity import seconds
 from ....system.tasks import end, first_of, spawn
 from ..interfaces.kinds import ActionKind
 from ..interfaces.values import ValueFault, from_ros
@@ -35,7 +34,7 @@ class DeviceAction(Action):
         self.wanted = device.contract.actions[action]
         self.can_cancel = self.wanted.cancel
         self._folder = folder
-        typical_s = seconds(self.wanted.duration) if self.wanted.duration is not None else 0.0
+        typical_s = self.wanted.typical_s({}) or 0.0
         self._patience_s = max(device.action_timeout_s, PATIENCE * typical_s)
 
     async def carry(self, work: Work) -> End:

@@ -21,7 +21,7 @@ export function kindOf(step: unknown): StepKind | null {
 const TOP_ORDER = ['labrun', 'name', 'summary', 'params', 'devices', 'defaults', 'steps', 'on_resume', 'finally', 'outputs']
 const STEP_ORDER = [
   'id', 'name', 'when', 'do', 'parallel', 'any', 'foreach', 'repeat', 'while', 'if', 'use', 'confirm', 'ask', 'wait', 'set',
-  'require', 'log', 'notify', 'fail', 'picture', 'with', 'devices', 'choices', 'max', 'key', 'at_once', 'reserve', 'watch', 'mode', 'timeout', 'retry', 'on_failure', 'on_unknown',
+  'require', 'log', 'notify', 'fail', 'picture', 'with', 'devices', 'choices', 'max', 'key', 'at_once', 'order', 'reserve', 'watch', 'mode', 'timeout', 'retry', 'on_failure', 'on_unknown',
   'on_error', 'keep_going', 'steps', 'then', 'else', 'fallback', 'collect',
 ]
 

@@ -63,7 +63,7 @@ function ladder(step: Record<string, unknown>): string[] {
     when == null ? '' : `only if ${shown(when)}`,
     attempts == null ? '' : `tried ${shown(attempts)}×`,
     timeout == null ? '' : `${shown(timeout)} at most`,
-    step['at_once'] == null ? '' : `${shown(step['at_once'])} at once`,
+    step['at_once'] == null ? '' : `${shown(step['at_once'])} at once${step['order'] === 'shortest' ? ', in the shortest order' : ''}`,
     Array.isArray(step['reserve']) ? `keeps ${step['reserve'].map(shown).join(', ')} for itself` : '',
     Array.isArray(step['watch']) ? 'watched' : '',
     mode === 'background' ? 'in the background' : '',
