@@ -67,7 +67,8 @@ def test_what_killed_servers_left_is_removed_by_the_next_one(tmp_path, monkeypat
         for port, age_s in ((alive.getsockname()[1], 700), (old, 700), (young, 0)):
             path = tokens._path(f"http://127.0.0.1:{port}")
             path.write_text("of another server")
-            os.utime(path, (time.time() - age_s,) * 2)
+            written = time.time() - age_s
+            os.utime(path, (written, written))
         with tokens.findable(f"http://127.0.0.1:{new}", tokens.made()):
             there = {int(path.name.rpartition("-")[2]) for path in tmp_path.iterdir()}
 
