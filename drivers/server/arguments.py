@@ -121,10 +121,13 @@ def _closed(schema: JsonSchema) -> JsonSchema:
 
 
 def _first(validator: Validator, value: Any) -> "ValidationError | None":
+    # is_valid stops at the first error and builds no messages: this is the path of nearly all goals.
+    if validator.is_valid(value):
+        return None
+    # Only here: beside Jupyter its import builds a grammar, for seconds in which no stop is heard.
     from jsonschema.exceptions import best_match
 
-    # is_valid stops at the first error and builds no messages: this is the path of nearly all goals.
-    return None if validator.is_valid(value) else best_match(validator.iter_errors(value))
+    return best_match(validator.iter_errors(value))
 
 
 def _sentence(place: str, fault: "ValidationError") -> str:

@@ -6,11 +6,13 @@ the same user can read; a client of that user who has none looks there.
 """
 
 import codecs
+import glob
 import os
 import secrets
 import socket
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ...system.files import remove, write_whole
@@ -18,6 +20,10 @@ from .gate import is_loopback, split
 
 LEAST = 16
 """The shortest token that a person may choose, in characters."""
+STARTS_WITHIN_S = 600.0
+"""A younger file may be of a server that does not listen yet."""
+MOST_CLEANED = 50
+LISTENS_S = 0.1
 
 
 class WeakToken(ValueError):
@@ -54,6 +60,7 @@ def chosen(token: str | None, file: Path | None, variable: str, host: str) -> st
 def findable(url: str, token: str) -> Iterator[None]:
     """Leave the token where this user's programs find it, for as long as the block lasts; raises OSError."""
     path = _path(url)
+    _clean(path.parent)
     write_whole(path, token.encode(), mode=0o600, sync=False)
     try:
         yield
@@ -100,6 +107,36 @@ def _path(url: str) -> Path:
     # Homes are shared between machines: a port alone would not tell them apart.
     place = f"{socket.gethostname()}-{split(url).port}"
     return user_state_path("labrun", appauthor=False) / "tokens" / place
+
+
+def _clean(folder: Path) -> None:
+    """Remove what servers of this machine have left that were killed: nobody listens at their ports."""
+    before = time.time() - STARTS_WITHIN_S
+    left = [
+        path
+        for path in folder.glob(f"{glob.escape(socket.gethostname())}-*")
+        if _older(path, before)
+    ]
+    for path in left[:MOST_CLEANED]:
+        token, port = _read(path), path.name.rpartition("-")[2]
+        if port.isdecimal() and not _listens(int(port)) and _read(path) == token:
+            remove(path)
+
+
+def _older(path: Path, moment: float) -> bool:
+    try:
+        return path.stat().st_mtime < moment
+    except OSError:
+        return False
+
+
+def _listens(port: int) -> bool:
+    for family, address in ((socket.AF_INET, "127.0.0.1"), (socket.AF_INET6, "::1")):
+        with suppress(OSError), socket.socket(family) as asking:
+            asking.settimeout(LISTENS_S)
+            if asking.connect_ex((address, port)) == 0:
+                return True
+    return False
 
 
 def _read(path: Path) -> str | None:

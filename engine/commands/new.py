@@ -8,7 +8,14 @@ import typer
 
 from ..check import check_text
 from ..exit_status import PROBLEMS
-from ..new.protocol import TEMPLATES, CannotMake, new_protocol, protocol_name, template_text
+from ..new.protocol import (
+    TEMPLATES,
+    CannotMake,
+    lacking,
+    new_protocol,
+    protocol_name,
+    template_text,
+)
 from ..problems.print import print_problems
 from .options import Lab, say
 
@@ -99,6 +106,8 @@ def _new_protocol(name: str, template: str, lab: Path | None) -> None:
     made = new_protocol(plain, template, example.protocol, example.lab)
     _write(path, made.text)
     _say_next(path, made.binds, lab)
+    for device, why in lacking(example.protocol, example.lab, made.binds).items():
+        print(f"To run it: {device} cannot work, since {why}; --template minimal needs nothing")
 
 
 def _device_from(name: str, source: str, patterns: str | None) -> None:

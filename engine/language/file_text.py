@@ -102,8 +102,12 @@ def _missing(path: Path) -> Unread:
         return Unread("this is not a plain file", "save it as a file first")
     if not path.parent.is_dir():
         return Unread("there is no such file", f"there is no folder {path.parent} either")
-    near = closest(path.name, (entry.name for entry in path.parent.iterdir()))
-    there = near or _other_suffix(path)
+    # By the stem: all that bench.yaml shares with bad.yaml is what every protocol ends in.
+    ends = path.suffix.casefold()
+    entries = [entry for entry in path.parent.iterdir() if entry.suffix.casefold() == ends]
+    stems = {entry.stem: entry.name for entry in entries}
+    near = closest(path.stem, stems)
+    there = stems[near] if near else _other_suffix(path)
     return Unread("there is no such file", f"did you mean {path.parent / there}?" if there else "")
 
 

@@ -15,6 +15,10 @@ class Refused(Exception):
         return str(self).splitlines()
 
 
+class NoSuch(Refused, AttributeError):
+    """A device or an action that is not there; Python wants an AttributeError of an attribute."""
+
+
 class ActionFailed(Refused):
     """A device could not do what it was asked; the text is the device's, with its action and error."""
 

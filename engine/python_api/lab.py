@@ -24,7 +24,7 @@ from ..language.arguments import ArgumentFaults
 from ..run.names import FileFault
 from .bar import in_a_notebook
 from .checking import PathLike
-from .faults import ActionFailed, Refused
+from .faults import ActionFailed, NoSuch, Refused
 from .problems import Problems
 from .threads import Work, result
 
@@ -58,7 +58,7 @@ class Lab:
         try:
             return self[device]
         except Refused as fault:
-            raise AttributeError(str(fault)) from None
+            raise NoSuch(str(fault)) from None
 
     def __dir__(self) -> list[str]:
         return list(self._loaded.lab.devices)
@@ -86,7 +86,7 @@ class Device:
         try:
             found = find_action(self._lab._loaded, self._name, action)
         except WrongUsage as fault:
-            raise AttributeError(str(fault)) from None
+            raise NoSuch(str(fault)) from None
 
         def call(**arguments: Any) -> dict[str, Any]:
             return _call(self._lab, self._name, action, arguments)

@@ -150,7 +150,7 @@ def all_runs(runs: Path) -> list[Path]:
     if not runs.is_dir():
         return []
     found = [folder for folder in runs.iterdir() if folder.is_dir() and is_run(folder)]
-    return sorted(found, key=lambda folder: (folder / JOURNAL).stat().st_ctime_ns)
+    return sorted(found, key=lambda folder: (folder / JOURNAL).stat().st_mtime_ns)
 
 
 def find_run(runs: Path, name: str) -> Path:

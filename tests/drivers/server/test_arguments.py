@@ -1,5 +1,7 @@
 """Parameters and answers are held against the contract, the bench's limits, and what a file is."""
 
+import subprocess
+import sys
 from hashlib import sha256
 
 import pytest
@@ -114,3 +116,23 @@ def test_an_answer_must_bring_the_files_that_it_names():
     assert arguments.fault_out({"z": b"x"}, {}).endswith(
         "gantry.move.z: a bytes is not a JSON type"
     )
+
+
+def test_a_good_goal_is_checked_without_the_library_that_takes_seconds_to_load():
+    """Beside Jupyter it builds a grammar first, and the server would hear no stop meanwhile."""
+    program = """
+import sys
+from labrun.drivers.server.arguments import Arguments
+from labrun.schemas.contracts import shipped_contracts
+from labrun.schemas.messages import Goal
+
+home = shipped_contracts()["gantry@1"].actions["move_to"]
+goal = Goal(id="g", device="gantry", action="move_to", boot="b", epoch=1, params={"x": 1.5})
+arguments = Arguments("gantry.move_to", home, {"x": (0.0, 400.0)})
+assert arguments.fault_in(goal) is None
+assert arguments.fault_out({"x": 1.5, "y": 0.0, "z": 0.0}, {}) is None
+print("jsonschema" in sys.modules)
+"""
+    told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+
+    assert (told.stdout, told.stderr) == ("False\n", "")

@@ -1,7 +1,10 @@
 """The token that a server makes for its own user, and those that people choose."""
 
 import asyncio
+import os
+import socket
 import stat
+import time
 
 import pytest
 import socketio
@@ -52,6 +55,24 @@ def test_a_client_finds_the_new_token_of_a_server_that_was_started_again(bench):
         return before != after, outcome.state
 
     assert asyncio.run(story()) == (True, "SUCCEEDED")
+
+
+def test_what_killed_servers_left_is_removed_by_the_next_one(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        tokens, "_path", lambda url: tmp_path / f"{socket.gethostname()}-{url.rpartition(':')[2]}"
+    )
+    with socket.create_server(("127.0.0.1", 0)) as alive, socket.socket() as gone:
+        gone.bind(("127.0.0.1", 0))  # and does not listen
+        old, young, new = gone.getsockname()[1], 2, 3
+        for port, age_s in ((alive.getsockname()[1], 700), (old, 700), (young, 0)):
+            path = tokens._path(f"http://127.0.0.1:{port}")
+            path.write_text("of another server")
+            written = time.time() - age_s
+            os.utime(path, (written, written))
+        with tokens.findable(f"http://127.0.0.1:{new}", tokens.made()):
+            there = {int(path.name.rpartition("-")[2]) for path in tmp_path.iterdir()}
+
+        assert there == {alive.getsockname()[1], young, new}
 
 
 def test_only_addresses_of_this_machine_have_such_a_token():

@@ -33,6 +33,12 @@ def test_a_file_that_is_not_there_is_guessed(asked, there, tmp_path):
     assert why(tmp_path / asked).hint == f"did you mean {tmp_path / there}?"
 
 
+def test_a_file_is_not_guessed_for_its_ending_alone(tmp_path):
+    (tmp_path / "bad.yaml").write_text("a: 1")
+
+    assert why(tmp_path / "bench.yaml").hint == ""
+
+
 def test_a_folder_that_is_not_there_is_told(tmp_path):
     assert why(tmp_path / "none" / "scan.yaml").hint.startswith("there is no folder")
     assert why(tmp_path / "null\0.yaml").code == "E100"

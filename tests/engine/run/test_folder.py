@@ -1,11 +1,19 @@
 """One engine holds a run's folder; a check whether there is one never gets in its way."""
 
+import os
 import threading
 
 import pytest
 from ruamel.yaml import YAML
 
-from labrun.engine.run.folder import FolderFault, FolderLock, is_live, keep_inputs
+from labrun.engine.run.folder import (
+    JOURNAL,
+    FolderFault,
+    FolderLock,
+    find_run,
+    is_live,
+    keep_inputs,
+)  # fmt: skip
 from labrun.schemas.lab import Lab
 
 
@@ -17,6 +25,16 @@ def test_a_folder_is_live_as_long_as_its_engine_holds_it(tmp_path):
     engine.release()
 
     assert (before, held, is_live(tmp_path)) == (False, True, False)
+
+
+def test_the_last_run_stays_the_last_when_a_backup_is_put_back(tmp_path):
+    """`tar` and `cp -a` keep when a file was written, in whatever order they write the files."""
+    for name, written in (("2026_newer_b", 2000), ("2026_older_a", 1000)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / JOURNAL).touch()
+        os.utime(tmp_path / name / JOURNAL, (written, written))
+
+    assert find_run(tmp_path, "last").name == "2026_newer_b"
 
 
 def test_a_second_engine_is_told_that_there_is_one(tmp_path):
