@@ -58,14 +58,11 @@ class Channel:
             raise OSError(f"{self.resource}: {self.fault}")
         return False
 
-    async def quiet(self) -> bool:
-        """Drop what has come, until nothing comes any more for a moment; False if it never stops."""
-        silent = False
+    async def quiet(self) -> None:
+        """Wait until nothing comes any more for a moment, unless it never stops."""
         for _ in range(MOST_CALMS):
-            if silent := not await self.more(CALM_S):
+            if not await self.more(CALM_S):
                 break
-        self.received.clear()
-        return silent
 
     def take(self, data: bytes) -> None:
         """What came in."""

@@ -18,6 +18,8 @@ from .number_forms import decimals, number_bytes, size_of
 from .resource import read_resource
 
 MOST_LINES = 1_000_000
+TAIL = 4096
+"""Bytes of a line by which it is seen that it has begun."""
 MOST_FRAME = 16 * 1024 * 1024
 """Bytes of a frame; a length beyond it is none."""
 
@@ -222,7 +224,8 @@ class Lines:
                 self.channel.received.clear()
                 await self.at_once(step.send)
         if self.resource.kind != "visa":  # which is only read when it has been asked
-            self._cut = not await self.channel.quiet()
+            await self.channel.quiet()
+            self.forget()
 
     async def _said(self, words: str, until: float, verb: str) -> None:
         """Wait for words that need no line end; raises NoAnswer."""
@@ -250,7 +253,7 @@ class Lines:
         """Drop what has come; of a line that is still coming the rest is no line either."""
         buffer = self.channel.received
         if buffer and self._frame is None and self._config.prompt is None:
-            begun = self._ending().split(bytes(buffer))[-1].strip(b"\0 \t")
+            begun = self._ending().split(bytes(buffer[-TAIL:]))[-1].strip(b"\0 \t")
             age_s = asyncio.get_running_loop().time() - self.channel.heard_at
             self._cut = bool(begun) and age_s < CALM_S
         buffer.clear()

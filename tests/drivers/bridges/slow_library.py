@@ -2,6 +2,9 @@
 
 import threading
 
+MOVING = threading.Event()
+"""A move has begun."""
+
 
 class LimitError(ValueError):
     """Where the library refuses, before anything moves."""
@@ -21,6 +24,7 @@ class Motor:
             raise LimitError(f"{to} is beyond 100")
         self.moves += 1
         self._stopped.clear()
+        MOVING.set()
         if self._stopped.wait(lasts):
             raise RuntimeError("it was stopped")
 
