@@ -1,6 +1,7 @@
 """Draw all figures of a map, skipping those without data."""
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -19,17 +20,21 @@ from ..maps.points.points import Points
 from ..maps.scattered import along_line, map_of
 from ..spectrum.spectrum import BoolArray, FloatArray
 from .choices import MapChoices
+from .grades import SampleGrade, grade_figures
 from .sample_figures import Drawn, sample_figures, samples_of
 
 
 def draw_figures(
-    points: Points, elements: list[str], classes: Classes | None, choices: MapChoices, folder: Path
-) -> list[Path]:
+    points: Points, elements: list[str], classes: Classes | None, grades: list[SampleGrade],
+    choices: MapChoices, folder: Path,
+) -> list[Path]:  # fmt: skip
     """The figures written. Raises OSError if one cannot be written."""
     with paper():
         return [
             save(draw(), folder / f"{name}.{choices.format}")
-            for name, draw in _figures(points, elements, classes, choices)
+            for name, draw in chain(
+                _figures(points, elements, classes, choices), grade_figures(grades, points.unit)
+            )
         ]
 
 

@@ -11,8 +11,9 @@ from ..maps.points.gather import gather
 from ..maps.points.points import Points
 from .choices import MapChoices, Shown, elements_to_show
 from .figures import draw_figures
+from .grades import SENTENCES, sample_grades
 from .sample_figures import concentrations_shown
-from .tables import write_classes, write_maps, write_record
+from .tables import write_classes, write_grades, write_maps, write_record
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,11 +55,14 @@ def map_folder(folder: Path, out: Path, choices: MapChoices | None = None) -> Ma
         for e in concentrations_shown(points, choices)
         if (n := points.contents[e].counts()["above_range"])
     ]
+    grades = sample_grades(points, classes, choices)
+    notes += [one.sentence for one in grades[:SENTENCES]]
     out.mkdir(parents=True, exist_ok=True)
     written = [write_maps(points, shown.elements, choices, out)]
     if classes is not None:
         written += write_classes(points, classes, out)
-    written += draw_figures(points, shown.elements, classes, choices, out)
+    written += [write_grades(grades, out)] if grades else []
+    written += draw_figures(points, shown.elements, classes, grades, choices, out)
     written.append(
         write_record(points, shown.elements, classes, choices, notes, written, folder, out)
     )

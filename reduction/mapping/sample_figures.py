@@ -35,7 +35,7 @@ def sample_figures(
     calibrated = concentrations_shown(points, choices)
     for sample, own in samples_of(points).items():
         way = along_line(points.x[own], points.y[own])
-        name = _slug(sample)
+        name = slug(sample)
         area = way is None and np.sum(own) > 1
         said = " ".join(filter(None, (title, sample)))
         if way is not None and elements:
@@ -133,7 +133,7 @@ def _title(points: Points, element: str) -> str:
     return f"{symbol} {line:.1f} nm" if line else symbol
 
 
-def _slug(sample: str) -> str:
+def slug(sample: str) -> str:
     """A sample's name as a file name suffix, '' for the only one."""
     slug = re.sub(r"[^0-9A-Za-z.-]+", "-", sample).strip("-.")
     return f"_{slug}" if slug else ""

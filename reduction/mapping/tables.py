@@ -12,14 +12,16 @@ import numpy as np
 
 from ..maps.checks import Checks
 from ..maps.classes.classify import NONE, Classes
+from ..maps.grade import Grade
 from ..maps.points.contents import ERROR, FLAGS, HIGH, LOW, VALUE, Contents
 from ..maps.points.points import Points
 from ..maps.points.scales import UNITS, on_scale
 from .choices import MapChoices
+from .grades import SampleGrade
 from .sample_figures import concentrations_shown
 
 MAPS, CLASSES, SUMMARY, RECORD = "maps.csv", "classes.csv", "class_summary.csv", "map.json"
-CHECKS = "checks.csv"
+CHECKS, GRADES = "checks.csv", "grade.csv"
 DIGITS = 7
 VERSIONS = ("labrun", "numpy", "scipy", "matplotlib")
 
@@ -90,6 +92,38 @@ def write_checks(checks: Sequence[Checks], folder: Path) -> Path:
             *map(cell, (off, *drift)), "yes" if one.holds else "no", one.sentence,
         ])  # fmt: skip
     return _write(folder / CHECKS, head, rows)
+
+
+def write_grades(grades: Sequence[SampleGrade], folder: Path) -> Path:
+    """A row for each sample's element as a whole, for each class in it, and for each strip along its axis."""
+    head = [
+        "sample",
+        "element",
+        "of",
+        "from",
+        "to",
+        "points",
+        "below_lod",
+        "above_range",
+        "not_measured",
+    ]
+    head += ["wt_percent", "wt_percent_err", "err_of_calibration", "err_of_variation", "at_least"]
+    rows = []
+    for one in grades:
+        named = [("all", "", "", one.whole)]
+        named += [(f"class {k + 1}", "", "", found) for k, found in one.by_class.items()]
+        named += [(one.axis, cell(s.start), cell(s.end), s.grade) for s in one.strips]
+        rows += [
+            [one.sample, one.element, of, start, end, *_grade(found)]
+            for of, start, end, found in named
+        ]
+    return _write(folder / GRADES, head, rows)
+
+
+def _grade(one: Grade) -> list:
+    counts = [one.points, one.below, one.above, one.unmeasured]
+    numbers = (one.mean, one.error, one.of_calibration, one.of_variation)
+    return [*counts, *map(cell, numbers), "yes" if one.at_least else ""]
 
 
 def write_record(

@@ -54,6 +54,8 @@ def test_what_cannot_be_done_is_a_sentence(tmp_path, labrun, text, words, said):
         ("x,Li,K\n0,1,2\n1,x,4\n2,5,1\n", "not a number, such as 'x'", "line_scan.png"),
         ("sample,x,y,Li\nA,0,0,1\nA,1,0,2\nA,0,1,9\nB 2,0,0,1\nB 2,1,0,5\nB 2,0,1,3\n", "",
          "element_maps_B-2.png"),
+        ("x,y,Li_wt_percent\n" + "".join(f"{x},{y},{x}\n" for x in range(4) for y in (0, 1)),
+         "Li grade 1.5 ± ", "grade.png"),
         ("x,y,Li\n0,0,1\n0,0,3\n1,0,4\n0,1,9\n", "measured more than once", "element_maps.png"),
     ],
 )  # fmt: skip
