@@ -151,6 +151,8 @@ def _factor(source: Any, target: str) -> float | None:
 
 def same_dimension(unit: str, other: str) -> bool:
     """True when one of the units can be converted into the other."""
+    if unit in PLAIN and other in PLAIN and PLAIN[unit][0] == PLAIN[other][0]:
+        return True
     return unit_of(unit).dimensionality == unit_of(other).dimensionality
 
 
