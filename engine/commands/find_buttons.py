@@ -46,6 +46,8 @@ def find(folder: Path, image: Path | None, title: str | None, output: Path | Non
     for name, sight in sights.items():
         where = recorded.button(name.removesuffix(".on")).where
         typer.echo(f"{'ok ' if sight.sure else '-- '} {where:<6} {sight.words()}")
+    if recorded.by_name and controls is None:
+        say("what is known by a control's name cannot be looked for in a picture")
     if view.cover:
         say(view.cover)
     main = recorded.named("main")
