@@ -87,11 +87,8 @@ export class PointTable {
     this.grow(index + 1)
     const before = this.places.get(key)
     if (before !== undefined && before !== index) this.forget(before)
-    // The text of a key that is known stays: each change brings a copy of its own.
-    if (this.keys[index] !== key || before !== index) {
-      this.keys[index] = key
-      this.places.set(key, index)
-    }
+    this.keys[index] = key
+    this.places.set(key, index)
     this.mark(index, CODES.get(change.status) ?? 0)
     this.seconds[index] = change.seconds ?? NaN
     this.tried[index] = change.tries ?? 0
