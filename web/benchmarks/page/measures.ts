@@ -7,12 +7,15 @@ export interface Figures {
   title: string
   ms: number[]
   budget_ms: number
+  /** If it is not ms. */
+  unit?: string
 }
 
 const CHANGES = 60
 const EVENTS_PER_S = 50
 const PATCH_EVERY_MS = 100
 const SECONDS = 12
+const HOUR = 36_000
 
 export const frame = (): Promise<number> => new Promise((resolve) => requestAnimationFrame(resolve))
 
@@ -76,6 +79,26 @@ export async function measureMap(server: Pretended): Promise<Figures> {
   clearInterval(patches)
   if (ms.length < EVENTS_PER_S * SECONDS * 0.8) throw new Error(`only ${ms.length} of ${next} events were drawn`)
   return { title: '1,071 points, 50 events/s: event to pixel (including the 100 ms in which patches are collected)', ms, budget_ms: 200 }
+}
+
+/** As many patches as an hour has, on the page of 100,000 points that are all known: what the heap holds after each sixth of them. */
+export async function measureHour(server: Pretended): Promise<Figures> {
+  for (let first = 0; first < server.total; first += 500) {
+    server.done(Array.from({ length: 500 }, (_, k) => first + k), first + 500)
+    await frame()
+  }
+  const heap: number[] = []
+  for (let sent = 0; sent < HOUR; sent++) {
+    server.done([0, 1, 2].map((k) => (3 * sent + k) % server.total), Math.min(3 * sent, server.total))
+    if (sent % 50 === 49) await frame()
+    if ((sent + 1) % (HOUR / 6) !== 0) continue
+    await new Promise((resolve) => setTimeout(resolve, 1_000))
+    heap.push((await window.heapUsed()) / 1e6)
+  }
+  const drawn = document.body.textContent
+  if (!drawn.includes('ok 100,000')) throw new Error('the patches were not drawn')
+  const grown = (heap.at(-1) ?? 0) - (heap[0] ?? 0)
+  return { title: `100,000 points, ${HOUR.toLocaleString('en')} patches: growth of the heap in MB, of ${heap.map((mb) => mb.toFixed(2)).join(', ')}`, ms: [grown], budget_ms: 2, unit: 'MB' }
 }
 
 /** The colour near a corner of a cell, away from the icon. */
