@@ -21,8 +21,10 @@ from truth.instrument import Instrument, record, see
 from truth.light import Zone, opacity, shine, widths
 from truth.samples import WEIGHT
 
-from labrun.reduction.calibration.calibrate import Shot, calibrate
+from labrun.reduction.calibration.calibrate import Choices, Shot, calibrate
 from labrun.reduction.calibration.calibration import Calibration, Card, asked_for
+from labrun.reduction.calibration.closure import concentrations, one_point
+from labrun.reduction.calibration.formula import with_oxygen
 from labrun.reduction.calibration.standards import Standard, Standards
 from labrun.reduction.reduce import reduce_spectrum
 from labrun.reduction.spectrum.spectrum import Spectrum
@@ -33,6 +35,8 @@ MAJORS = {  # wt % of elements in silicate rocks, drawn evenly
     "K": (0.2, 5), "Ti": (0.05, 1.3), "Mn": (0.01, 0.16),
 }  # fmt: skip
 TRACES = {"Li": (5e-4, 0.3), "Rb": (1e-3, 0.1), "Sr": (2e-3, 0.1), "Ba": (3e-3, 0.15)}  # in logs
+MODELS = {"lines": False, "pls": True, "both": None}
+LEAST_CLOSED = 0.5  # wt %
 WITHOUT = 0.1  # of the samples, for each trace
 REFERENCE_DEPTH = 8.0  # optical depth of the thickest line of a mean rock
 SPREAD = {"kelvin": 0.04, "electrons": 0.2, "column": 0.2, "shell": 0.06}
@@ -111,7 +115,7 @@ def measure(seed: int, n_standards: int, n_unknowns: int, n_shots: int):
     return laboratory.instrument.axis_nm, made[:n_standards], made[n_standards:]
 
 
-def calibrated(axis, standards) -> Calibration:
+def calibrated(axis, standards, pls: bool | None) -> Calibration:
     names = [*MAJORS, *TRACES]
     asked = asked_for(names, None)
     table = Standards(tuple(Standard(f"s{k}", wt, ()) for k, (wt, _) in enumerate(standards)), ())
@@ -119,11 +123,11 @@ def calibrated(axis, standards) -> Calibration:
         f"s{k}": [Shot(f"s{k}", reduce_spectrum(Spectrum(axis, one), asked)) for one in counts]
         for k, (_, counts) in enumerate(standards)
     }
-    made = calibrate(table, shots)
+    made = calibrate(table, shots, Choices(pls=pls))
     for refused in made.refused:
         print("\nNot calibrated:", refused)
     card = Card("", "", "", "", "", 0, 0, "", len(axis), axis[0], axis[-1], (0.0, 1e30), None)
-    return Calibration(card, made.elements)
+    return Calibration(card, made.elements, likeness=made.likeness)
 
 
 def judge(axis, unknowns, made: Calibration):
@@ -152,6 +156,7 @@ def table(rows, made: Calibration) -> str:
         in_95 = sum(e.low <= c <= _end(e) for c, e in read)
         total += in_68, len(read), in_95, len(read)
         kind = "straight" if len(one.curve.coefficients) == 2 else "quadratic"
+        kind = kind if one.pls is None else f"PLS, {one.pls.components} components"
         if not len(read):
             continue
         lines.append(
@@ -174,18 +179,82 @@ def main() -> None:
     own.add_argument(
         "--series", type=int, nargs="+", default=[1, 2, 3, 4, 5, 6], help="numbers of them"
     )
+    own.add_argument(
+        "--model", choices=MODELS, default="lines",
+        help="curves of lines, PLS of whole spectra, or of each element the better",
+    )  # fmt: skip
+    own.add_argument(
+        "--closed", action="store_true",
+        help="a shot of each unknown closed as oxides, without standards and by one and three of them",
+    )  # fmt: skip
+    own.add_argument(
+        "--unknown-response", action="store_true", help="with --closed: of an uneven instrument"
+    )
     asked = own.parse_args()
     print(f"{asked.standards} standards, {asked.unknowns} unknowns, {asked.shots} shots each")
-    all_rows = []
+    all_rows, closed_rows = [], []
     for seed in asked.series:
         axis, standards, unknowns = measure(seed, asked.standards, asked.unknowns, asked.shots)
-        made = calibrated(axis, standards)
+        if asked.closed:
+            response = unlike(axis) if asked.unknown_response else 1.0
+            closed_rows += closed(axis, standards, unknowns, response)
+            continue
+        made = calibrated(axis, standards, MODELS[asked.model])
         rows = judge(axis, unknowns, made)
         all_rows += [
             (element, truth, told, made.elements[element]) for element, truth, told in rows
         ]
         print(f"\nSeries {seed}\n\n{table(rows, made)}")
+    if asked.closed:
+        print(closed_table(closed_rows))
+        return
     print(f"\nAll series\n\n{by_element(all_rows)}\n\n{coverage(all_rows)}")
+
+
+def unlike(axis):
+    """The response of an instrument that sees little at both ends, and less beyond a seam at 470 nm."""
+    ends = np.clip((920 - axis) / 200, 0.05, 1) / (1 + np.exp((270 - axis) / 12))
+    return ends * np.where(axis < 470, 1.0, 0.3)
+
+
+def closed(axis, standards, unknowns, response):
+    """Rows (standards used, element, truth, Concentration) above `LEAST_CLOSED`."""
+    both = [
+        [
+            (wt, [reduce_spectrum(Spectrum(axis, one)) for one in counts[:n]])
+            for wt, counts in samples
+        ]
+        for samples, n in ((standards[:3], None), (unknowns, 1))
+    ]
+    rows = []
+    for n in (0, 1, 3):
+        points = one_point(both[0][:n]) if n else None
+        for wt, shots in both[1]:
+            whole = sum(c * with_oxygen(name, "oxides") for name, c in wt.items()) / 100
+            told = concentrations(shots[0], "oxides", points)
+            rows += [
+                (n, name, wt[name] / whole, one)
+                for name, one in told.items()
+                if one.wt_percent is not None and wt.get(name, 0.0) / whole > LEAST_CLOSED
+            ]
+    return rows
+
+
+def closed_table(rows) -> str:
+    lines = [
+        "| standards | values | RMSE | bias | in 68 % | in 95 % |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for n in (0, 1, 3):
+        own = [(truth, told) for k, _, truth, told in rows if k == n]
+        error = np.array([told.wt_percent - truth for truth, told in own])
+        in_68 = np.mean([abs(told.wt_percent - truth) <= told.error for truth, told in own])
+        in_95 = np.mean([told.low <= truth <= told.high for truth, told in own])
+        lines.append(
+            f"| {n} | {len(own)} | {np.sqrt(np.mean(error**2)):.2f} | {error.mean():+.2f} "
+            f"| {100 * in_68:.0f} % | {100 * in_95:.0f} % |"
+        )
+    return "\n".join(lines)
 
 
 def by_element(rows) -> str:

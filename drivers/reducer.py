@@ -43,19 +43,26 @@ class Reducer(Driver):
 
     async def reduce(
         self, goal: GoalContext, *, spectrum: str, elements: list[str] | None = None,
-        calibration: str | None = None,
+        calibration: str | None = None, closure: str | None = None,
     ) -> dict[str, Any]:  # fmt: skip
         if self._warming is not None and not self._warming.done():
             # Only one thread imports and compiles: two could deadlock, one with numba's lock, one
             # with Python's lock on a module that is being imported.
             goal.feedback(message="compiling the fits, on first use only")
             await asyncio.wait([self._warming])
+        if calibration is not None and closure is not None:
+            raise ActionFailed(
+                "WrongCalibration",
+                "closure is without standards, calibration by them: leave one out",
+            )
         sent = goal.files.get("spectrum")
         source = spectrum if sent is None else sent.data
         try:
             known = None if calibration is None else _text(goal, calibration)
             loop = asyncio.get_running_loop()
-            return await loop.run_in_executor(self._threads, _reduce, source, elements, known)
+            return await loop.run_in_executor(
+                self._threads, _reduce, source, elements, known, closure
+            )
         except _WrongCalibration as fault:
             raise ActionFailed("WrongCalibration", f"{calibration}: {fault}") from fault
         except (OSError, ValueError) as fault:
@@ -82,11 +89,15 @@ def _text(goal: GoalContext, path: str) -> str:
 
 
 def _reduce(
-    source: str | bytes, elements: list[str] | None, calibration: str | None
+    source: str | bytes, elements: list[str] | None, calibration: str | None, closure: str | None
 ) -> dict[str, Any]:
     reduction = import_module(REDUCTION)
-    if calibration is None:
+    if calibration is None and closure is None:
         return reduction.reduce_spectrum(reduction.read_spectrum(source), elements).to_dict()
+    shots = reduction.read_shots(source)
+    reduce_shots = import_module(f"{REDUCTION}.calibration.reduced_shots").reduce_shots
+    if calibration is None:
+        return reduce_shots(shots, closure, elements).to_dict(elements)
     room = import_module(f"{REDUCTION}.calibration.calibration")
     try:
         known = room.read_calibration(calibration)
@@ -97,10 +108,8 @@ def _reduce(
             "it was made with a --response, which a run does not divide out; make one without, or use "
             "it with `labrun reduce` after the run"
         )
-    shots = reduction.read_shots(source)
     if other := known.other_axis(shots.wavelength_nm):
         raise _WrongCalibration(f"it was made with another instrument: {other}")
-    reduce_shots = import_module(f"{REDUCTION}.calibration.reduced_shots").reduce_shots
     found = reduce_shots(shots, known, elements).to_dict(elements)
     return {**found, "calibration_sha256": sha256(calibration.encode()).hexdigest()}
 

@@ -19,6 +19,7 @@ EXTRAS = {
     "export": ("h5py", "mcap", "tifffile", "numpy"),
     "notebook": ("pandas", "tqdm", "xarray"),
     "optimize": ("sklearn", "scipy", "threadpoolctl", "numpy"),
+    "quant": ("sklearn", "scipy", "numpy"),
     "optuna": ("optuna", "numpy"),
     "gpcam": ("gpcam", "numpy"),
     "notify": ("apprise",),

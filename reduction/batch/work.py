@@ -94,17 +94,15 @@ def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
         return one if text is None else read_response(text).divided_out(one)
 
     spectrum, contents = seen(shots.mean()), None
-    if settings.calibration is None:
+    if settings.calibration is None and settings.closure is None:
         reduction = reduce_spectrum(spectrum, settings.elements, settings.medium)
-        if settings.closure is not None:
-            from ..calibration.closure import concentrations
-
-            contents = concentrations(reduction, settings.closure)
     else:
         from ..calibration.calibration import read_calibration
         from ..calibration.reduced_shots import reduce_shots
 
-        known = read_calibration(settings.calibration)
+        text, closed = settings.calibration, settings.closure
+        known = read_calibration(text) if text is not None else closed
+        assert known is not None
         found = reduce_shots(shots, known, settings.elements, settings.medium, seen)
         reduction = replace(found.reduction, notes=(*found.reduction.notes, *found.doubts))
         contents = found.contents

@@ -3,22 +3,27 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 from ..elements.elements import Line
 from ..reduce import Reduction
 from ..spectrum.spectrum import BoolArray, FloatArray
-from .calibration import AREA, LIGHT, ElementCalibration, Point, signal_of
+from .calibration import AREA, LIGHT, WHOLE, ElementCalibration, Point, signal_of
 from .curve import Curve, cross_validated, fit_curve
+from .multivariate import Likeness, Pls, binned
 from .replicates import outliers, shot_scatter
 from .signals import candidates, line_near, total_light
 from .standards import Standards
 
 LEAST_STANDARDS, LEAST_BENT = 3, 5
 BENT_BETTER, LINE_BETTER = 0.9, 0.7  # of the error with a straight curve, with the predominant line
+PLS_BETTER = 0.9  # of the error of the best line
+LEAST_SCATTER = 1e-3  # of a shot as a PLS model reads it, of the highest standard
 LEAST_SLOPE, LEAST_OF_OTHERS = 3.0, 5.0  # standard errors; of lines that are tried beside that one
 BELOW_NOTHING = 3.0  # standard errors of a blank's signal
+BELOW_A_BLANK = "a sample without it would show less than nothing"
 MOST_VARIED = 0.1  # relative spread of an internal standard's own concentration
 
 
@@ -35,20 +40,30 @@ class Choices:
     """by: AREA, LIGHT or an internal standard's element, None for what cross-validates better of
     the first two. lines: wavelengths in air, nm, by element, the one that
     cross-validates best where not said. degree: 1 or 2, None for what
-    cross-validates better."""
+    cross-validates better. pls: whether an element is read from the whole spectrum; None: where that
+    cross-validates clearly better, and nothing is said of lines. None and True need scikit-learn."""
 
     by: str | None = None
     lines: Mapping[str, float] = field(default_factory=dict)
     degree: int | None = None
+    pls: bool | None = False
+
+    @property
+    def of_lines(self) -> bool:
+        """Whether anything is said of lines and their curves."""
+        return bool(self.by or self.lines or self.degree)
 
 
 @dataclass(frozen=True, slots=True)
 class Calibrated:
-    """The curves; sentences on elements without one; shots left out, each with the reason."""
+    """The curves; sentences on elements without one; shots left out, each with the reason; notes on
+    standards; and how spectra are like the standards', where that was asked for."""
 
     elements: dict[str, ElementCalibration]
     refused: list[str]
     left_out: list[str]
+    notes: list[str]
+    likeness: Likeness | None = None
 
 
 def calibrate(
@@ -65,6 +80,7 @@ def calibrate(
     range_nm = float(axis[0]), float(axis[-1])
     kept, left_out = _without_misfires(shots)
     elements: dict[str, ElementCalibration] = {}
+    whole = _Whole(kept, range_nm, choices)
     for element in standards.elements:
         known = {
             one.sample: one.wt_percent[element]
@@ -86,13 +102,77 @@ def calibrate(
             continue
         ways = (choices.by,) if choices.by else (AREA, LIGHT)
         degrees = (choices.degree,) if choices.degree else (1, 2)
-        found = _best(known, kept, lines, ways, degrees, internal)
+        found = "" if choices.pls else _best(known, kept, lines, ways, degrees, internal)
+        found = whole.better(known, found)
         if isinstance(found, str):
             refused.append(f"{element}: {found}")
         else:
             elements[element] = found[0]
             left_out += found[1]
-    return Calibrated(elements, refused, left_out)
+    return Calibrated(elements, refused, left_out, *whole.likeness())
+
+
+class _Whole:
+    """Standards by their whole spectra, as far as these are asked for and enough."""
+
+    def __init__(
+        self, shots: Mapping[str, Sequence[Shot]], range_nm: tuple[float, float], choices: Choices
+    ) -> None:
+        asked = choices.pls or (choices.pls is None and not choices.of_lines)
+        self.modelled = choices.pls is not False and range_nm[1] > range_nm[0]
+        self.asked, self.always = bool(asked), bool(choices.pls)
+        self.bins = {
+            sample: np.array([binned(shot.reduction, range_nm) for shot in own])
+            for sample, own in shots.items()
+            if own and self.modelled
+        }
+
+    def better(
+        self, known: Mapping[str, float], by_line: tuple[ElementCalibration, list[str]] | str
+    ) -> tuple[ElementCalibration, list[str]] | str:
+        """The element by a PLS model, if that is asked for or clearly better, else as it is by a line."""
+        samples = [sample for sample in known if sample in self.bins]
+        # What lines show to be wrong in the table, a regression with its own offset takes as it is.
+        wrong = isinstance(by_line, str) and by_line.startswith(BELOW_A_BLANK)
+        if not self.asked or wrong:
+            return by_line
+        if len(samples) < (least := _latent().LEAST):
+            few = f"{len(samples)} standards; a PLS model needs {least} or more"
+            return few if self.always else by_line
+        c = np.array([known[sample] for sample in samples])
+        fitted = _latent().fit_pls([self.bins[sample] for sample in samples], c)
+        least_scatter = [np.full(len(one), LEAST_SCATTER * c.max()) for one in fitted.left_out]
+        floor, part = shot_scatter(fitted.left_out, least_scatter)
+        told = _curve(samples, c, fitted.left_out, floor, part, 1, LEAST_SLOPE)
+        if isinstance(told, str):
+            return told.partition(";")[0] if self.always else by_line
+        curve, points = told
+        if not isinstance(by_line, str) and _score(points) > PLS_BETTER * _score(by_line[0].points):
+            return by_line
+        return _made(None, WHOLE, None, curve, points, fitted.model), []
+
+    def likeness(self) -> tuple[list[str], Likeness | None]:
+        """Of spectra to the standards', and sentences on standards that are unlike the others."""
+        if not self.modelled or len(self.bins) < _latent().LEAST:
+            return [], None
+        found = _latent().fit_likeness(list(self.bins.values()), list(self.bins))
+        said = [
+            f"{place.sample} is unlike the other standards: its {name} by components without it is "
+            f"{value / limit:.1f} times the 99 % limit"
+            for place in found.places
+            for name, value, limit in (
+                ("T2", place.t2, found.t2_limit),
+                ("Q", place.q, found.q_limit),
+            )
+            if value > limit
+        ]
+        return said, found
+
+
+def _latent() -> Any:
+    from . import latent  # here: it needs scikit-learn, of an extra of its own
+
+    return latent
 
 
 def _internal(standards: Standards, choices: Choices) -> Line | None:
@@ -187,16 +267,24 @@ def _best(
             curve, points = one
             bent, other = degree > min(degrees), line is not lines[0]
             score = _score(points) / (BENT_BETTER**bent * LINE_BETTER**other)
-            error = np.array([p.cross_validated - p.wt_percent for p in points])
-            made = ElementCalibration(
-                line, _name(by, internal), internal, curve, float(c[c > 0].min()),
-                curve.lod(), curve.loq(), float(np.sqrt(np.mean(error**2))), points,
-            )  # fmt: skip
+            made = _made(line, _name(by, internal), internal, curve, points)
             found.append((score, made, said))
     if not found:
         return why
     _, best, said = min(found, key=lambda one: one[0])
     return best, said
+
+
+def _made(
+    line: Line | None, by: str, internal: Line | None, curve: Curve, points: tuple[Point, ...],
+    pls: Pls | None = None,
+) -> ElementCalibration:  # fmt: skip
+    error = np.array([p.cross_validated - p.wt_percent for p in points])
+    lowest = min(p.wt_percent for p in points if p.wt_percent > 0)
+    rmsecv = float(np.sqrt(np.mean(error**2)))
+    return ElementCalibration(
+        line, by, internal, curve, lowest, curve.lod(), curve.loq(), rmsecv, points, pls
+    )
 
 
 def _name(by: str, internal: Line | None) -> str:
@@ -224,7 +312,7 @@ def _curve(
     blank, blank_error = curve.coefficients[0], curve.covariance[0][0] ** 0.5
     if blank < -BELOW_NOTHING * np.hypot(blank_error, floor):
         return (
-            f"a sample without it would show less than nothing, {blank:.3g} ± {blank_error:.2g}: the "
+            f"{BELOW_A_BLANK}, {blank:.3g} ± {blank_error:.2g}: the "
             "curve bends upwards there, or something is subtracted; add standards of little of it, or "
             "choose another line with --line"
         )

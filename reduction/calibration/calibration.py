@@ -1,7 +1,7 @@
 """A calibration as a file keeps it, and what it says of a spectrum."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -10,11 +10,14 @@ from ..elements.elements import DEFAULT_ELEMENTS, Line
 from ..reduce import Reduction
 from ..spectrum.spectrum import FloatArray
 from .curve import Curve
+from .formula import Closed
+from .multivariate import Likeness, Pls, binned
 from .signals import Signal, line_signal, total_light
 
 MADE_BY = "labrun calibrate standards"
 LIGHT = "total light"
 AREA = "area"
+WHOLE = "whole spectrum"
 FROM_SEEN = 1.5  # total light beyond that of all standards by so much is worth a word
 
 
@@ -37,13 +40,14 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class ElementCalibration:
-    """by: what the area is divided by: AREA (nothing), LIGHT, or the line of `internal`.
+    """by: what the area is divided by: AREA (nothing), LIGHT, or the line of `internal`; WHOLE where the
+    signal is what `pls` reads, and there is no one line.
 
     lowest: of the standards above 0, wt %. rmsecv: wt %, leaving one standard out at a time. lod
     and loq: of one shot, wt %.
     """
 
-    line: Line
+    line: Line | None
     by: str
     internal: Line | None
     curve: Curve
@@ -52,6 +56,14 @@ class ElementCalibration:
     loq: float
     rmsecv: float
     points: tuple[Point, ...]
+    pls: Pls | None = None
+
+    def signal(self, reduction: Reduction, range_nm: tuple[float, float]) -> Signal | None:
+        """Of one shot; None where its spectrum does not tell it. range_nm: of the card."""
+        if self.pls is not None:
+            return Signal(float(self.pls.read(binned(reduction, range_nm))), 0.0)
+        assert self.line is not None
+        return signal_of(reduction, self.line, self.by, self.internal)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,12 +99,32 @@ class Concentration:
 
 
 @dataclass(frozen=True, slots=True)
+class OnePoint:
+    """What standards tell of an element whose amount is read from the Saha-Boltzmann plot: `log_factor`
+    is added to ln(amount), with its standard error for one shot; lost: e-folds of light that its lines lost
+    to self-absorption in the standards."""
+
+    log_factor: float
+    error: float
+    lost: float
+
+
+@dataclass(frozen=True, slots=True)
 class Calibration:
-    """Curves by element."""
+    """Curves by element, or for a closure one point of each. likeness: of a spectrum to the standards',
+    where it was modelled."""
 
     card: Card
     elements: dict[str, ElementCalibration]
     made_by: str = MADE_BY
+    likeness: Likeness | None = None
+    closed: Closed | None = None
+    points: dict[str, OnePoint] = field(default_factory=dict)
+
+    @property
+    def range_nm(self) -> tuple[float, float]:
+        """Of the axis."""
+        return self.card.first_nm, self.card.last_nm
 
     def other_axis(self, wavelength_nm: FloatArray) -> str | None:
         """Why spectra on this axis are of another instrument; None if they are not."""
@@ -111,13 +143,16 @@ class Calibration:
         axis = self.other_axis(wavelength_nm)
         if axis is not None:
             return (f"no concentrations, as this is another instrument's spectrum: {axis}",)
+        said = []
         light, (least, most) = total_light(reduction), self.card.light
-        if least / FROM_SEEN <= light <= most * FROM_SEEN:
-            return ()
-        return (
-            "the total light is outside that of the calibration's standards "
-            f"({least:.3g} to {most:.3g} counts nm); concentrations may be off",
-        )
+        if not least / FROM_SEEN <= light <= most * FROM_SEEN:
+            said.append(
+                "the total light is outside that of the calibration's standards "
+                f"({least:.3g} to {most:.3g} counts nm); concentrations may be off"
+            )
+        if self.likeness is not None:
+            said.append(self.likeness.outside(binned(reduction, self.range_nm)))
+        return tuple(filter(None, said))
 
     def concentrations(
         self, wavelength_nm: FloatArray, shots: Sequence[Reduction]
@@ -129,7 +164,7 @@ class Calibration:
         """
         if self.other_axis(wavelength_nm) is not None:
             return {}
-        return {name: _told(one, shots) for name, one in self.elements.items()}
+        return {name: _told(one, shots, self.range_nm) for name, one in self.elements.items()}
 
 
 def asked_for(calibrated: Iterable[str], elements: Sequence[str] | None) -> tuple[str, ...]:
@@ -152,8 +187,10 @@ def signal_of(reduction: Reduction, line: Line, by: str, internal: Line | None) 
     return Signal(found.area / over, found.noise / over) if over > 0 else None
 
 
-def _told(one: ElementCalibration, each: Sequence[Reduction]) -> Concentration:
-    told = [signal_of(shot, one.line, one.by, one.internal) for shot in each]
+def _told(
+    one: ElementCalibration, each: Sequence[Reduction], range_nm: tuple[float, float]
+) -> Concentration:
+    told = [one.signal(shot, range_nm) for shot in each]
     found = [signal for signal in told if signal is not None]
     if not found:
         which = "its line" if one.internal is None else f"its line or {one.internal.element}'s"
@@ -195,6 +232,6 @@ def read_calibration(text: str) -> Calibration:
         raise CalibrationFault(
             f"no calibration as `{MADE_BY}` writes it: {place}: {first['msg']}"
         ) from None
-    if found.made_by != MADE_BY or not found.elements:
+    if found.made_by != MADE_BY or not (found.elements or (found.closed and found.points)):
         raise CalibrationFault(f"no calibration as `{MADE_BY}` writes it")
     return found

@@ -3,7 +3,14 @@
 Calibration-free LIBS (Ciucci et al., Appl. Spectrosc. 53, 960 (1999)): the plasma is taken to have
 the sample's composition, and all that the sample holds to have lines in the plot, oxygen excepted,
 which a rock's cations bind in a known ratio. An element that is not seen gets an upper limit.
+
+One standard of the same instrument makes up for what all spectra lack alike, response and transition
+probabilities (one-point calibration: Cavalcanti et al., Spectrochim. Acta B 87, 51 (2013)); there a
+factor for each line, here one for each element's amount.
 """
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,8 +19,8 @@ from ..elements.identify import Identified
 from ..plasma.lithium_share import THICK, UNIFORM, cations
 from ..plasma.strengths import atoms
 from ..reduce import Reduction
-from ..spectrum.spectrum import FloatArray
-from .calibration import Concentration
+from ..spectrum.spectrum import BoolArray, FloatArray, TextArray
+from .calibration import Concentration, OnePoint
 from .formula import WEIGHT, Closed, with_oxygen
 
 NORMAL_95 = 1.96
@@ -21,28 +28,91 @@ MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told
 # What a response that had to be found in the same lines leaves of each ln(amount): on 14 measured
 # minerals the median amount was off by a factor of 1.9.
 UNKNOWN_RESPONSE = 0.6
+LEAST_SHOTS = 3  # whose scatter is an error
 
 
-def concentrations(reduction: Reduction, closed: Closed) -> dict[str, Concentration]:
-    """wt % by element, with standard errors and 95 % intervals; empty where no plot tells amounts.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Amounts:
+    """ln(mass) of the plot's elements, arbitrary unit, shape (n,), with the covariance of the plot's fit.
+    counted: whose mass is known and which are no gas. lost: e-folds of light lost."""
 
-    ln(amount) has the covariance of the plot, and for each element what one zone in equilibrium
-    lacks. Intervals are of the logit of the mass fraction, so that they end within 0 and 100 %.
-    """
-    found = reduction.identified
+    names: TextArray
+    counted: BoolArray
+    log_mass: FloatArray
+    covariance: FloatArray
+    lost: FloatArray
+
+
+def _amounts(found: Identified | None) -> _Amounts | None:
     if found is None or found.plot is None or found.lines is None:
-        return {}
+        return None
     plot = found.plot
     names = atoms().elements[plot.names]
     counted = cations(plot.names) & np.array([name in WEIGHT for name in names])
     if not counted.any():
-        return {}
+        return None
     log_mass = plot.log_scale[plot.names] + np.log([WEIGHT.get(name, 1.0) for name in names])
+    return _Amounts(names, counted, log_mass, plot.covariance, _lost(found, len(names)))
+
+
+def one_point(
+    standards: Sequence[tuple[Mapping[str, float], Sequence[Reduction]]],
+) -> dict[str, OnePoint]:
+    """What the shots of one standard or more tell of each element: (wt % by element, reductions) of each.
+
+    ln(known / found), up to what all elements of a shot share, which a closure does not need.
+    """
+    told: dict[str, list[tuple[float, float, float]]] = {}
+    for wt_percent, shots in standards:
+        for shot in shots:
+            found = _amounts(shot.identified)
+            if found is None:
+                continue
+            own = found.counted & np.array([wt_percent.get(name, 0.0) > 0 for name in found.names])
+            if own.sum() < 2:
+                continue
+            known = np.log([wt_percent[name] for name in found.names[own]])
+            factor = known - found.log_mass[own]
+            # As a mean over the mass, so that the element of which there is most is the steadiest.
+            factor = factor - np.average(factor, weights=np.exp(known))
+            fitted = np.sqrt(np.diag(found.covariance)[own])
+            for name, *each in zip(found.names[own], factor, fitted, found.lost[own], strict=True):
+                told.setdefault(str(name), []).append((each[0], each[1], each[2]))
+    points = {}
+    for name, rows in told.items():
+        factor, fitted, lost = np.array(rows).T
+        enough = len(rows) >= LEAST_SHOTS
+        error = float(factor.std(ddof=1)) if enough else float(np.median(fitted))
+        points[name] = OnePoint(float(np.median(factor)), error, float(np.median(lost)))
+    return points
+
+
+def concentrations(
+    reduction: Reduction, closed: Closed, points: Mapping[str, OnePoint] | None = None
+) -> dict[str, Concentration]:
+    """wt % by element, with standard errors and 95 % intervals; empty where no plot tells amounts.
+
+    ln(amount) has the covariance of the plot, and for each element what one zone in equilibrium
+    lacks. Intervals are of the logit of the mass fraction, so that they end within 0 and 100 %.
+    points: of a one-point calibration, by element.
+    """
+    found, told = reduction.identified, _amounts(reduction.identified)
+    if found is None or told is None:
+        return {}
+    names, counted, log_mass = told.names, told.counted, told.log_mass
     bound = np.array([with_oxygen(name, closed) for name in names])
-    own = np.hypot(UNIFORM, THICK * _lost(found, len(names)))
+    own = np.hypot(UNIFORM, THICK * told.lost)
     if found.response is not None:
         own = np.hypot(own, UNKNOWN_RESPONSE)
-    covariance = plot.covariance + np.diag(own**2)
+    for k, name in enumerate(names.tolist()):
+        if points and name in points:
+            point = points[name]
+            log_mass[k] += point.log_factor
+            unlike = THICK * (told.lost[k] - point.lost)
+            own[k] = float(np.sqrt(UNIFORM**2 + unlike**2 + point.error**2))
+        elif points:
+            own[k] = np.hypot(own[k], np.std([one.log_factor for one in points.values()]))
+    covariance = told.covariance + np.diag(own**2)
     while True:
         log_whole = np.where(counted, log_mass + np.log(bound), -np.inf)
         top = float(log_whole.max())
@@ -57,10 +127,12 @@ def concentrations(reduction: Reduction, closed: Closed) -> dict[str, Concentrat
     if not counted.any():
         return {}
     flags = _missing(reduction, names[counted])
+    uncalibrated = ("no standard told it",) if points else ()
     said = {}
     for k in np.flatnonzero(counted):
         part = float(parts[k] / bound[k])
         doubt = () if names[k] in reduction.detected else ("uncertain",)
+        doubt += () if names[k] in (points or {}) else uncalibrated
         low, high = _interval(part, float(error[k]))
         said[str(names[k])] = Concentration(
             100 * part, 100 * part * float(error[k]), low, high, (*doubt, *flags)

@@ -8,6 +8,8 @@ from ..reduce import Reduction, reduce_spectrum
 from ..spectrum.shots import Shots
 from ..spectrum.spectrum import Medium, Spectrum
 from .calibration import Calibration, Concentration, asked_for
+from .closure import concentrations
+from .formula import Closed
 
 NOT_CALIBRATED = Concentration(None, None, None, None, ("not calibrated",))
 
@@ -42,17 +44,26 @@ class ReducedShots:
 
 def reduce_shots(
     shots: Shots,
-    known: Calibration,
+    known: Calibration | Closed,
     elements: Sequence[str] | None = None,
     medium: Medium | None = None,
     seen: Callable[[Spectrum], Spectrum] = lambda one: one,
 ) -> ReducedShots:
-    """elements, medium: as for `reduce_spectrum`; seen: divides the instrument's response out."""
-    asked = asked_for(known.elements, elements)
+    """known: a calibration, or what a closure without one closes. elements, medium: as for
+    `reduce_spectrum`; seen: divides the instrument's response out."""
     spectrum = seen(shots.mean())
+    x = spectrum.wavelength_nm
+    if not isinstance(known, Calibration):
+        reduction = reduce_spectrum(spectrum, elements, medium)
+        return ReducedShots(reduction, concentrations(reduction, known), ())
+    asked = asked_for(known.elements, elements)
     reduction = reduce_spectrum(spectrum, asked, medium)
+    if known.closed is not None:
+        told = {}
+        if known.other_axis(x) is None:
+            told = concentrations(reduction, known.closed, known.points)
+        return ReducedShots(reduction, told, known.notes(x, reduction))
     each = [reduction]
     if len(shots) > 1:
         each = [reduce_spectrum(seen(one), asked, medium) for one in shots.each()]
-    x = spectrum.wavelength_nm
     return ReducedShots(reduction, known.concentrations(x, each), known.notes(x, reduction))

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from .say import FAILED, PROBLEMS, say
-from .words import KnownResponse, OwnLines
+from .words import Closure, KnownResponse, OwnLines
 
 NAMED = 3
 
@@ -105,6 +105,14 @@ def standards(
             help="straight or quadratic.", show_default="quadratic where it cross-validates better"
         ),
     ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            help="lines: curves of single lines; pls: PLS regressions of whole spectra (extra `quant`).",
+            show_default="of each element the better; lines where one of the options above is given",
+        ),
+    ] = None,
+    closure: Closure = None,
     lines: OwnLines = None,
     response: KnownResponse = None,
     by: Annotated[
@@ -120,11 +128,23 @@ def standards(
         bool, typer.Option("--figures/--no-figures", help="Draw the curves.")
     ] = True,
 ) -> None:
-    """Make calibration curves from spectra of standards, for `labrun reduce --calibration`."""
+    """Make a calibration from spectra of standards, for `labrun reduce --calibration`."""
     from .standards import Asked, calibrate_standards
 
     asked = Asked(
-        table, files, normalise, line or [], curve, lines, response, by, note, output, figures
+        table,
+        files,
+        normalise,
+        line or [],
+        curve,
+        model,
+        closure,
+        lines,
+        response,
+        by,
+        note,
+        output,
+        figures,
     )
     try:
         for text in calibrate_standards(asked):

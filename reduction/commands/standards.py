@@ -9,8 +9,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from ...system.extras import missing
 from .reducing import say_skipped
 from .say import say
+from .words import closure as _closure
 from .words import known_response, own_lines, sha256_of
 
 
@@ -23,6 +25,8 @@ class Asked:
     normalise: str | None
     lines_nm: list[str]
     curve: str | None
+    model: str | None
+    closure: str | None
     lines: Path | None
     response: Path | None
     by: str | None
@@ -34,14 +38,18 @@ class Asked:
 def calibrate_standards(asked: Asked) -> list[str]:
     """Run the command; what to print. Raises ValueError with one line for each problem, OSError."""
     from ..batch.versions import versions
-    from ..calibration.calibrate import calibrate
+    from ..calibration.calibrate import Calibrated, calibrate
     from ..calibration.calibration import Calibration, Card, to_text
     from ..calibration.signals import total_light
     from ..calibration.standards import read_standards, spectra_of
 
     own_lines(asked.lines)
     response = known_response(asked.response)
-    choices = _choices(asked)
+    choices, closed = _choices(asked), _closure(asked.closure)
+    if closed is not None and (choices.of_lines or asked.model is not None):
+        raise ValueError(
+            "--closure takes all lines: leave out --normalise, --line, --curve and --model"
+        )
     try:
         text = asked.standards.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -49,9 +57,12 @@ def calibrate_standards(asked: Asked) -> list[str]:
     standards = read_standards(text, asked.standards.name)
     spectra = spectra_of(standards, _spectra(asked), asked.standards.name)
     shots, axis = _shots(spectra, standards.elements, response)
-    found = calibrate(standards, shots, choices)
-    if not found.elements:
-        raise ValueError("\n".join(["no element can be calibrated", *found.refused]))
+    found = calibrate(standards, shots, choices) if closed is None else Calibrated({}, [], [], [])
+    points = {} if closed is None else _one_point(standards, shots)
+    if not found.elements and closed is None:
+        raise ValueError(
+            "\n".join(["no element can be calibrated", *found.refused, *_or_one_point(shots)])
+        )
     light = [total_light(shot.reduction) for own in shots.values() for shot in own]
     card = Card(
         asked.by or _user(), datetime.now(UTC).astimezone().isoformat(timespec="seconds"),
@@ -59,21 +70,36 @@ def calibrate_standards(asked: Asked) -> list[str]:
         sum(bool(own) for own in shots.values()), len(light), asked.note, *axis,
         (min(light), max(light)), sha256_of(response),
     )  # fmt: skip
-    made = Calibration(card, found.elements)
+    made = Calibration(card, found.elements, likeness=found.likeness, closed=closed, points=points)
     asked.output.write_text(to_text(made), encoding="utf-8")
-    written = [asked.output, *([_drawn(made, asked.output)] if asked.figures else [])]
+    drawn = asked.figures and closed is None
+    written = [asked.output, *(_drawn(made, asked.output) if drawn else [])]
     without = [sample for sample, own in spectra.items() if not own]
     return [
-        *_table(made),
+        *(_table(made) if closed is None else _points_table(made)),
         *(f"left out: {sentence}" for sentence in found.left_out),
         *(f"not calibrated: {sentence}" for sentence in found.refused),
-        *(f"note: {note}" for note in standards.notes),
+        *(f"note: {note}" for note in (*standards.notes, *found.notes)),
+        *([f"note: {_NO_PLS}"] if closed is None and choices.pls is False and asked.model is None else []),
         *([f"note: no spectrum of {', '.join(without)}"] if without else []),
-        "LOD and LOQ are those of one shot: 3 and 10 standard deviations of the signal at 0, by the "
-        "scatter of shots and of standards, over the slope; RMSECV leaves one standard out at a time",
+        _LIMITS if closed is None else _CLOSED,
         *(f"wrote {path}" for path in written),
         f"use it with: labrun reduce SPECTRA --calibration {asked.output}",
     ]  # fmt: skip
+
+
+_LIMITS = (
+    "LOD and LOQ are those of one shot: 3 and 10 standard deviations of the signal at 0, by the "
+    "scatter of shots and of standards, over the slope; RMSECV leaves one standard out at a time"
+)
+_CLOSED = (
+    "amounts of the Saha-Boltzmann plot are multiplied by these factors and closed to 100 %: all that a "
+    "sample holds has to have lines in the plot, and its plasma to be like the standards'"
+)
+_NO_PLS = (
+    "whole spectra (PLS) were not tried, and how spectra are like the standards' is not known: "
+    f"{missing('quant')}"
+)
 
 
 def _choices(asked: Asked) -> Any:
@@ -96,7 +122,59 @@ def _choices(asked: Asked) -> Any:
         except ValueError:
             raise ValueError(f"--line {text}: write it as Li=610.36 (nm, in air)") from None
     degree = {None: None, "straight": 1, "quadratic": 2}[asked.curve]
-    return Choices(ways.get(asked.normalise, asked.normalise), lines, degree)
+    by = ways.get(asked.normalise, asked.normalise)
+    return Choices(by, lines, degree, _whole_spectra(asked, by or lines or degree))
+
+
+def _one_point(standards: Any, shots: Mapping[str, Any]) -> Any:
+    """A factor for each element's amount, from standards of which most of the mass is known."""
+    from ..calibration.closure import one_point
+
+    points = one_point(
+        [
+            (one.wt_percent, [shot.reduction for shot in shots.get(one.sample, ())])
+            for one in standards.samples
+        ]
+    )
+    if not points:
+        raise ValueError(
+            "no one-point calibration: no spectrum's lines tell the amounts of two elements of a known "
+            "concentration or more"
+        )
+    return points
+
+
+def _or_one_point(shots: Mapping[str, Any]) -> list[str]:
+    if sum(bool(own) for own in shots.values()) != 1:
+        return []
+    return [
+        "one standard makes no curve; --closure oxides (or elements) makes a one-point calibration"
+    ]
+
+
+def _points_table(made: Any) -> list[str]:
+    from math import exp
+
+    return [
+        f"{name:>4} amount times {exp(one.log_factor):.3g}, ± {100 * one.error:.0f} % from shot to shot"
+        for name, one in made.points.items()
+    ]
+
+
+def _whole_spectra(asked: Asked, of_lines: Any) -> bool | None:
+    """Whether elements are read from whole spectra: None is where that is better."""
+    if asked.model not in (None, "lines", "pls"):
+        raise ValueError(f"--model {asked.model}: write lines or pls")
+    absent = missing("quant")
+    if asked.model == "pls":
+        if of_lines:
+            raise ValueError(
+                "--model pls reads whole spectra: leave out --normalise, --line, --curve"
+            )
+        if absent is not None:
+            raise ValueError(f"--model pls: {absent}")
+        return True
+    return False if asked.model == "lines" or absent is not None else None
 
 
 def _spectra(asked: Asked) -> list[Path]:
@@ -175,9 +253,11 @@ def _table(made: Any) -> list[str]:
 
     rows = [("", "line (air)", "signal", "curve", "standards, wt %", "LOD", "LOQ", "RMSECV")]
     for name, one in made.elements.items():
+        nm = "" if one.line is None else f"{float(to_air(one.line.wavelength_nm)):.3f}"
+        kind = "straight" if len(one.curve.coefficients) == 2 else "quadratic"
+        kind = kind if one.pls is None else f"PLS, {one.pls.components} components"
         rows.append((
-            name, f"{float(to_air(one.line.wavelength_nm)):.3f}", one.by,
-            "straight" if len(one.curve.coefficients) == 2 else "quadratic",
+            name, nm, one.by, kind,
             f"{len(one.points)}, {one.lowest:.3g} to {one.curve.highest:.3g}",
             f"{one.lod:.2g}", f"{one.loq:.2g}", f"{one.rmsecv:.2g}",
         ))  # fmt: skip
@@ -185,9 +265,14 @@ def _table(made: Any) -> list[str]:
     return ["  ".join(c.ljust(w) for c, w in zip(row, wide, strict=True)).rstrip() for row in rows]
 
 
-def _drawn(made: Any, output: Path) -> Path:
+def _drawn(made: Any, output: Path) -> list[Path]:
     from ..figures.calibration_curves import calibration_figure
     from ..figures.paper import paper, save
+    from ..figures.whole_spectra import whole_spectra_figure
 
     with paper():
-        return save(calibration_figure(made), output.with_suffix(".png"))
+        drawn = [save(calibration_figure(made), output.with_suffix(".png"))]
+        if made.likeness is not None:
+            beside = output.with_name(f"{output.stem}_spectra.png")
+            drawn.append(save(whole_spectra_figure(made), beside))
+    return drawn

@@ -36,7 +36,8 @@ FAILED, PROBLEMS = 1, 2  # exit status: something could not be written; wrong us
 Closure = Annotated[
     str | None,
     typer.Option(
-        help="Concentrations without standards, closed to 100 %: oxides (a rock) or elements (an alloy).",
+        help="Concentrations closed to 100 %: oxides (a rock) or elements (an alloy); by one standard "
+        "or more for `calibrate standards`, without any else.",
         metavar="WHAT", show_default=False,
     ),
 ]  # fmt: skip

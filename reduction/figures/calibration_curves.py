@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..calibration.calibration import Calibration, ElementCalibration
+from ..calibration.calibration import AREA, WHOLE, Calibration, ElementCalibration
 from ..calibration.curve import TWO_SIDED_95, quantile
 from ..lines.air import to_air
 from .paper import INK, QUIET, SMALL, TWO_COLUMNS_IN, place
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 COLUMNS, CELL_IN, CURVE_IN, RESIDUAL_IN, ROW_IN = 3, TWO_COLUMNS_IN / 3, 1.25, 0.5, 2.45
 STAGE = {1: "I", 2: "II"}
+UNIT = {AREA: "counts nm", WHOLE: "left out, wt %"}  # of the signal; a ratio else
 
 
 def calibration_figure(calibration: Calibration) -> Figure:
@@ -49,13 +50,19 @@ def _panel(figure: Figure, name: str, one: ElementCalibration, left: float, bott
     top.axvline(curve.lod(), color=QUIET, linewidth=0.6, linestyle=":")
     top.set_ylim(min(0.0, float((signal - scatter).min())), 1.15 * float((signal + scatter).max()))
     top.tick_params(labelbottom=False)
-    nm = float(to_air(np.array([one.line.wavelength_nm]))[0])
-    top.set_title(f"{name} {STAGE[one.line.stage]} {nm:.2f} nm, {one.by}", fontsize=SMALL, pad=3)
+    top.set_title(f"{name} {_signal(one)}", fontsize=SMALL, pad=3)
     below.axhline(0.0, color=INK, linewidth=0.5)
     below.plot(c, [p.cross_validated - p.wt_percent for p in points], "o", color=ALONE)
     for axes in (top, below):
         axes.yaxis.set_label_coords(-0.24, 0.5)
         axes.set_xlim(-0.03 * curve.highest, 1.08 * curve.highest)
-    top.set_ylabel("counts nm" if one.by == "area" else "ratio", fontsize=SMALL)
+    top.set_ylabel(UNIT.get(one.by, "ratio"), fontsize=SMALL)
     below.set_ylabel("left out", fontsize=SMALL)
     below.set_xlabel(f"wt %; LOD {one.lod:.2g}, RMSECV {one.rmsecv:.2g}, band 95 %", fontsize=SMALL)
+
+
+def _signal(one: ElementCalibration) -> str:
+    if one.line is None:
+        return f"{one.by}, {one.pls.components if one.pls else 0} components"
+    nm = float(to_air(np.array([one.line.wavelength_nm]))[0])
+    return f"{STAGE[one.line.stage]} {nm:.2f} nm, {one.by}"

@@ -146,6 +146,31 @@ def test_with_a_calibration_a_spectrum_has_concentrations(tmp_path, spodumene):
     assert result["doubts"] == ""
 
 
+def test_a_closure_tells_wt_percent_without_standards(tmp_path, spodumene):
+    async def story(driver):
+        goal = goal_with(spodumene)
+        told = await driver.reduce(goal, spectrum="s.csv", elements=["Si", "K"], closure="oxides")
+        with pytest.raises(ActionFailed, match="WrongCalibration: closure is without standards"):
+            await driver.reduce(
+                goal,
+                spectrum="s.csv",
+                elements=["Si"],
+                closure="oxides",
+                calibration="c.calibration",
+            )
+        return told
+
+    result = played(tmp_path, story)
+
+    assert (
+        result["wt_percent_low"]["Si"]
+        < result["wt_percent"]["Si"]
+        < result["wt_percent_high"]["Si"]
+    )
+    assert set(result["areas"]) == {"Si", "K"}
+    assert "calibration_sha256" not in result
+
+
 @pytest.mark.parametrize(
     ("text", "why"),
     [

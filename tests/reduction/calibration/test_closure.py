@@ -4,7 +4,7 @@ from truth import with_vice
 
 from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
-from labrun.reduction.calibration.closure import concentrations
+from labrun.reduction.calibration.closure import concentrations, one_point
 from labrun.reduction.calibration.formula import WEIGHT, with_oxygen
 
 
@@ -36,6 +36,23 @@ def test_each_value_has_an_error_and_an_interval_and_what_is_not_seen_a_limit(co
     assert unseen
     assert not unseen.keys() & set(core.detected)
     assert all(one.flags == ("below LOD",) and 0 < one.high < 100 for one in unseen.values())
+
+
+def test_one_standard_makes_up_for_what_all_spectra_lack_alike(core):
+    def told(points=None):
+        said = concentrations(core, "oxides", points)
+        return {name: one for name, one in said.items() if one.wt_percent is not None}
+
+    before = {name: one.wt_percent for name, one in told().items()}
+    other = next(name for name in before if name != "Si")
+    points = one_point([(before | {other: 3 * before[other]}, [core])])
+    after, of_one = told(points), told({"Si": points["Si"]})
+
+    ratio = 3 * before[other] / before["Si"]
+    assert after[other].wt_percent / after["Si"].wt_percent == pytest.approx(ratio)
+    assert "no standard told it" in of_one[other].flags
+    assert "no standard told it" not in after[other].flags
+    assert one_point([({"Si": before["Si"]}, [core])]) == {}
 
 
 def test_no_amounts_are_told_without_lines():

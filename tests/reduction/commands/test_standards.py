@@ -8,7 +8,11 @@ import pytest
 from folders import age
 from scipy.special import voigt_profile
 
+from labrun.drivers.simulated.twins.minerals import ELEMENTS, atom_fractions
+from labrun.drivers.simulated.twins.shot import ShotMaker
+
 PPM = {"S0": 0, "S1": 200, "S2": 500, "S3": 1000, "S4": 2000, "S5": 3000}
+THREE = tuple(f"spectra/S{k}_0.csv" for k in range(3))
 X = np.linspace(580.0, 690.0, 1500)
 
 
@@ -109,6 +113,57 @@ def test_an_internal_standard_makes_up_for_the_light(labrun, place):
     assert not (place / "standards.png").exists()
 
 
+@pytest.mark.slow
+def test_whole_spectra_tell_an_element_and_what_is_unlike_the_standards(labrun, place):
+    made = labrun("calibrate", "standards", "standards.csv", "spectra", "--model", "pls")
+    one = json.loads((place / "standards.calibration").read_text())["elements"]["Li"]
+    odd = spectrum(np.random.default_rng(3), 1500)
+    odd += 9000 * voigt_profile(X - 640.0, 0.12, 0.03)
+    (place / "odd").mkdir()
+    write(place / "odd" / "odd.csv", odd)
+    done = labrun(
+        "reduce", "unknown/some.csv", "odd", "--calibration", "standards.calibration", "-o", "out",
+        "--jobs", "1", "--no-figures",
+    )  # fmt: skip
+    with (place / "out" / "elements.csv").open() as file:
+        lithium = {row["spectrum"]: row for row in csv.DictReader(file) if row["element"] == "Li"}
+    (some,) = [row for name, row in lithium.items() if name.endswith("some.csv")]
+
+    assert made.returncode == 0, made.stderr
+    assert "whole spectrum  PLS, " in made.stdout
+    assert (one["line"], one["by"]) == (None, "whole spectrum")
+    assert (place / "standards_spectra.png").read_bytes()[:4] == b"\x89PNG"
+    assert float(some["wt_percent_low"] or 0) < 0.15 < float(some["wt_percent_high"] or 100)
+    assert some["wt_percent"] or some["wt_percent_flags"] == "below LOD"
+    assert "odd.csv: it is unlike the calibration's standards (Q is " in done.stdout
+
+
+@pytest.mark.slow
+def test_one_standard_calibrates_a_closure(labrun, tmp_path):
+    maker = ShotMaker(core=1, seed=3)
+    shares = atom_fractions("spodumene")
+    maker.core.composition_in_crater = lambda x, y: np.array([shares.get(e, 0.0) for e in ELEMENTS])
+    for n in range(2):
+        shot = maker.csv({"n": n, "x": 1.2, "y": 3.0, "focus": 1.0})
+        (tmp_path / f"glass_{n}.csv").write_bytes(shot)
+    age(tmp_path)
+    (tmp_path / "t.csv").write_text("sample,SiO2 (%),Al2O3 (%),Li2O (%)\nglass,60,30,8\n")
+    made = labrun("calibrate", "standards", "t.csv", "glass_0.csv", "--closure", "oxides")
+    done = labrun(
+        "reduce", "glass_1.csv", "--calibration", "standards.calibration", "-o", "out", "--jobs", "1",
+        "--no-figures",
+    )  # fmt: skip
+    with (tmp_path / "out" / "elements.csv").open() as file:
+        found = {row["element"]: row for row in csv.DictReader(file) if row["wt_percent"]}
+    ratio = float(found["Al"]["wt_percent"]) / float(found["Si"]["wt_percent"])
+
+    assert made.returncode == 0, made.stderr
+    assert "  Si amount times " in made.stdout
+    assert "closed to 100 %" in made.stdout
+    assert done.returncode == 0, done.stderr
+    assert ratio == pytest.approx(30 * 0.52925 / (60 * 0.46744), rel=0.3)
+
+
 @pytest.mark.parametrize(
     ("table", "words", "told"),
     [
@@ -126,6 +181,16 @@ def test_an_internal_standard_makes_up_for_the_light(labrun, place):
         ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--curve", "bent"), "straight or quadratic"),
         ("sample,Li (ppm)\nS0,2000\nS1,2200\nS2,2500\nS3,3000\nS4,4000\nS5,5000\n", ("spectra",),
          "Li: a sample without it would show less than nothing"),
+        ("sample,Li (ppm)\nS1,200\n", ("spectra/S1_0.csv",), "one standard makes no curve; --closure"),
+        ("sample,Li (ppm)\nS1,200\n", ("spectra/S1_0.csv", "--closure", "oxides"), "no one-point calib"),
+        ("sample,Li (ppm)\nS1,200\n", ("spectra/S1_0.csv", "--closure", "rock"), "choose oxides or elements"),
+        ("sample,Li (ppm)\nS1,200\n", ("spectra/S1_0.csv", "--closure", "oxides", "--model", "pls"),
+         "--closure takes all lines"),
+        ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--model", "pca"), "write lines or pls"),
+        ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--model", "pls", "--curve", "straight"),
+         "leave out --normalise, --line, --curve"),
+        ("sample,Li (ppm)\nS0,0\nS1,200\nS2,500\n", (*THREE, "--model", "pls"),
+         "Li: 3 standards; a PLS model needs 6 or more"),
         ("sample,Li (ppm),Si (%)\nS0,0,20\nS1,9,30\n", ("spectra/S0_0.csv", "--normalise", "Si"),
          "Si cannot be the internal standard: the standards have 20 to 30 wt %"),
     ],
