@@ -28,6 +28,8 @@ ANSWER_S = 2.0
 LEASE_S = 5.0
 PATIENCE = 10.0
 """An action may take ten times as long as its contract states, and at least what the bench's settings say."""
+ENDING_S = 120.0
+"""At least so long is awaited how a cancelled action ended; its server ends it within the contract's `cancel_grace`."""
 KEPT = 500
 
 
@@ -277,7 +279,7 @@ async def follow(
         if not following.done() and action.cancel:
             with contextlib.suppress(ServerUnreachable):
                 await client.cancel(goal.id)
-            await asyncio.wait({following}, timeout=least_s)
+            await asyncio.wait({following}, timeout=max(least_s, ENDING_S))
         if not following.done():
             words = f"{goal.device}.{goal.action} did not end and is no longer followed"
             words += " (Settings says how long it may take)"
