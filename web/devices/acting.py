@@ -29,7 +29,7 @@ LEASE_S = 5.0
 PATIENCE = 10.0
 """An action may take ten times as long as its contract states, and at least what the bench's settings say."""
 ENDING_S = 120.0
-"""At least so long is awaited how a cancelled action ended; its server ends it within the contract's `cancel_grace`."""
+"""How a cancelled action ended is awaited at least so long; the contract says when its server ends it."""
 KEPT = 500
 
 
