@@ -113,7 +113,7 @@ def _pyautogui() -> Any:
             f"mouse and keyboard cannot be used: {not_installed(fault, 'gui') or fault}"
         ) from fault
     except Exception as fault:  # Xlib and KeyError where there is no display, at import
-        LOG.exception("pyautogui cannot be used")
+        LOG.info("pyautogui cannot be used", exc_info=True)
         raise NoScreen(
             f"there is no screen to work on ({_said(fault)}); start the device server on the "
             f"analyser's own desktop"
