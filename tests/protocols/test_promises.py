@@ -171,7 +171,7 @@ def test_colour_mix_fills_a_well_for_each_suggestion_and_tells_the_best(tmp_path
         assert sum(float(row[dye]) for dye in ("red", "yellow", "blue")) <= 100
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_calibrate_camera_finds_where_the_camera_sits_beside_the_tool(tmp_path):
     ran = Ran(tmp_path, "calibrate_camera.yaml")
     outputs = ran.outputs
@@ -194,7 +194,7 @@ def test_calibrate_camera_fails_where_the_offsets_lie_too_far_apart(tmp_path):
     assert "apart <= params.spread is not true" in ran.told
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_find_and_scan_finds_the_core_and_fires_at_nothing_else(tmp_path):
     ran = Ran(tmp_path, "find_and_scan.yaml", "-p", "pitch=8 mm")
     outputs, shots = ran.outputs, ran.truth("libs", "shot")

@@ -22,24 +22,26 @@ LONG = (
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the real one has them itself")
 
 
-def under_the_rules(folder: str) -> subprocess.CompletedProcess[str]:
+def under_the_rules(folder: str, place: Path) -> subprocess.CompletedProcess[str]:
+    # In a place of its own: in the common one pytest, among several of its processes, left a folder's listing open.
+    quiet = ["-p", "no:xdist", "-p", "no:cacheprovider", f"--basetemp={place}"]
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", folder],
+        [sys.executable, "-m", "pytest", "-q", *quiet, folder],
         cwd=TESTS, env={**os.environ, "LABRUN_WINDOWS_RULES": "1"}, capture_output=True, text=True,
     )  # fmt: skip
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", QUICK)
-def test_a_folder_of_the_suite_holds_under_windows_rules(folder):
-    ran = under_the_rules(folder)
+def test_a_folder_of_the_suite_holds_under_windows_rules(folder, tmp_path_factory):
+    ran = under_the_rules(folder, tmp_path_factory.mktemp("rules"))
 
     assert ran.returncode == 0, ran.stdout[-5000:] + ran.stderr[-5000:]
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("folder", LONG)
-def test_a_long_folder_of_the_suite_holds_under_windows_rules(folder):
-    ran = under_the_rules(folder)
+def test_a_long_folder_of_the_suite_holds_under_windows_rules(folder, tmp_path_factory):
+    ran = under_the_rules(folder, tmp_path_factory.mktemp("rules"))
 
     assert ran.returncode == 0, ran.stdout[-5000:] + ran.stderr[-5000:]

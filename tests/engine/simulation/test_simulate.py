@@ -25,7 +25,7 @@ steps:
       - {do: libs.export, with: {shot: "${{ steps.shoot.shot_id }}", file: "s/${{ i }}.csv"}, timeout: 60 s}
 finally: [{do: libs.disarm, on_error: continue}]
 """
-SEEN = {"ledger": 20, "disk": 100, "journal": 100, "finished": 140, "probe": 190}
+SEEN = {"ledger": 20, "disk": 100, "journal": 100, "finished": 140, "probe": 600}
 """Where each planted fault is first found: those before it take long."""
 
 

@@ -133,7 +133,7 @@ def test_what_an_agent_must_not_do_is_refused_in_a_sentence(folder):
                 {"name": "runs/x/protocol.yaml", "text": SCAN},
                 "folder of the runs",
             ),
-            ("write_protocol", {"name": "lab.yaml", "text": "devices: {}"}, "no protocol"),
+            ("write_protocol", {"name": "lab.yaml", "text": "devices: {}"}, "a lab's name"),
             ("write_protocol", {"name": "bench.yaml", "text": SCAN}, "choose another name"),
             ("write_protocol", {"name": "own.py", "text": "import os"}, "must end with .yaml"),
             ("write_protocol", {"name": "scan.yaml"}, "text: "),
