@@ -138,7 +138,7 @@ def test_every_library_that_labrun_imports_is_in_the_base_or_in_an_extra():
         library: files
         for library, files in imports().items()
         if library not in {*sys.stdlib_module_names, "labrun", *EVERY, *BY_THE_SYSTEM, *BY_HAND}
-        and library not in ("Xlib", "comtypes")  # pyautogui's on Linux, pywinauto's on Windows
+        and library not in ("Xlib", "comtypes", "pywinauto")  # of `gui`, on Linux and on Windows
         and not projects(library) & base
     }
 

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the real one ha
 
 
 def under_the_rules(folder: str, place: Path) -> subprocess.CompletedProcess[str]:
-    # In a place of its own: in the common one pytest, among several of its processes, left a folder's listing open.
+    # In a place of its own: among several processes pytest once left a folder's listing open.
     quiet = ["-p", "no:xdist", "-p", "no:cacheprovider", f"--basetemp={place}"]
     return subprocess.run(
         [sys.executable, "-m", "pytest", "-q", *quiet, folder],
