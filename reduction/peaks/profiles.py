@@ -6,7 +6,14 @@ import numpy as np
 
 from ..spectrum.bad import bridged, mark_bad
 from ..spectrum.curve import bridge, pitch_of, quantile, softened
-from ..spectrum.noise import above_0, local_noise, steadied
+from ..spectrum.noise import (
+    QUANTILE,
+    SIGMA_PER_QUANTILE,
+    above_0,
+    cut_off,
+    local_noise,
+    steadied,
+)  # fmt: skip
 from ..spectrum.resampled import sharing
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, Spectrum
 from .background import lifted, lower_edge
@@ -29,6 +36,7 @@ LEAST_TOPS, QUIET_STEP, QUIET_PART = 30, 50, 0.1
 WANTED, WANTED_NM = 3.0, 0.3
 ONE_SIGMA = 0.6827  # part of half a normal law within one standard deviation
 DIPS, FEW_DIPS = 0.3, 2  # as a part of the peaks, and at all: fewer are no sign of noise
+OFTEN_CUT, BESIDE, LEAST_BESIDE = 0.2, 4, 200  # part of the channels; channels
 LOOSE, LEAST_STEP, MOST_TURNS = 4.0, 1.1, 8
 WAVES, OWN, CLOSER_NM, FOLLOWS = 2.0, 1.0, 0.8, 0.6
 APART = 0.55  # of a slit's width from the next peak
@@ -130,9 +138,10 @@ def by_dips(calm: Spectrum, edge: FloatArray, noise: FloatArray, bad: BoolArray)
 
     Light is never negative: where there are dips below the background as there are peaks, both are
     noise that neighbours share (a smoothed export), or waves of the continuum. How far the smoothed
-    counts go below says how large it is. edge: below the noise; all of shape (m,), counts.
+    counts go below says how large it is. Where dips were cut off, what is left beside them says it.
+    edge: below the noise; all of shape (m,), counts.
     """
-    wider = 1.0
+    wider = _beside_cut(calm.intensity, noise, bad)
     for _ in range(MOST_TURNS):
         net = calm.intensity - lifted(calm, edge, LOOSE * wider * noise)
         tops, dips = (len(find_peaks(side, wider * noise)) for side in (net, -net))
@@ -141,6 +150,19 @@ def by_dips(calm: Spectrum, edge: FloatArray, noise: FloatArray, bad: BoolArray)
         z = softened(net)[~bad] / (noise[~bad] * SOFTENED_NOISE)
         wider = max(float(quantile(-z[z < 0.0], ONE_SIGMA)), LEAST_STEP * wider)
     return wider
+
+
+def _beside_cut(y: FloatArray, noise: FloatArray, bad: BoolArray) -> float:
+    """How much larger the noise is than neighbouring channels tell, by what rises a little beside cut channels."""
+    cut = cut_off(y)
+    if np.mean(cut) < OFTEN_CUT:
+        return 1.0
+    beside = np.convolve(cut, np.ones(2 * BESIDE + 1), "same") > 0.5
+    left = beside & ~cut & ~bad
+    if np.count_nonzero(left) < LEAST_BESIDE:
+        return 1.0
+    above = (y[left] - y[cut][0]) / noise[left]
+    return max(float(quantile(above, QUANTILE)) * SIGMA_PER_QUANTILE, 1.0)
 
 
 def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:
