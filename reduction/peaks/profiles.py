@@ -153,7 +153,7 @@ def by_dips(calm: Spectrum, edge: FloatArray, noise: FloatArray, bad: BoolArray)
 
 
 def _beside_cut(y: FloatArray, noise: FloatArray, bad: BoolArray) -> float:
-    """How much larger the noise is than neighbouring channels tell, by what rises a little beside cut channels."""
+    """How much larger the noise is than neighbouring channels tell, by what rises beside cut channels."""
     cut = cut_off(y)
     if np.mean(cut) < OFTEN_CUT:
         return 1.0
