@@ -16,19 +16,13 @@ from labrun.drivers.simulated.twins.minerals import ELEMENTS, atom_fractions
 from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.schemas.messages import FileContent
 
+from .played import played as driver_played
+
 CALIBRATION = files("labrun.protocols").joinpath("simulated.calibration").read_text()
 
 
 def played(folder: Path, story):
-    async def play():
-        driver = Reducer(Place("reduce", {}, {}, folder, folder))
-        await driver.open()
-        try:
-            return await story(driver)
-        finally:
-            await driver.close()
-
-    return asyncio.run(play())
+    return driver_played(Reducer(Place("reduce", {}, {}, folder, folder)), story)
 
 
 def goal_with(data: bytes) -> GoalContext:

@@ -1,9 +1,10 @@
 """One study, played with any optimizer's driver: a hidden best place, told as it is asked."""
 
-import asyncio
 from pathlib import Path
 
 from labrun.drivers.driver import Driver, GoalContext, Place
+
+from ..played import played as driver_played
 
 SPACE = {
     "x": {"minimum": -2, "maximum": 3},
@@ -21,16 +22,7 @@ def loss(point: dict) -> float:
 
 def played(kind: type[Driver], folder: Path, story):
     """What a story returns; the same folder again is the same device after a restart."""
-
-    async def play():
-        driver = kind(Place("optimizer", {}, {}, folder, folder))
-        await driver.open()
-        try:
-            return await story(driver)
-        finally:
-            await driver.close()
-
-    return asyncio.run(play())
+    return driver_played(kind(Place("optimizer", {}, {}, folder, folder)), story)
 
 
 class Asker:

@@ -1,6 +1,5 @@
 """Buttons by the names of their controls: what Windows' UI Automation tells, instead of pictures."""
 
-import asyncio
 import json
 
 import pytest
@@ -17,6 +16,7 @@ from labrun.drivers.window_program.recording import named_controls, save_names
 from labrun.drivers.window_program.view import View
 from labrun.drivers.window_program.windows import NoScreen, Window
 
+from ..played import played
 from .bench import QUICK
 from .spectra import csv_text
 from .test_window_program import CONTRACT
@@ -179,17 +179,6 @@ def named(screen, tmp_path, monkeypatch):
     for analyser in started:
         analyser.end()
     desktop.close()
-
-
-def played(driver, story):
-    async def play():
-        await driver.open()
-        try:
-            return await story(driver)
-        finally:
-            await driver.close()
-
-    return asyncio.run(play())
 
 
 @pytest.mark.slow
