@@ -29,6 +29,7 @@ SMALL = {
     "pegmatite_map": {"pitch": "1 mm"},
     "adaptive_map": {"shots": "4"},
     "colour_mix": {"wells": "2"},
+    "furnace_night": {"hold": "10 min"},
     "refine_map": {"rounds": "2"},
     "find_and_scan": {"pitch": "20 mm"},
 }
