@@ -74,9 +74,12 @@ class Interruptions(Stage):
         lasting = self.case.lasting
         async with self._served(tmp_path, slow=True) as (url, _):
             contract = self.case.read_contract()
-            async with connected(self.case, contract, url, ttl_s=SHORT_LEASE_S) as gone:
+            async with connected(self.case, contract, url) as gone:
                 await gone.prepare(lasting)
                 goal, following = await gone.begin(lasting)
+                await gone.renew_for(
+                    SHORT_LEASE_S
+                )  # not before: a busy machine would be late to begin
             await following
             async with connected(self.case, contract, url, owner=None) as session:
                 outcome = await session.client.follow(goal, send=False)

@@ -25,6 +25,7 @@ MOMENT_S = 0.3
 """After this long an action that has begun is halfway through."""
 
 TOLD_LATE_S = 2.0
+OWNER = "run"
 
 _numbers = itertools.count(1)
 
@@ -83,6 +84,17 @@ class Session:
         )
         return goal, following
 
+    async def renew_for(self, ttl_s: float) -> None:
+        """Renew the lease once, for this long: by the client's own renewals it lasts much longer."""
+        device = self.case.device
+        request = {
+            "device": device,
+            "owner": OWNER,
+            "ttl_s": ttl_s,
+            "epoch": self.client.epoch(device),
+        }
+        await self.client._link.call("lease", request)
+
     async def newest_status(self) -> dict[str, Any]:
         """The next status that the server sends."""
         self.statuses.clear()
@@ -105,7 +117,7 @@ class Session:
 
 @asynccontextmanager
 async def connected(
-    case: Case, contract: Contract, url: str, *, ttl_s: float = 30.0, owner: str | None = "run"
+    case: Case, contract: Contract, url: str, *, owner: str | None = OWNER
 ) -> AsyncIterator[Session]:
     """A session with the server at `url`; without an owner it holds no lease and only reads."""
     statuses: list[dict[str, Any]] = []
@@ -113,7 +125,7 @@ async def connected(
     await client.open()
     try:
         if owner is not None:
-            await client.take_lease(case.device, owner, ttl_s)
+            await client.take_lease(case.device, owner)
         yield Session(case, contract, client, statuses)
     finally:
         await client.close()

@@ -181,6 +181,7 @@ it('a live run gets more points, and nothing that was done is done again', async
   expect(await axe(page)).toEqual([])
 
   await dialog.getByRole('button', { name: 'Change the run' }).click()
+  await dialog.waitFor({ state: 'hidden' }) // it says these words, too
   await page.getByText('the run goes on with the changed protocol').first().waitFor()
   await page.getByRole('button', { name: 'Resume', exact: true }).click()
   await until(bench, run, (told) => told.fate === 'succeeded')
