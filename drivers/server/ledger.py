@@ -205,7 +205,10 @@ class Ledger:
         return seq
 
     def admit(self, goal: Goal, state: GoalState) -> int:
-        """Write a new goal to disk, before anything else is done with it."""
+        """Write a new goal to disk, before anything else is done with it.
+
+        Raises LedgerFault, and nothing has changed, for an id that is known already.
+        """
         with self.writing():
             seq = self._change(goal.id, state)
             self._disk.execute(

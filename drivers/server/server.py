@@ -201,9 +201,15 @@ class DeviceServer:
         if known is None:
             stops = {name: device.stops for name, device in self.devices.items()}
             async with self._in_order:
-                known = await self._known(data.get("id"), session)
+                known = self._under_way(data.get("id"), session)
                 if known is None:
-                    return await self._new_goal(session, data, stops)
+                    try:
+                        return await self._new_goal(session, data, stops)
+                    except (Refused, ValidationError):
+                        # The ledger takes no id twice; what is in it is answered, not refused.
+                        known = await self._known(data.get("id"), session)
+                        if known is None:
+                            raise
         self._still_wanted(data)
         return {"dup": True, "mark": self.ledger.mark, **wire(known)}
 

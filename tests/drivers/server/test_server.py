@@ -74,11 +74,19 @@ def test_the_same_id_is_the_same_goal_and_never_executes_twice(bench):
             goal = await raw.leased()
             await raw.call("goal", **goal)
             await raw.update("g1", "SUCCEEDED")
-            return await raw.call("goal", **goal)
+            again = await raw.call("goal", **goal)
+            await raw.call("release", device="arm", owner="raw")
+            return (
+                again,
+                await raw.call("goal", **goal),
+                await raw.call("goal", **{**goal, "id": "g2"}),
+            )
 
-    again = asyncio.run(story())
+    again, later, other = asyncio.run(story())
 
-    assert (again["dup"], again["state"], again["result"]) == (True, "SUCCEEDED", {"x": 1})
+    for copy in (again, later):
+        assert (copy["dup"], copy["state"], copy["result"]) == (True, "SUCCEEDED", {"x": 1})
+    assert other["code"] == "STALE_EPOCH"
     assert bench.deeds().count("arm go g1") == 1
 
 

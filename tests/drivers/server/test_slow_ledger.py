@@ -3,6 +3,7 @@
 import asyncio
 import threading
 from contextlib import asynccontextmanager
+from functools import partial
 
 import pytest
 
@@ -63,11 +64,13 @@ def test_a_stop_is_answered_while_a_goal_is_being_admitted_and_the_goal_never_st
 
 def test_a_goal_that_came_before_its_own_holders_stop_never_starts_after_it(bench):
     async def story():
-        async with slow(bench, "report") as (raw, _, goal, sync):
-            sent = asyncio.create_task(raw.call("goal", **goal))
+        async with slow(bench, "report") as (raw, other, goal, sync):
+            asking = asyncio.create_task(other.call("query", ids=["g0"]))
             await sync.begun()
-            stopped = await raw.call("stop", device="arm")
+            sent = asyncio.create_task(raw.call("goal", **goal))  # waits until that is answered
+            stopped = await asyncio.create_task(raw.call("stop", device="arm"))
             sync.ends()
+            await asking
             return stopped, await sent, await raw.call("goal", **{**goal, "id": "g2"})
 
     stopped, refused, later = asyncio.run(story())
@@ -84,10 +87,12 @@ def test_a_goal_that_came_before_its_own_holders_stop_never_starts_after_it(benc
 def test_a_stop_is_answered_while_anything_else_is_written_or_read(bench, method):
     async def story():
         async with slow(bench, method) as (raw, other, goal, sync):
-            if method == "lease":
-                asking = asyncio.create_task(raw.leased())
-            else:
-                asking = asyncio.create_task(raw.call("goal", **goal))
+            asked = {
+                "end": partial(raw.call, "goal", **goal),
+                "lease": raw.leased,
+                "report": partial(raw.call, "query", ids=["g1"]),
+            }
+            asking = asyncio.create_task(asked[method]())
             await sync.begun()
             stopped = await other.call("stop", device="arm")
             told = [data for event, data in raw.events if data.get("state") == "SUCCEEDED"]
