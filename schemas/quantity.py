@@ -205,6 +205,7 @@ def magnitude_in(value: Any, unit: str) -> float:
     return float(f"{value.magnitude * factor:.12g}")
 
 
+@lru_cache(maxsize=4096)
 def plainly(text: str, unit: str) -> float | None:
     """The number of `0.2 mm` in `unit` where that needs no pint, which takes long to import; else None."""
     match = QUANTITY.match(text)

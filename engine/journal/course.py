@@ -11,6 +11,8 @@ from ...schemas import journal as j
 
 MAIN = "main/"
 """Goals elsewhere (in `on_resume` and `finally`) move devices outside the protocol's own order."""
+BY_COMMANDS = (j.Changed, j.Redo)
+"""What a command writes, not an engine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +54,7 @@ class Course:
 
     def take(self, record: j.Record) -> None:
         """Learn what one record says, after all those before it."""
-        match record:
+        match record:  # the frequent ones first, as in `History`
             case j.GoalSent():
                 path, attempt = split_goal_id(record.id)
                 self.under_way[record.id] = Goal(record, path, attempt, self.session)
@@ -60,6 +62,8 @@ class Course:
                 self.under_way.pop(record.id, None)
             case j.IterationEnded():
                 self._take_end(f"{record.loop}/{record.key}", record.fate)
+            case j.Marked() | j.StepEnded():
+                pass
             case j.Started():
                 self.started = record
             case j.Resumed():
@@ -94,7 +98,7 @@ class Course:
             case _:
                 pass
         self.last_n, self.last_hash = record.n, record.hash
-        if not isinstance(record, j.Changed | j.Redo):  # written by a command, not by an engine
+        if type(record) not in BY_COMMANDS:
             self.last_at = record.at
 
     def _take_end(self, place: str, fate: str) -> None:

@@ -8,10 +8,14 @@ from ...schemas.quantity import is_quantity, quantity
 
 QUANTITY_KEY = "$quantity"
 MOMENT_KEY = "$moment"
+PLAIN = frozenset((str, int, float, bool, type(None)))
+"""Types whose values are JSON data already, as nearly all are."""
 
 
 def encode(value: Any) -> Any:
     """A value as plain JSON data."""
+    if type(value) in PLAIN:
+        return value
     if is_quantity(value):
         return {QUANTITY_KEY: [value.magnitude, f"{value.units:~}"]}
     if isinstance(value, datetime):

@@ -24,7 +24,9 @@ LOOKS = ".look"
 STOPPED = "Stopped"
 """The error of a goal that a stop has cut or refused."""
 ORDER_KEPT = 1000
-WORK = (j.IterationEnded, j.LoopEnded, j.StepEnded, j.Turned, j.Answered, j.Computed, j.Touched)
+WORK = frozenset(
+    (j.IterationEnded, j.LoopEnded, j.StepEnded, j.Turned, j.Answered, j.Computed, j.Touched)
+)
 REFUSALS = ("no", "stop")
 
 
@@ -65,7 +67,17 @@ class History(Course):
 
     def take(self, record: j.Record) -> None:
         """Learn what one record says, after all those before it."""
-        match record:
+        match record:  # the frequent ones first: that a model is not of a class is slow to find
+            case j.GoalSent():
+                self._take_sent(record)
+            case j.GoalEnded():
+                self._take_ended(record)
+            case j.Marked():
+                self.marks[record.device] = record.mark
+            case j.IterationEnded():
+                self._take_iteration(record)
+            case j.StepEnded():
+                self.past.steps[record.path] = record
             case j.Resumed():
                 self._take_resumed(record)
             case j.Again():
@@ -78,21 +90,13 @@ class History(Course):
                 if record.phase == "main":
                     self.main_at = self.main_at or record.at
                 self.finals += record.phase.startswith("finally")
-            case j.GoalSent():
-                self._take_sent(record)
-            case j.GoalEnded():
-                self._take_ended(record)
             case j.Expired():
                 self._take_expired(record)
-            case j.IterationEnded():
-                self._take_iteration(record)
             case j.Planned() if record.loop.startswith(MAIN):
                 self.plans[record.loop] = record.total
             case j.LoopEnded():  # for journals that say nothing of plans
                 total = record.total if record.fate == "succeeded" else None
                 self.plans.setdefault(record.loop, total)
-            case j.StepEnded():
-                self.past.steps[record.path] = record
             case j.Computed():
                 self.past.computed[record.path] = record.value
             case j.Turned():
@@ -101,15 +105,13 @@ class History(Course):
                 self.past.answers[record.path] = record
             case j.Leased():
                 self._take_leased(record)
-            case j.Marked():
-                self.marks[record.device] = record.mark
             case j.SafeState() | j.Touched():
                 self.touched[record.device] = record.n
             case j.Finished():
                 self.ended = True
             case _:
                 pass
-        if isinstance(record, WORK):
+        if type(record) in WORK:
             self.work_n = record.n
         Course.take(self, record)
 

@@ -137,21 +137,28 @@ async def _wait(
         at.append(loop.time() + max(CLOCK_STEP_S, wake_at - run.clock.now()))
     if at:
         handle = loop.call_at(min(at), dispatcher.wake.set)
+    if not at or min(at) > loop.time() + QUIET_S:
+        await _wait_long(run, dispatcher, for_a_time=wake_at is not None)
+    await dispatcher.wake.wait()
+    if handle is not None:
+        handle.cancel()
+
+
+async def _wait_long(run: Run, dispatcher: Dispatcher, *, for_a_time: bool) -> None:
+    """Wait until it is woken, and say from time to time what for."""
     patience_s = max(QUIET_S, dispatcher.longest_s())
     while True:
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(patience_s):
                 await dispatcher.wake.wait()
-                break
+                return
         if waits_for := dispatcher.waits_for():
             run.log(f"still waiting for {'; '.join(waits_for)}")
-        elif wake_at is None and not run.questions.open and not dispatcher.paused:
+        elif not (for_a_time or run.questions.open or dispatcher.paused):
             run.log(
                 "still waiting, for nothing that is known: a fault of labrun; Ctrl-C twice ends it"
             )
         patience_s *= 2
-    if handle is not None:
-        handle.cancel()
 
 
 async def _drain(dispatcher: Dispatcher, control: Control) -> None:

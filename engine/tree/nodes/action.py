@@ -112,8 +112,7 @@ class ActionLeaf(Node):
         return None if typical_s is None else 10 * typical_s + 30
 
     def _begin(self, arguments: dict[str, Any], timeout_s: float | None) -> None:
-        wanted = means(self.plan.role, self.plan.action_name, arguments)
-        attempt, past = self._attempt(wanted)
+        attempt, past = self._attempt(arguments)
         self.request = request = Request(
             goal_id=f"{self.run.id}/{self.path}/{attempt}", path=self.path, role=self.plan.role,
             action_name=self.plan.action_name, action=self.plan.action, params=arguments,
@@ -125,20 +124,23 @@ class ActionLeaf(Node):
             self._do(request)
         elif past.ended is None:
             self._ask_about(request, past)
-        elif self.earlier.must_not_be_done_anew(past, wanted):
+        elif self.earlier.must_not_be_done_anew(past, request.means()):
             said = changed_words(past, arguments)
             self.failure = replace(self._failure("Rejected", said, "yes"), stop=True)
         else:
             request.outcome, request.expired = outcome_of(past), past.expired
             self.dispatcher.replayed(request, past)
 
-    def _attempt(self, wanted: str) -> tuple[int, PastGoal | None]:
+    def _attempt(self, arguments: dict[str, Any]) -> tuple[int, PastGoal | None]:
         """The number of this attempt, and what an earlier session has done under it."""
         frame = self.scope.frame
         while True:
             attempt = frame.next_attempt(self.path)
             past = self.earlier.attempt(self.path, attempt)
-            if past is None or not (
+            if past is None:
+                return attempt, None
+            wanted = means(self.plan.role, self.plan.action_name, arguments)
+            if not (
                 self.earlier.is_behind(past, wanted)
                 or self.earlier.others_came(past, frame.strand or frame.owner.path)
             ):
