@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ...schemas.contract import Contract
-from ...schemas.messages import DeviceDescription, Goal, GoalReport, GoalState, LeaseRequest
+from ...schemas.messages import DeviceDescription, Goal, GoalState, LeaseRequest
 from ...system.tasks import spawn
 from ..driver import Driver, Place
 from .arguments import Arguments
@@ -202,7 +202,7 @@ class ServedDevice:
             ending = cut_short(ending, execution.cut)
         report = await self._record(execution, ending, arguments.place)
         del self.running[execution.goal.id]
-        self._tell("update", wire(report), execution.followers)
+        self._tell("update", report, execution.followers)
         self._status.changed()
 
     async def _perform(self, execution: Execution, arguments: Arguments) -> Ending:
@@ -225,8 +225,8 @@ class ServedDevice:
                 self._tell_progress(execution)
         return never_started(cancelled=execution.is_cancelled)
 
-    async def _record(self, execution: Execution, ending: Ending, place: str) -> GoalReport:
-        """Write the outcome to disk, before it is reported; what cannot be written is a Fault.
+    async def _record(self, execution: Execution, ending: Ending, place: str) -> dict[str, Any]:
+        """Write the outcome to disk, before the report on it is sent; what cannot be written is a Fault.
 
         Where the disk does not take it, it is reported all the same, and kept until the disk does:
         if this server ends before, its next boot says that the outcome is unknown, and whoever has
@@ -250,7 +250,7 @@ class ServedDevice:
                 await asyncio.sleep(RECORD_AGAIN_S)
             else:
                 self._unwritten = None
-                return report.model_copy(update={"seq": seq})
+                return {**wire(report), "seq": seq}
 
     def _tell_progress(self, execution: Execution) -> None:
         execution.seq = self._ledger.next_seq()

@@ -14,13 +14,13 @@ import json
 import secrets
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any, TypeVar, TypeVarTuple
 
 from ...schemas.messages import FileContent, Goal, GoalError, GoalReport, GoalState
+from .worker import Worker
 
 Args = TypeVarTuple("Args")
 T = TypeVar("T")
@@ -70,7 +70,7 @@ class Ledger:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._thread: ThreadPoolExecutor | None = None
+        self._worker: Worker | None = None
         self._disk = self._open()
         self.id = self._fact("ledger", secrets.token_hex(6))
         # A boot contains its ledger's id, so that a client can see from a goal's boot alone
@@ -91,12 +91,11 @@ class Ledger:
 
         It works in the ledger's own thread; one in memory has nothing to wait for, and works now.
         """
-        loop = asyncio.get_running_loop()
         if str(self.path) != ":memory:":
-            if self._thread is None:
-                self._thread = ThreadPoolExecutor(1, thread_name_prefix="ledger")
-            return loop.run_in_executor(self._thread, work, *args)
-        done: asyncio.Future[T] = loop.create_future()
+            if self._worker is None:
+                self._worker = Worker("ledger")
+            return self._worker.do(work, *args)
+        done: asyncio.Future[T] = asyncio.get_running_loop().create_future()
         try:
             done.set_result(work(*args))
         except LedgerFault as fault:
@@ -342,8 +341,8 @@ class Ledger:
 
     def close(self) -> None:
         """Leave the file complete and unlocked for the next server; what is queued is written."""
-        if self._thread is not None:
-            self._thread.shutdown()
+        if self._worker is not None:
+            self._worker.close()
         self._disk.close()
 
 
