@@ -1,6 +1,6 @@
 """The events of a run, for the terminal, `--json` and the page."""
 
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from pydantic import Field
 
@@ -10,6 +10,7 @@ EventKind = Literal[
     "run", "phase", "step", "goal", "feedback", "iteration", "question", "answer", "log",
     "control", "safe", "report", "finished",
 ]  # fmt: skip
+KINDS: frozenset[EventKind] = frozenset(get_args(EventKind))
 
 
 class Event(Model):

@@ -18,7 +18,8 @@ from ...schemas.event import Event
 from ...system.files import remove, write_whole
 from ...system.tasks import end, spawn
 from ..run.folder import is_live
-from ..run.questions import Questions, WrongAnswer
+from ..run.questions import WrongAnswer
+from ..run.run import Run
 from .control import Control, Verb
 
 FILE = "control.json"
@@ -32,12 +33,13 @@ class ControlServer:
     """Serves one live run; `change` changes its protocol, and answers when that is done or refused."""
 
     def __init__(
-        self, folder: Path, control: Control, questions: Questions,
+        self, run: Run, control: Control,
         change: Callable[[dict[str, Any]], Awaitable[tuple[bool, str]]],
     ) -> None:  # fmt: skip
-        self.path = folder / FILE
+        self.run = run
+        self.path = run.folder / FILE
         self.control = control
-        self.questions = questions
+        self.questions = run.questions
         self.change = change
         self.token = secrets.token_urlsafe(24)
         self._server: asyncio.Server | None = None
@@ -110,12 +112,15 @@ class ControlServer:
     async def _stream(self, writer: asyncio.StreamWriter) -> None:
         queue: asyncio.Queue[str] = asyncio.Queue(maxsize=10_000)
         self._watchers.add(queue)
+        self.run.listen(self.publish)
         try:
             while True:
                 writer.write((await queue.get() + "\n").encode())
                 await writer.drain()
         finally:
             self._watchers.discard(queue)
+            if not self._watchers:
+                self.run.listeners.pop(self.publish, None)
 
 
 def _values(asked: dict[str, Any]) -> dict[str, str]:

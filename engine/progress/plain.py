@@ -4,7 +4,7 @@ import sys
 import time
 from typing import TextIO
 
-from ...schemas.event import Event
+from ...schemas.event import KINDS, Event
 from ...system.pace import duration_text, rate_text
 from .progress import Progress, choices_text, ending_lines, ending_text
 
@@ -13,6 +13,8 @@ EVERY_S = 5.0
 
 class PlainWatch:
     """A line for each thing a person must know, and one every few seconds for the rest."""
+
+    kinds = KINDS - {"step", "safe"}
 
     def __init__(self, out: TextIO | None = None) -> None:
         self.out = out or sys.stdout

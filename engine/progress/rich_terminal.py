@@ -8,7 +8,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from ...schemas.event import Event
+from ...schemas.event import KINDS, Event
 from ...system.keyboard import Keyboard
 from ...system.pace import duration_text, rate_text
 from ...system.process import user_name
@@ -22,6 +22,8 @@ FRAMES_A_SECOND = 8
 
 class RichWatch:
     """Draws the run and takes answers to its questions from the keyboard."""
+
+    kinds = KINDS - {"step", "safe"}
 
     def __init__(self, run: Run, control: Control, console: Console | None = None) -> None:
         self.run = run

@@ -2,7 +2,7 @@
 
 import logging
 from collections import ChainMap
-from collections.abc import Awaitable, Callable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from itertools import count
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...schemas import journal as j
-from ...schemas.event import Event, EventKind
+from ...schemas.event import KINDS, Event, EventKind
 from ...schemas.quantity import quantity
 from ..journal.encode import decode, encode
 from ..journal.history import History
@@ -66,7 +66,8 @@ class Run:
     clock: RunClock = field(default_factory=RunClock)
     past: Past = field(default_factory=Past)
     """What the tree under way found done when it was planted."""
-    listeners: list[Listener] = field(default_factory=list)
+    listeners: dict[Listener, Collection[EventKind]] = field(default_factory=dict)
+    """Who is told what happens, and of what."""
     requests: Requests = field(default_factory=Requests)
     finals: DueFinals = field(default_factory=DueFinals)
     left_undone: dict[str, str] = field(default_factory=dict)
@@ -122,16 +123,25 @@ class Run:
         """Put a record into the journal, durable with the next flush, and learn what it says."""
         self.history.take(self.journal.append(record))
 
+    def listen(self, listener: Listener, kinds: Collection[EventKind] = KINDS) -> None:
+        """Tell a watcher from now on what happens of these kinds."""
+        self.listeners[listener] = kinds
+
+    def is_heard(self, event: EventKind) -> bool:
+        """Whether a watcher wants events of this kind."""
+        return any(event in kinds for kinds in self.listeners.values())
+
     def tell(
         self, event: EventKind, path: str = "", state: str = "", text: str = "", **data: Any
     ) -> None:
         """Notify the watchers; the run does not depend on it."""
-        if self.listeners:
+        listeners = [one for one, kinds in self.listeners.items() if event in kinds]
+        if listeners:
             at = datetime.now(UTC).isoformat(timespec="milliseconds")
             told = Event(
                 event=event, at=at, path=path, state=state, text=text, data=encode(data)
             )  # fmt: skip
-            for listener in list(self.listeners):
+            for listener in listeners:
                 self._hear(listener, told)
 
     def _hear(self, listener: Listener, told: Event) -> None:
@@ -142,8 +152,7 @@ class Run:
             pass
         except Exception:  # whatever is wrong with a watcher, nothing of the run depends on it
             LOG.exception("a watcher of the run failed at %r; it hears nothing more", told.event)
-        if listener in self.listeners:  # not yet dropped by what it made the run tell
-            self.listeners.remove(listener)
+        self.listeners.pop(listener, None)  # or dropped already by what it made the run tell
 
     def log(self, text: str, path: str = "") -> None:
         """A line for the screen."""

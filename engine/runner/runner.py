@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Iterable
 
 from ...schemas import journal as j
+from ...schemas.event import KINDS
 from ...system.files import sync_files
 from ...system.signals import on_end
 from ..check import Checked
@@ -48,14 +49,14 @@ async def run_session(
     session = RunSession(run, checked, connections.clients)
     connections.say = run.log
     run.questions.changed = session.dispatcher.wake.set
-    endpoint = ControlServer(run.folder, session.control, run.questions, session.change.ask)
+    endpoint = ControlServer(run, session.control, session.change.ask)
     notifier: Notifier | None = None
     deaf = on_end(lambda by: session.control.ask("abort", by))
     try:
         await endpoint.open()
-        run.listeners.append(endpoint.publish)
-        for watcher in options.watchers:
-            run.listeners.append(watcher(run, session.control))
+        for make in options.watchers:
+            watcher = make(run, session.control)
+            run.listen(watcher, getattr(watcher, "kinds", KINDS))
         # From here on the run's name is known to a person, so the run must be durable.
         run.journal.flush()
         sync_files(run.folder, CONTRACTS, COPIES)
@@ -63,7 +64,7 @@ async def run_session(
         if checked.lab.lab.notify is not None:
             notifier = Notifier(run, checked.lab.lab.notify)
             run.notify = notifier.send
-            run.listeners.append(notifier.hear)
+            run.listen(notifier.hear, ("question", "finished"))
         async with live_figures(run, options.live_figures):
             ending = await session.execute(records)
         # A lease that is not released lapses, and then its server makes the device safe.

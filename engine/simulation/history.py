@@ -175,7 +175,7 @@ class History:
             return False
         session = RunSession(run, self.checked, clients)
         run.questions.changed = session.dispatcher.wake.set
-        run.listeners.append(self._heard)
+        run.listen(self._heard)
         run.journal.flush()
         self.run, self.session = run, session
         ending = await session.execute(records)

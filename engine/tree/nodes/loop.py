@@ -407,7 +407,7 @@ class Loop(Parent):
         return Failure("NothingSucceeded", f"{which} succeeded", step=self.path)
 
     def _tell(self, state: str, **data: Any) -> None:
-        if self.run.listeners:
+        if self.run.is_heard("iteration"):
             self.run.tell(
                 "iteration", self.path, state, total=self.turns.total, done=self.counts.total(),
                 failed=self.counts["failed"], **data,

@@ -28,8 +28,10 @@ def test_a_watcher_that_fails_hears_nothing_more_and_the_others_hear_all(run, ca
     def broken(event):
         raise RuntimeError("the lamp of the watcher is out")
 
-    run.listeners += [broken, heard.append]
+    run.listen(broken)
+    run.listen(heard.append, ["log"])
     run.log("one")
+    run.tell("step", "main/wait", "running")
     run.log("two")
 
     assert [event.text for event in heard] == ["one", "two"]
@@ -44,21 +46,21 @@ def test_a_watcher_that_fails_while_it_makes_the_run_tell_more_is_dropped_once(r
             run.log("heard")
         raise RuntimeError("the lamp of the watcher is out")
 
-    run.listeners.append(broken)
+    run.listen(broken)
     run.log("one")
 
-    assert run.listeners == [] and "watcher of the run failed" in caplog.text
+    assert run.listeners == {} and "watcher of the run failed" in caplog.text
 
 
 def test_a_reader_that_has_gone_is_no_fault(run, caplog):
     def gone(event):
         raise BrokenPipeError
 
-    run.listeners.append(gone)
+    run.listen(gone)
     with caplog.at_level(logging.DEBUG):
         run.log("one")
 
-    assert run.listeners == [] and caplog.records == []
+    assert run.listeners == {} and caplog.records == []
 
 
 @pytest.mark.slow
