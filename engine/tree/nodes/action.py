@@ -138,6 +138,8 @@ class ActionLeaf(Node):
         while True:
             attempt = frame.next_attempt(self.path)
             past = self.earlier.attempt(self.path, attempt)
+            if past is not None and self.replaying and self.run.history.is_replaced(past):
+                return attempt, past
             if past is None or not (
                 self.earlier.is_behind(past, wanted)
                 or self.earlier.others_came(past, frame.strand or frame.owner.path)
