@@ -11,6 +11,7 @@ have happened all the same.
 import asyncio
 import itertools
 import json
+import os
 import secrets
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator
@@ -71,20 +72,21 @@ class Ledger:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._worker: Worker | None = None
-        self._disk = self._open()
-        self.id = self._fact("ledger", secrets.token_hex(6))
-        # A boot contains its ledger's id, so that a client can see from a goal's boot alone
-        # whether a server that does not know the goal ought to know it.
-        self.boot = f"{self.id}.{secrets.token_hex(4)}"
-        newest, self._newest_hash = self._newest_link()
-        self._numbers, self._changed = itertools.count(newest + 1), 0
-        self.mark = self._mark(newest, self._newest_hash)
-        """The newest change on disk, as `ledger id:number:hash`."""
-        self._with_files: list[str] = [
-            row[0]
-            for row in self._disk.execute("SELECT goal FROM files GROUP BY goal ORDER BY seq")
-        ]
-        self.touched = self._close_open_goals()
+        with _opening(path), ExitStack() as on_failure:
+            self._disk = self._open()
+            on_failure.callback(self._disk.close)
+            self.id = self._fact("ledger", secrets.token_hex(6))
+            # A boot contains its ledger's id, so that a client can see from a goal's boot alone
+            # whether a server that does not know the goal ought to know it.
+            self.boot = f"{self.id}.{secrets.token_hex(4)}"
+            newest, self._newest_hash = self._newest_link()
+            self._numbers, self._changed = itertools.count(newest + 1), 0
+            self.mark = self._mark(newest, self._newest_hash)
+            """The newest change on disk, as `ledger id:number:hash`."""
+            with_files = self._disk.execute("SELECT goal FROM files GROUP BY goal ORDER BY seq")
+            self._with_files: list[str] = [row[0] for row in with_files]
+            self.touched = self._close_open_goals()
+            on_failure.pop_all()
 
     def queued(self, work: Callable[[*Args], T], *args: *Args) -> asyncio.Future[T]:
         """Let a method of this ledger do its work after everything that was queued before it.
@@ -103,37 +105,24 @@ class Ledger:
         return done
 
     def _open(self) -> sqlite3.Connection:
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            with ExitStack() as on_failure:
-                disk = sqlite3.connect(
-                    self.path, isolation_level=None, timeout=LOCK_S, check_same_thread=False
-                )
-                on_failure.callback(disk.close)
-                # It refuses a second server, and needs no shared memory.
-                disk.execute("PRAGMA locking_mode = EXCLUSIVE")
-                disk.execute("PRAGMA journal_mode = WAL")
-                disk.execute("PRAGMA synchronous = FULL")
-                disk.execute("PRAGMA fullfsync = ON")  # of macOS, as `system.files.sync_file`
-                # An older file beside a newer write-ahead log has newest changes, and gaps before.
-                found = disk.execute("PRAGMA quick_check(1)").fetchone()[0]
-                if found != "ok":
-                    raise sqlite3.DatabaseError(found.replace("\n", " "))
-                disk.executescript(TABLES)
-                on_failure.pop_all()
-            return disk
-        except (OSError, sqlite3.Error) as fault:
-            if isinstance(fault, sqlite3.OperationalError) and "locked" in str(fault):
-                raise LedgerInUse(
-                    f"another device server is using {self.path}; stop it, or give this one "
-                    f"another folder"
-                ) from fault
-            if type(fault) is sqlite3.DatabaseError:
-                raise LedgerFault(
-                    f"the ledger {self.path} is damaged: {fault}; move it away with its -wal and start "
-                    f"again: runs that have used it notice, and ask what happened"
-                ) from fault
-            raise LedgerFault(f"the ledger {self.path} cannot be opened: {fault}") from fault
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with ExitStack() as on_failure:
+            disk = sqlite3.connect(
+                self.path, isolation_level=None, timeout=LOCK_S, check_same_thread=False
+            )
+            on_failure.callback(disk.close)
+            # It refuses a second server, and needs no shared memory.
+            disk.execute("PRAGMA locking_mode = EXCLUSIVE")
+            disk.execute("PRAGMA journal_mode = WAL")
+            disk.execute("PRAGMA synchronous = FULL")
+            disk.execute("PRAGMA fullfsync = ON")  # of macOS, as `system.files.sync_file`
+            # An older file beside a newer write-ahead log has newest changes, and gaps before.
+            found = disk.execute("PRAGMA quick_check(1)").fetchone()[0]
+            if found != "ok":
+                raise sqlite3.DatabaseError(found.replace("\n", " "))
+            disk.executescript(TABLES)
+            on_failure.pop_all()
+        return disk
 
     def _fact(self, name: str, value: str) -> str:
         self._disk.execute("INSERT OR IGNORE INTO facts VALUES (?, ?)", (name, value))
@@ -344,6 +333,29 @@ class Ledger:
         if self._worker is not None:
             self._worker.close()
         self._disk.close()
+
+
+@contextmanager
+def _opening(path: Path) -> Iterator[None]:
+    """What keeps a ledger from being opened, as a LedgerFault."""
+    try:
+        yield
+    except (OSError, sqlite3.Error) as fault:
+        if isinstance(fault, sqlite3.OperationalError) and "locked" in str(fault):
+            raise LedgerInUse(
+                f"another device server is using {path}; stop it, or give this one another folder"
+            ) from fault
+        if type(fault) is sqlite3.DatabaseError:
+            raise LedgerFault(
+                f"the ledger {path} is damaged: {fault}; move it away with its -wal and start "
+                f"again: runs that have used it notice, and ask what happened"
+            ) from fault
+        closed = [
+            part for part in (path.parent, path, path.with_name(f"{path.name}-wal"))
+            if part.exists() and not os.access(part, os.R_OK | os.W_OK)
+        ]  # fmt: skip
+        why = f"{closed[0]} may not be written by this user" if closed else fault
+        raise LedgerFault(f"the ledger {path} cannot be opened: {why}") from fault
 
 
 def _hash(previous: bytes, *what: object) -> bytes:

@@ -76,7 +76,7 @@ def _show(folder: Path, file: Path | None, params: dict[str, str], *, yes: bool)
     if not checked.ok:
         print_problems(checked.problems, format="text", file=sys.stderr)
         raise typer.Exit(PROBLEMS)
-    if hold_against(folder.name, checked, records, yes=yes) is None:
+    if hold_against(checked, records, yes=yes) is None:
         raise typer.Exit(PROBLEMS)
 
 

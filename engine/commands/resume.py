@@ -78,6 +78,9 @@ def resume(
     except (FolderFault, JournalFault, UnknownHole, WrongUsage) as fault:
         say(str(fault))
         raise typer.Exit(PROBLEMS) from None
+    except OSError as fault:
+        say(f"cannot resume {run}: {fault.filename}: {fault.strerror}. Nothing was sent.")
+        raise typer.Exit(PROBLEMS) from None
 
 
 def _go_on(
@@ -112,7 +115,7 @@ def _go_on(
     if not checked.ok:
         print_problems(checked.problems, format="text", file=sys.stderr)
         return PROBLEMS
-    reopened = hold_against(folder.name, checked, list(records), yes=yes) if anew else []
+    reopened = hold_against(checked, list(records), yes=yes) if anew else []
     if reopened is None:
         return PROBLEMS
     journal, records, torn = reopen(folder / "journal.jsonl")
@@ -160,13 +163,13 @@ def _holes(number: int) -> str:
 
 
 def hold_against(
-    run_id: str, checked: Checked, records: "Sequence[j.JournalRecord]", *, yes: bool
+    checked: Checked, records: "Sequence[j.JournalRecord]", *, yes: bool
 ) -> list[str] | None:
     """Show the differences; returns the iterations to reopen, or None if the run cannot go on so."""
     from ..runner.change import differences, why_not
     from ..runner.compare import compare
 
-    found = compare(checked, run_id, records)
+    found = compare(checked, records)
     for line in differences(found):
         say(line)
     if why := why_not(found, yes=yes):

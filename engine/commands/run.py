@@ -92,7 +92,7 @@ def start(
     )  # fmt: skip
     try:
         the_run, lock = begin(checked, runs, given or {}, options)
-    except (FolderFault, JournalFault, OSError) as fault:
+    except (FolderFault, JournalFault) as fault:
         say(str(fault))
         return FAILED
     try:
@@ -106,9 +106,9 @@ def begin(
 ) -> "tuple[Run, FolderLock]":
     """A new run, and the lock on its folder, which whoever runs it releases.
 
-    Raises FolderFault, JournalFault or OSError, and then leaves no folder.
+    Raises FolderFault or JournalFault, and then leaves no folder.
     """
-    from ..run.folder import FolderLock, new_run_folder
+    from ..run.folder import FolderFault, FolderLock, new_run_folder
     from ..runner.begin import keep, new_run
 
     assert checked.protocol is not None
@@ -118,8 +118,10 @@ def begin(
         lock = FolderLock(folder)
         lock.take()
         return new_run(folder, checked, options), lock
-    except BaseException:
+    except BaseException as fault:
         shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(fault, OSError):
+            raise FolderFault(f"cannot begin {folder}: {fault.strerror or fault}") from fault
         raise
 
 

@@ -31,6 +31,19 @@ REFUSALS = ("no", "stop")
 
 
 @dataclass(slots=True)
+class InARow:
+    """Goals that have set one thing of a device, with nothing between them that is done again.
+
+    `path`: of the newest one; `first_n`, `path_n`, `last_n`: the first of all, and the first and last of it.
+    """
+
+    path: str
+    first_n: int
+    path_n: int
+    last_n: int
+
+
+@dataclass(slots=True)
 class History(Course):
     """The run as a whole, its work by path (`past`), and its devices.
 
@@ -58,6 +71,10 @@ class History(Course):
     boots: dict[str, str] = field(default_factory=dict)
     once_n: int = 0
     """The newest `once` action that was sent, to any device."""
+    in_a_row: dict[tuple[str, str], InARow] = field(default_factory=dict)
+    """What was set of each device (device, what), and whether something has begun to replace it."""
+    repeatable_n: int = 0
+    """The newest goal of a step that may be done twice."""
     work_n: int = 0
     """The newest record that a changed protocol may be held against: not what a watch has read."""
     plans: dict[str, int | None] = field(default_factory=dict)
@@ -84,6 +101,7 @@ class History(Course):
                 self._spend()
             case j.Changed():
                 self.past.changed = record
+                self.in_a_row.clear()
             case j.Redo():
                 self._take_redo(record)
             case j.Phase():
@@ -123,6 +141,7 @@ class History(Course):
 
     def _take_redo(self, record: j.Redo) -> None:
         """What was done in these iterations is no longer theirs."""
+        self.in_a_row.clear()
         for path in record.iterations:
             loop, _, key = path.rpartition("/")
             self.past.forget(f"{path}/")
@@ -151,8 +170,22 @@ class History(Course):
         if record.effect == "once":
             self.once_n = record.n
             self.order.setdefault(record.device, deque(maxlen=ORDER_KEPT)).append(record.id)
+        elif path.startswith(MAIN) and not path.endswith((LOOKS, "/probe")):
+            if record.sets:
+                self._take_setting(record, path)
+            self.repeatable_n = record.n
         if not path.startswith(MAIN):
             self.touched[record.device] = record.n
+
+    def _take_setting(self, sent: j.GoalSent, path: str) -> None:
+        what, n = (sent.device, sent.sets), sent.n
+        row = self.in_a_row.get(what)
+        if row is None or row.last_n != self.repeatable_n:
+            row = self.in_a_row[what] = InARow(path, n, n, n)
+        elif path != row.path:
+            whole = row.last_n > self.touched.get(sent.device, 0)
+            row.path, row.path_n, row.first_n = path, n, row.first_n if whole else n
+        row.last_n = n
 
     def _take_ended(self, record: j.GoalEnded) -> None:
         path, attempt = split_goal_id(record.id)
@@ -161,11 +194,14 @@ class History(Course):
             return
         sent = past.sent
         self.work_n = self.work_n if path.endswith(LOOKS) else record.n
+        cut = self._was_cut(record, sent)
+        if sent.sets and record.state != "SUCCEEDED" and not cut:
+            self.in_a_row.pop((sent.device, sent.sets), None)  # it may have replaced nothing
         # Asked about under a later lease: it may have ended right after it was sent.
         asked = sent.n < self.leased_n.get(sent.device, 0)
         self.past.goals[path][attempt] = replace(
             past, ended=record, state_n=sent.n if asked else record.n,
-            spent=not past.expired and self._was_cut(record, sent),
+            spent=not past.expired and cut,
         )  # fmt: skip
 
     def _was_cut(self, ended: j.GoalEnded, sent: j.GoalSent) -> bool:
@@ -199,6 +235,7 @@ class History(Course):
         """
         past = self.past
         past.begun_anew, past.spent_n = True, self.last_n
+        self.in_a_row.clear()
         for device in self._cleaned_by_use():
             self.touched[device] = self.last_n + 1
         past.answers = {p: a for p, a in past.answers.items() if a.choice not in REFUSALS}
@@ -269,6 +306,15 @@ class History(Course):
     def is_stale(self, past: PastGoal) -> bool:
         """True when the device was touched since this goal ended, so its state may be lost."""
         return self.touched.get(past.sent.device, 0) > past.state_n
+
+    def is_replaced(self, past: PastGoal) -> bool:
+        """True if what it had set was about to be set otherwise by the next thing that is done again.
+
+        Where its branch or iteration is over, nothing needs it any more: a furnace on its way down is
+        not heated first.
+        """
+        row = self.in_a_row.get((past.sent.device, past.sent.sets))
+        return row is not None and row.first_n <= past.sent.n < row.path_n
 
 
 def read_history(records: Iterable[j.JournalRecord], *, comparing: bool = False) -> History:

@@ -42,7 +42,7 @@ class LiveRun:
         options.watchers = [self._watch, *options.watchers]
         try:
             run, self._lock = begin(checked, runs, given, options)
-        except (FolderFault, JournalFault, OSError) as fault:
+        except (FolderFault, JournalFault) as fault:
             raise Refused(str(fault)) from None
         self.folder: Path = run.folder
         work = Work(f"run {run.id}", lambda: self._run(run, checked, options))

@@ -19,6 +19,7 @@ from ..language.used_files import COPIES, USED
 from ..language.yaml_write import write_yaml
 
 JOURNAL = "journal.jsonl"
+LOCK = "engine.lock"
 PROTOCOL = "protocol.yaml"
 LAB = "lab.yaml"
 CONTRACTS = "contracts"
@@ -174,15 +175,18 @@ def find_run(runs: Path, name: str) -> Path:
 
 
 class FolderLock:
-    """The operating system's lock on a run's folder: one engine at a time, gone with its process."""
+    """The operating system's lock on a run's folder: one engine at a time, gone with its process.
+
+    Its file says which process took it, and where: a copy of the folder has a copy of that.
+    """
 
     def __init__(self, folder: Path) -> None:
-        self.path = folder / "engine.lock"
+        self.path = folder / LOCK
         self._file: IO[str] | None = None
 
     def take(self) -> None:
-        """Take the lock, or raise FolderFault when another engine holds it."""
-        file = self.path.open("a+")
+        """Take the lock, or raise FolderFault: another engine has it, or the folder is a copy of another."""
+        file = self.path.open("a+", encoding="utf-8", errors="surrogateescape")
         try:
             _lock_in_time(file)
         except OSError as fault:
@@ -191,8 +195,17 @@ class FolderLock:
                 f"another engine is running {self.path.parent.name}; "
                 "`labrun runs` shows it, `labrun abort` ends it"
             ) from fault
+        here = self.path.parent.absolute()
+        file.seek(0)
+        there = Path(file.read().partition("\n")[2] or here)
+        if _is_copy(here, there):
+            file.close()
+            raise FolderFault(
+                f"{here} is a copy of {there}, which is still there; this one does not know what has "
+                f"been done there since. Resume that one, or move it away if this is the one that counts"
+            )
         file.truncate(0)
-        file.write(str(os.getpid()))
+        file.write(f"{os.getpid()}\n{here}")
         file.flush()
         self._file = file
 
@@ -201,6 +214,24 @@ class FolderLock:
         if self._file is not None:
             self._file.close()
             self._file = None
+
+
+def engine_of(folder: Path) -> int | None:
+    """The process that took a folder last, whether or not it still has it."""
+    try:
+        return int((folder / LOCK).read_bytes().split(b"\n")[0])
+    except (OSError, ValueError):
+        return None
+
+
+def _is_copy(here: Path, there: Path) -> bool:
+    """True if both have the beginning of one run's journal, and each its own."""
+    ours, theirs = here / JOURNAL, there / JOURNAL
+    try:
+        with ours.open("rb") as one, theirs.open("rb") as other:
+            return not ours.samefile(theirs) and one.readline() == other.readline() != b""
+    except OSError:
+        return False
 
 
 def is_live(folder: Path) -> bool:

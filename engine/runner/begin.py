@@ -98,14 +98,16 @@ def _run(
     folder: Path, checked: Checked, options: RunOptions, journal: Journal, history: History
 ) -> Run:
     assert checked.protocol is not None and checked.lab is not None
+    # A renamed folder is the same run: its goals keep their ids.
+    name = history.started.run if history.started else folder.name
     about = {
-        "id": folder.name,
+        "id": name,
         "name": checked.protocol.name,
         "simulated": checked.lab.lab.simulated,
         "started": history.started.began if history.started else _now(),
     }
     return Run(
-        id=folder.name, folder=folder, journal=journal, history=history, roles=checked.roles,
+        id=name, folder=folder, journal=journal, history=history, roles=checked.roles,
         params=checked.params, about=about,
         questions=Questions(yes=options.yes, answers=options.answers),
     )  # fmt: skip

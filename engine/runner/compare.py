@@ -73,17 +73,17 @@ class Comparison:
     reopened: list[str] = field(default_factory=list)
 
 
-def compare(checked: Checked, run_id: str, records: Sequence[j.JournalRecord]) -> Comparison:
+def compare(checked: Checked, records: Sequence[j.JournalRecord]) -> Comparison:
     """Compare a changed protocol with a journal."""
     with (
         tempfile.TemporaryDirectory(prefix="labrun-compare-") as folder,
         asyncio.Runner(loop_factory=VirtualLoop) as runner,
     ):
-        return runner.run(_compare(checked, run_id, records, Path(folder)))
+        return runner.run(_compare(checked, records, Path(folder)))
 
 
 async def _compare(
-    checked: Checked, run_id: str, records: Sequence[j.JournalRecord], folder: Path
+    checked: Checked, records: Sequence[j.JournalRecord], folder: Path
 ) -> Comparison:
     assert checked.protocol is not None and checked.lab is not None
     history = read_history(records, comparing=True)
@@ -91,11 +91,11 @@ async def _compare(
     journal = _Unwritten(folder / "journal.jsonl", sync=False)
     clock = RunClock.virtual(asyncio.get_running_loop().time)
     about = {
-        "id": run_id, "name": checked.protocol.name, "simulated": checked.lab.lab.simulated,
+        "id": history.started.run, "name": checked.protocol.name, "simulated": checked.lab.lab.simulated,
         "started": history.started.began,
     }  # fmt: skip
     run = Run(
-        id=run_id, folder=folder, journal=journal, history=history, roles=checked.roles,
+        id=history.started.run, folder=folder, journal=journal, history=history, roles=checked.roles,
         params=checked.params, about=about, questions=Questions(yes=True), clock=clock,
         past=history.past.copy(),
     )  # fmt: skip

@@ -174,7 +174,7 @@ class LiveChange:
         if more:
             raise Refused(
                 f"the changed protocol needs {', '.join(more)}, and a live run takes no further device. "
-                f"Abort it, then `labrun resume {self.run.id} --changed FILE`"
+                f"Abort it, then `labrun resume {self.run.folder.name} --changed FILE`"
             )
         return Wanted(checked, given, asked.get("yes") is True, str(asked.get("by", "")))
 
@@ -183,7 +183,7 @@ class LiveChange:
         from .compare import compare
 
         records = takewhile(lambda record: record.n <= n, Records(self.run.journal.path))
-        found = compare(wanted.checked, self.run.id, list(records))
+        found = compare(wanted.checked, list(records))
         if why := why_not(found, yes=wanted.yes):
             raise Refused(why)
         return keep_change(self.run.folder, wanted.checked, wanted.given, changes, found.reopened)

@@ -60,7 +60,9 @@ async def run_session(
         # From here on the run's name is known to a person, so the run must be durable.
         run.journal.flush()
         sync_files(run.folder, CONTRACTS, COPIES)
-        run.tell("run", run.id, "running", checked.protocol.name if checked.protocol else "")
+        run.tell(
+            "run", run.folder.name, "running", checked.protocol.name if checked.protocol else ""
+        )
         if checked.lab.lab.notify is not None:
             notifier = Notifier(run, checked.lab.lab.notify)
             run.notify = notifier.send
@@ -106,7 +108,7 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
         run.log(line)
     holes = run.history.hole_count
     run.tell(
-        "finished", run.id, ending.fate, ending.reason, holes=holes, outputs=encode(outputs),
+        "finished", run.folder.name, ending.fate, ending.reason, holes=holes, outputs=encode(outputs),
         folder=str(run.folder), detail=ending.detail, points=run.history.points().words(holes),
         resumable=ending.fate != "succeeded" and not run.history.is_through,
     )  # fmt: skip

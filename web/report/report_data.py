@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ...engine.run.folder import FolderLock, is_live
+from ...engine.run.folder import engine_of, is_live
 from .counts import JournalDigest
 from .files import Inventory, KeptFile, take_inventory
 from .inputs import Inputs, read_inputs
@@ -82,7 +82,4 @@ def _is_run_by_another(folder: Path) -> bool:
     """True while another engine holds the run; not for the one making this report at the run's end."""
     if not is_live(folder):
         return False
-    try:
-        return FolderLock(folder).path.read_text().strip() != str(os.getpid())
-    except OSError:
-        return True
+    return engine_of(folder) != os.getpid()

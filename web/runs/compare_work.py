@@ -28,7 +28,7 @@ def changes(asked: dict[str, Any]) -> dict[str, Any]:
     if not checked.ok:
         problems = found_problems(checked, Path(asked["folder"]))
         raise problems_refused(problems, "the changed protocol")
-    found = compare(checked, folder.name, records)
+    found = compare(checked, records)
     words = dict.fromkeys(one.words() for one in found.differences if one.was is not None)
     return {
         "can_resume": not found.undone, "agreeing": found.agreeing, "different": list(words)[:MOST],

@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+from ...engine.run.folder import LOCK, engine_of
 from ...system.process import alive, apart
 
 RUN = re.compile(r"^run (\S+)$", re.MULTILINE)
@@ -44,13 +45,11 @@ def began_at(folder: Path) -> float | None:
 
     For a minute only: later its process id may belong to another program.
     """
-    lock = folder / "engine.lock"
     try:
-        took = lock.stat().st_mtime
-        pid = int(lock.read_text(encoding="ascii"))
-    except (OSError, ValueError):
+        took = (folder / LOCK).stat().st_mtime
+    except OSError:
         return None
-    return took if time.time() - took < UP_S and alive(pid) else None
+    return took if time.time() - took < UP_S and alive(engine_of(folder)) else None
 
 
 def _words(log: Path) -> str:

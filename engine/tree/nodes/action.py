@@ -139,6 +139,8 @@ class ActionLeaf(Node):
             past = self.earlier.attempt(self.path, attempt)
             if past is None:
                 return attempt, None
+            if self.replaying and self.run.history.is_replaced(past):
+                return attempt, past
             wanted = means(self.plan.role, self.plan.action_name, arguments)
             if not (
                 self.earlier.is_behind(past, wanted)

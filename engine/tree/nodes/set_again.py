@@ -41,7 +41,7 @@ def settings_of(
     for past in sorted(kept, key=lambda past: past.sent.n):
         sent = past.sent
         role = next((role for role in run.roles.values() if role.device == sent.device), None)
-        if role is None or not run.history.is_stale(past):
+        if role is None or not run.history.is_stale(past) or run.history.is_replaced(past):
             continue
         action = role.contract.actions.get(sent.action)
         if action is None or not action.sets:

@@ -163,6 +163,16 @@ def test_a_file_that_is_no_ledger_is_a_sentence(path):
         Ledger(path)
 
 
+def test_a_ledger_that_can_be_read_and_not_written_is_a_sentence(path, monkeypatch):
+    Ledger(path).close()
+    disk = sqlite3.connect(path, isolation_level=None)
+    disk.execute("PRAGMA query_only = ON")  # as where its write-ahead log may not be written
+    monkeypatch.setattr(sqlite3, "connect", lambda at, **more: disk)
+
+    with pytest.raises(LedgerFault, match="cannot be opened: attempt to write a readonly database"):
+        Ledger(path)
+
+
 def test_an_older_file_beside_the_newest_write_ahead_log_is_no_ledger(path):
     ledger = Ledger(path)
     ledger._disk.execute("PRAGMA synchronous = OFF")

@@ -12,11 +12,13 @@ from labrun.schemas.messages import GoalError
 STARTED = j.Started(n=1, run="r", protocol="p", labrun="0", python="3")
 LOST = GoalError(name="Lost", message="", happened="no")
 
+BROKEN = GoalError(name="Broken", happened="no")
 
-def sent(n, path="main/scan/0/shoot", attempt=1, device="a", epoch=1):
+
+def sent(n, path="main/scan/0/shoot", attempt=1, device="a", epoch=1, effect="idempotent", sets=""):
     return j.GoalSent(
-        n=n, id=f"r/{path}/{attempt}", device=device, action="act", effect="idempotent",
-        boot="b", ledger="l", epoch=epoch, means="m",
+        n=n, id=f"r/{path}/{attempt}", device=device, action="act", effect=effect,
+        boot="b", ledger="l", epoch=epoch, means="m", sets=sets,
     )  # fmt: skip
 
 
@@ -73,9 +75,8 @@ def test_each_time_that_finally_begins_is_counted():
 
 
 def test_failures_before_the_end_of_a_run_are_spent_when_it_goes_on():
-    broken = GoalError(name="Broken", happened="no")
     records = [
-        STARTED, sent(2), ended(3, error=broken), j.Finished(n=4, fate="failed"),
+        STARTED, sent(2), ended(3, error=BROKEN), j.Finished(n=4, fate="failed"),
         j.Resumed(n=5, count=1, labrun="0"),
     ]  # fmt: skip
 
@@ -168,3 +169,33 @@ def test_the_newest_mark_of_a_device_is_remembered():
     history.take(j.Marked(n=9, device="a", mark="newer"))
 
     assert history.marks == {"a": "newer"}
+
+
+def is_replaced(*records):
+    """Whether what was set first was about to be set otherwise."""
+    up = [sent(2, path="main/up", sets="heat"), ended(3, path="main/up")]
+    history = read_history([STARTED, *up, *records])
+    return history.is_replaced(history.past.goal("main/up", 1))
+
+
+def test_what_was_set_is_replaced_by_the_next_thing_that_sets_it():
+    down = sent(6, path="main/down", sets="heat")
+    ends = ended(7, path="main/down"), ended(7, path="main/down", error=BROKEN)
+    stopped = ended(7, path="main/down", error=GoalError(name="Stopped", happened="unknown"))
+    safe = j.SafeState(n=4, device="a", confirmed=True)
+    redo = j.Redo(n=8, iterations=[], pass_number=2, by="Ada")
+
+    assert is_replaced(down)
+    assert is_replaced(sent(4, effect="once"), down, ends[0])
+    assert is_replaced(down, stopped, sent(8, path="main/down", attempt=2, sets="heat"))
+    assert is_replaced(down, sent(8, path="main/off", sets="heat"))
+    assert not is_replaced()
+    assert not is_replaced(sent(4, effect="pure"), down)  # which is read again
+    assert not is_replaced(sent(6, path="main/down", sets="channel 2"))
+    assert not is_replaced(safe, down)
+    assert not is_replaced(sent(6, path="main/up", attempt=2, sets="heat"))
+    assert not is_replaced(down, ends[1])  # it may have set nothing
+    assert not is_replaced(down, redo)
+    assert not is_replaced(
+        down, j.Finished(n=8, fate="failed"), j.Resumed(n=9, count=1, labrun="0")
+    )

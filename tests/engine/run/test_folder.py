@@ -1,6 +1,7 @@
 """One engine holds a run's folder; a check whether there is one never gets in its way."""
 
 import os
+import shutil
 import threading
 
 import pytest
@@ -10,6 +11,7 @@ from labrun.engine.run.folder import (
     JOURNAL,
     FolderFault,
     FolderLock,
+    engine_of,
     find_run,
     is_live,
     keep_inputs,
@@ -44,6 +46,28 @@ def test_a_second_engine_is_told_that_there_is_one(tmp_path):
     with pytest.raises(FolderFault, match=f"another engine is running {tmp_path.name}"):
         FolderLock(tmp_path).take()
     first.release()
+
+
+def test_a_copy_of_a_run_is_not_gone_on_with_beside_the_run_itself(tmp_path):
+    """Each would do what the other has done since."""
+    folder, copy = tmp_path / "runs" / "a", tmp_path / "copies" / "a"
+    engine = FolderLock(folder)
+    folder.mkdir(parents=True)
+    (folder / JOURNAL).write_text("started\n")
+    engine.take()
+    engine.release()
+    shutil.copytree(folder, copy)
+    with (copy / JOURNAL).open("a") as journal:
+        journal.write("more\n")
+
+    with pytest.raises(FolderFault, match=rf"a is a copy of {folder}, which is still there"):
+        FolderLock(copy).take()
+    folder.rename(tmp_path / "elsewhere")
+    engine = FolderLock(copy)
+    engine.take()
+    engine.release()
+
+    assert engine_of(copy) == os.getpid()
 
 
 def test_an_engine_gets_its_folder_although_others_look_at_it_all_the_time(tmp_path):

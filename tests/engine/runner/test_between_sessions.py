@@ -223,3 +223,19 @@ def test_a_shot_that_a_person_has_denied_is_fired_by_the_next_session(own_device
 
     assert (first.status, ran.status, ran.sent()) == (1, 0, ["shot", "shot"])
     assert [r.choice for r in ran.records if r.kind == "answered"] == ["did_not_happen"]
+
+
+def test_a_run_whose_folder_was_renamed_keeps_the_ids_of_its_goals(own_device):
+    """By these its devices know what they did: under another id a shot in flight was fired again."""
+    device = own_device()
+    first = device.run('steps: [{do: a.shoot, with: {name: shot, script: "Broken,ok"}}]')
+    first_goals = {r.id for r in first.records if r.kind == "goal"}
+    (folder,) = device.folder.glob("runs/*")
+    folder.rename(folder.with_name("the good one"))
+
+    ran = device.resume()
+
+    goals = [r.id for r in ran.records if r.kind == "goal"]
+    assert ran.status == 0
+    assert goals[0] in first_goals
+    assert {goal.partition("/")[0] for goal in goals} == {folder.name}

@@ -178,3 +178,27 @@ steps:
     ran = bench.resume()
 
     assert (ran.status, ran.sent) == (0, ["x", "y", "z1", "z2"])
+
+
+def test_after_a_kill_what_an_alternative_has_begun_to_replace_is_not_set_first(bench):
+    """The engine is killed while the alternative sets otherwise (`sets`) what the steps had set, with nothing
+    between that is done again -> Resume does not set the old value first: a furnace on its way down is
+    not heated."""
+    bench.kill(
+        """
+steps:
+  - id: it
+    steps:
+      - {id: up, do: a.tune, with: {name: up, x: 1 mm}}
+      - {do: a.shoot, with: {name: hold, script: Broken}}
+    fallback:
+      - - {id: down, do: a.tune, with: {name: down, x: 1 mm, seconds: 0.2}}
+        - {id: after, do: a.tune, with: {name: after, x: 2 mm, seconds: 0.2}}
+""",
+        "feedback main/it/f1/down",
+    )
+    bench.kill_again("feedback main/it/f1/after")
+
+    ran = bench.resume()
+
+    assert (ran.status, ran.sent) == (0, ["up", "hold", "down", "down", "after", "down", "after"])

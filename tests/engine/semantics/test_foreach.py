@@ -195,15 +195,16 @@ steps:
     steps:
       - {do: a.tune, with: {name: "outer${{ i }}", x: 2 mm}, when: "${{ i == 1 }}"}
       - {do: a.tune, with: {name: "low${{ i }}", x: 3 mm}}
+      - {do: b.act, with: {name: "look${{ i }}"}}
       - foreach: {j: [1, 2, 3]}
         steps:
           - {do: a.tune, with: {name: "high${{ i }}${{ j }}", x: 3 mm}, when: "${{ j < 3 }}"}
           - {do: a.shoot, with: {name: "shot${{ i }}${{ j }}"}}
 """,
-        "goal main/1/1/2/2/1",
+        "goal main/1/1/3/2/1",
     )
     bench.laboratory.live_until(
-        "ended main/1/1/2:again",
+        "ended main/1/1/3:again",
         ["resume", "last", "--runs", bench.folder / "runs"],
         bench.folder / "words.txt",
     )
@@ -211,7 +212,7 @@ steps:
     ran = bench.resume()
 
     assert ran.status == 0
-    again = ["first", "outer1", "high12", "low2", "high22"]
+    again = ["first", "outer1", "high12", "low2", "look2", "high22"]
     assert ran.sent[ran.sent.index("high22") :] == ["high22", "shot22", *again, *again, "shot23"]
 
 

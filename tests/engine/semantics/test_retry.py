@@ -174,3 +174,21 @@ def test_a_run_that_failed_has_all_attempts_again(bench):
     ran = bench.resume()
 
     assert (ran.status, ran.sent) == (0, ["x"] * 4)
+
+
+def test_a_retried_group_that_had_failed_goes_on_in_its_last_turn(bench):
+    """A retried group has failed, and the run is resumed -> What its earlier turns had set is set again; the
+    last one begins anew, with all attempts."""
+    bench.run("""
+steps:
+  - id: it
+    retry: 2
+    steps:
+      - {do: a.act, with: {name: low}}
+      - {do: a.shoot, with: {name: x, script: "Broken,Broken,ok"}}
+""")
+
+    ran = bench.resume()
+
+    assert (ran.status, ran.sent) == (0, ["low", "x", "low", "x", "low", "low", "x"])
+    assert "main/it/r2/it/1/2" in [r.id.partition("/")[2] for r in ran.records if r.kind == "goal"]
