@@ -149,10 +149,11 @@ def _check_plainly(files: list[str]) -> None:
     """`labrun check FILE...`: without options nothing has to understand them, a third of the time."""
     from pathlib import Path
 
-    from ..system.start import collector_at_rest, spare_plugins
+    from ..system.start import collector_at_rest, patterns_when_used, spare_plugins
 
-    with collector_at_rest():
+    with collector_at_rest(), patterns_when_used():
         spare_plugins()
+        importlib.import_module("yaml")  # for its patterns; what reads a file imports it later
         of_files = importlib.import_module(".commands.check_files", __package__)
     status = of_files.check_files([Path(file) for file in files])
     for stream in filter(None, (sys.stdout, sys.stderr)):

@@ -7,14 +7,9 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import (
-    Discriminator,
-    Field,
-    StringConstraints,
-    Tag,
-    ValidationInfo,
-    field_validator,
-)
+from pydantic import Field, StringConstraints, ValidationInfo, field_validator
+from pydantic.json_schema import models_json_schema
+from pydantic_core import PydanticCustomError, core_schema
 from typing_extensions import TypeAliasType
 
 from .model import Model
@@ -351,29 +346,53 @@ def _list_fields(kind: type[StepBase]) -> list[tuple[str, str]]:
     return [(key, name) for key, name in STEP_LISTS.items() if name in kind.model_fields]
 
 
+@cache
+def _kinds() -> dict[str, type[StepBase]]:
+    return {kind.KIND: kind for kind in STEP_KINDS}
+
+
+def _read_step(value: Any) -> StepBase:
+    if isinstance(value, StepBase):
+        return value
+    kind = step_kind(value)
+    if kind is None:
+        raise PydanticCustomError("step", "a step is a mapping with a keyword")
+    return _kinds()[kind].model_validate(value)
+
+
+class EachByItsKind:
+    """A step is read by the model of its kind, whose validator is built when one is met.
+
+    Those of all kinds would take longer to build than everything else of a protocol.
+    """
+
+    @staticmethod
+    def __get_pydantic_core_schema__(source: Any, handler: Any) -> Any:
+        return core_schema.no_info_plain_validator_function(_read_step)
+
+    @staticmethod
+    def __get_pydantic_json_schema__(schema: Any, handler: Any) -> dict[str, Any]:
+        return {}
+
+
+def protocol_as_json_schema() -> dict[str, Any]:
+    """The JSON Schema of a protocol, with every kind of step among its `$defs`."""
+    models = [(model, "validation") for model in (Protocol, *STEP_KINDS)]
+    _, made = models_json_schema(models, by_alias=True)  # pyright: ignore[reportArgumentType]
+    defs = made["$defs"]
+    protocol = defs.pop("Protocol")
+    defs["Step"] = {"oneOf": [{"$ref": f"#/$defs/{kind.__name__}"} for kind in STEP_KINDS]}
+    return {"$defs": dict(sorted(defs.items())), **protocol}
+
+
 Step = TypeAliasType(
     "Step",
     Annotated[
-        Annotated[Do, Tag("do")]
-        | Annotated[Parallel, Tag("parallel")]
-        | Annotated[AnyOf, Tag("any")]
-        | Annotated[Foreach, Tag("foreach")]
-        | Annotated[Repeat, Tag("repeat")]
-        | Annotated[While, Tag("while")]
-        | Annotated[If, Tag("if")]
-        | Annotated[Use, Tag("use")]
-        | Annotated[Group, Tag("steps")]
-        | Annotated[Confirm, Tag("confirm")]
-        | Annotated[Ask, Tag("ask")]
-        | Annotated[Wait, Tag("wait")]
-        | Annotated[Set, Tag("set")]
-        | Annotated[Require, Tag("require")]
-        | Annotated[Log, Tag("log")]
-        | Annotated[Notify, Tag("notify")]
-        | Annotated[Fail, Tag("fail")],
-        Discriminator(step_kind),
+        Do | Parallel | AnyOf | Foreach | Repeat | While | If | Use | Group | Confirm | Ask | Wait | Set
+        | Require | Log | Notify | Fail,
+        EachByItsKind,
     ],
-)
+)  # fmt: skip
 
 
 class Protocol(Model):

@@ -2,6 +2,7 @@
 
 import gc
 import os
+import re
 import sys
 import threading
 from collections.abc import Iterator
@@ -30,6 +31,33 @@ def collector_at_rest() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
+
+
+@contextmanager
+def patterns_when_used() -> Iterator[None]:
+    """In the block, `re.compile` gives patterns that are compiled when something of them is first used.
+
+    A program imports hundreds and a short one uses few; a single one of PyYAML's would take a
+    fifteenth of a check.
+    """
+    re.compile = _Pattern  # pyright: ignore[reportAttributeAccessIssue]
+    try:
+        yield
+    finally:
+        re.compile = _compile
+
+
+_compile = re.compile
+
+
+class _Pattern:
+    def __init__(self, pattern: Any, flags: Any = 0) -> None:
+        self._of = (pattern, flags)
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(_compile(*self._of), name)
+        setattr(self, name, found)  # the next time it is there
+        return found
 
 
 @contextmanager

@@ -17,6 +17,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from html.parser import HTMLParser
+from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -152,7 +153,20 @@ def faults(folder: Path) -> Iterator[str]:
 def main(argv: list[str]) -> int:
     """Build, and say what does not hold."""
     folder = Path(argv[0]).resolve() if argv else TARGET
-    build(ROOT, folder)
+    if any(find_spec(name) is None for name in ("mkdocs", "material")):
+        install = f'{sys.executable} -m pip install "{ROOT}[docs]"'
+        print(
+            f"MkDocs and Material for MkDocs are not installed; add them with: {install}",
+            file=sys.stderr,
+        )
+        return 1
+    try:
+        build(ROOT, folder)
+    except subprocess.CalledProcessError as fault:  # MkDocs has said what does not hold
+        print(
+            f"MkDocs ended with status {fault.returncode}; {folder} is as it was", file=sys.stderr
+        )
+        return 1
     found = list(faults(folder))
     for one in found:
         print(one, file=sys.stderr)

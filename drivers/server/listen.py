@@ -7,6 +7,7 @@ import ssl
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
 from typing import Any
+from urllib.parse import urlsplit
 
 import uvicorn
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
@@ -64,6 +65,26 @@ def bind(host: str, port: int) -> socket.socket:
         listener.close()
         raise
     return listener
+
+
+def for_other_machines(host: str, url: str) -> str:
+    """`; other machines reach it at ...`, for a server that listens on all addresses of this one."""
+    if host not in ("", "0.0.0.0", "::"):
+        return ""
+    at = urlsplit(url)
+    family, away = (
+        (socket.AF_INET6, "2001:db8::1") if host == "::" else (socket.AF_INET, "192.0.2.1")
+    )
+    names = [socket.gethostname()]
+    with socket.socket(family, socket.SOCK_DGRAM) as asked, contextlib.suppress(OSError):
+        asked.connect(
+            (away, 9)
+        )  # nothing is sent: the kernel only chooses the address it would send from
+        own = asked.getsockname()[0]
+        names.insert(0, f"[{own}]" if ":" in own else own)
+    return (
+        f"; other machines reach it at {' or '.join(f'{at.scheme}://{n}:{at.port}' for n in names)}"
+    )
 
 
 @asynccontextmanager

@@ -134,13 +134,14 @@ async def _serve(configs: list[dict], timeout_s: float) -> int:
 
 async def _start(configs: list[dict], timeout_s: float, servers: list, keeping: list) -> None:
     from ...drivers.client.launch import keep_running, start_patiently
+    from ...drivers.server.listen import for_other_machines
     from ...system.tasks import spawn
 
     for config in configs:
         folder, names = Path(config["folder"]), ", ".join(config["devices"])
         server = await start_patiently(config, folder, timeout_s=timeout_s, say=say)
         servers.append(server)
-        typer.echo(f"{names} at {server.url}")
+        typer.echo(f"{names} at {server.url}{for_other_machines(config['host'], server.url)}")
         kept = keep_running(server, config, folder, timeout_s=timeout_s)
         keeping.append(spawn(f"keep the server of {names}", kept))
     typer.echo(f"ledgers and logs in {Path(configs[0]['folder']).parent}")

@@ -10,7 +10,15 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import model_json_schema
 
-from ...schemas.protocol import STEP_LISTS, Defaults, KeepGoing, Protocol, Retry, Until, Watch
+from ...schemas.protocol import (
+    STEP_LISTS,
+    Defaults,
+    KeepGoing,
+    Retry,
+    Until,
+    Watch,
+    protocol_as_json_schema,
+)
 from ..language.shape import FORMS
 from .values import Shape, condition, count, items, names, time
 from .words import about, choices_for, words_for
@@ -94,7 +102,7 @@ def _raw(model: type[BaseModel]) -> dict[str, Any]:
 @cache
 def _all_models() -> dict[str, dict[str, Any]]:
     """Made once: pydantic takes a tenth of a second for every model that contains steps."""
-    made = model_json_schema(Protocol, by_alias=True)
+    made = protocol_as_json_schema()
     return {**made["$defs"], "Protocol": made}
 
 

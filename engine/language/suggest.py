@@ -1,7 +1,6 @@
 """Guess what was meant by a mistyped name."""
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 MEANT = {
     "action": "do", "call": "do",
@@ -30,6 +29,8 @@ def closest(name: str, options: Iterable[str]) -> str | None:
     meant = MEANT.get(name.casefold())
     if meant in folded:
         return folded[meant]
+    from difflib import get_close_matches  # not at the top: most files have no mistyped names
+
     found = get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
     return folded[found[0]] if found else None
 

@@ -3,12 +3,10 @@
 from typing import Any
 
 from ...system.start import collector_at_rest
-from .json_tree import JsonReader
 from .yaml_libyaml import Unlike, read_by_libyaml
 from .yaml_lines import Lines
 from .yaml_node import Node, YamlFault
 from .yaml_tree import Composer
-from .yaml_words import in_words
 
 Reading = tuple[Node | None, list[YamlFault], bool]
 """The root, the faults, and whether the whole text was read."""
@@ -22,6 +20,8 @@ def read_nodes(text: str, lines: Lines, *, json: bool) -> Reading:
 
 def _read(text: str, lines: Lines, json: bool) -> Reading:
     if json or text.lstrip()[:1] in ("{", "["):
+        from .json_tree import JsonReader  # not at the top: most files are YAML, and without faults
+
         reader = JsonReader(text)
         try:
             return reader.read(), reader.faults, True
@@ -53,6 +53,8 @@ def read_by_ruamel(text: str, lines: Lines) -> Reading:
 
 def _unless_told(fault: Any, told: list[YamlFault], lines: Lines) -> list[YamlFault]:
     """The parser's fault, unless it follows from a `{{ x }} mm` that is already reported."""
+    from .yaml_words import in_words
+
     found = in_words(fault, lines)
     line = lines.place(found.start)[0]
     braces = (other for other in told if other.code == "E109")

@@ -27,8 +27,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.needs("node")]
 def server(request, tmp_path_factory):
     """The server's files beside what npm has for them: a script finds its modules there."""
     folder = tmp_path_factory.mktemp("javascript")
-    for file in ("server.mjs", "device.mjs", "ledger.mjs", "pump.mjs", "pump.json", "package.json"):
-        shutil.copy(FOLDER / file, folder)
+    for file in (*FOLDER.glob("*.mjs"), *FOLDER.glob("*.json")):
+        shutil.copy(file, folder)
     (folder / "node_modules").symlink_to(installed(FOLDER, "socketio") / "node_modules")
     if request.cls is not None:
         request.cls.server = folder / "server.mjs"
@@ -55,6 +55,28 @@ class TestPump(ServerKeepsContract):
 
     def is_safe(self, status):
         return status["flowing"] is False
+
+
+class TestStage(ServerKeepsContract):
+    """The one of a hundred lines, which has no ledger and needs none."""
+
+    case = Case(
+        contract=FOLDER / "stage.json",
+        device="stage",
+        good={"move_to": {"x": 60}, "halt": {}},
+        bad={"move_to": [{"x": "3 mm"}, {}], "halt": [{"hard": True}]},
+        lasting="move_to",
+    )
+
+    def command(self, folder, *, slow):
+        return ["node", str(self.server.with_name("small-server.mjs")), "0"]
+
+    def asked(self, folder):
+        said = (folder / "server.log").read_text().splitlines()
+        return [line.rpartition("stage.")[2] for line in said]
+
+    def is_safe(self, status):
+        return status["moving"] is False
 
 
 def notes(folder):

@@ -96,3 +96,10 @@ def test_what_does_not_hold_is_told_in_sentences(site, tmp_path):
         "a.html: gone.html leads nowhere",
         "a.html: fetches https://x.org/a.js",
     ]
+
+
+def test_where_mkdocs_is_missing_the_line_that_adds_it_is_told(site, monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(site, "find_spec", lambda name: None)
+
+    assert site.main([str(tmp_path / "site")]) == 1
+    assert '[docs]"' in capsys.readouterr().err

@@ -4,17 +4,17 @@ import jsonschema
 import pytest
 
 from labrun.schemas.contracts import contracts_as_json
-from labrun.schemas.generate import CONTRACTS, FOLDER, MODELS, schema_text
+from labrun.schemas.generate import CONTRACTS, FOLDER, NAMES, schema_text
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", NAMES)
 def test_a_committed_schema_is_the_model_s_own(name):
     committed = (FOLDER / f"{name}.schema.json").read_text(encoding="utf-8")
 
     assert committed == schema_text(name), "run `python -m labrun.schemas.generate`"
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", NAMES)
 def test_every_schema_is_a_valid_2020_12_schema(name):
     import json
 
@@ -24,7 +24,7 @@ def test_every_schema_is_a_valid_2020_12_schema(name):
 def test_no_schema_is_left_behind_by_a_model_that_is_gone():
     committed = {path.name.removesuffix(".schema.json") for path in FOLDER.glob("*.json")}
 
-    assert committed == set(MODELS)
+    assert committed == set(NAMES)
 
 
 def test_the_contracts_as_json_are_those_in_yaml():

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from labrun.schemas.contracts import shipped_contracts
-from labrun.system.start import later, without
+from labrun.system.start import later, patterns_when_used, without
 
 HEAVY = {
     "aiohttp", "cv2", "dask", "fastapi", "jsonschema", "matplotlib", "numba", "numpy", "pandas",
@@ -134,6 +134,17 @@ def test_after_the_block_it_is_imported_as_ever(package: Path):
 
     assert package.exists()
     assert type(heavy_one).__module__ == "builtins"
+
+
+def test_a_pattern_is_compiled_when_it_is_first_used():
+    with patterns_when_used():
+        pattern, broken = re.compile("(A)b", re.IGNORECASE), re.compile("(")
+
+    assert pattern.sub(r"\1", "xab") == "xa"
+    assert (pattern.pattern, pattern.groups) == ("(A)b", 1)
+    assert isinstance(re.compile("a"), re.Pattern)
+    with pytest.raises(re.error):
+        broken.match("a")
 
 
 def test_one_thread_does_without_a_library_and_another_has_it(package: Path):

@@ -115,6 +115,7 @@ def _serve(options: "Options", *, browser: bool) -> None:
     import asyncio
     import logging
 
+    from ...drivers.server.listen import for_other_machines
     from ...engine.lab.lab import load_lab
     from ...engine.problems.print import print_problems
     from ...system.page import HOW, why_no_page
@@ -129,7 +130,7 @@ def _serve(options: "Options", *, browser: bool) -> None:
         raise typer.Exit(PROBLEMS)
 
     def ready(address: str, first: str) -> None:
-        typer.echo(f"labrun web at {address}")
+        typer.echo(f"labrun web at {address}{for_other_machines(options.host, address)}")
         typer.echo(
             f"protocols in {options.protocols}, runs in {options.runs}; press Ctrl-C to stop"
         )

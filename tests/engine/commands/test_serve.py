@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from labrun.drivers.server.listen import for_other_machines
 from labrun.system.process import alive
 
 LAB = "name: mine\nsimulated: true\ndevices: {b: {contract: balance@1, driver: sim_balance}}\n"
@@ -52,6 +54,16 @@ def test_a_lab_has_one_folder_from_wherever_it_is_served_and_another_lab_another
         other = folder_of(line)
 
     assert first == again != other
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", ""])
+def test_who_listens_on_every_address_says_what_another_machine_can_use(host):
+    said = for_other_machines(host, "https://127.0.0.1:4101")
+
+    assert said.startswith("; other machines reach it at https://")
+    assert said.endswith(f"https://{socket.gethostname()}:4101")
+    assert "127.0.0.1" not in said
+    assert for_other_machines("10.0.0.7", "http://10.0.0.7:4101") == ""
 
 
 @pytest.mark.slow
