@@ -16,6 +16,7 @@ from pathlib import Path
 
 from labrun.drivers.driver import GoalContext, Place
 from labrun.drivers.grbl.gantry import Grbl
+from labrun.drivers.motion.bench import LETTERS
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 STEP_MM = 0.2
@@ -62,6 +63,7 @@ async def main(moves: int, rounds: int, port: str) -> None:
             await driver.open()
             await driver.home(GoalContext("home"))
             await driver.move_to(GoalContext("begin"), x=1)
+            letter, begin = driver.bench.to_machine(0, 1.0)
             took, written = await driven(driver, moves)
             times["driver"].append(took)
             await driver.close()
@@ -72,7 +74,8 @@ async def main(moves: int, rounds: int, port: str) -> None:
                 serial.read(serial.in_waiting)
                 serial.write(b"$H\n")
                 serial.read_until(b"ok")
-                bare(serial, [b"G21G90G94G53G0X-804.0000\n", b"G4P0\n"])
+                line = f"G21G90G94G53G0{LETTERS[letter]}{begin:.4f}\n"
+                bare(serial, [line.encode(), b"G4P0\n"])
                 times["bare loop"].append(bare(serial, written))
     for name, found in times.items():
         print(f"{name:<10} {1e3 * statistics.median(found) / moves:8.2f} ms a move")

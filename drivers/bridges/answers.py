@@ -28,10 +28,14 @@ DASHES = re.compile(r"[-*?]{2,}|n/?a$", re.I)
 UNITS = {
     "vdc": "V", "vac": "V", "adc": "A", "aac": "A", "ohms": "ohm", "ohm4w": "ohm", "ohms4w": "ohm",
     "secs": "s", "sec": "s", "deg c": "degC", "deg f": "degF", "°c": "degC", "°f": "degF",
-    "c": "degC", "f": "degF", "celsius": "degC", "kohm": "kohm", "mohm": "megaohm",
+    "c": "degC", "f": "degF", "celsius": "degC", "kohm": "kohm",
     "cel": "degC", "volts": "V", "amps": "A", "%rh": "%", "nm": "N*m", "cts": "count", "g": "gauss",
 }  # fmt: skip
 """What instruments write -> the unit, where pint does not know it or knows another one."""
+MEGA = {"MHZ": "MHz", "MOHM": "megaohm", "MOHMS": "megaohm"}
+"""In capitals M is milli or mega; of these SCPI (volume 1, 7.1) says that it is mega."""
+UNIT = re.compile(r"[\w%°µμΩ/*^·() +.-]+")
+"""What a unit is written with: a mark behind it says something else, that a balance does not stand still."""
 SEPARATOR = re.compile(r"[,;\s]+")
 OWN = ("scale", "offset", "base", "bit", "words", "power", *FORMS)
 """How a value is written, as a lab says it: value = what is written × scale + offset."""
@@ -243,6 +247,16 @@ def none_for(name: str, words: str, schema: Mapping[str, Any]) -> None:
 
 
 def _in_unit(number: float, written: str, unit: str) -> float:
+    picks = "an `answer: '(.*) ...'` picks the number"
+    if not UNIT.fullmatch(written):
+        raise BadAnswer(f"{written!r}, which stands behind the number, is no unit; {picks}")
+    if written.isupper() and written.lower() == unit.lower():
+        return number  # in capitals, as some write all that they say
+    written = MEGA.get(written, written)
+    if written.isascii() and written.isupper() and written[0] == "M":
+        sizes = [name for name in _any_case(written) if _fits(name, unit)]
+        if {name[:4] for name in sizes} >= {"mill", "mega"}:
+            raise BadAnswer(f"{written} may be {' or '.join(sorted(sizes))}; {picks}")
     for name in dict.fromkeys((written, UNITS.get(written.lower(), written))):
         try:
             return magnitude_in(quantity(number, name), unit)

@@ -27,6 +27,8 @@ ABORTED_S = 2.0
 STATUS_S = 1.5
 COUNT_S, COUNT_AGAIN_S = 45.0, 0.25
 """How long a probe watches a count; it has 60 s."""
+TURN = 3
+"""How many times its `timeout` a device waits for a shared line; one that is silent has it for two."""
 PASSING = ("Busy", "DeviceBusy", "Lost", "Timeout")
 """Failures of a question that may be answered a moment later."""
 Values = dict[str, Any]
@@ -71,6 +73,16 @@ class Bridge(Driver):
     async def drop(self) -> None:
         """Give up the connection: nothing that is still to come may be taken for something else."""
 
+    def owed(self, timeout_s: float) -> None:
+        """An answer was given up that may still come within this time."""
+
+    async def settle(self) -> None:
+        """Wait for that, on a line that is open; raises OSError."""
+
+    def came_late(self) -> str:
+        """What came of it after all, for a message; empty if nothing did."""
+        return ""
+
     async def perform(self, said: Any, action: Action, values: Values, goal: GoalContext) -> Values:
         """Do one action; raises ActionFailed, NoAnswer, BadAnswer, NoNumber or OSError."""
         raise NotImplementedError
@@ -107,9 +119,13 @@ class Bridge(Driver):
         if self.line is None:
             yield
             return
-        async with self.line.turn(self.timeout_s(None)):
+        async with self.line.turn(TURN * self.timeout_s(None)):
             try:
                 yield
+            except (NoAnswer, BadAnswer):  # what is still to come is not for the next device
+                self.owed(self.timeout_s(None))
+                await self.settle()
+                raise
             finally:
                 await self.drop()
 
@@ -217,6 +233,7 @@ class Bridge(Driver):
             ended = doing.done()
             await end(doing, cancelled)
             if not ended:
+                self.owed(self.timeout_s(self._said.get(name)))
                 await self.drop()
         if action.cancel:
             raise ActionCanceled
@@ -283,11 +300,13 @@ class Bridge(Driver):
             except NoNumber as fault:
                 raise self.failed(fault.name, name, str(fault), "yes") from fault
             except BadAnswer as fault:
-                failure = self.failed("BadAnswer", name, str(fault))
+                failure = self.failed("BadAnswer", name, f"{fault}{self.came_late()}")
             except NoAnswer as fault:
-                failure = self.failed("Timeout", name, str(fault), "unknown")
+                failure = self.failed("Timeout", name, f"{fault}{self.came_late()}", "unknown")
             except OSError as fault:
                 failure = self.failed("Lost", name, str(fault), "unknown")
+            if failure.name != "Lost":
+                self.owed(self.timeout_s(said))
             await self.drop()
             if not again:
                 break

@@ -35,6 +35,15 @@ class ByteBridge(Bridge):
     async def drop(self) -> None:
         await self.channel.close()
 
+    def owed(self, timeout_s: float) -> None:
+        self.channel.owes(timeout_s)
+
+    async def settle(self) -> None:
+        await self.channel.settle()
+
+    def came_late(self) -> str:
+        return self.channel.late_words()
+
     async def ask(self, data: bytes, found: Found, timeout_s: float) -> bytes:
         """Send bytes and return the answer that is found; raises NoAnswer or OSError."""
         self.channel.received.clear()

@@ -35,6 +35,30 @@ class Channel:
         self.news = Condition()
         self.is_open = False
         self.fault = "it is not open"
+        self.late = b""
+        """What was still to come of an answer that had been given up, when it was opened again."""
+        self._owed_until = float("-inf")
+
+    def owes(self, timeout_s: float) -> None:
+        """Note that an answer was given up: on a line that goes on when it is closed, it may still come."""
+        self._owed_until = asyncio.get_running_loop().time() + timeout_s
+
+    async def settle(self) -> None:
+        """Let pass what is still to come of an answer that was given up; raises OSError."""
+        left = self._owed_until - asyncio.get_running_loop().time()
+        self._owed_until, self.late = float("-inf"), b""
+        if left > 0 and await self.more(left):
+            await self.quiet()
+            self.late = bytes(self.received)
+            self.received.clear()
+
+    def late_words(self) -> str:
+        """That it came, for a message; empty if it did not."""
+        return (
+            f"; an earlier answer, {self.late[:60]!r}, came too late: a longer `timeout`?"
+            if self.late
+            else ""
+        )
 
     async def open(self, timeout_s: float) -> None:
         """Connect; raises OSError with the reason."""
@@ -126,6 +150,8 @@ class Network(Channel):
         except OSError as fault:
             raise OSError(f"{at} cannot be reached: {_reason(fault)}") from fault
         self.is_open = True
+        if at.kind == "udp":
+            await self.settle()
 
     async def _connected(self, until: float) -> Any:
         """An instrument with one place for a client refuses until it has seen the last one leave."""
@@ -170,6 +196,7 @@ class Serial(Channel):
         self.received.clear()
         await self._bytes.open()
         self.is_open = True
+        await self.settle()
 
     async def close(self) -> None:
         await super().close()

@@ -116,6 +116,15 @@ class LineBridge(Bridge):
     async def drop(self) -> None:
         await self.lines.close()
 
+    def owed(self, timeout_s: float) -> None:
+        self.lines.channel.owes(timeout_s)
+
+    async def settle(self) -> None:
+        await self.lines.channel.settle()
+
+    def came_late(self) -> str:
+        return self.lines.channel.late_words()
+
     async def abort(self) -> bool:
         if self.config.abort is None or not (self.lines.is_open or self.line):
             return False

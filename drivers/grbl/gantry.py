@@ -72,7 +72,8 @@ class Grbl(GrblDialect):
             "alarm": trouble_of(c),
         }
         if c.report is not None:
-            told["feed"] = round(c.report.feed_mm_per_min, 3)
+            if c.contact in (Contact.READY, Contact.HOMING):  # else it is that of an older report
+                told["feed"] = round(c.report.feed_mm_per_min, 3)
             told |= self._standing(c.report.machine, c.report.work)
             told |= self._more_status(c.report.machine)
         return told
@@ -180,15 +181,15 @@ class Grbl(GrblDialect):
         with self._moving(goal, "move", end) as move:
             return await move.go(self._move_line(end, feed), end)
 
-    async def _jog_by(self, goal: GoalContext, axis: int, distance: float, feed: float) -> None:
+    async def _jog_by(self, goal: GoalContext, by: dict[int, float], feed: float) -> None:
         with self._moving(goal, "jog") as move:
-            await jog_by(move, axis, distance, feed)
+            await jog_by(move, by, feed)
 
     async def _jog_while(
-        self, goal: GoalContext, axis: int, way: float, feed: float, held: Callable[[], bool]
+        self, goal: GoalContext, far: dict[int, float], feed: float, held: Callable[[], bool]
     ) -> None:
         with self._moving(goal, "jog") as move:
-            await jog_while(move, axis, way, feed, held)
+            await jog_while(move, far, feed, held)
 
     async def _set_zero(self, axes: list[int]) -> None:
         c = self.controller

@@ -1,11 +1,12 @@
-"""Jog: one axis by hand, by a distance or for as long as it is held.
+"""Jog: axes by hand, by a distance or for as long as it is held.
 
-A held jog is fed to the controller in short pieces, a quarter of a second ahead of the axis, so
-that it ends by itself when the feeding ends: with the hold, with this program, with the cable.
+A held jog is fed to the controller in short pieces, a quarter of a second ahead of the axes, so
+that they stop by themselves when the feeding ends: with the hold, with this program, with the cable.
 """
 
 import asyncio
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable
 
 from ..motion.bench import LETTERS
 from ..motion.faults import Ended, Silent
@@ -18,15 +19,27 @@ PIECE_S = 0.1
 LOOK_S = 0.03
 
 
-def jog_line(axis: int, distance: float, feed: float) -> str:
-    """A relative jog of one machine axis."""
-    return f"$J=G21G91{LETTERS[axis]}{distance:.4f}F{feed:.3f}"
+def words_of(by: dict[int, float]) -> str:
+    """The distances of machine axes in G-code."""
+    return "".join(f"{LETTERS[axis]}{distance:.4f}" for axis, distance in by.items())
 
 
-async def jog_by(move: Move, axis: int, distance: float, feed: float) -> None:
-    """Jog a machine axis by a distance, and stop; raises Ended or a MotionFault."""
+def pieces_of(far: dict[int, float]) -> tuple[dict[int, float], float]:
+    """What each axis goes of a millimetre along the way (all go as far), and how long the way is."""
+    part = 1 / math.sqrt(len(far))
+    ways = {axis: math.copysign(part, distance) for axis, distance in far.items()}
+    return ways, abs(next(iter(far.values()))) / part
+
+
+def jog_line(by: dict[int, float], feed: float) -> str:
+    """A relative jog of machine axes, in a straight line."""
+    return f"$J=G21G91{words_of(by)}F{feed:.3f}"
+
+
+async def jog_by(move: Move, by: dict[int, float], feed: float) -> None:
+    """Jog machine axes by distances, and stop; raises Ended or a MotionFault."""
     controller = move.controller
-    await controller.ask(jog_line(axis, distance, feed))
+    await controller.ask(jog_line(by, feed))
     while (report := await _watched(move)).state == "Jog":
         move.told(report)
         await asyncio.sleep(LOOK_S)
@@ -34,29 +47,30 @@ async def jog_by(move: Move, axis: int, distance: float, feed: float) -> None:
 
 
 async def jog_while(
-    move: Move, axis: int, way: float, feed: float, held: Callable[[], bool]
+    move: Move, far: dict[int, float], feed: float, held: Callable[[], bool]
 ) -> None:
-    """Jog along `way` (mm, signed: as far as the axis may go) while it is held, and stop.
+    """Jog while it is held, and stop; `far` (mm, signed) is how far the axes may go, each as far.
 
     Raises Ended or a MotionFault.
     """
     controller = move.controller
-    start = _position(await controller.look(), axis)
-    sign = 1.0 if way > 0 else -1.0
+    start = _positions(await controller.look(), far)
+    parts, length = pieces_of(far)
     speed = feed / 60
-    ahead = speed * AHEAD_S + speed**2 / (2 * controller.settings.acceleration[axis])
+    slowest = min(controller.settings.acceleration[axis] for axis in far)
+    ahead = speed * AHEAD_S + speed**2 / (2 * slowest)
     asked, gone = 0.0, 0.0
     while held():
-        piece = min(max(speed * PIECE_S, 0.01), abs(way) - asked)
-        line = jog_line(axis, sign * piece, feed)
+        piece = min(max(speed * PIECE_S, 0.01), length - asked)
+        line = jog_line({axis: part * piece for axis, part in parts.items()}, feed)
         if piece > 1e-6 and asked - gone < ahead and controller.room_for(line):
             await controller.ask(line)
             asked += piece
             continue
         report = await _watched(move)
         move.told(report)
-        gone = abs(_position(report, axis) - start)
-        if abs(way) - asked <= 1e-6 and report.state != "Jog":
+        gone = math.dist(_positions(report, far), start)
+        if length - asked <= 1e-6 and report.state != "Jog":
             break
         await asyncio.sleep(LOOK_S)
     await stop(controller, moving=False)
@@ -70,7 +84,7 @@ async def _watched(move: Move) -> Report:
     return await move.controller.look()
 
 
-def _position(report: Report, axis: int) -> float:
+def _positions(report: Report, axes: Iterable[int]) -> list[float]:
     if report.machine is None:
         raise Silent("it does not report where it is")
-    return report.machine[axis]
+    return [report.machine[axis] for axis in axes]

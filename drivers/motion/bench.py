@@ -84,18 +84,19 @@ class Bench:
                     f"through the keep-out box {box.ranges()}; go around it",
                 )
 
-    def reach(self, start: Point, axis: int, sign: int) -> float:
-        """The farthest that one axis may go from here in this direction."""
-        edge = self.high[axis] if sign > 0 else self.low[axis]
-        here = _three(start)
+    def reach(self, start: Point, way: Mapping[int, int]) -> float:
+        """How far these axes may go from here, each in its direction (1 or -1), all at once."""
+        far = min(
+            self.high[axis] - start[axis] if sign > 0 else start[axis] - self.low[axis]
+            for axis, sign in way.items()
+        )
+        here, (x, y, z) = _three(start), (float(way.get(axis, 0)) for axis in range(3))
         stops = [
             stop
             for box in self.boxes
-            if axis < len(here)
-            and not box.holds(here)
-            and (stop := box.stops(here, axis, sign, edge)) is not None
+            if not box.holds(here) and (stop := box.entered(here, (x, y, z), far)) is not None
         ]
-        return min([edge, *stops]) if sign > 0 else max([edge, *stops])
+        return min([far, *stops])
 
 
 def read_bench(

@@ -111,17 +111,17 @@ class FedGantry(JogRules):
             await self._feed(goal, start, way, feed, lambda: True)
             return await self._arrived(end)
 
-    async def _jog_by(self, goal: GoalContext, axis: int, distance: float, feed: float) -> None:
+    async def _jog_by(self, goal: GoalContext, by: dict[int, float], feed: float) -> None:
         with self._moving(goal, "jog"):
             start = await self._machine()
-            await self._feed(goal, start, {axis: distance}, feed, lambda: True)
-            await self._arrived({axis: start[axis] + distance})
+            await self._feed(goal, start, by, feed, lambda: True)
+            await self._arrived({axis: start[axis] + distance for axis, distance in by.items()})
 
     async def _jog_while(
-        self, goal: GoalContext, axis: int, way: float, feed: float, held: Callable[[], bool]
+        self, goal: GoalContext, far: dict[int, float], feed: float, held: Callable[[], bool]
     ) -> None:
         with self._moving(goal, "jog"):
-            await self._feed(goal, await self._machine(), {axis: way}, feed, held)
+            await self._feed(goal, await self._machine(), far, feed, held)
             await self._still()
 
     async def _feed(

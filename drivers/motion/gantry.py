@@ -9,6 +9,18 @@ from .outputs import Output, read_outputs
 AXES = "xyzabc"
 
 
+def jog_way(axis: str | None, direction: str | None, way: str | None) -> dict[str, int]:
+    """The axes that a jog moves and their directions, 1 or -1; raises Rejected where one is named twice."""
+    written = way or f"{direction or '+'}{axis}"
+    signs = {
+        letter: 1 if sign == "+" else -1
+        for sign, letter in zip(written[::2], written[1::2], strict=True)
+    }
+    if len(signs) < len(written) // 2:
+        raise ActionFailed("Rejected", f"way {written!r} names an axis twice", "no")
+    return signs
+
+
 class AnyGantry(Driver):
     """Says which axes a motion moves, and which output is switched; how that is done is not here."""
 

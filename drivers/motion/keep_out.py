@@ -32,26 +32,21 @@ class Box:
         return all(a < p < b for a, p, b in zip(low, place, high, strict=True))
 
     def meets(self, start: Point, end: Point) -> bool:
-        """Whether the straight path between two positions goes through (the slab method)."""
-        enter, leave = 0.0, 1.0
-        for a, b, low, high in zip(start, end, *self.inside, strict=True):
-            if a == b:
-                if not low < a < high:
-                    return False
-                continue
-            near, far = sorted(((low - a) / (b - a), (high - a) / (b - a)))
-            enter, leave = max(enter, near), min(leave, far)
-        return enter < leave
+        """Whether the straight path between two positions goes through."""
+        x, y, z = (b - a for a, b in zip(start, end, strict=True))
+        return self.entered(start, (x, y, z), 1.0) is not None
 
-    def stops(self, start: Point, axis: int, sign: int, edge: float) -> float | None:
-        """Where one axis must stop on its way to `edge`; None if this box is not in the way."""
-        end: list[float] = list(start)
-        end[axis] = edge
-        if not self.meets(start, (end[0], end[1], end[2])):
-            return None
-        low, high = self.inside
-        face = low[axis] if sign > 0 else high[axis]
-        return face if sign * (face - start[axis]) >= 0 else start[axis]
+    def entered(self, start: Point, way: Point, far: float) -> float | None:
+        """How many times `way` lies before this box; None if it is not met within `far` (the slab method)."""
+        enter, leave = 0.0, far
+        for at, step, low, high in zip(start, way, *self.inside, strict=True):
+            if step == 0:
+                if not low < at < high:
+                    return None
+                continue
+            near, beyond = sorted(((low - at) / step, (high - at) / step))
+            enter, leave = max(enter, near), min(leave, beyond)
+        return enter if enter < leave else None
 
     def ranges(self) -> str:
         """Its name and ranges."""

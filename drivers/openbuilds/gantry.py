@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 from ...system.tasks import end, keep
 from ..driver import ActionFailed, GoalContext, Place
 from ..grbl.dialect import GrblDialect, zero_line
+from ..grbl.jog import words_of
 from ..grbl.report import ReportReader
 from ..grbl.settings import Settings
 from ..motion.bench import LETTERS, Point, place_words, read_bench
@@ -212,22 +213,24 @@ class OpenBuilds(GrblDialect):
         machine = self.control.look().machine
         return all(abs(machine[axis] - value) <= self.tolerance for axis, value in end.items())
 
-    async def _jog_by(self, goal: GoalContext, axis: int, distance: float, feed: float) -> None:
+    async def _jog_by(self, goal: GoalContext, by: dict[int, float], feed: float) -> None:
         # No `$J`: a `G4 P0` after it would be refused while it lasts, and halt the queue.
-        lines = f"G21G91G94G1{LETTERS[axis]}{distance:.4f}F{feed:.3f}", "G90"
+        lines = f"G21G91G94G1{words_of(by)}F{feed:.3f}", "G90"
         with self._moving(goal, "jog"):
-            start = (await self.control.view_at_rest()).machine[axis]
+            start = (await self.control.view_at_rest()).machine
             await watch(self.control, await self.control.run(*lines), self._ended(goal))
             self.control.unsettle()
-            end = await self.control.view_at_rest()
-            if self.homed and abs(end.machine[axis] - start - distance) > 2 * self.tolerance:
-                raise WrongPlace(f"it moved {end.machine[axis] - start:.3f} mm, not {distance:.3f}")
+            end = (await self.control.view_at_rest()).machine
+            for axis, distance in by.items():
+                moved = end[axis] - start[axis]
+                if self.homed and abs(moved - distance) > 2 * self.tolerance:
+                    raise WrongPlace(f"{LETTERS[axis]} moved {moved:.3f} mm, not {distance:.3f}")
 
     async def _jog_while(
-        self, goal: GoalContext, axis: int, way: float, feed: float, held: Callable[[], bool]
+        self, goal: GoalContext, far: dict[int, float], feed: float, held: Callable[[], bool]
     ) -> None:
         with self._moving(goal, "jog"):
-            await jog_while(self.control, axis, way, feed, held, self._ended(goal))
+            await jog_while(self.control, far, feed, held, self._ended(goal))
 
     async def _set_zero(self, axes: list[int]) -> None:
         control = self.control

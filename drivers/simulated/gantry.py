@@ -5,11 +5,12 @@ steps: the gantry's true position then differs from the reported one, until it i
 (the height at which its probe touches, mm), `outputs` and `safe_z` as for a real gantry.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ..driver import ActionCanceled, ActionFailed, GoalContext, Place
-from ..motion.gantry import AnyGantry
+from ..motion.gantry import AnyGantry, jog_way
 from ..motion.legs import legs
 from .twins.axis import SPEED_MM_PER_S, STEPS_PER_MM, Point, Steps, to_mm
 from .twins.carriage import Carriage
@@ -127,27 +128,26 @@ class SimGantry(AnyGantry, Twin):
         self,
         goal: GoalContext,
         *,
-        axis: str,
+        axis: str | None = None,
         distance: float | None = None,
         direction: str | None = None,
+        way: str | None = None,
         feed: float = 600.0,
         lease: float = 0.3,
     ) -> dict[str, Any]:
         self._check_ready()
-        there = list(self.carriage.believed_mm)
-        self._check_axes(axis)
-        i = AXES.index(axis)
+        here = dict(zip(AXES, self.carriage.believed_mm, strict=True))
+        signs = jog_way(axis, direction, way)
+        self._check_axes(*signs)
         if distance is not None:
-            there[i] += distance
-            self._check_limits(**{axis: there[i]})
-            over = None
+            far, over = distance, None
+            self._check_limits(**{axis: here[axis] + sign * far for axis, sign in signs.items()})
         else:
-            low, high = self._range(axis)
+            far = min(abs(self._range(axis)[sign > 0] - here[axis]) for axis, sign in signs.items())
             if self.clock.leaps:  # no hand is on a clock that leaps: it lets go at once
-                way = feed / 60 * lease
-                low, high = max(low, there[i] - way), min(high, there[i] + way)
-            there[i] = high if direction == "+" else low
+                far = min(far, feed / 60 * lease / math.sqrt(len(signs)))
             over = lapsed(lambda: goal.wanted_at, lease)
+        there = tuple(at + signs.get(axis, 0) * far for axis, at in here.items())
         self.by_hand = {"goal_id": goal.id}
         place = await self._moved("jog", goal, [(there[0], there[1], there[2])], feed, over)
         self.by_hand |= place

@@ -33,6 +33,10 @@ VOLT, CELSIUS = {"type": "number", "unit": "V"}, {"type": "number", "unit": "deg
         ("1, 2;3 4", {"type": "array", "items": {"type": "integer"}}, [1, 2, 3, 4]),
         ("+1.25D-03 V", {"type": "number", "unit": "mV"}, 1.25),
         ("45 %RH", {"type": "number", "unit": "%"}, 45.0),
+        ("1.5E-3 MBAR", {"type": "number", "unit": "mbar"}, 0.0015),
+        ("5 MIN", {"type": "number", "unit": "s"}, 300.0),
+        ("5 MOHM", {"type": "number", "unit": "ohm"}, 5e6),
+        ("5 mOhm", {"type": "number", "unit": "ohm"}, 0.005),
         ("5 VOLTS", VOLT, 5.0),
         ("12.5 sccm", {"type": "number", "unit": "sccm"}, 12.5),
         ("0.5 SLM", {"type": "number", "unit": "sccm"}, 500.0),
@@ -60,6 +64,12 @@ def test_a_value_is_read_in_the_contracts_unit(text, schema, wanted):
         ("23,5 V", VOLT, "a decimal comma"),
         ("maybe", {"type": "boolean"}, "neither on nor off"),
         ("1.5 V", {"type": "number"}, "the contract has none"),
+        ("1230 MV", VOLT, "MV may be megavolt or millivolt"),
+        (
+            "12.34 g ?",
+            {"type": "number", "unit": "g"},
+            r"'g \?', which stands behind the number, is no unit",
+        ),
     ],
 )
 def test_what_is_no_such_value_is_said(text, schema, words):

@@ -1,8 +1,12 @@
 """Instruments with a line protocol of their own, said in YAML by patterns."""
 
+import asyncio
+import threading
+
 import pytest
 
 from labrun.drivers.bridges.checksum import Checksum
+from labrun.drivers.contract_tests.pty_peer import PtyPeer
 from labrun.drivers.driver import ActionFailed, GoalContext
 
 VOLTAGE = {"send": "MEAS:VOLT:DC?", "effect": "pure", "returns": {"voltage": {"unit": "V"}}}
@@ -165,3 +169,28 @@ def test_the_goals_id_can_be_left_with_the_instrument(peer, ask):
     ask("text", config(there.where, actions={"dispense": said}), story)
 
     assert there.done("dispense") == [{"done": "dispense", "given": "run/map/1"}]
+
+
+@pytest.mark.slow
+@pytest.mark.posix("a pseudo-terminal")
+def test_an_answer_that_comes_too_late_on_a_serial_line_is_not_that_of_the_next_question(
+    ask, tmp_path
+):
+    late, turn = threading.Event(), asyncio.Lock()
+
+    async def answer(line):
+        async with turn:
+            await asyncio.to_thread(late.wait)
+            return line[:2]
+
+    async def story(driver):
+        with pytest.raises(ActionFailed, match="it was sent 'T1\\?' and was silent"):
+            await driver.method("t1")(GoalContext("a"))
+        asyncio.get_running_loop().call_later(0.3, late.set)
+        return await driver.method("t2")(GoalContext("b"))
+
+    says = {"returns": {"t": {"type": "string"}}, "effect": "pure"}
+    actions = {"t1": {"send": "T1?", **says}, "t2": {"send": "T2?", **says}}
+    with PtyPeer(tmp_path / "port", answer) as peer:
+        said = {"resource": peer.port, "timeout": 2, "actions": actions}
+        assert ask("text", said, story) == {"t": "T2"}

@@ -17,6 +17,22 @@ def test_a_jog_by_a_distance(peer, gantry, played):
     assert "$J=G21G91X-1.5000F900.000" in peer.heard
 
 
+def test_a_diagonal_jog_is_one_line_and_goes_as_far_along_each(peer, gantry, played):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=50, y=50)
+        place = await driver.jog(GoalContext("b"), way="+x-y", distance=2, feed=900)
+        with pytest.raises(ActionFailed, match=r"SoftLimit: .*z 99.* is outside 0 to 85"):
+            await driver.jog(GoalContext("c"), way="+x+z", distance=15)
+        with pytest.raises(ActionFailed, match=r"Rejected: .*'\+x-x' names an axis twice"):
+            await driver.jog(GoalContext("d"), way="+x-x", distance=1)
+        return place
+
+    place = played(gantry(peer, axes={"x": "Y", "y": "-X"}), story)
+
+    assert (place["x"], place["y"]) == pytest.approx((52, 48), abs=0.01)
+    assert "$J=G21G91Y2.0000X2.0000F900.000" in peer.heard
+
+
 def test_a_jog_out_of_the_work_area_is_refused_before_it_is_sent(peer, gantry, played):
     async def story(driver):
         with pytest.raises(ActionFailed, match=r"SoftLimit: .*z 99.* is outside 0 to 85"):
@@ -65,6 +81,16 @@ def test_a_held_jog_stops_at_the_edge_of_the_work_area(peers, gantry, played):
         return await driver.jog(GoalContext("b"), axis="y", direction="+", feed=2500, lease=2.0)
 
     assert played(gantry(peers(speed=40)), story)["y"] == pytest.approx(725, abs=0.02)
+
+
+def test_a_held_diagonal_jog_stops_at_the_first_edge(peers, gantry, played):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=100, y=710)
+        return await driver.jog(GoalContext("b"), way="-x+y", feed=2500, lease=2.0)
+
+    place = played(gantry(peers(speed=40)), story)
+
+    assert (place["x"], place["y"]) == pytest.approx((85, 725), abs=0.02)
 
 
 def test_a_held_jog_of_a_turned_axis_goes_the_benchs_way(peers, gantry, played):

@@ -93,7 +93,16 @@ def test_the_way_may_not_go_through_a_keep_out_box(start, end, fine):
 def test_a_held_jog_stops_at_the_box_and_at_the_edge():
     bench = read_bench(CLAMP, WHOLE, LEAD.ranges)
 
-    assert bench.reach((0, 75, 10), 0, 1) == pytest.approx(100.01)
-    assert bench.reach((200, 75, 10), 0, -1) == pytest.approx(139.99)
-    assert bench.reach((200, 75, 10), 0, 1) == 730.0
-    assert bench.reach((0, 0, 10), 2, -1) == 0.0
+    assert bench.reach((0, 75, 10), {0: 1}) == pytest.approx(100.01)
+    assert bench.reach((200, 75, 10), {0: -1}) == pytest.approx(60.01)
+    assert bench.reach((200, 75, 10), {0: 1}) == 530.0
+    assert bench.reach((0, 0, 10), {2: -1}) == 10.0
+    assert bench.reach((40, 0, 10), {0: 1, 1: 1}) == pytest.approx(60.01)
+    assert bench.reach((10, 5, 60), {0: -1, 1: -1, 2: -1}) == 5.0
+
+
+def test_a_held_jog_without_switches_stops_at_the_box():
+    bench = bench_from_here({"home_here": {"x": 0, "y": 75, "z": 10}, **CLAMP}, {}, (0.0, 0.0, 0.0))
+
+    assert bench.reach((0, 75, 10), {0: 1}) == pytest.approx(100.01)
+    assert bench.reach((0, 75, 10), {0: -1}) == math.inf

@@ -298,6 +298,17 @@ def test_a_work_zero_is_set_and_gone_to(peer, played):
 
 
 @pytest.mark.slow
+def test_a_held_jog_to_an_edge_close_by_does_not_end_with_an_old_idle(peers, played):
+    async def story(driver, control):
+        await driver.move_to(GoalContext("a"), x=3, y=10)
+        return await driver.jog(GoalContext("b"), way="-x-y", feed=600, lease=2.0)
+
+    place = played(peers(speed=1), story)
+
+    assert (place["x"], place["y"]) == pytest.approx((0, 7), abs=0.02)
+
+
+@pytest.mark.slow
 def test_a_jog_by_a_distance_and_one_that_is_held(peers, played):
     peer = peers(speed=1)
 

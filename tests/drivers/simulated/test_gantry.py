@@ -249,9 +249,13 @@ def test_a_jog_that_is_held_ends_with_the_hold(tmp_path):
 
 def test_on_a_clock_that_only_counts_a_held_jog_lasts_one_lease(tmp_path):
     async def story(driver):
-        return await driver.jog(GoalContext("a"), axis="x", direction="+", feed=600, lease=0.5)
+        place = await driver.jog(GoalContext("a"), axis="x", direction="+", feed=600, lease=0.5)
+        return place, await driver.jog(GoalContext("b"), way="+x+y", feed=600, lease=0.5)
 
-    assert played(gantry(tmp_path), story)["x"] == pytest.approx(5, abs=STEP_MM)
+    straight, both = played(gantry(tmp_path), story)
+
+    assert straight["x"] == pytest.approx(5, abs=STEP_MM)
+    assert (both["x"] - 5, both["y"]) == pytest.approx((3.536, 3.536), abs=STEP_MM)
 
 
 def test_status_says_all_that_the_contract_says(tmp_path):
