@@ -1,5 +1,6 @@
 """Instruments that PyMeasure knows: `get` and `set` are its properties, `call` its methods."""
 
+import contextlib
 from typing import Any, ClassVar
 
 from .library import Library, LibraryAction, LibraryConfig, Refused, instrument_class
@@ -41,4 +42,15 @@ class Pymeasure(Library):
         try:
             super().set(path, value)
         except ValueError as fault:  # its validator looks before anything is sent
-            raise Refused(str(fault)) from fault
+            number = _number(value)
+            if number is None:
+                raise Refused(str(fault)) from fault
+            self.set(path, number)
+
+
+def _number(value: Any) -> int | float | None:
+    """What a choice means among words, such as `3` of 3, 20, 200, MIN and MAX; None for a word."""
+    for kind in (int, float) if isinstance(value, str) else ():
+        with contextlib.suppress(ValueError):
+            return kind(value)
+    return None
