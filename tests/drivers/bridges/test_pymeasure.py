@@ -67,12 +67,15 @@ class Meter(Instrument):
         "BW?", "BW %s", "Control it.", validator=strict_discrete_set, values=[3, 20, "MAX"]
     )
 
+    both = Instrument.control("APPLY?", "APPLY %g, %g", "Control voltage and current.")
+
     def __init__(self, adapter, **given):
-        super().__init__(ProtocolAdapter([(b"BW 20", None), (b"BW MAX", None)]), "meter", includeSCPI=False)
+        sent = [(b"BW 20", None), (b"BW MAX", None), (b"APPLY 2, 0.5", None)]
+        super().__init__(ProtocolAdapter(sent), "meter", includeSCPI=False)
 """
 
 
-def test_numbers_among_words_are_choices_too(tmp_path, monkeypatch, ask):
+def test_numbers_among_words_are_choices_and_two_values_are_set_at_once(tmp_path, monkeypatch, ask):
     (tmp_path / "meter_m7.py").write_text(MIXED, "utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     actions = described("pymeasure:meter_m7.Meter").actions
@@ -82,6 +85,7 @@ def test_numbers_among_words_are_choices_too(tmp_path, monkeypatch, ask):
             await made.method("set_bandwidth")(GoalContext(f"run/{value}"), bandwidth=value)
         with pytest.raises(ActionFailed, match="Rejected"):
             await made.method("set_bandwidth")(GoalContext("run/5"), bandwidth="5")
+        await made.method("set_both")(GoalContext("run/both"), both=[2, 0.5])
 
     ask("pymeasure", {"instrument": "meter_m7.Meter", "resource": "-", "actions": actions}, story)
 
