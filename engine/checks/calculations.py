@@ -151,7 +151,7 @@ def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
     least = int(what == "at_once")
     if use == "count" and not _is_count(value, least):
         return f"{what}: {words(value)} is not a whole number from {least}", f"such as {what}: 3"
-    if use == "count" and value > LONGEST:
+    if use == "count" and isinstance(value, int) and value > LONGEST:
         return f"{what}: more than {LONGEST:,}", f"such as {what}: 3"
     if use == "condition" and isinstance(spot.value, Constant) and not isinstance(value, bool):
         hint = f"write {what}: ${{{{ {value} }}}}" if isinstance(value, str) else "write ${{ ... }}"
