@@ -44,9 +44,19 @@ SIZES = {
     "mass": {"ug": 1e-6, "µg": 1e-6, "mg": 1e-3, "g": 1.0, "kg": 1e3},
 }
 """The units that most protocols need, in one of their kind; a test holds them against pint."""
+COMMON = (
+    "degC", "K", "V", "mV", "kV", "A", "mA", "W", "mW", "Hz", "kHz", "MHz", "Pa", "kPa", "mbar", "bar",
+    "torr", "ohm",
+)  # fmt: skip
+"""Others that are often written with the wrong capital letters."""
 GAS_FLOWS = ("sccm = cm**3 / min", "slm = L / min", "slpm = L / min")
 """As a volume at the standard conditions of whoever wrote it, which differ: 0, 15, 20 or 25 degC."""
 PLAIN = {unit: (kind, size) for kind, sizes in SIZES.items() for unit, size in sizes.items()}
+MEANT = {
+    "gm": "g", "Sec": "s", "mn": "min", "Kelvin": "K", "Celsius": "degC", "C": "degC", "F": "degF",
+}  # fmt: skip
+"""Units as people write them whom pint does not understand, or takes for others: C for coulomb."""
+TURNS = {"turn", "revolutions_per_minute", "revolutions_per_second", "degree"}
 
 
 class UnitError(ValueError):
@@ -99,11 +109,30 @@ def unit_of(text: str) -> Any:
     """The pint unit that a text names; raises UnitError for an unknown one."""
     if re.search(r"[^\W\d_µμ][µμ]$", text):  # to pint `mµ` is a thousandth of a micron
         raise UnitError(f"{text!r} is not a unit; did you mean µ{text[:-1]}?")
+    if text == "gr":
+        raise UnitError("'gr' would be a grain, 0.065 g; did you mean g?")
     units = registry()
     try:
         return units.Unit(text)
     except Exception as fault:  # pint raises half a dozen unrelated classes for a bad unit
-        raise UnitError(f"{text!r} is not a unit") from fault
+        raise UnitError(f"{text!r} is not a unit{_did_you_mean(text)}") from fault
+
+
+def _did_you_mean(text: str, wanted: str | None = None) -> str:
+    """`; did you mean mm?`: the unit that is written almost like this, of the kind that is wanted."""
+    known = [wanted] if wanted else []
+    for unit in (MEANT.get(text), *known, *PLAIN, *COMMON):
+        if unit is None or unit == text or not (unit is MEANT.get(text) or _almost(text, unit)):
+            continue
+        if wanted is None or same_dimension(unit, wanted):
+            return f"; did you mean {unit}?"
+    return ""
+
+
+def _almost(text: str, unit: str) -> bool:
+    """Whether they differ by capital letters, by one letter that comes twice, or by a dot."""
+    plain, other = text.casefold().rstrip("."), unit.casefold()
+    return plain == other or re.sub(r"(.)\1+", r"\1", plain) == re.sub(r"(.)\1+", r"\1", other)
 
 
 def quantity(magnitude: float, unit: str) -> "Quantity[Any]":
@@ -194,8 +223,9 @@ def magnitude_in(value: Any, unit: str) -> float:
     if not converts(value.units, unit):
         raise UnitError(
             f"{quantity_text(value)} is {kind_of_unit(str(value.units))}, "
-            f"wanted is {kind_of_unit(unit)} ({unit})"
+            f"wanted is {kind_of_unit(unit)} ({unit}){unit_meant(value, unit)}"
         )
+    _refuse_turns(value.units, unit)
     if value.units == unit_of(unit):
         return value.magnitude
     factor = _factor(value.units, unit)
@@ -203,6 +233,22 @@ def magnitude_in(value: Any, unit: str) -> float:
         return float(value.to(unit).magnitude)
     # 0.1 + 0.2 style digits behind the 12th come from the factor, not from the author.
     return float(f"{value.magnitude * factor:.12g}")
+
+
+def unit_meant(value: "Quantity[Any]", unit: str) -> str:
+    """`; did you mean mm?` of a quantity of another kind than the unit; nothing where no slip explains it."""
+    return _did_you_mean(f"{value.units:~}".removesuffix(" * deg"), unit)  # of `deg C`, too
+
+
+@lru_cache(maxsize=4096)
+def _refuse_turns(source: Any, unit: str) -> None:
+    """Raise UnitError between turns and Hz: to pint a turn is 6.28, so 60 rpm would be 6.28 Hz."""
+    wanted = unit_of(unit)
+    own, other = ({str(part) for part in units._units} for units in (source, wanted))
+    if bool(own & TURNS) != bool(other & TURNS) and "radian" not in own | other:
+        raise UnitError(
+            f"{source:~P} and {unit} do not say whether a turn or a radian is meant; write {wanted:~P}"
+        )
 
 
 @lru_cache(maxsize=4096)

@@ -68,6 +68,7 @@ from ...schemas.protocol import Retry
 from ...schemas.quantity import UnitError, is_quantity, same_dimension, seconds
 from ..language.expression import ExpressionError
 from ..language.fold import cases, fold
+from ..language.grid import LONGEST
 from ..language.moments import next_moment
 from ..language.operators import words
 from ..language.types import Type, in_words
@@ -150,6 +151,8 @@ def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
     least = int(what == "at_once")
     if use == "count" and not _is_count(value, least):
         return f"{what}: {words(value)} is not a whole number from {least}", f"such as {what}: 3"
+    if use == "count" and isinstance(value, int) and value > LONGEST:
+        return f"{what}: more than {LONGEST:,}", f"such as {what}: 3"
     if use == "condition" and isinstance(spot.value, Constant) and not isinstance(value, bool):
         hint = f"write {what}: ${{{{ {value} }}}}" if isinstance(value, str) else "write ${{ ... }}"
         return f"{what}: {words(value)} is not an expression", hint

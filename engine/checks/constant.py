@@ -26,7 +26,7 @@ def always(raw: Any) -> bool:
 def never(raw: Any) -> bool:
     """True for a condition that is never true."""
     found = constant(raw)
-    return found.known and not isinstance(found.value, str) and not found.value
+    return found.known and not isinstance(found.value, str | None) and not found.value
 
 
 def fixed_count(raw: Any) -> int | None:

@@ -129,6 +129,7 @@ from ...schemas.protocol import (
     While,
 )
 from ..language.shape import Place
+from ..language.suggest import did_you_mean
 from ..survey.spots import StepAt
 from .constant import fixed_count
 from .context import Context
@@ -166,14 +167,21 @@ def check(context: Context) -> Iterator[Problem]:
 def _reservation(
     context: Context, step: Group, at: StepAt, reserved: set[str]
 ) -> Iterator[Problem]:
-    own = set()
-    for index, role in enumerate(step.reserve or []):
-        if role in context.roles:
+    own, roles = set(), step.reserve or []
+    for index, role in enumerate(roles):
+        place = (*at.place, "reserve", index)
+        if role in roles[:index]:
+            yield context.source.problem(
+                place, "E412", f"{role} is reserved twice", "keep one of the two"
+            )
+        elif role in context.roles:
             own.add(context.roles[role].device)
         elif role not in context.protocol.devices:
-            place = (*at.place, "reserve", index)
+            guess = did_you_mean(role, context.protocol.devices)
             hint = f"roles: {', '.join(context.protocol.devices)}"
-            yield context.source.problem(place, "E412", f"there is no role {role}", hint)
+            yield context.source.problem(place, "E412", f"there is no role {role}{guess}", hint)
+    if any(role not in context.roles for role in roles):
+        return  # what it lacks may be what is misspelt
     for inner, place in within(step, at.place):
         if isinstance(inner, Confirm | Ask):
             message = (

@@ -209,6 +209,8 @@ def check(context: Context) -> Iterator[Problem]:
     """Every expression, by the names in it."""
     for spot in context.survey.spots:
         faults = [fault for fault in spot.inferred()[1] if _is_news(context, fault)]
+        if faults and not context.whole and _ill_named(context, spot):
+            continue
         dashed = _dashed(context, spot) if len(faults) > 1 else None
         for fault in [dashed] if dashed else faults:
             yield context.source.problem(spot.place, fault.code, fault.message, fault.hint)
@@ -220,6 +222,14 @@ def _is_news(context: Context, fault: Fault) -> bool:
         return fault.code in CODES
     name = fault.message.partition(":")[0].removeprefix("steps.")
     return name not in {re.sub(r"\W", "_", known) for known in context.survey.raw_names}
+
+
+def _ill_named(context: Context, spot: Spot) -> bool:
+    """Whether it uses a name that is reported where it was given, such as `first-weight`."""
+    assert not isinstance(spot.value, Exception)
+    names = [*context.survey.raw_names, *context.survey.params]
+    ill = [name for name in names if not name.isidentifier()]
+    return any(name in one.text for name in ill for one in spot.value.expressions())
 
 
 DASHED = re.compile(r"params\.(\w+(?:-[A-Za-z_]\w*)+)")

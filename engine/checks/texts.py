@@ -28,6 +28,7 @@ Fails:
 """
 
 import ast
+import re
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
@@ -36,11 +37,19 @@ from ...schemas.quantity import QUANTITY, UnitError, parse_quantity
 from ..language.shape import Place
 from .context import Context
 
+BARE = ("set", "collect", "output", "text")
+"""Where any text is allowed, so that nothing else finds it."""
+NAMED = re.compile(r"(?:params|steps)(?:\.[A-Za-z_]\w*)+")
 CODES = {"W420": "text that looks like a quantity and is used in calculations"}
 
 
 def check(context: Context) -> Iterator[Problem]:
-    """Every `set` of text such as `5 mm` to a name that is used in calculations."""
+    """Every text such as `steps.a.b`, and every `set` of `5 mm` to a name that is used in calculations."""
+    for spot in context.survey.spots:
+        if spot.use in BARE and isinstance(spot.raw, str) and NAMED.fullmatch(spot.raw):
+            message = f"`{spot.raw}` without `${{{{ }}}}` is plain text and is not replaced"
+            hint = f'write "${{{{ {spot.raw} }}}}" for the value of the expression'
+            yield context.source.problem(spot.place, "W101", message, hint, severity="warning")
     looks = list(texts_like_quantities(context))
     if not looks:
         return

@@ -16,6 +16,7 @@ from ...schemas.quantity import (
     parse_quantity,
     plainly,
     quantity_text,
+    unit_meant,
 )  # fmt: skip
 from .moments import moment_text
 from .operators import words
@@ -83,13 +84,19 @@ def _in_unit(value: Any, unit: str, wanted: Wanted) -> Any:
         try:
             value = parse_quantity(value)
         except UnitError as fault:
-            raise wanted.fault(f"{fault}; {device_wants}", code="E204") from fault
+            what, _, guess = str(fault).partition("; ")
+            raise wanted.fault(f"{what}; {device_wants}", guess, code="E204") from fault
     if not is_quantity(value):
         return value
     if not converts(value.units, unit):
         what = f"{quantity_text(value)} is {kind_of_unit(str(value.units))}"
-        raise wanted.fault(f"{what}, {device_wants}", code="E204")
-    return magnitude_in(value, unit)
+        guess = unit_meant(value, unit).removeprefix("; ")
+        raise wanted.fault(f"{what}, {device_wants}", guess, code="E204")
+    try:
+        return magnitude_in(value, unit)
+    except UnitError as fault:
+        what, _, way = str(fault).partition("; ")
+        raise wanted.fault(what, way, code="E204") from fault
 
 
 def _is_number(text: str) -> bool:
@@ -114,6 +121,8 @@ def _in_words(fault: Any, value: Any, wanted: Wanted) -> ArgumentFault:
             if fault.instance is not None
             else "there is no value (null)"
         )
+        if isinstance(fault.instance, list | dict):
+            said = f"this is {is_what}"
         return there.fault(
             f"{said}, the device wants {wants(schema)}",
             _quotes(fault.instance, schema),

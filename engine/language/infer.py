@@ -26,6 +26,7 @@ from .types import (
     type_of_value,
 )  # fmt: skip
 
+PLAIN_KINDS = {"boolean", "number", "text", "list", "map"}
 WRITTEN = re.compile(rf"{LITERAL}\(([^,()]*), '([^']*)'\)")
 
 
@@ -233,6 +234,13 @@ class Inference:
         }:
             message = f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}"
             hint = "the time between two moments is their difference; elapsed() is that since the start"
+            self.fault("E308", f"{message}; they cannot be compared", hint)
+            return
+        kinds = {left.kind, right.kind}
+        if len(kinds) == 2 and kinds <= PLAIN_KINDS and kinds & {"map", "list", "text"}:
+            node, one = (a, left) if left.kind in ("map", "list") else (b, right)
+            hint = f"such as {_text(node)}.{next(iter(one.fields))}" if one.fields else ""
+            message = f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}"
             self.fault("E308", f"{message}; they cannot be compared", hint)
             return
         for (node, one), (asked, other) in (((a, left), (b, right)), ((b, right), (a, left))):

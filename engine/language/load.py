@@ -1,5 +1,6 @@
 """Read a protocol's data into models, step by step, so that a broken step does not hide others."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -18,10 +19,13 @@ from ...schemas.protocol import (
 from .shape import Place, keys_of, kind_words, shape_problems
 from .source import Source
 from .suggest import closest, listed
+from .yaml_node import shown
 
 KINDS: dict[str, type[StepBase]] = {kind.KIND: kind for kind in STEP_KINDS}
 ANYWHERE = set(keys_of(StepBase))
 SECTIONS = ("steps", "on_resume", "finally")
+SAID = re.compile(r"(?:(do)\s+)?([A-Za-z]\w*\.\w+)\s*(\(.*\))?", re.DOTALL)
+"""A step that is only text: an action, perhaps with `do` before it or called like a function."""
 STAND_IN = {"log": "-"}
 
 
@@ -155,11 +159,13 @@ def _no_mapping(data: Any, source: Source, place: Place) -> Problem:
         return source.problem(
             place, "E113", "an empty step", "remove it, or write `do: role.action`"
         )
-    hint = (
-        f"write `do: {data}`"
-        if isinstance(data, str) and "." in data
-        else "write `do: role.action`"
-    )
+    hint = "write `do: role.action`"
+    if isinstance(data, str) and (said := SAID.fullmatch(data.strip())):
+        keyword, action, call = said.groups()
+        hint = f"write `do: {action}`" + (", and its parameters under `with`" if call else "")
+        hint = f"a colon is missing: `{keyword}: {action}`" if keyword else hint
+    elif isinstance(data, str) and (begun := data.partition(" ")[0]) in KINDS and " " in data:
+        hint = f"a colon is missing: `{begun}: {shown(data.partition(' ')[2])}`"
     return source.problem(
         place, "E113", f"a step is a mapping with a keyword, not {kind_words(data)}", hint
     )
@@ -199,9 +205,11 @@ def _no_keyword(data: dict[str, Any], source: Source, place: Place) -> Problem:
         if key not in ANYWHERE and key != "with":
             near = closest(key, KINDS)
             message = f"unknown keyword {key!r}" + (f"; did you mean {near}?" if near else "")
-            return source.problem(
-                (*place, key), "E114", message, f"a step has one of {', '.join(KINDS)}", key=True
-            )
+            hint = f"a step has one of {', '.join(KINDS)}"
+            if of := [name for name, kind in KINDS.items() if key in keys_of(kind)]:
+                message = "this step has no keyword that says what it does"
+                hint = f"`{key}` belongs to a step with {listed(of, last='or')}"
+            return source.problem((*place, key), "E114", message, hint, key=True)
     message = "this step has no keyword that says what it does"
     return source.problem(place, "E114", message, f"give it one of {', '.join(KINDS)}")
 

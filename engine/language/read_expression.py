@@ -115,10 +115,14 @@ def _with_quantities(text: str) -> str:
 
 def _unreadable(whole: str, fault: BaseException) -> str:
     text = short(whole)
+    if found := re.search(r"<>|=[<>]", text):
+        return f"{text}: write `{'!=' if found[0] == '<>' else found[0][::-1]}`"
     if re.search(r"(?<![=!<>])=(?!=)", text) and "(" not in text:
         return f"{text}: `=` assigns a value; `==` compares"
     if "&&" in text or "||" in text or re.search(r"!(?!=)", text):
         return f"{text}: write `and`, `or`, `not`"
+    if word := re.search(r"\b(AND|OR|NOT|And|Or|Not)\b", text):
+        return f"{text}: write `{word[1].lower()}`, in small letters"
     if "${{" in text:
         return f"{text}: an expression within an expression; remove the inner ${{{{ }}}}"
     reserved = [word for word in re.findall(r"\.\s*(\w+)", text) if keyword.iskeyword(word)]
@@ -140,6 +144,7 @@ def _reason(fault: SyntaxError) -> str:
 
 def _refuse(tree: ast.Expression, own: frozenset[str]) -> None:
     """Raise for anything but arithmetic, comparisons, fields, items and known functions."""
+    _refuse_node(tree, own)
     level: list[ast.AST] = [tree]
     for _ in range(DEEPEST):
         level = [child for node in level for child in ast.iter_child_nodes(node)]
@@ -152,7 +157,8 @@ def _refuse(tree: ast.Expression, own: frozenset[str]) -> None:
 
 def _refuse_node(node: ast.AST, own: frozenset[str]) -> None:
     if not isinstance(node, ALLOWED):
-        raise ExpressionError(f"{_construct(node)} is not allowed in an expression")
+        power = "; `**` is a power" if isinstance(node, ast.BitXor) else ""
+        raise ExpressionError(f"{_construct(node)} is not allowed in an expression{power}")
     if isinstance(node, ast.Constant) and not _usable(node.value):
         raise ExpressionError(f"{node.value!r} is not allowed in an expression")
     if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
@@ -161,6 +167,8 @@ def _refuse_node(node: ast.AST, own: frozenset[str]) -> None:
         _refuse_comprehension(node)
     if isinstance(node, ast.Call):
         _refuse_call(node, own)
+    if isinstance(node, ast.Expression) and isinstance(node.body, ast.Tuple):
+        raise ExpressionError("a comma: a number has a decimal point, and a list brackets")
 
 
 def _refuse_comprehension(node: ast.comprehension) -> None:

@@ -1,11 +1,13 @@
 """Translate pydantic's validation errors into problems at their places."""
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sized
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from ...schemas.problem import Problem
+from ...schemas.quantity import QUANTITY
 from .operators import words
 from .source import Source
 from .suggest import closest, did_you_mean
@@ -32,14 +34,28 @@ WANTED = {
     "list_type": "a list",
     "none_required": "nothing",
 }
+NAME = "a name: a letter, then letters, digits and _"
 FORMS = {
-    r"^[A-Za-z][A-Za-z0-9_]*$": "a name: a letter, then letters, digits and _",
-    r"^[A-Za-z_][A-Za-z0-9_]*$": "a name: a letter, then letters, digits and _",
+    r"^[A-Za-z][A-Za-z0-9_]*$": NAME,
+    r"^[A-Za-z_][A-Za-z0-9_]*$": NAME,
     r"^[a-z][a-z0-9_]*@[0-9]+$": "a contract with its version, such as gantry@1",
     r"^[A-Za-z][A-Za-z0-9_]*\.[A-Za-z_][A-Za-z0-9_]*$": "role.action, such as gantry.home",
     r"^[A-Za-z0-9][A-Za-z0-9 _.-]*$": "a name of letters, digits, spaces, _ . and -",
     r"^https?://[^/\s]+/?$": "an address such as http://10.0.0.7:4101",
 }
+WRITTEN = {
+    "devices": "such as devices: {gantry: gantry@1}",
+    "params": "such as params: {depth: {type: quantity, unit: mm, default: 2 mm}}",
+    "foreach": "such as foreach: {x: [1 mm, 2 mm]}",
+    "with": "such as with: {x: 1 mm}",
+    "set": "such as set: {depth: 1 mm}",
+    "collect": 'such as collect: {mass: "${{ steps.weight.mass }}"}',
+    "outputs": 'such as outputs: {mass: "${{ steps.weight.mass }}"}',
+    "wait": "such as wait: 30 s",
+    "keep_going": "such as keep_going: {in_a_row: 3}",
+    "watch": 'such as watch: [{when: "${{ status.floor.wet }}", then: pause}]',
+}
+"""How what is often written otherwise is written."""
 Place = tuple[str | int, ...]
 
 
@@ -123,10 +139,40 @@ def _problem(
     if "missing" in kinds:
         around = (*place, *path[:-1])
         return source.problem(around, "E111", f"the key {name!r} is missing", key=bool(path[:-1]))
-    message = _says(name, errors, at(data, path))
+    value = at(data, path)
+    message = _says(name, errors, value)
     at_key = any("[key]" in str(part) for error in errors for part in error["loc"])
     where = (*place, *(part for part in path if part != "[key]"))
-    return source.problem(where, "E112", message, key=at_key)
+    hint = _way_on(path, message, path[-1] if at_key else value)
+    return source.problem(where, "E112", message, hint, key=at_key)
+
+
+def _way_on(path: Place, message: str, value: Any) -> str:
+    """What to write in place of a value of the wrong form; or nothing."""
+    if message.endswith(NAME) and isinstance(value, str):
+        plain = re.sub(r"[\W_]+", "_", value, flags=re.ASCII).strip("_")
+        return f"write {plain}" if re.match(r"[A-Za-z]", plain) else ""
+    if path[-1] == "id" and isinstance(value, int):
+        return f"write step_{value}: {NAME}"
+    if len(path) == 2 and path[0] == "params" and not isinstance(value, dict | list):
+        return f"write {{{_declared(value)}}}" if value is not None else WRITTEN["params"]
+    if len(path) == 2 and path[0] == "devices" and isinstance(value, dict):
+        return (
+            f"name the contract only, such as {path[1]}: gantry@1; the lab says which device it is"
+        )
+    if isinstance(value, str) and (call := re.match(r"(\w+\.\w+)\s*\(", value)):
+        return f"write `do: {call[1]}`, and its parameters under `with`"
+    if "needs a list" in message and isinstance(value, str) and " " not in value.strip():
+        return f"write `- do: {value}` below it" if "." in value else f"write [{value}]"
+    return WRITTEN.get(_name(path), "")
+
+
+def _declared(value: Any) -> str:
+    """The declaration of a parameter of which only the default was written."""
+    if isinstance(value, str) and (match := QUANTITY.match(value)):
+        return f"type: quantity, unit: {match[2]}, default: {value.strip()}"
+    kinds = {bool: "boolean", int: "integer", float: "number", str: "string"}
+    return f"type: {kinds[type(value)]}, default: {words(value)}"
 
 
 def _name(path: Place) -> str:
@@ -165,7 +211,8 @@ def _one(error: dict[str, Any]) -> str:
     if kind == "too_short":
         return "it is empty; it needs at least one item"
     if kind == "too_long":
-        return f"it has {context.get('actual_length')} items; at most {context.get('max_length')}"
+        count = len(value) if isinstance(value, Sized) else context.get("actual_length")
+        return f"it has {count} items; at most {context.get('max_length')}"
     if kind in ("greater_than_equal", "greater_than"):
         return f"{words(value)} is too small; at least {context.get('ge', context.get('gt'))}"
     if kind in ("less_than_equal", "less_than"):

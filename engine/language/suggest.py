@@ -16,6 +16,8 @@ MEANT = {
     "inputs": "params", "returns": "outputs", "vars": "set", "variables": "set",
     "race": "any", "together": "parallel",
     "version": "labrun", "protocol": "name",
+    "float": "number", "double": "number", "int": "integer", "str": "string", "text": "string",
+    "bool": "boolean", "list": "array", "length": "quantity", "duration": "quantity",
 }  # fmt: skip
 """Words from other languages for what has a different name here."""
 
@@ -41,11 +43,11 @@ def did_you_mean(name: str, options: Iterable[str], *, prefix: str = "") -> str:
     return f"; did you mean {prefix}{found}?" if found else ""
 
 
-def listed(names: Iterable[str], limit: int = 12) -> str:
+def listed(names: Iterable[str], limit: int = 12, *, last: str = "and") -> str:
     """`a, b and c`; cut short if there are too many."""
     known = list(names)
     if len(known) > limit:
         return f"{', '.join(known[:limit])} and {len(known) - limit} more"
     if len(known) > 1:
-        return f"{', '.join(known[:-1])} and {known[-1]}"
+        return f"{', '.join(known[:-1])} {last} {known[-1]}"
     return known[0] if known else "none"

@@ -52,7 +52,8 @@ def wants(schema: Mapping[str, Any]) -> str:
     """What a schema expects, as messages put it: `a length (mm)`, `text`."""
     unit = schema.get("unit")
     if unit:
-        return f"{kind_of_unit(unit)} ({unit})"
+        kind = kind_of_unit(unit)
+        return kind if kind.endswith(unit) else f"{kind} ({unit})"
     if "enum" in schema:
         return f"one of {listed(str(item) for item in schema['enum'])}"
     kinds = schema.get("type", [])

@@ -13,12 +13,13 @@ from .yaml_characters import odd_characters
 from .yaml_node import Node, YamlFault, shown
 
 WORTH_A_LOOK = re.compile(
-    r"(?<!\$)\{\{|\$\{\{(?:(?!\}\})[^\n#])*+#|[“”„«»]|(?<![\w.:,/+-])[-+]?0[0-9]+(?![\w.:/-])"
+    r"\$\{(?!\{)|(?<!\$)\{\{|\$\{\{(?:(?!\}\})[^\n#])*+#|[“”„«»]|(?<![\w.:,/+-])[-+]?0[0-9]+(?![\w.:/-])"
 )
 """If a text contains none of these, its values are not examined further."""
 ZEROS = re.compile(r"[-+]?0[0-9]+")
 EXPRESSION = re.compile(r"\$\{\{.*?\}\}", re.DOTALL)
 BRACES = re.compile(r"(?<!\$)\{\{\s*([A-Za-z_][\w.]*)[^{}]*\}\}")
+LONE = re.compile(r"\$\{(?!\{)\s*([A-Za-z_(\d][^{}\n]*?)\s*\}")
 SURELY = re.compile(r"(?:params|steps|run|error)\.")
 WRAPPED = re.compile(r"[“”„«]([^“”„«»]*)[“”»]")
 
@@ -30,8 +31,8 @@ DATE = re.compile(r"[0-9]{4}-[0-9]{1,2}-[0-9]{1,2}([Tt ].*)?")
 BINARY = re.compile(r"0b[01_]+")
 NO_VALUE = re.compile(r"\s*[,}]")
 NO_SPACE = re.compile(r"([A-Za-z_]\w*):([^\s/].*)", re.DOTALL)
-TEXT = re.compile(r"\b(?:needs|wants|not|or) text\b")
-"""A message that text is expected."""
+TEXT = re.compile(r"^(?!id ).*\b(?:needs|wants|not|or) text\b(?! or)")
+"""A message that text of any kind is expected."""
 
 
 def traps(root: Node, text: str) -> list[YamlFault]:
@@ -42,7 +43,9 @@ def traps(root: Node, text: str) -> list[YamlFault]:
     for node, parent, key in _scalars(root):
         raw = text[node.start : node.end]
         fault = _zeros(node, raw) or _wrapped(node, raw)
-        if fault is None and isinstance(node.value, str) and "{{" in node.value:
+        if fault is None and isinstance(node.value, str) and LONE.search(node.value):
+            fault = _lone_braces(node)
+        elif fault is None and isinstance(node.value, str) and "{{" in node.value:
             fault, repaired = _cut(node, text) or _braces(node) or (None, node.value)
             # It is then read as it was meant, so that no other problem follows from it.
             node.value = parent.value[key] = repaired
@@ -117,6 +120,15 @@ def _braces(node: Node) -> tuple[YamlFault, str] | None:
     return _warning("W101", message, node, hint), value
 
 
+def _lone_braces(node: Node) -> YamlFault:
+    """`${ x }`, as shells write it."""
+    match = LONE.search(node.value)
+    assert match is not None
+    message = f"`{shown(match[0])}` with one brace is plain text and is not replaced"
+    hint = f"write ${{{{ {shown(match[1])} }}}} for the value of an expression"
+    return _warning("W101", message, node, hint)
+
+
 def _warning(code: str, message: str, node: Node, hint: str) -> YamlFault:
     return YamlFault(code, message, node.start, hint, node.end - node.start)
 
@@ -130,10 +142,15 @@ def value_hint(node: Node, raw: str, message: str) -> str:
         return "`: ` makes what is before it a key; put text that contains it in quotes"
     if node.members and "a list" in message and all(key[0] == "-" for key in node.members if key):
         return odd_characters(next(iter(node.members))) or "a space is missing after the `-`"
+    if node.members and "needs a list" in message:
+        return "a list has its items one below the other, each after `- `"
+    if node.value is None and node.members is None and node.items is None:
+        needs = "needs keys" in message or "needs a list" in message
+        return "indent what belongs to it below it" if needs else ""
     if node.members is not None or node.items is not None:
         return ""
     if isinstance(node.value, str):
-        return _read_as_text(node, node.value.strip())
+        return _read_as_text(node, node.value.strip(), message)
     if not node.plain or not raw:
         return ""
     if TEXT.search(message):
@@ -143,20 +160,18 @@ def value_hint(node: Node, raw: str, message: str) -> str:
     return ""
 
 
-def _read_as_text(node: Node, text: str) -> str:
+def _read_as_text(node: Node, text: str, message: str) -> str:
     if match := COMMA.fullmatch(text):
         return f"numbers have a decimal point: {match[1]}.{match[2]}{match[3] or ''}"
-    if node.plain and (hint := _plain_text(text)):
+    if node.plain and (hint := _plain_text(text, message)):
         return hint
     if match := NO_SPACE.fullmatch(text):
         return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
-    if "${{" in text or any(mark in text for mark in "：“”„«\u00a0\u200b"):
-        return odd_characters(text)
-    return ""
+    return odd_characters(text)
 
 
-def _plain_text(text: str) -> str:
-    if truth := TRUTHS.get(text.lower()):
+def _plain_text(text: str, message: str) -> str:
+    if (truth := TRUTHS.get(text.lower())) and "needs keys" not in message:
         return f"YAML 1.2 reads `{text}` as text; write {truth}"
     if match := SIXTIES.fullmatch(text):
         total = int(match[1])
@@ -181,5 +196,7 @@ def key_hint(key: str, text: str, start: int, end: int) -> str:
     if match := NO_SPACE.fullmatch(key):
         return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
     if NO_VALUE.match(text, end) and text[:start].rstrip()[-1:] == ",":
-        return "a comma separates entries; put text that contains one in quotes"
+        return (
+            "a comma separates entries; a list needs [brackets], and text that contains one quotes"
+        )
     return odd_characters(key)

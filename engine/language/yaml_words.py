@@ -45,7 +45,10 @@ def _translate(said: str, context: str, lines: Lines, offset: int, begun: int) -
     if lines.text[offset : offset + 1] == "\t":
         return tab(offset)
     if match := NO_TOKEN.search(said):
-        hint = f"{QUOTE_TEXT}, such as '{shown(line[len(before) :])}'"
+        text = line[len(before) :]
+        if "flow" in context or re.search(r"[{\[]", before):
+            text = re.split(r"[,\]}]", text, maxsplit=1)[0] or text
+        hint = f"{QUOTE_TEXT}, such as '{shown(text)}'"
         return _fault(f"text cannot begin with {match[1]}", offset, hint)
     if "flow" in context and "quoted" not in context:
         return _flow(said, context, lines, offset, begun)

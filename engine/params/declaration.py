@@ -57,7 +57,7 @@ def _unit(name: str, param: Param, source: Source) -> Iterator[Problem]:
         try:
             unit_of(param.unit)
         except UnitError as fault:
-            guess = did_you_mean(param.unit, UNITS)
+            guess = "" if "; " in str(fault) else did_you_mean(param.unit, UNITS)
             yield _wrong(
                 name, ("unit",), source, f"{fault}{guess}", "such as mm, s, degC or mL/min"
             )

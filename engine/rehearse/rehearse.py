@@ -98,6 +98,8 @@ class Rehearsal:
             points=run.history.points(),
         )  # fmt: skip
         totals = counting.close(clock(), finished)
+        wanted = (f"{device}.{one}" for device, each in self.faults.items() for one in each)
+        totals.unreached = [label for label in wanted if label not in totals.actions]
         totals.path_mm = path_lengths(World(folder), list(devices))
         return totals
 

@@ -79,6 +79,10 @@ def gantt(totals: Totals) -> Iterator[str]:
 
 
 def _wrong(totals: Totals) -> Iterator[str]:
+    for label in totals.unreached:
+        yield f"{label} cannot fail here: no step that runs does it."
+    if totals.unreached and not (totals.troubles or totals.questions or totals.slow):
+        return
     if not (totals.troubles or totals.questions or totals.slow):
         if not totals.reason:  # the first line has said it
             yield "Nothing goes wrong. Inject faults to see what would happen: --fail ROLE.ACTION:0.05"

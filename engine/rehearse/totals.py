@@ -45,7 +45,8 @@ class Totals:
     """A rehearsal in figures.
 
     `gantt`: by action, the share of each of `COLUMNS` columns of time in which it was under way; they divide
-    `shown_s`, a part of the rehearsed time from its beginning.
+    `shown_s`, a part of the rehearsed time from its beginning. `unreached`: actions that were to fail, and
+    that nothing asked for.
     """
 
     fate: str = ""
@@ -65,6 +66,7 @@ class Totals:
     players: dict[str, str] = field(default_factory=dict)
     gantt: dict[str, list[float]] = field(default_factory=dict)
     shown_s: tuple[float, float] = (0.0, 0.0)
+    unreached: list[str] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """All of it as plain data."""

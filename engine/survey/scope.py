@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from keyword import kwlist
 from typing import Any, Literal
 
 from ..lab.bind import BoundRole
@@ -20,7 +21,7 @@ from ..language.types import ANY, ERROR, RUN, Type, either, type_of_schema
 
 OPEN = ("member", "branch")
 """Levels whose steps are visible after them, with a null result if they did not run."""
-RESERVED = {"params", "steps", "run", "error", *CONSTANTS, *RESERVED_FUNCTIONS}
+RESERVED = {"params", "steps", "run", "error", *CONSTANTS, *RESERVED_FUNCTIONS, *kwlist}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

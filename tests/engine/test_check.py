@@ -14,6 +14,7 @@ from labrun.schemas.protocol import STEP_KINDS
 HERE = Path(__file__).parent
 FAULTY = sorted(path for path in (HERE / "faulty").iterdir() if path.suffix in (".yaml", ".json"))
 EXAMPLE = HERE / "examples" / "libs_grid_scan.yaml"
+WAY_ON = re.compile(r"# way on: (.*)")
 EXPECTED = re.compile(r"expect: ([^\n\"]*?)(?: with (-[^\n\"]*))?[\n\"]")
 
 
@@ -29,7 +30,7 @@ def told(checked: Checked, file: Path | None = None) -> list[str]:
 def expected(path: Path) -> tuple[list[str], dict[str, Any]]:
     """What a file of the corpus declares in its header: problems and command line options.
 
-    `# expect: E209 5:38 with --lab beside/lab.yaml -p depth=2`
+    `# expect: E209 5:38 with --lab beside/lab.yaml -p depth=2`; `# way on: TEXT` must be in one of them.
     """
     match = EXPECTED.search(path.read_text(encoding="utf-8", errors="replace"))
     assert match, f"{path.name} does not say what to expect"
@@ -47,8 +48,11 @@ def expected(path: Path) -> tuple[list[str], dict[str, Any]]:
 @pytest.mark.parametrize("path", FAULTY, ids=lambda path: path.stem)
 def test_each_faulty_protocol_is_told_its_fault_at_its_place_and_nothing_else(path):
     problems, options = expected(path)
+    checked = check_file(path, **options)
+    ways = WAY_ON.findall(path.read_text(encoding="utf-8", errors="replace"))
 
-    assert sorted(told(check_file(path, **options), path)) == problems
+    assert sorted(told(checked, path)) == problems
+    assert all(any(way in f"{p.message} = {p.hint}" for p in checked.problems) for way in ways)
 
 
 def test_the_example_checks_clean():

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ....drivers.bridges.library import instrument_class
-from ....drivers.bridges.pymeasure import PACKAGE
+from ....drivers.bridges.pymeasure import PACKAGE, made_of, together
 from ..protocol import CannotMake
 from .metadata import choices, is_number, method, unit_in
 from .sources import Described
@@ -81,24 +81,20 @@ def _own(found: type, base: set[str]) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _property(name: str, one: property) -> Iterator[tuple[str, dict[str, Any]]]:
-    given, words = _defaults(one.fset), " ".join((one.__doc__ or "").split())
-    schema = _schema(given, words)
-    gettable = one.fget is not None and _defaults(one.fget).get("get_command", "") is not None
+    given, words = made_of(one.fset), " ".join((one.__doc__ or "").split())
+    schema, count = _schema(given, words), together(one)
+    if count > 1:
+        number = {"type": "number"}
+        schema = {"type": "array", "items": number, "minItems": count, "maxItems": count}
+    gettable = one.fget is not None and made_of(one.fget).get("get_command", "") is not None
     settable = one.fset is not None and given.get("set_command", "") is not None
     if gettable:
-        if _defaults(one.fget).get("cast") is int and schema["type"] == "number":
+        if made_of(one.fget).get("cast") is int and schema["type"] == "number":
             schema = {**schema, "type": "integer"}
         plain = {k: v for k, v in schema.items() if k in ("type", "unit", "items")}
         yield f"read_{name}", {"get": name, "returns": {name: plain}}
     if settable:
         yield f"set_{name}", {"set": name, "params": {name: schema}, "effect": "idempotent"}
-
-
-def _defaults(function: Any) -> dict[str, Any]:
-    """What the library's factory gave the function of a property."""
-    if function is None:
-        return {}
-    return {n: p.default for n, p in inspect.signature(function).parameters.items()}
 
 
 def _schema(given: dict[str, Any], words: str) -> dict[str, Any]:

@@ -157,8 +157,8 @@ Fails:
         with:
           z: "{{ params.depth }}"
 
-W101. Text in double braces is not changed. Other programs replace it with a value, so it may be
-a mistake.
+W101. Text in double braces, or in `${ }`, is not changed, nor is `steps.weight.mass` without any. Other
+programs replace such text with a value, so it may be a mistake.
 
 Passes:
 

@@ -165,7 +165,10 @@ def _iterations(view: Outlook, step: p.LoopBase, place: Place) -> tuple[str, ...
         name, raw = next(iter(step.foreach.items()))
         items = view.items(step, place)
         each = f"for each {name} of {bare(raw) if items is None else items_text(items)}"
-        return (each, f"{bare(step.at_once)} at once") if step.at_once is not None else (each,)
+        if step.at_once is None:
+            return (each,)
+        order = " in the shortest order" if step.order == "shortest" else ""
+        return (each, f"{bare(step.at_once)} at once{order}")
     if isinstance(step, p.Repeat):
         times = view.number(step.repeat, (*place, "repeat"))
         return (f"{bare(step.repeat) if times is None else f'{times:,}'} times",)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from labrun.drivers.driver import ActionFailed
+from labrun.drivers.driver import ActionFailed, GoalContext
 from labrun.engine.lab.lab import load_lab
 from labrun.engine.new.device.entry import entry_text
 from labrun.engine.new.device.sources import described
@@ -55,6 +55,39 @@ def test_channels_of_a_class_beside_the_lab_are_a_parameter(tmp_path, monkeypatc
         },
         "effect": "idempotent",
     }  # fmt: skip
+
+
+MIXED = """
+from pymeasure.adapters import ProtocolAdapter
+from pymeasure.instruments import Instrument
+from pymeasure.instruments.validators import strict_discrete_set
+
+class Meter(Instrument):
+    bandwidth = Instrument.control(
+        "BW?", "BW %s", "Control it.", validator=strict_discrete_set, values=[3, 20, "MAX"]
+    )
+
+    both = Instrument.control("APPLY?", "APPLY %g, %g", "Control voltage and current.")
+
+    def __init__(self, adapter, **given):
+        sent = [(b"BW 20", None), (b"BW MAX", None), (b"APPLY 2, 0.5", None)]
+        super().__init__(ProtocolAdapter(sent), "meter", includeSCPI=False)
+"""
+
+
+def test_numbers_among_words_are_choices_and_two_values_are_set_at_once(tmp_path, monkeypatch, ask):
+    (tmp_path / "meter_m7.py").write_text(MIXED, "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    actions = described("pymeasure:meter_m7.Meter").actions
+
+    async def story(made):
+        for value in ("20", "MAX"):
+            await made.method("set_bandwidth")(GoalContext(f"run/{value}"), bandwidth=value)
+        with pytest.raises(ActionFailed, match="Rejected"):
+            await made.method("set_bandwidth")(GoalContext("run/5"), bandwidth="5")
+        await made.method("set_both")(GoalContext("run/both"), both=[2, 0.5])
+
+    ask("pymeasure", {"instrument": "meter_m7.Meter", "resource": "-", "actions": actions}, story)
 
 
 @pytest.fixture

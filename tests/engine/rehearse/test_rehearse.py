@@ -176,6 +176,16 @@ def test_faults_that_cannot_be_are_said(tmp_path):
         rehearsed(tmp_path, SCAN, faults={"libs": {"measure": {"Rain": 0.5}}})
 
 
+def test_an_action_that_is_to_fail_and_is_never_done_is_told(tmp_path):
+    move = "steps: [{do: gantry.move_to, with: {x: 1 mm}}]\n"
+    totals = rehearsed(tmp_path, move, faults={"gantry": {"home": 1.0}})
+
+    assert totals.fate == "succeeded"
+    assert (
+        list(lines(totals, 0.1))[-1] == "gantry.home cannot fail here: no step that runs does it."
+    )
+
+
 def test_the_shipped_map_takes_four_hours(tmp_path):
     checked = check_file(SHIPPED / "pegmatite_map.yaml", params={"pitch": "2 mm"})
     totals = Rehearsal(checked).play()

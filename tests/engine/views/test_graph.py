@@ -95,6 +95,13 @@ def test_every_kind_of_step_is_drawn_once_as_it_is_compiled(tmp_path):
     }  # fmt: skip
 
 
+def test_iterations_at_once_are_drawn_with_their_order():
+    loop = "steps: [{foreach: {i: [1, 2]}, at_once: 2, order: shortest, steps: [{wait: 1 s}]}]\n"
+    said = mermaid(trees(check_text(f"labrun: 1\nname: p\n{loop}", "p.yaml")))
+
+    assert "2 at once in the shortest order" in said
+
+
 def test_a_grid_of_a_thousand_points_is_one_node():
     said = mermaid(trees(check_file(EXAMPLE)))
 
