@@ -279,12 +279,17 @@ def _fitted(
         for down in (0.95, 1.0, 1.05):
             shape = _resized(plain, scale * across, scale * down)
             rows, columns = shape.shape
-            if rows > around.shape[0] or columns > around.shape[1] or shape.shape in tried:
+            kind = (
+                rows,
+                columns,
+                scale * across < 1,
+            )  # beyond its own size it is drawn in another way
+            if rows > around.shape[0] or columns > around.shape[1] or kind in tried:
                 continue
             fits = cv2.matchTemplate(softened, _soft(shape, height), cv2.TM_CCOEFF_NORMED)
             fits = np.nan_to_num(fits, nan=-1.0)
             size = scale * float(np.sqrt(across * down))
-            tried[shape.shape] = float(fits.max()), fits, shape, size
+            tried[kind] = float(fits.max()), fits, shape, size
     best: tuple[float, Box, float] = (above, (x, y, around.shape[1], around.shape[0]), scale)
     edged = None
     for most, by_grey, shape, size in sorted(tried.values(), key=_most, reverse=True):
