@@ -109,4 +109,6 @@ class _Later(ModuleType):
         if name.startswith("__"):  # the import system asks for `__path__`
             raise AttributeError(name)
         self.leave()
-        return getattr(import_module(self.__name__), name)
+        found = getattr(import_module(self.__name__), name)
+        self.__dict__[name] = found  # what is asked for thousands of times is found at once
+        return found

@@ -9,6 +9,7 @@ from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 from typing import Any, ClassVar
 
+from ...schemas.contract import Action
 from ...schemas.messages import Goal
 from ..client.launch import start_server
 from .case import Case, Params
@@ -39,6 +40,7 @@ class Stage:
     """What a subclass defines for its driver: `case` and, if needed, the methods that follow."""
 
     case: ClassVar[Case]
+    _actions: ClassVar[dict[str, Action]]
 
     @contextmanager
     def peer(self, folder: Path, *, slow: bool) -> Iterator[Params]:
@@ -67,6 +69,7 @@ class Stage:
         """Drop the tests that apply to no action of this contract."""
         super().__init_subclass__(**more)
         if "case" in cls.__dict__:
+            cls._actions = cls.case.read_contract().actions
             for name in [n for n in dir(cls) if n.startswith("test_")]:
                 if _takes_action(getattr(cls, name)) and not cls._about(name):
                     setattr(cls, name, None)
@@ -78,7 +81,7 @@ class Stage:
 
     @classmethod
     def _about(cls, test: str) -> list[str]:
-        actions = cls.case.read_contract().actions
+        actions = cls._actions
         about = {
             "cancellable": [n for n, a in actions.items() if a.cancel],
             "once": [n for n, a in actions.items() if a.effect == "once" and a.probe],

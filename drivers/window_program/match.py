@@ -231,7 +231,8 @@ def _again(picture: Picture, grey: np.ndarray, template: Template, hit: Hit) -> 
     """The hit fitted about its own size: the proposal's may have been off by more than a fit reaches."""
     if hit.score < HOPEFUL or hit.colour > COLOUR_WITHIN:
         return hit
-    finer = _fitted(picture, grey, template, (hit.score, hit.scale, hit.box))
+    place = hit.score, hit.scale, hit.box
+    finer = _fitted(picture, grey, template, place, above=hit.score)
     return finer if finer.score > hit.score else hit
 
 
@@ -261,35 +262,51 @@ def _distinct(proposed: list[Any], most: int) -> list[Any]:
 
 def _fitted(
     picture: Picture, grey: np.ndarray, template: Template, place: Any,
-    reach: tuple[float, float] | None = None,
+    reach: tuple[float, float] | None = None, above: float = -1.0,
 ) -> Hit:  # fmt: skip
     """The same place with width and height fitted by themselves, scored on grey and on edges.
 
-    `reach` is how far it may lie off, across and down, in pixels.
+    `reach` is how far it may lie off, across and down, in pixels. What scores no better than `above`
+    is of no use to the caller, and only told to be so: the edges, which cost most, are then left out.
     """
     _, scale, (x, y, width, height) = place
     across_by, down_by = (max(3, round(n)) for n in reach or (0.08 * width, 0.15 * height))
     left, top = max(0, x - across_by), max(0, y - down_by)
     around = grey[top : y + height + down_by, left : x + width + across_by]
-    softened, edged = _soft(around, height), _edges(around, height)
-    plain = _grey(template.picture)
-    best: tuple[float, Box, float] = (-1.0, (x, y, around.shape[1], around.shape[0]), scale)
+    softened, plain = _soft(around, height), _grey(template.picture)
+    tried: dict[tuple[int, ...], tuple[float, np.ndarray, np.ndarray, float]] = {}
     for across in np.linspace(0.94, 1.06, 7):
         for down in (0.95, 1.0, 1.05):
             shape = _resized(plain, scale * across, scale * down)
             rows, columns = shape.shape
-            if rows > around.shape[0] or columns > around.shape[1]:
+            kind = (
+                rows,
+                columns,
+                scale * across < 1,
+            )  # beyond its own size it is drawn in another way
+            if rows > around.shape[0] or columns > around.shape[1] or kind in tried:
                 continue
-            by_grey = cv2.matchTemplate(softened, _soft(shape, height), cv2.TM_CCOEFF_NORMED)
-            by_edge = cv2.matchTemplate(edged, _edges(shape, height), cv2.TM_CCOEFF_NORMED)
-            fits = np.nan_to_num(
-                (np.minimum(by_grey, by_edge) + (by_grey + by_edge) / 2) / 2, nan=-1.0
-            )
-            _, score, _, (dx, dy) = cv2.minMaxLoc(fits)
-            if score > best[0]:
-                size = scale * float(np.sqrt(across * down))
-                best = (float(score), (left + dx, top + dy, columns, rows), size)
+            fits = cv2.matchTemplate(softened, _soft(shape, height), cv2.TM_CCOEFF_NORMED)
+            fits = np.nan_to_num(fits, nan=-1.0)
+            size = scale * float(np.sqrt(across * down))
+            tried[kind] = float(fits.max()), fits, shape, size
+    best: tuple[float, Box, float] = (above, (x, y, around.shape[1], around.shape[0]), scale)
+    edged = None
+    for most, by_grey, shape, size in sorted(tried.values(), key=_most, reverse=True):
+        if (3 * most + 1) / 4 <= best[0]:  # however well the edges fit
+            break
+        edged = _edges(around, height) if edged is None else edged
+        by_edge = cv2.matchTemplate(edged, _edges(shape, height), cv2.TM_CCOEFF_NORMED)
+        fits = np.nan_to_num((np.minimum(by_grey, by_edge) + (by_grey + by_edge) / 2) / 2, nan=-1.0)
+        _, score, _, (dx, dy) = cv2.minMaxLoc(fits)
+        if score > best[0]:
+            rows, columns = shape.shape
+            best = (float(score), (left + dx, top + dy, columns, rows), size)
     return _coloured(picture, template, *best)
+
+
+def _most(tried: tuple[float, np.ndarray, np.ndarray, float]) -> float:
+    return tried[0]
 
 
 def _apart(picture: Picture, template: Template, box: Box) -> float:
@@ -400,7 +417,7 @@ def _fits_there(picture: Picture, grey: np.ndarray, hit: Hit, other: Template) -
         return []
     wider, higher = max(0, width - hit.box[2]), max(0, height - hit.box[3])
     reach = max(0.25 * width, 0.5 * wider + 0.25 * hit.box[2]), 0.15 * height + 0.5 * higher
-    fitted = _fitted(picture, grey, other, (0.0, hit.scale, box), reach)
+    fitted = _fitted(picture, grey, other, (0.0, hit.scale, box), reach, above=hit.score)
     return [fitted] if overlap(fitted.box, hit.box) > 0.4 else []
 
 

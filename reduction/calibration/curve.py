@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ..spectrum.spectrum import FloatArray
 
@@ -119,7 +119,7 @@ class Curve:
 @lru_cache(maxsize=64)
 def quantile(part: float, freedom: int) -> float:
     """Of Student's t."""
-    return float(student.ppf(part, freedom))
+    return float(stdtrit(freedom, part))
 
 
 def fit_curve(

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from ..spectrum.spectrum import BoolArray, FloatArray
 from .multivariate import ORDINARY, Likeness, Place, Pls, distances, packed
@@ -153,4 +153,4 @@ def _principal(x: FloatArray, components: int | None):
 def _limit(values: FloatArray) -> float:
     """What `ORDINARY` of such values are below, their logarithms taken as normal."""
     logs = np.log(np.maximum(values, 1e-300))
-    return float(np.exp(logs.mean() + norm.ppf(ORDINARY) * logs.std(ddof=1)))
+    return float(np.exp(logs.mean() + ndtri(ORDINARY) * logs.std(ddof=1)))

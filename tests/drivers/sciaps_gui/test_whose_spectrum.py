@@ -52,7 +52,7 @@ def test_a_program_that_exports_its_list_is_exported_from_point_after_point(gui)
 
     async def story(driver):
         pairs = []
-        for n in range(3):
+        for n in range(2):
             shot = await shoot(driver, f"m{n}")
             pairs.append((await gui.spectrum(driver, shot, f"e{n}"), own(driver, shot)))
         return pairs
@@ -60,10 +60,12 @@ def test_a_program_that_exports_its_list_is_exported_from_point_after_point(gui)
     pairs = gui.play(story, delete="never")
 
     assert all(got == wanted for got, wanted in pairs)
-    assert len(analyser.entries()) == 3
+    assert len(analyser.entries()) == 2
 
 
-@pytest.mark.parametrize("stray", ["other_1.csv", "sample7/sample7_1.csv"])
+@pytest.mark.parametrize(
+    "stray", ["other_1.csv", pytest.param("sample7/sample7_1.csv", marks=pytest.mark.soak)]
+)
 def test_a_strangers_file_is_left_alone_and_the_own_one_waited_for(gui, stray):
     analyser = gui.start(stray=stray, late_s=8.0)
 

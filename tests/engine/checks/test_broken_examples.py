@@ -27,7 +27,7 @@ from labrun.schemas.protocol import Protocol
 EXAMPLE = Path(__file__).parents[1] / "examples" / "libs_grid_scan.yaml"
 SHIPPED = Path(labrun.protocols.__file__).parent
 PROTOCOLS = [EXAMPLE, *sorted(p for p in SHIPPED.iterdir() if p.suffix in (".yaml", ".json"))]
-STRUCTURAL, HARMLESS = 100, 40
+STRUCTURAL, HARMLESS = 50, 20
 """How many mutants of each protocol are checked; the seed is fixed."""
 OTHERS: list[Any] = [
     None, True, -1, 1.5, "", "text", "${{ x", "${{ steps }}", [], [[]], {}, {"a": {"b": 1}},

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
-from scipy.signal import fftconvolve
 
 from .light import STEP_NM
 
@@ -124,6 +123,9 @@ def _blur(radiance, fwhm_nm, lorentzian):
     half = fwhm_nm / 2 / STEP_NM
     away = np.arange(-int(40 * half), int(40 * half) + 1)
     foot = 1 / (1 + (away / half) ** 2)
+    # It brings the whole of scipy's statistics: not for everyone who only collects the tests.
+    from scipy.signal import fftconvolve
+
     return (1 - lorentzian) * gauss + lorentzian * fftconvolve(radiance, foot / foot.sum(), "same")
 
 

@@ -1,22 +1,12 @@
 // Results: a map and its spectra, points selected and measured again, plasma and classes, tables, files.
-import type { Browser } from 'playwright-core'
-import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
-import { ask, type Bench, startBench } from './bench'
-import { aPerson, isLive, NARROW, openBrowser, tidy } from './browser'
+import { describe, expect, it } from 'vitest'
+import { ask } from './bench'
+import { aPerson, isLive, NARROW } from './browser'
 import { axe, picture } from './look'
 import { measuredMap } from './measured'
+import { bench, browser } from './stage'
 
-let bench: Bench
-let browser: Browser
 let run: string
-beforeAll(async () => {
-  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
-}, 120_000)
-afterEach(() => tidy(browser, bench))
-afterAll(async () => {
-  await browser.close()
-  await bench.close()
-})
 
 describe('results', () => {
   it('are empty at first, and the page says what to do', async () => {

@@ -1,9 +1,8 @@
 // Every screen, light and wide, dark at 390 pixels, and in lab mode: axe finds nothing, and nothing sticks out.
-import type { Browser } from 'playwright-core'
-import { afterAll, beforeAll, describe, expect, it } from 'vitest'
-import { type Bench, startBench } from './bench'
-import { aPerson, isLive, NARROW, openBrowser, WIDE } from './browser'
+import { describe, expect, it } from 'vitest'
+import { aPerson, isLive, NARROW, WIDE } from './browser'
 import { axe, picture } from './look'
+import { bench, browser } from './stage'
 
 const SCREENS = [
   '/devices/gantry', '/devices/libs', '/devices/camera', '/protocols', '/protocols/hello.yaml', '/protocols/pegmatite_map.yaml',
@@ -15,15 +14,6 @@ const LOOKS = [
   { look: 'lab', theme: 'dark', viewport: WIDE, lab: true },
 ]
 
-let bench: Bench
-let browser: Browser
-beforeAll(async () => {
-  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
-})
-afterAll(async () => {
-  await browser.close()
-  await bench.close()
-})
 
 describe.each(LOOKS)('in $look', ({ look, theme, viewport, lab }) => {
   it('every screen is accessible, fits and has one heading', async () => {

@@ -1,10 +1,10 @@
 // Points that failed: told alike everywhere, measured again when a person asks for it, beside what the laser has fired.
-import type { Browser } from 'playwright-core'
-import { afterAll, afterEach, beforeAll, expect, it } from 'vitest'
-import { ask, type Bench, orderFault, startBench } from './bench'
-import { aPerson, openBrowser, tickChecklist, tidy } from './browser'
+import { beforeAll, expect, it } from 'vitest'
+import { ask, orderFault } from './bench'
+import { aPerson, tickChecklist } from './browser'
 import { axe, picture } from './look'
 import { now, reached, startRun, until } from './measured'
+import { bench, browser } from './stage'
 
 const SCAN = `labrun: 1
 name: scan
@@ -25,17 +25,9 @@ finally: [{fail: the valve is still open, on_error: continue}, {do: gantry.move_
 on_resume: [{do: gantry.home}, {do: gantry.move_to, with: {x: 0 mm, y: 0 mm, z: 0 mm}}]
 `
 interface Told { fate: string; done: number; word: string; total: number; measured: number; failed: number; left: number; holes: number }
-let bench: Bench
-let browser: Browser
 beforeAll(async () => {
-  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
   await ask(bench, '/protocols', { name: 'scan.yaml', text: SCAN }, now())
 }, 120_000)
-afterEach(() => tidy(browser, bench))
-afterAll(async () => {
-  await browser.close()
-  await bench.close()
-})
 
 const shots = async (): Promise<number> => Number((await ask<{ status: Record<string, unknown> }>(bench, '/devices/libs')).status['shots'])
 const height = async (): Promise<number> => Number((await ask<{ status: Record<string, unknown> }>(bench, '/devices/gantry')).status['z'])

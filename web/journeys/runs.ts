@@ -2,23 +2,13 @@
 import { mkdtemp, writeFile } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
-import type { Browser, Page } from 'playwright-core'
-import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
+import type { Page } from 'playwright-core'
+import { describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, isLive, NARROW, openBrowser, type Person, releaseControl, tidy } from './browser'
+import { aPerson, isLive, NARROW, type Person, releaseControl } from './browser'
 import { axe, picture } from './look'
 import { startRun } from './measured'
-
-let bench: Bench
-let browser: Browser
-beforeAll(async () => {
-  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
-})
-afterEach(() => tidy(browser, bench))
-afterAll(async () => {
-  await browser.close()
-  await bench.close()
-})
+import { bench, browser } from './stage'
 
 const ADA = { welcomed: true, name: 'Ada' }
 

@@ -1,20 +1,9 @@
 // The frame: welcome, places, control between two people, themes, keys.
-import type { Browser } from 'playwright-core'
-import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
-import { ask, type Bench, startBench } from './bench'
-import { allOnline, aPerson, isLive, NARROW, openBrowser, tabTo, tidy } from './browser'
+import { describe, expect, it } from 'vitest'
+import { ask } from './bench'
+import { allOnline, aPerson, isLive, NARROW, tabTo } from './browser'
 import { picture } from './look'
-
-let bench: Bench
-let browser: Browser
-beforeAll(async () => {
-  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
-})
-afterEach(() => tidy(browser, bench))
-afterAll(async () => {
-  await browser.close()
-  await bench.close()
-})
+import { bench, browser } from './stage'
 
 describe('the frame', () => {
   it('lets a browser of the same user in by the plain address', async () => {

@@ -1,31 +1,23 @@
 // Runs found again: by words, sample and day; labelled; compared; a sample with all that was measured on it.
 import { createServer } from 'node:http'
 import type { AddressInfo } from 'node:net'
-import type { Browser } from 'playwright-core'
-import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
-import { type Bench, startBench } from './bench'
-import { aPerson, isLive, NARROW, openBrowser, tabTo, tidy } from './browser'
+import { beforeAll, describe, expect, it } from 'vitest'
+import { aPerson, isLive, NARROW, tabTo } from './browser'
 import { axe, picture } from './look'
 import { startRun, until } from './measured'
+import { bench, browser } from './stage'
 
-let bench: Bench
-let browser: Browser
 let ids: string[] = []
-beforeAll(async () => {
-  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
-  for (const [sample, height] of [['K17', '0.6 mm'], ['K17', '0.4 mm'], ['SPD-07', '0.4 mm']] as const) {
-    const run = await startRun(bench, 'pegmatite_map.yaml', { width: '0.6 mm', height, sample })
-    await until(bench, run, (told) => told.fate === 'succeeded' && !(told as { live?: boolean }).live)
-    ids = [...ids, run]
-  }
-}, 240_000)
-afterEach(() => tidy(browser, bench))
-afterAll(async () => {
-  await browser.close()
-  await bench.close()
-})
 
 describe('runs', () => {
+  beforeAll(async () => {
+    for (const [sample, height] of [['K17', '0.6 mm'], ['K17', '0.4 mm'], ['SPD-07', '0.4 mm']] as const) {
+      const run = await startRun(bench, 'pegmatite_map.yaml', { width: '0.6 mm', height, sample })
+      await until(bench, run, (told) => told.fate === 'succeeded' && !(told as { live?: boolean }).live)
+      ids = [...ids, run]
+    }
+  }, 240_000)
+
   it('are found by sample and by size, and a search that means nothing says what there is', async () => {
     const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto('/runs')

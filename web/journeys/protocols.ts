@@ -1,20 +1,10 @@
 // Protocols: the list, the editor in all its views, one undo for text and outline, conflicts, drafts.
-import type { Browser, Page } from 'playwright-core'
-import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
-import { ask, type Bench, letIn, startBench } from './bench'
-import { allOnline, aPerson, NARROW, openBrowser, tabTo, tidy } from './browser'
+import type { Page } from 'playwright-core'
+import { describe, expect, it } from 'vitest'
+import { ask, letIn } from './bench'
+import { allOnline, aPerson, NARROW, tabTo } from './browser'
 import { axe, picture } from './look'
-
-let bench: Bench
-let browser: Browser
-beforeAll(async () => {
-  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
-})
-afterEach(() => tidy(browser, bench))
-afterAll(async () => {
-  await browser.close()
-  await bench.close()
-})
+import { bench, browser } from './stage'
 
 interface Text {
   text: string

@@ -1,10 +1,10 @@
 // Runs in which something goes wrong: the failure is found and the run resumed with a changed protocol; by keyboard alone.
-import type { Browser } from 'playwright-core'
-import { afterAll, afterEach, beforeAll, expect, it } from 'vitest'
-import { ask, type Bench, orderFault, startBench } from './bench'
-import { aPerson, openBrowser, tabTo, tickChecklist, tidy } from './browser'
+import { beforeAll, expect, it } from 'vitest'
+import { ask, orderFault } from './bench'
+import { aPerson, tabTo, tickChecklist } from './browser'
 import { axe, picture } from './look'
 import { now, reached, startRun, until } from './measured'
+import { bench, browser } from './stage'
 
 const SCAN = `labrun: 1
 name: scan
@@ -21,23 +21,15 @@ steps:
       - {id: shoot, do: libs.measure, retry: 2}
     collect: {x: "\${{ point.x }}", y: "\${{ point.y }}", shot: "\${{ steps.shoot.shot_id }}"}
 `
-let bench: Bench
-let browser: Browser
 beforeAll(async () => {
-  ;[bench, browser] = await Promise.all([startBench(), openBrowser()])
-  await ask(bench, '/protocols', { name: 'scan.yaml', text: SCAN }, now())
+  await ask(bench, '/protocols', { name: 'trouble.yaml', text: SCAN }, now())
 }, 120_000)
-afterEach(() => tidy(browser, bench))
-afterAll(async () => {
-  await browser.close()
-  await bench.close()
-})
 
 it('what went wrong is found in the outline and in the log, and the run is resumed with a changed protocol', async () => {
   const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   await orderFault(bench, { device: 'libs', kind: 'error', action: 'measure', error: 'ButtonNotFound', count: 4 })
-  const run = await startRun(bench, 'scan.yaml')
+  const run = await startRun(bench, 'trouble.yaml')
   await until(bench, run, (told) => told.fate === 'failed')
   const told = await ask<Record<string, number>>(bench, `/runs/${run}`)
 
@@ -66,8 +58,8 @@ it('what went wrong is found in the outline and in the log, and the run is resum
 
   expect(await axe(page)).toEqual([])
 
-  const { revision } = await ask<{ revision: string }>(bench, '/protocols/scan.yaml')
-  const session = await page.request.put(`${bench.address}/api/v1/protocols/scan.yaml`, {
+  const { revision } = await ask<{ revision: string }>(bench, '/protocols/trouble.yaml')
+  const session = await page.request.put(`${bench.address}/api/v1/protocols/trouble.yaml`, {
     data: { text: SCAN.replace('max_failed: 1', 'max_failed: 9'), base: revision }, headers: { Origin: bench.address },
   })
 

@@ -1,0 +1,2 @@
+// Runs in which something goes wrong.
+import './runs_trouble'

@@ -1,0 +1,2 @@
+// Runs of which points failed.
+import './runs_holes'

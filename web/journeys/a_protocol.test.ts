@@ -1,0 +1,3 @@
+// The frame and its protocols, on one bench, in this order.
+import './frame'
+import './protocols'
