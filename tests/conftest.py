@@ -20,6 +20,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
+from ctypes.util import find_library
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
@@ -76,6 +77,10 @@ NEEDS = {
         lambda: bool(shutil.which("node") and shutil.which("npm")), "install Node.js 20 or newer"
     ),
     "graphviz": Need(lambda: shutil.which("dot") is not None, "apt-get install graphviz"),
+    "libusb": Need(
+        lambda: find_spec("pyrealsense2") is not None and find_library("usb-1.0") is not None,
+        "apt-get install libusb-1.0-0",
+    ),
     "kernel": Need(
         lambda: find_spec("ipykernel") is not None and find_spec("nbclient") is not None,
         "pip install ipykernel nbclient",

@@ -75,7 +75,14 @@ class RealSenseDevice(LibrarySource):
 
     def open(self) -> None:
         """Start it; raises OSError with the reason."""
-        import pyrealsense2 as rs
+        try:
+            import pyrealsense2 as rs
+        except ModuleNotFoundError:
+            raise
+        except ImportError as fault:  # its wheel for Linux does not bring libusb
+            raise OSError(
+                f"the library of {self.name} cannot be loaded: {fault}{_remedy(str(fault))}"
+            ) from fault
 
         config = rs.config()
         if self.recording is None:
@@ -158,6 +165,11 @@ class RealSenseDevice(LibrarySource):
         far_mm = np.where(steps > 0, steps * np.float32(MM * depth.get_units()), np.nan)
         lens = eye_of(colour.profile.as_video_stream_profile().intrinsics)
         return Shot(_blue_first(colour), far_mm, eye=lens, reach_mm=self._reach_mm)
+
+
+def _remedy(fault: str) -> str:
+    """What to add where the system lacks a library, if that is known."""
+    return "; add it with: apt-get install libusb-1.0-0" if "libusb" in fault else ""
 
 
 def eye_of(known: Any) -> "Intrinsics":

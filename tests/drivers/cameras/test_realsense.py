@@ -1,16 +1,22 @@
 """A RealSense camera: recordings of its library's software device, of scenes whose truth is known."""
 
+import sys
+
 import numpy as np
 import pytest
 from scenes import Chessboard, Lens, photograph, stand
 
+from labrun.drivers.cameras.realsense import RealSense, RealSenseDevice, eye_of, slow_port
 from labrun.drivers.driver import GoalContext, Place
 
 from ..played import played
 
-rs = pytest.importorskip("pyrealsense2", reason="needs pyrealsense2: labrun[realsense]")
+try:
+    import pyrealsense2 as rs
+except ImportError:
+    rs = None
 
-from labrun.drivers.cameras.realsense import RealSense, eye_of, slow_port  # noqa: E402
+pytestmark = pytest.mark.needs("libusb")
 
 COLOUR = Lens(640, 360, 532.5, (322.0, 176.0))
 DEPTH = Lens(640, 360, 420.0, (318.0, 181.0))
@@ -22,10 +28,14 @@ TENTH_MM = 1e-4
 PICTURES = 4
 
 
-def known(lens, model=rs.distortion.none, coeffs=(0.0,) * 5):
+def known(lens, model="none", coeffs=(0.0,) * 5):
     told = rs.intrinsics()
     told.width, told.height, told.fx, told.fy = lens.width, lens.height, lens.focal, lens.focal
-    (told.ppx, told.ppy), told.model, told.coeffs = lens.middle, model, list(coeffs)
+    (told.ppx, told.ppy), told.model, told.coeffs = (
+        lens.middle,
+        getattr(rs.distortion, model),
+        list(coeffs),
+    )
     return told
 
 
@@ -192,7 +202,7 @@ SEVERAL = ("brown_conrady", "modified_brown_conrady", "inverse_brown_conrady")
 @pytest.mark.parametrize("model", SEVERAL)
 def test_a_lens_is_that_of_the_library_whatever_way_round_it_is_described(model):
     """Numbers of the size of a D455's."""
-    lens = known(COLOUR, getattr(rs.distortion, model), (-0.055, 0.066, -0.0006, 0.0005, -0.021))
+    lens = known(COLOUR, model, (-0.055, 0.066, -0.0006, 0.0005, -0.021))
 
     pixels = np.array([[0.0, 0], [639, 359], [320, 180], [100, 300], [600, 20]])
     rays = np.array([rs.rs2_deproject_pixel_to_point(lens, list(one), 1.0) for one in pixels])
@@ -201,7 +211,18 @@ def test_a_lens_is_that_of_the_library_whatever_way_round_it_is_described(model)
 
 
 def test_a_lens_that_brown_s_numbers_do_not_describe_is_refused():
-    lens = known(COLOUR, rs.distortion.kannala_brandt4, (0.4, -0.3, 0.2, 0.1, 0.0))
+    lens = known(COLOUR, "kannala_brandt4", (0.4, -0.3, 0.2, 0.1, 0.0))
 
     with pytest.raises(OSError, match=r"the nearest is .* pixels off"):
         eye_of(lens)
+
+
+def test_a_library_that_lacks_one_of_the_system_says_what_brings_it(tmp_path, monkeypatch):
+    """As the wheel for Linux where libusb is not installed."""
+    said = "libusb-1.0.so.0: cannot open shared object file"
+    (tmp_path / "pyrealsense2.py").write_text(f"raise ImportError({said!r})")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "pyrealsense2", raising=False)
+
+    with pytest.raises(OSError, match=r"libusb.* add it with: apt-get install libusb"):
+        RealSenseDevice(None, None, None, 1.0).open()
