@@ -137,15 +137,15 @@ def evidence_scores(first, lines, peaks, log_free):
 
 
 @float_kernel
-def accept(first, lines, peaks, area, prior, least):
+def accept(first, lines, peaks, area, prior, least, weight, scale):
     """Accept the most certain element, subtract its share of the peaks, reweigh the others, repeat.
 
-    Returns weight and scale of each element, those accepted (most certain first), and the explained
+    weight, scale: of each element by itself, as of `evidence_scores`; changed in place. Returns
+    them, those accepted (most certain first), and the explained
     area of each peak. An element is only weighed again when it comes to the top.
     """
     log_free = peaks.log_area.copy()
     taken = np.zeros(len(area))
-    weight, scale = evidence_scores(first, lines, peaks, log_free)
     weight += prior
     n = len(weight)
     open_, fresh = np.ones(n, np.bool_), np.ones(n, np.bool_)

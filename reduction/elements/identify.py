@@ -33,7 +33,7 @@ from .catalogue import CONDITIONS, Catalogue, Expected, catalogue
 from .evidence_score import NOT_SEEN
 from .gain_steps import gain_steps
 from .hydrogen import H_ALPHA_NM, HAlpha, h_alpha
-from .index import Indexed, index_peaks, likelihood
+from .index import Alone, Indexed, index_peaks, weigh_alone
 from .match import Matched, match_lines
 from .offsets import Offsets, estimate_offsets, seams
 from .plot_lines import lines_of_entries, plot_lines
@@ -126,8 +126,10 @@ def identify(
             stark(known, FIRST_STARK),
             known.order,
         )
-        best = _likeliest(known, tries, matched) if best is None else best
-        indexed = index_peaks(known, tries[best].log_area, matched, FIRST_SPREAD)
+        alone = None
+        if best is None:
+            best, alone = _likeliest(known, tries, matched)
+        indexed = index_peaks(known, tries[best].log_area, matched, FIRST_SPREAD, alone=alone)
         rounds.append(
             (indexed.total + VOTES_COUNT * offsets.votes, best, offsets, matched, indexed)
         )
@@ -302,10 +304,11 @@ def scatter_nm(
     return 1.4826 * float(median(away))
 
 
-def _likeliest(known: Catalogue, tries: list[Expected], matched: Matched) -> int:
-    """The initial temperature that explains most."""
-    totals = [likelihood(known, e.log_area, matched, FIRST_SPREAD) for e in tries]
-    return int(np.argmax(totals))
+def _likeliest(known: Catalogue, tries: list[Expected], matched: Matched) -> tuple[int, Alone]:
+    """The initial temperature that explains most, and the elements weighed there."""
+    each = [weigh_alone(known, e.log_area, matched, FIRST_SPREAD) for e in tries]
+    best = int(np.argmax([alone.likelihood() for alone in each]))
+    return best, each[best]
 
 
 @of_lines(16)

@@ -1,6 +1,7 @@
 """Find the elements in a spectrum: weigh all, accept the most certain, remove its lines, repeat."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,36 +40,53 @@ def index_peaks(
     least: float = UNCERTAIN,
     bonus: FloatArray | float = 0.0,
     unsure: FloatArray | float = 0.0,
+    alone: "Alone | None" = None,
 ) -> Indexed:
     """Weigh all elements and accept, one after the other, those above `least`.
 
     log_area: ln of the area that each entry should have for one atom, shape (entries,). bonus:
     added to the weights, for evidence from elsewhere, shape (e,). unsure: spread of ln(area) that
-    the instrument's response adds, (entries,).
+    the instrument's response adds, (entries,). alone: what `weigh_alone` made of the same.
     """
     prior = log_odds() + bonus
-    lines, peaks = weighed(
-        catalogue.low_ev, catalogue.uncertainty, log_area, matched, model_spread, unsure
-    )
+    one = alone or weigh_alone(catalogue, log_area, matched, model_spread, unsure)
     weight, scale, accepted, taken = accept(
-        catalogue.first, lines, peaks, matched.area, prior, least
-    )
+        catalogue.first, one.lines, one.peaks, matched.area, prior, least, one.weight.copy(),
+        one.scale.copy(),
+    )  # fmt: skip
     total = float(weight[accepted].sum())
     return Indexed(weight, scale, accepted.tolist(), taken, total)
 
 
-def likelihood(
+class Alone(NamedTuple):
+    """Each element weighed by itself, as if no other claimed its peaks: weight without a prior and ln of
+    its brightness, (e,), and what was weighed."""
+
+    lines: Lines
+    peaks: Peaks
+    weight: FloatArray
+    scale: FloatArray
+
+    def likelihood(self, least: float = UNCERTAIN) -> float:
+        """Sum of the weights above `least`, prior included."""
+        weight = self.weight + log_odds()
+        return float(weight[weight > least].sum())
+
+
+def weigh_alone(
     catalogue: Catalogue,
     log_area: FloatArray,
     matched: Matched,
     model_spread: float = MODEL_SPREAD,
-    least: float = UNCERTAIN,
-) -> float:
-    """Sum of the weights above `least`, each by itself as if no other element claimed its peaks."""
-    lines, peaks = weighed(catalogue.low_ev, catalogue.uncertainty, log_area, matched, model_spread)
-    weight, _ = evidence_scores(catalogue.first, lines, peaks, matched.log_peak)
-    weight += log_odds()
-    return float(weight[weight > least].sum())
+    unsure: FloatArray | float = 0.0,
+) -> Alone:
+    """The arguments are those of `index_peaks`."""
+    lines, peaks = weighed(
+        catalogue.low_ev, catalogue.uncertainty, log_area, matched, model_spread, unsure
+    )
+    return Alone(
+        lines, peaks, *evidence_scores(catalogue.first, lines, peaks, matched.log_peak)
+    )  # fmt: skip
 
 
 def weighed(

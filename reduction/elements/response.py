@@ -7,19 +7,24 @@ should show and does not bounds b from above.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ..peaks.levenberg import factorise, solve
 from ..plasma.boltzmann import PlotLines
-from ..plasma.plot_fit import trust
+from ..plasma.plot_fit import inverse, trust
 from ..plasma.response import LOOSE, Response, between, stiffness
 from ..plasma.response import knots as places_of_knots
+from ..spectrum.curve import median
+from ..spectrum.kernel import float_kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 
 MODEL, RESONANT, RESONANT_EV = 0.3, 0.7, 1.5  # spread of ln(area); of lines that absorb themselves
 HC_EV_NM = 1239.84198
 TURNS = 8
 LEAST_LINES = 6
+OUTLIER_COST = 6.25  # what an outlier costs in chi2 at most, as of `trust`
 CLEARLY = 8.0  # gain in chi2 that a response must bring, its prior counted
 
 
@@ -48,57 +53,101 @@ def find_response(
     if len(lines) < LEAST_LINES:
         return None
     knots = places_of_knots(range_nm, seams_nm)
+    stiff = stiffness(knots, seams_nm, LOOSE)
+    names, which = np.unique(np.concatenate([lines.element, missing.element]), return_inverse=True)
+    at = np.concatenate([lines.vacuum_nm, missing.vacuum_nm])
+    n_seen = len(lines)
+    low_ev = lines.e_k_ev - HC_EV_NM / lines.vacuum_nm
+    spread = np.where(low_ev < RESONANT_EV, RESONANT, MODEL)
+    hidden = np.full(len(at) - n_seen, 2 * MODEL)
+    sigma = np.concatenate([np.hypot(spread, lines.error), hidden])
+    place, part = between(knots, at)
     best, level = None, np.inf
     for state in states:
-        flat, _, _ = _fit(lines, missing, state, knots, seams_nm, free=False)
-        level = min(level, flat)
-        found = _fit(lines, missing, state, knots, seams_nm, free=True)
+        y = np.concatenate([lines.log_area - lines.thin(*state), -missing.log_above])
+        seen = _Seen(y, sigma, which, place, part)
+        level = min(level, _fit(seen, n_seen, len(names), stiff, False)[0])
+        found = _fit(seen, n_seen, len(names), stiff, True)
         if best is None or found[0] < best[0][0]:
             best = found, state
     assert best is not None
-    (chi2, gain, error), state = best
+    (chi2, gain, covariance), state = best
     if level - chi2 < CLEARLY:
         return None
-    return Response(knots, np.asarray(gain, np.float64), error), state
-
-
-def _fit(lines: PlotLines, missing: Missing, state, knots, seams_nm, *, free: bool):
-    """Robust cost, b at the knots and its error."""
-    names, which = np.unique(np.concatenate([lines.element, missing.element]), return_inverse=True)
-    n, k = len(lines), len(knots)
-    at = np.concatenate([lines.vacuum_nm, missing.vacuum_nm])
-    seen = np.arange(len(at)) < n
-    y = np.concatenate([lines.log_area - lines.thin(*state), -missing.log_above])
-    low_ev = lines.e_k_ev - HC_EV_NM / lines.vacuum_nm
-    spread = np.where(low_ev < RESONANT_EV, RESONANT, MODEL)
-    sigma = np.concatenate([np.hypot(spread, lines.error), np.full(len(at) - n, 2 * MODEL)])
-    design = np.zeros((len(at), k + len(names)))
-    if free:
-        place, part = between(knots, at)
-        rows = np.arange(len(at))
-        design[rows, place], design[rows, place + 1] = 1.0 - part, part
-    design[np.arange(len(at)), k + which] = 1.0
-    prior = 1e-8 * np.eye(k + len(names))
-    prior[:k, :k] = stiffness(knots, seams_nm, LOOSE)
-    p = np.zeros(k + len(names))
-    for e in range(len(names)):
-        own = seen & (which == e)
-        p[k + e] = np.median(y[own]) if own.any() else 0.0
-    normal = prior
-    for turn in range(TURNS):
-        z = (y - design @ p) / sigma
-        z = np.where(seen, z, np.minimum(z, 0.0))  # a line that is missing has only a limit
-        weight = (trust(0.5 * z if turn < 3 else z)) / sigma**2
-        weight = np.where(seen | (z < 0.0), weight, 0.0)
-        normal = design.T @ (weight[:, None] * design) + prior
-        p = np.linalg.solve(normal, design.T @ (weight * y))
-    z = (y - design @ p) / sigma
-    z = np.where(seen, z, np.minimum(z, 0.0))
-    cost = float(np.sum(OUTLIER_COST * z**2 / (OUTLIER_COST + z**2)) + p @ prior @ p)
     # The level itself is in the amounts: only differences along the axis have an error here.
+    k = len(knots)
     middle = np.eye(k) - np.full((k, k), 1.0 / k)
-    error = np.sqrt(np.diag(middle @ np.linalg.inv(normal)[:k, :k] @ middle))
-    return cost, p[:k], error
+    return Response(knots, gain, np.sqrt(np.diag(middle @ covariance @ middle))), state
 
 
-OUTLIER_COST = 6.25  # what an outlier costs in chi2 at most, as of `trust`
+class _Seen(NamedTuple):
+    """Of the lines, those that are missing last, shape (n,): ln(area) for one atom, its error, which
+    element, the knot before it and which part of the way to the next it is."""
+
+    y: FloatArray
+    sigma: FloatArray
+    which: IntArray
+    place: IntArray
+    part: FloatArray
+
+
+@float_kernel
+def _fit(lines, n_seen, n_names, stiff, free):
+    """Robust cost, b at the knots and its covariance; with b = 0 throughout where it is not free."""
+    y, sigma, which, place, part = lines
+    k = len(stiff) if free else 0
+    n, n_p = len(y), k + n_names
+    p, gradient, step = np.zeros(n_p), np.empty(n_p), np.zeros(n_p)
+    normal, lower = np.empty((n_p, n_p)), np.zeros((n_p, n_p))
+    for e in range(n_names):
+        own = y[:n_seen][which[:n_seen] == e]
+        p[k + e] = median(own) if len(own) else 0.0
+    for turn in range(TURNS):
+        gradient.fill(0.0)
+        normal.fill(0.0)
+        for a in range(k):
+            for b in range(k):
+                normal[a, b] = stiff[a, b]
+        for e in range(k, n_p):
+            normal[e, e] = 1e-8
+        for i in range(n):
+            z = _left(lines, p, k, i, n_seen) / sigma[i]
+            if i >= n_seen and z >= 0.0:
+                continue  # a line that is missing has only a limit
+            w = trust(0.5 * z if turn < 3 else z) / sigma[i] ** 2
+            e = k + which[i]
+            normal[e, e] += w
+            gradient[e] += w * y[i]
+            if k == 0:
+                continue
+            b, far = place[i], part[i]
+            near = 1.0 - far
+            normal[b, b] += w * near * near
+            normal[b + 1, b] += w * near * far
+            normal[b + 1, b + 1] += w * far * far
+            normal[e, b] += w * near
+            normal[e, b + 1] += w * far
+            gradient[b] += w * near * y[i]
+            gradient[b + 1] += w * far * y[i]
+        factorise(normal, lower)
+        solve(lower, gradient, step)
+        p[:] = step
+    cost = 0.0
+    for a in range(k):
+        for b in range(k):
+            cost += p[a] * stiff[a, b] * p[b]
+    for i in range(n):
+        z = _left(lines, p, k, i, n_seen) / sigma[i]
+        cost += OUTLIER_COST * z * z / (OUTLIER_COST + z * z)
+    covariance = inverse(normal, lower)[:k, :k].copy() if free else np.empty((0, 0))
+    return cost, p[:k].copy(), covariance
+
+
+@float_kernel
+def _left(lines, p, k, i, n_seen):
+    """What is left over of one line; of one that is missing, only what it should be fainter by."""
+    y, _, which, place, part = lines
+    left = y[i] - p[k + which[i]]
+    if k > 0:
+        left -= (1.0 - part[i]) * p[place[i]] + part[i] * p[place[i] + 1]
+    return left if i < n_seen else min(left, 0.0)

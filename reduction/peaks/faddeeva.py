@@ -51,32 +51,23 @@ def faddeeva(z):
 def faddeeva_row(x, centre, scale, height, real, imag):
     """Fill real and imag (m,) with w((x - centre) scale + i height) for x of shape (m,).
 
-    Term by term over all of x, which compiles to instructions on several channels at once. The
-    series alone, to 1e-9 of its largest value: enough for a fit, not for far wings by themselves.
+    The series alone, to 1e-9 of its largest value: enough for a fit, not for far wings by themselves.
+    The loop over terms is unrolled when it is compiled, that over x works on several channels at once.
     """
-    m = len(x)
-    by_real, by_imag = np.empty(m), np.empty(m)
-    turned_real, turned_imag = np.empty(m), np.empty(m)
-    squared = np.empty(m)
-    top = SCALE + height
-    for i in range(m):
+    top, level = SCALE + height, SCALE * SCALE - height * height
+    for i in range(len(x)):
         away = (x[i] - centre) * scale
         inverse = 1.0 / (top * top + away * away)
-        by_real[i], by_imag[i] = top * inverse, away * inverse  # 1 / (L - iz)
-        turned_real[i] = (SCALE * SCALE - height * height - away * away) * inverse
-        turned_imag[i] = 2.0 * SCALE * away * inverse
-        squared[i] = turned_real[i] * turned_real[i] + turned_imag[i] * turned_imag[i]
-        real[i], imag[i] = TERMS[N_TERMS - 1], TERMS[N_TERMS - 2]
-    for n in range(N_TERMS - 3, -1, -1):
-        term = TERMS[n]
-        for i in range(m):
-            high = real[i]
-            real[i] = imag[i] + 2.0 * turned_real[i] * high
-            imag[i] = term - squared[i] * high
-    for i in range(m):
-        high, low = real[i], imag[i]
-        p_real, p_imag = 2.0 * (high * turned_real[i] + low), 2.0 * high * turned_imag[i]
-        q_real = p_real * by_real[i] - p_imag * by_imag[i] + ONE_BY_ROOT_PI
-        q_imag = p_real * by_imag[i] + p_imag * by_real[i]
-        real[i] = q_real * by_real[i] - q_imag * by_imag[i]
-        imag[i] = q_real * by_imag[i] + q_imag * by_real[i]
+        by_real, by_imag = top * inverse, away * inverse  # 1 / (L - iz)
+        turned_real = (level - away * away) * inverse
+        turned_imag = 2.0 * SCALE * by_imag
+        twice_real = 2.0 * turned_real
+        squared = turned_real * turned_real + turned_imag * turned_imag
+        high, low = TERMS[N_TERMS - 1], TERMS[N_TERMS - 2]
+        for n in range(N_TERMS - 3, -1, -1):
+            high, low = low + twice_real * high, TERMS[n] - squared * high
+        p_real, p_imag = 2.0 * (high * turned_real + low), 2.0 * high * turned_imag
+        q_real = p_real * by_real - p_imag * by_imag + ONE_BY_ROOT_PI
+        q_imag = p_real * by_imag + p_imag * by_real
+        real[i] = q_real * by_real - q_imag * by_imag
+        imag[i] = q_real * by_imag + q_imag * by_real

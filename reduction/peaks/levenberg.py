@@ -7,31 +7,38 @@ kept by clipping the step; a parameter that is at its bound and pushes outwards 
 
 import numpy as np
 
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import float_kernel, sum_kernel
 from .faddeeva import ONE_BY_ROOT_PI, faddeeva_row
 
 PER_PEAK = 4  # area, centre, sigma, gamma
 PER_LINE = 2  # height, tilt
 ROOT_2 = float(np.sqrt(2.0))
 ROOT_2_PI = float(np.sqrt(2.0 * np.pi))
-TWO_BY_ROOT_PI = 2.0 * ONE_BY_ROOT_PI
 MAX_STEPS = 60
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e9
 EASE, PRESS = 0.15, 6.0  # what damping is multiplied by after a good and after a bad step
 ENOUGH = 1e-2  # a gain in chi2 (in units of noise squared) too small to matter, and
 ENOUGH_RELATIVE = 1e-6  # the same as a part of chi2
+SURELY_ENOUGH = 1e-2  # a gain that is expected of a step and not looked at
 
 
 @float_kernel
 def evaluate(p, x, model, jacobian):
-    """Fill model (m,) and jacobian (len(p), m) at the wavelengths x (m,), in nm from the middle."""
-    n_peaks = (len(p) - PER_LINE) // PER_PEAK
+    """Fill model (m,) and jacobian (len(p), m) at the wavelengths x (m,), in nm from the middle.
+
+    One loop for each row: a compiler that must not assume that two rows are apart in memory checks
+    that for a few of them only, and otherwise takes one channel at a time.
+    """
+    m, n_peaks = len(x), (len(p) - PER_LINE) // PER_PEAK
     line = PER_PEAK * n_peaks
-    for i in range(len(x)):
-        model[i] = p[line] + p[line + 1] * x[i]
-        jacobian[line, i] = 1.0
-        jacobian[line + 1, i] = x[i]
-    real, imag = np.empty(len(x)), np.empty(len(x))
+    height, tilt = p[line], p[line + 1]
+    level, slope = jacobian[line], jacobian[line + 1]
+    for i in range(m):
+        model[i] = height + tilt * x[i]
+        level[i] = 1.0
+    for i in range(m):
+        slope[i] = x[i]
+    real, imag = np.empty(m), np.empty(m)
     for k in range(n_peaks):
         at = PER_PEAK * k
         area, centre, sigma, gamma = p[at], p[at + 1], p[at + 2], p[at + 3]
@@ -39,56 +46,56 @@ def evaluate(p, x, model, jacobian):
         norm = 1.0 / (sigma * ROOT_2_PI)
         height = gamma * scale
         faddeeva_row(x, centre, scale, height, real, imag)
-        by_place = area * norm * scale
-        by_width = area * norm / sigma
-        for i in range(len(x)):
+        by_area, by_place, by_width = area * norm, 2.0 * area * norm * scale, area * norm / sigma
+        own = jacobian[at : at + PER_PEAK]
+        profile, place, width, foot = own[0], own[1], own[2], own[3]
+        for i in range(m):
+            model[i] += by_area * real[i]
+            profile[i] = norm * real[i]
+        # dw/dz = -2 z w + 2i / sqrt(pi); the width's slope is a sum of the others'
+        for i in range(m):
             away = (x[i] - centre) * scale
-            # dw/dz = -2 z w + 2i / sqrt(pi)
-            slope_real = -2.0 * (away * real[i] - height * imag[i])
-            slope_imag = -2.0 * (away * imag[i] + height * real[i]) + TWO_BY_ROOT_PI
-            profile = real[i] * norm
-            model[i] += area * profile
-            jacobian[at, i] = profile
-            jacobian[at + 1, i] = -by_place * slope_real
-            jacobian[at + 2, i] = -by_width * (real[i] + away * slope_real - height * slope_imag)
-            jacobian[at + 3, i] = -by_place * slope_imag
+            place[i] = by_place * (away * real[i] - height * imag[i])
+        for i in range(m):
+            away = (x[i] - centre) * scale
+            foot[i] = by_place * (away * imag[i] + height * real[i] - ONE_BY_ROOT_PI)
+        for i in range(m):
+            away = (x[i] - centre) * scale
+            width[i] = ROOT_2 * (away * place[i] - height * foot[i])
+        for i in range(m):
+            width[i] -= by_width * real[i]
 
 
-@float_kernel
+@sum_kernel
 def dot(a, b):
-    """Sum of products. Four sums side by side: in a fixed order, and four at a time."""
-    m = len(a)
-    s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
-    for i in range(0, m - 3, 4):
-        s0 += a[i] * b[i]
-        s1 += a[i + 1] * b[i + 1]
-        s2 += a[i + 2] * b[i + 2]
-        s3 += a[i + 3] * b[i + 3]
-    for i in range(m - m % 4, m):
-        s0 += a[i] * b[i]
-    return (s0 + s1) + (s2 + s3)
+    """Sum of products."""
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
 
 
 @float_kernel
 def normal_equations(p, residual, jacobian, weight, toward, pull, hessian, gradient):
-    """Fill hessian = J W J^T + pull and gradient = J W r - pull (p - toward)."""
+    """Fill hessian = J W J^T + pull (its lower half) and gradient = J W r - pull (p - toward)."""
     n, m = jacobian.shape
     weighted = np.empty(m)
     for a in range(n):
+        own = jacobian[a]
         for i in range(m):
-            weighted[i] = jacobian[a, i] * weight[i]
-        gradient[a] = dot(weighted, residual)
-        for b in range(a, n):
-            total = dot(weighted, jacobian[b])
-            hessian[a, b] = total
-            hessian[b, a] = total
+            weighted[i] = own[i] * weight[i]
+        gradient[a] = dot(weighted, residual) - pull[a] * (p[a] - toward[a])
+        for b in range(a + 1):
+            hessian[a, b] = dot(weighted, jacobian[b])
         hessian[a, a] += pull[a]
-        gradient[a] -= pull[a] * (p[a] - toward[a])
 
 
-@float_kernel
+@sum_kernel
 def factorise(matrix, lower):
-    """Cholesky factor into `lower`; False when the matrix is not positive definite."""
+    """Cholesky factor into `lower`; False when the matrix is not positive definite.
+
+    Only the lower halves of both are used.
+    """
     n = len(matrix)
     for a in range(n):
         for b in range(a + 1):
@@ -128,13 +135,15 @@ def rest_at_bounds(p, lowest, highest, hessian, gradient):
             p[a] >= highest[a] and gradient[a] >= 0.0
         )
         if out or not hessian[a, a] > 0.0:
-            for b in range(len(p)):
-                hessian[a, b] = hessian[b, a] = 0.0
+            for b in range(a):
+                hessian[a, b] = 0.0
+            for b in range(a + 1, len(p)):
+                hessian[b, a] = 0.0
             hessian[a, a] = 1.0
             gradient[a] = 0.0
 
 
-@float_kernel
+@sum_kernel
 def cost(y, model, weight, p, toward, pull, residual):
     """chi2 with what the pulls cost; residual (m,) is filled."""
     for i in range(len(y)):
@@ -173,8 +182,14 @@ def fit(p, x, y, weight, toward, pull, lowest, highest):
             damped[a, a] *= 1.0 + damping
         if factorise(damped, lower):
             solve(lower, gradient, step)
+            expected = 0.0  # gain, by the model of normal equations
             for a in range(n):
                 trial[a] = min(max(p[a] + step[a], lowest[a]), highest[a])
+                expected += step[a] * (gradient[a] + damping * hessian[a, a] * step[a])
+            if damping <= FIRST_DAMPING and expected <= SURELY_ENOUGH:
+                for a in range(n):
+                    p[a] = trial[a]
+                return chi2 - max(expected, 0.0), hessian, True
             evaluate(trial, x, model, jacobian)
             trial_chi2 = cost(y, model, weight, trial, toward, pull, residual)
             if trial_chi2 <= chi2:

@@ -58,6 +58,30 @@ def _stand_out(y, noise, significant):
     return found[:k].copy(), clear[:k].copy()
 
 
+def clear_of(intensity: FloatArray, noise: FloatArray, channels: IntArray) -> FloatArray:
+    """Height or prominence of peaks at channels, the less of both, in noise; 0 where none is; (k,)."""
+    return _clear_of(softened(intensity), noise, channels) / SOFTENED_NOISE
+
+
+@float_kernel
+def _clear_of(y, noise, channels):
+    clear = np.zeros(len(channels))
+    for k in range(len(channels)):
+        top = channels[k]
+        begin = end = top
+        while begin > 0 and y[begin - 1] == y[top]:
+            begin -= 1
+        while end < len(y) - 1 and y[end + 1] == y[top]:
+            end += 1
+        within = begin > 0 and end < len(y) - 1 and top == (begin + end) // 2
+        if not within or not (y[begin - 1] < y[top] and y[end + 1] < y[top]):
+            continue
+        height = min(y[top], _prominence(y, top))
+        if height >= SOFTENED_NOISE * noise[top] and height >= LEAST_RELATIVE_PROMINENCE * y[top]:
+            clear[k] = height / noise[top]
+    return clear
+
+
 @float_kernel
 def _prominence(y, top):
     """Prominence: the least descent from a peak on the way to higher ground."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..spectrum.bad import bridged, mark_bad
 from ..spectrum.curve import bridge, pitch_of, quantile, softened
+from ..spectrum.kernel import float_kernel
 from ..spectrum.noise import (
     QUANTILE,
     SIGMA_PER_QUANTILE,
@@ -18,7 +19,7 @@ from ..spectrum.resampled import sharing
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, Spectrum
 from .background import lifted, lower_edge
 from .merge import merged, significant
-from .peaks import SIGNIFICANT, SOFTENED_NOISE, find_peaks, standing_out
+from .peaks import SIGNIFICANT, SOFTENED_NOISE, clear_of, find_peaks, standing_out
 from .render import render
 from .slit import QUIET_LINES, TAKEN_UP, Slit, learn
 from .spikes import has_spikes
@@ -95,42 +96,35 @@ def fit_profiles(
     net = calm.intensity - under
     seeds = find_peaks(net, floor)
     spikes = has_spikes(net, seeds)
-    deaf = np.where(bad, DEAF, 1.0)
+    deaf = np.where(bad, DEAF, 1.0) if bad.any() else 1.0
     taught = learn(x, net, floor * deaf, seeds)
     gain = min((g for g in (taught.gain, steady.gain) if g is not None), default=0.0)
-    noise = np.sqrt(floor**2 + gain * np.maximum(softened(net), 0.0))
+    soft = softened(net)
+    noise = np.sqrt(floor * floor + gain * np.maximum(soft, 0.0))
+    heard = noise * deaf
     seeds = _seeds(x, net, noise, wanted_nm)
-    peaks = fit_peaks(x, net, noise * deaf, seeds, taught.slit, start=taught.lines)
+    peaks = fit_peaks(x, net, heard, seeds, taught.slit, start=taught.lines)
     model = render(x, peaks, 0.05 * noise)
-    light = above_0(under) + softened(net)
-    quieter = quieter_noise(noise, floor, light, net - model, seeds)
-    crowded = bool(np.mean(quieter[seeds] < noise[seeds]) > CROWDED) if len(seeds) else False
-    noise = quieter if crowded else noise
-    more = search_residual(x, net, model, noise * deaf, peaks, taught.slit)
+    quieter = quieter_noise(noise, floor, above_0(under) + soft, net - model, seeds)
+    crowded = quieter is not noise
+    if crowded:
+        noise, heard = quieter, quieter * deaf
+    more = search_residual(x, net, model, heard, peaks, taught.slit)
     more = np.union1d(more, find_peaks(net, noise)) if crowded else more
     if len(more):
         both = np.union1d(seeds, more)
         before = None if crowded else (seeds, peaks)
-        peaks = fit_peaks(x, net, noise * deaf, both, taught.slit, before, (seeds, peaks))
+        peaks = fit_peaks(x, net, heard, both, taught.slit, before, (seeds, peaks))
     else:
         both = seeds
-    prominence = _prominence(net, noise, both)
-    both, peaks = merged(x, net, noise * deaf, both, prominence, peaks, taught.slit)
-    sure = np.isin(both, seeds) & (_prominence(net, noise, both) > NEVER_DROPPED) & ~bad[both]
+    prominence = clear_of(net, noise, both)
+    both, peaks = merged(x, net, heard, both, prominence, peaks, taught.slit)
+    sure = np.isin(both, seeds) & (clear_of(net, noise, both) > NEVER_DROPPED) & ~bad[both]
     real = np.flatnonzero(significant(peaks) | (sure & (peaks.area > 0.0)))
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
     return Profiles(
         peaks.where(order), calm.intensity, net, under, noise, taught.slit, gain, x, bad, spikes
     )
-
-
-def _prominence(net, noise, channels) -> FloatArray:
-    """Prominence of the peaks at channels (ascending), in noise; 0 where none stands out."""
-    tops, clear = standing_out(net, noise, 1.0)
-    found = np.zeros(len(channels))
-    there = np.isin(channels, tops)
-    found[there] = clear[np.searchsorted(tops, channels[there])]
-    return found
 
 
 def by_dips(calm: Spectrum, edge: FloatArray, noise: FloatArray, bad: BoolArray) -> float:
@@ -189,7 +183,7 @@ def _seeds(x, net, noise, wanted_nm) -> IntArray:
 def quieter_noise(
     noise: FloatArray, floor: FloatArray, light: FloatArray, left: FloatArray, seeds: IntArray
 ) -> FloatArray:
-    """The noise where crowded lines had been taken for some of it, counts, shape (m,).
+    """The noise where crowded lines had been taken for some of it, counts, (m,); else the same array.
 
     light: continuum and lines; left: what the fit left over; seeds: channels of peaks. The better
     fitted tops and the quietest stretch of the axis show variance = read^2 + gain * light. A fit
@@ -201,6 +195,9 @@ def quieter_noise(
     tops = np.clip(seeds[:, None] + np.arange(-2, 3), 0, len(left) - 1)
     each = TAKEN_UP * np.mean(left[tops] ** 2, axis=1) - read
     gain = max(float(quantile(each / np.maximum(light[seeds], 1e-30), QUIET_LINES)), 0.0)
+    at_tops = FOLLOWED * np.sqrt(read + gain * np.maximum(light[seeds], 0.0))
+    if np.mean(at_tops < CLEARLY * noise[seeds]) <= CROWDED:
+        return noise
     again = FOLLOWED * np.sqrt(read + gain * np.maximum(light, 0.0))
     return np.where(again < CLEARLY * noise, again, noise)
 
@@ -216,7 +213,7 @@ def search_residual(
     """Channels of peaks in what the fitted peaks (drawn: model) leave over, ascending."""
     if not len(peaks):
         return np.empty(0, dtype=np.int64)
-    tolerated = np.sqrt(noise**2 + (FOREIGN * _widest(model) / RESIDUAL * 2) ** 2)
+    tolerated = _tolerated(noise, model)
     found = find_peaks(net - model, tolerated, RESIDUAL)
     if not len(found):
         return found
@@ -225,9 +222,12 @@ def search_residual(
     return found[near > np.maximum(APART * slit.sigma_nm[found] / SIGMA_PER_FWHM, pitch[found])]
 
 
-def _widest(model):
-    """The maximum of each channel and its neighbours."""
-    wide = model.copy()
-    wide[1:] = np.maximum(wide[1:], model[:-1])
-    wide[:-1] = np.maximum(wide[:-1], model[1:])
-    return wide
+@float_kernel
+def _tolerated(noise, model):
+    """Noise, and what a profile may be off by where any of three channels is bright, counts, (m,)."""
+    out, last = np.empty(len(noise)), len(noise) - 1
+    for i in range(len(noise)):
+        widest = max(model[max(i - 1, 0)], model[i], model[min(i + 1, last)])
+        wrong = FOREIGN / RESIDUAL * 2 * widest
+        out[i] = np.sqrt(noise[i] * noise[i] + wrong * wrong)
+    return out

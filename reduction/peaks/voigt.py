@@ -10,10 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..spectrum.curve import pitch_of
+from ..spectrum.curve import pitch_at
 from ..spectrum.kernel import float_kernel
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
-from .levenberg import PER_LINE, PER_PEAK, evaluate, factorise, fit, solve
+from .faddeeva import faddeeva
+from .levenberg import PER_LINE, PER_PEAK, ROOT_2, ROOT_2_PI, factorise, fit, solve
 from .windows import groups, widths
 
 SIGMA_PER_FWHM = float(1.0 / np.sqrt(8.0 * np.log(2.0)))
@@ -67,11 +68,16 @@ def voigt(
     wavelength_nm: FloatArray, area: float, centre_nm: float, sigma_nm: float, gamma_nm: float
 ) -> FloatArray:
     """One Voigt profile in counts at wavelengths in nm, shape (n,). sigma must exceed 0."""
-    p = np.array([area, 0.0, sigma_nm, gamma_nm, 0.0, 0.0])
-    x = np.asarray(wavelength_nm, dtype=np.float64) - centre_nm
-    model = np.empty(len(x))
-    evaluate(p, x, model, np.empty((len(p), len(x))))
-    return model
+    away = np.asarray(wavelength_nm, dtype=np.float64) - centre_nm
+    return _profile((away + 1j * gamma_nm) / (sigma_nm * ROOT_2)) * area / (sigma_nm * ROOT_2_PI)
+
+
+@float_kernel
+def _profile(z):
+    real = np.empty(len(z))
+    for i in range(len(z)):
+        real[i] = faddeeva(z[i]).real
+    return real
 
 
 class Slit(NamedTuple):
@@ -89,11 +95,11 @@ class Slit(NamedTuple):
 
 
 class _Data(NamedTuple):
-    """Of the channels, shape (m,): nm, counts, 1 / noise^2."""
+    """Of the channels, shape (m,): nm, counts, noise in counts."""
 
     nm: FloatArray
     counts: FloatArray
-    weight: FloatArray
+    noise: FloatArray
 
 
 class _Fits(NamedTuple):
@@ -123,13 +129,13 @@ def fit_peaks(
     start: channels that were fitted to other noise or without the slit: where to begin from.
     Raises ValueError on NaN.
     """
-    if not np.isfinite(intensity).all():
+    if not np.isfinite(intensity.sum()):
         raise ValueError("intensities must be numbers; bridge bad channels first")
     x = np.ascontiguousarray(wavelength_nm, dtype=np.float64)
     y = np.ascontiguousarray(intensity, dtype=np.float64)
     channels = np.ascontiguousarray(peaks, dtype=np.int64)
     slit = slit or Slit(np.zeros(len(x)), 0.0)
-    data = _Data(x, y, 1.0 / np.asarray(noise, dtype=np.float64) ** 2)
+    data = _Data(x, y, np.ascontiguousarray(noise, dtype=np.float64))
     full = seen_widths(x, y, channels, slit)
     fits = _taken_over(channels, before)
     first = fits.parameters.copy()
@@ -164,7 +170,7 @@ def seen_widths(x: FloatArray, y: FloatArray, channels: IntArray, slit: Slit) ->
     full = widths(y, channels)
     if not len(channels) or not slit.sigma_nm.any():
         return full
-    pitch_nm = pitch_of(x)[channels]
+    pitch_nm = pitch_at(x, channels)
     least = (slit.sigma_nm[channels] / SIGMA_PER_FWHM + 1.5 * slit.gamma_nm) / pitch_nm
     return np.maximum(full, least)
 
@@ -205,7 +211,7 @@ def _guess(x, y, peaks, first, full, pitch, slit):
 
 @float_kernel
 def _fit_all(data, peaks, full, slit, known_before, start, fits):
-    wavelength_nm, y, weight = data
+    wavelength_nm, y, noise = data
     fitted, covariance, chi2, settled = fits
     found = groups(y, peaks, full)
     for g in range(len(found)):
@@ -216,9 +222,10 @@ def _fit_all(data, peaks, full, slit, known_before, start, fits):
         if n_fresh == 0:
             continue
         middle = wavelength_nm[(first + end) // 2]
-        x, sureness = np.empty(end - first), 0.0
-        for i in range(first, end):
-            x[i - first] = wavelength_nm[i] - middle
+        x, weight, sureness = np.empty(end - first), np.empty(end - first), 0.0
+        for i in range(end - first):
+            x[i] = wavelength_nm[first + i] - middle
+            weight[i] = 1.0 / (noise[first + i] * noise[first + i])
             sureness += weight[i] / (end - first)
         pitch = (x[-1] - x[0]) / max(len(x) - 1, 1)
         p, toward, pull, lowest, highest = _guess(
@@ -238,9 +245,7 @@ def _fit_all(data, peaks, full, slit, known_before, start, fits):
                     p[at + a] = min(max(begin, lowest[at + a]), highest[at + a])
         pull[-2] = sureness / LINE_NOISE**2
         pull[-1] = pull[-2] * (0.5 * (x[-1] - x[0])) ** 2
-        total, hessian, done = fit(
-            p, x, y[first:end], weight[first:end], toward, pull, lowest, highest
-        )
+        total, hessian, done = fit(p, x, y[first:end], weight, toward, pull, lowest, highest)
         # A width that is pulled towards what is known takes up less than a free one.
         bound = 2 * (end_peak - first_peak) if slit.sigma_nm[peaks[first_peak]] > 0 else 0
         free = max(len(x) - len(p) + bound, 1)

@@ -52,14 +52,15 @@ def knots(range_nm: tuple[float, float], seams_nm: FloatArray) -> FloatArray:
 
 def stiffness(knots_nm: FloatArray, seams_nm: FloatArray, usual: Usual) -> FloatArray:
     """What is known beforehand, as the inverse of a covariance, (k, k)."""
-    k = len(knots_nm)
-    prior = np.diag(np.full(k, 1.0 / usual.overall**2))
-    for a in range(k - 1):
-        seam = np.any((seams_nm > knots_nm[a]) & (seams_nm < knots_nm[a + 1]))
-        step = np.sqrt((knots_nm[a + 1] - knots_nm[a]) / KNOT_NM)
-        w = 1.0 / (usual.per_seam if seam else usual.per_knot * step) ** 2
-        prior[a : a + 2, a : a + 2] += w * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    return prior
+    ascending = np.sort(seams_nm)
+    after = np.searchsorted(ascending, knots_nm[:-1], "right")
+    seam = np.searchsorted(ascending, knots_nm[1:]) > after
+    step = np.sqrt(np.diff(knots_nm) / KNOT_NM)
+    w = 1.0 / np.where(seam, usual.per_seam, usual.per_knot * step) ** 2
+    own = np.full(len(knots_nm), 1.0 / usual.overall**2)
+    own[:-1] += w
+    own[1:] += w
+    return np.diag(own) - np.diag(w, 1) - np.diag(w, -1)
 
 
 def between(knots_nm: FloatArray, at_nm: FloatArray) -> tuple[np.ndarray, FloatArray]:

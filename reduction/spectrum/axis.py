@@ -14,7 +14,7 @@ NM_BY_INVERSE: dict[str, float] = {"cm-1": 1e7, "eV": 1239.841984}  # vacuum wav
 UNITS = (*NM_PER, *NM_BY_INVERSE)
 NAMED: tuple[tuple[Unit, re.Pattern[str]], ...] = (
     ("nm", re.compile(r"\bnm\b|nano\W?met", re.I)),
-    ("angstrom", re.compile(r"[åÅ\u212b]|[åa]ngstr|[(\[]A[)\]]")),
+    ("angstrom", re.compile(r"[åÅ\u212b]|[aA]ngstr|[(\[]A[)\]]")),
     ("um", re.compile(r"[µμu]m\b|micro\W?(met|n)|\bmicrons?\b", re.I)),
     ("cm-1", re.compile(r"cm\s?\^?\s?[-−⁻][1¹]|1/cm|wave\s?number", re.I)),
     ("eV", re.compile(r"\beV\b", re.I)),

@@ -7,8 +7,9 @@ spectra.
 import numpy as np
 
 from .kernel import float_kernel
-from .spectrum import FloatArray
+from .spectrum import FloatArray, IntArray
 
+FEW = 32  # values, that are sorted as fast as parted
 FINE = 4_096  # bins of the histogram that a middle is read from
 
 
@@ -148,12 +149,17 @@ def quantile(values, q):
     n = len(values)
     if n == 0:
         return np.nan
-    ordered = np.sort(values)
     place = q * (n - 1)
     low = int(place)
+    if n <= FEW:
+        ordered = np.sort(values)
+        if low >= n - 1:
+            return ordered[n - 1]
+        return ordered[low] + (place - low) * (ordered[low + 1] - ordered[low])
+    parted = np.partition(values, min(low, n - 1))
     if low >= n - 1:
-        return ordered[n - 1]
-    return ordered[low] + (place - low) * (ordered[low + 1] - ordered[low])
+        return parted[n - 1]
+    return parted[low] + (place - low) * (parted[low + 1 :].min() - parted[low])
 
 
 @float_kernel
@@ -173,3 +179,12 @@ def usual_pitch_nm(wavelength_nm: FloatArray) -> float:
 def pitch_of(wavelength_nm: FloatArray) -> FloatArray:
     """Distance between neighbouring channels, nm, shape (n,); 1 for a single channel."""
     return pitches(wavelength_nm) if len(wavelength_nm) > 1 else np.ones(1)
+
+
+def pitch_at(wavelength_nm: FloatArray, channels: IntArray) -> FloatArray:
+    """The same at some of the channels, shape (k,)."""
+    before = np.maximum(channels - 1, 0)
+    after = np.minimum(channels + 1, len(wavelength_nm) - 1)
+    if len(wavelength_nm) < 2:
+        return np.ones(len(channels))
+    return (wavelength_nm[after] - wavelength_nm[before]) / (after - before)

@@ -47,3 +47,8 @@ kernel = numba.njit(cache=True, nogil=True)
 
 float_kernel = numba.njit(cache=True, nogil=True, error_model="numpy")
 """The same, but a division by zero gives infinity, as in numpy, instead of an error."""
+
+sum_kernel = numba.njit(
+    cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"}
+)
+"""The same, and sums are added several terms side by side, in the order that suits the processor."""

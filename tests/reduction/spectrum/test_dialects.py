@@ -76,6 +76,7 @@ DIALECTS = {
     "andor top": SOLIS.replace("\n\n", "") + "\n" + rows("{},{}\n"),
     "descending": "nm;counts\n" + rows("{};{}\n", X[::-1], Y[::-1]),
     "angstrom": "Wavelength (Å),Intensity\n" + rows("{},{}\n", np.round(10 * X, 3)),
+    "angstrom in a word": "wavelength [Angstrom],I\n" + rows("{},{}\n", np.round(10 * X, 3)),
     "micrometre": "wavelength [µm];counts\n" + rows("{:.7f};{}\n", X / 1000),
     "swapped": "intensity,wavelength\n" + rows("{},{}\n", Y, X),
     "swapped and bare": rows("{},{}\n", Y, X),
