@@ -286,7 +286,7 @@ describe('the editor', () => {
     await picture(page, 'building-fails')
     await row(page, /For each of 12 points/).click()
     for (const column of ['x of the point', 'y of the point', 'file of Export']) await step.getByLabel('Add to: Keep as columns').selectOption(column)
-    await add('Always at the end')
+    await page.getByRole('region', { name: 'Problems' }).getByRole('button', { name: 'Add libs.disarm at the end' }).click()
     await page.getByRole('status', { name: 'Check' }).filter({ hasText: 'no problems' }).waitFor()
     await picture(page, 'building-done')
     await page.getByRole('button', { name: 'Save' }).click()
