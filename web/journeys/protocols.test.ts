@@ -316,6 +316,11 @@ steps:
 finally:
   - {do: libs.disarm, on_error: continue}
 `)
+    await page.getByRole('link', { name: 'Devices', exact: true }).click()
+    await page.getByRole('region', { name: 'Device detail' }).getByRole('heading', { name: /^gantry/ }).waitFor()
+    await page.goBack()
+    await row(page, /For each of 12 points/).waitFor()
+
     expect(faults).toEqual([])
 
     await context.close()
