@@ -10,6 +10,7 @@ it('an outline becomes a table, and the box around it', () => {
   expect(core).toEqual(CORE)
   expect(outlineTable(CORE.outline)).toBe('x (mm),y (mm)\n10,20\n30.27,20\n20,60.11\n')
   expect(boxAround(CORE.outline)).toEqual({ x: 10, y: 20, width: 20.3, height: 40.2 })
+  expect(boxAround([{ x: 1.99999999, y: 2.00000001 }, { x: 22.0000001, y: 31.999999 }])).toEqual({ x: 2, y: 2, width: 20, height: 30 })
   expect(samplesOf(null)).toEqual([])
 })
 

@@ -39,9 +39,9 @@ export async function keepOutline(protocol: string, outline: readonly Spot[]): P
 
 /** The smallest box around it, in whole tenths of a millimetre. */
 export function boxAround(outline: readonly Spot[]): Box {
-  const [xs, ys] = [outline.map(({ x }) => x), outline.map(({ y }) => y)]
-  const [x, y] = [Math.floor(10 * Math.min(...xs)) / 10, Math.floor(10 * Math.min(...ys)) / 10]
-  return { x, y, width: round(Math.ceil(10 * Math.max(...xs)) / 10 - x), height: round(Math.ceil(10 * Math.max(...ys)) / 10 - y) }
+  const [xs, ys] = [outline.map(({ x }) => round(10 * x)), outline.map(({ y }) => round(10 * y))]
+  const [x, y] = [Math.floor(Math.min(...xs)) / 10, Math.floor(Math.min(...ys)) / 10]
+  return { x, y, width: round(Math.ceil(Math.max(...xs)) / 10 - x), height: round(Math.ceil(Math.max(...ys)) / 10 - y) }
 }
 
 function round(mm: number): number {
