@@ -17,6 +17,7 @@ TEMPLATES = {
     "single": "one measurement at one place",
     "fill_plate": "a plate of 96 wells filled, every portion weighed",
     "dispense": "volumes dispensed onto a balance and weighed",
+    "titrate": "an acid titrated with a base, and its end point",
     "calibrate_camera": "the camera's place beside the tool, from a chessboard",
     "minimal": "the smallest protocol, for any lab",
 }

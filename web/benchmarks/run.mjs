@@ -36,6 +36,8 @@ try {
     const page = await browser.newPage({ viewport: { width: 1360, height: 860 } })
     const faults = []
     page.on('pageerror', (error) => faults.push(error.message))
+    // Vue tells what a view throws there.
+    page.on('console', (told) => told.type() === 'error' && !told.location().url.endsWith('/favicon.ico') && faults.push(told.text()))
     const debug = await page.context().newCDPSession(page)
     await page.exposeFunction('heapUsed', async () => {
       await debug.send('HeapProfiler.collectGarbage')

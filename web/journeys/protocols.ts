@@ -276,7 +276,7 @@ describe('the editor', () => {
     await picture(page, 'building-fails')
     await row(page, /For each of 12 points/).click()
     for (const column of ['x of the point', 'y of the point', 'file of Export']) await step.getByLabel('Add to: Keep as columns').selectOption(column)
-    await add('Always at the end')
+    await page.getByRole('region', { name: 'Problems' }).getByRole('button', { name: 'Add libs.disarm at the end' }).click()
     await page.getByRole('status', { name: 'Check' }).filter({ hasText: 'no problems' }).waitFor()
     await picture(page, 'building-done')
     await page.getByRole('button', { name: 'Save' }).click()
@@ -306,6 +306,11 @@ steps:
 finally:
   - {do: libs.disarm, on_error: continue}
 `)
+    await page.getByRole('link', { name: 'Devices', exact: true }).click()
+    await page.getByRole('region', { name: 'Device detail' }).getByRole('heading', { name: /^gantry/ }).waitFor()
+    await page.goBack()
+    await row(page, /For each of 12 points/).waitFor()
+
     expect(faults).toEqual([])
 
     await context.close()

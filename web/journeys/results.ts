@@ -24,7 +24,7 @@ describe('results', () => {
     run = await measuredMap(bench)
     const { page, context, faults } = await aPerson(browser, bench.entry)
     await page.goto('/results')
-    await page.getByRole('list', { name: 'Runs with results' }).getByRole('link', { name: 'pegmatite-map' }).click()
+    await page.getByRole('list', { name: 'Runs with results' }).getByRole('link', { name: 'Pegmatite map' }).click()
     const map = page.getByRole('region', { name: 'Map', exact: true })
     await map.getByText('48 of 48 cells measured').waitFor()
     await map.getByRole('application').focus()

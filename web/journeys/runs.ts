@@ -115,7 +115,7 @@ describe('a run that is looked at', () => {
     const person = await aPerson(browser, bench.entry, {}, ADA)
     const { page, faults } = person
     await page.goto('/runs')
-    await page.getByRole('list', { name: 'All runs' }).getByRole('link', { name: 'pegmatite-map' }).first().click()
+    await page.getByRole('list', { name: 'All runs' }).getByRole('link', { name: 'Pegmatite map' }).first().click()
     const map = page.getByRole('region', { name: 'Map' }).getByRole('application')
     await map.focus()
     await page.keyboard.press('ArrowRight')
@@ -140,7 +140,7 @@ describe('a run that is looked at', () => {
     const person = await aPerson(browser, bench.entry, { viewport: NARROW, colorScheme: 'dark' }, ADA)
     const { page, faults } = person
     await page.goto('/runs')
-    await page.getByRole('list', { name: 'All runs' }).getByRole('link', { name: 'pegmatite-map' }).first().click()
+    await page.getByRole('list', { name: 'All runs' }).getByRole('link', { name: 'Pegmatite map' }).first().click()
     await page.getByRole('region', { name: 'Map' }).getByText('ok 16').waitFor()
     await picture(page, 'run-narrow-dark')
     const wide = await page.evaluate(() => document.documentElement.scrollWidth)

@@ -5,7 +5,7 @@ import { api, read } from '../api/client'
 import { sentenceOf } from '../api/refused'
 import type { DeviceDetail } from '../api/types'
 
-export const useContracts = defineStore('contracts', () => {
+export const useContracts = defineStore('forms', () => {
   const details = reactive<Record<string, DeviceDetail>>({})
   const failed = ref('')
 

@@ -68,3 +68,9 @@ export function bytes(size: number): string {
   if (size < 1e6) return `${(size / 1e3).toFixed(1)} kB`
   return `${(size / 1e6).toFixed(1)} MB`
 }
+
+/** `Grid scan` of `grid-scan`: the name of a protocol, to be read. */
+export function titleOf(name: string): string {
+  const words = name.replace(/[-_]+/g, ' ').trim()
+  return words.charAt(0).toUpperCase() + words.slice(1)
+}

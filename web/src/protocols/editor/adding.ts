@@ -1,7 +1,7 @@
 // What "Add step" offers: the actions of the available devices, and the structures.
 import type { Received } from '../../api/types'
 import type { ActionForm, DeviceDetail } from '../../api/types'
-import type { Edit } from '../text/edit'
+import { lastOfAll, type Edit } from '../text/edit'
 import { isMap, valueAt, type Path } from '../text/path'
 import { spaced } from '../text/titles'
 import { gatherIds } from '../text/copying'
@@ -151,8 +151,7 @@ function atTheEnd(data: unknown, devices: readonly DeviceDetail[], roles: Roles)
     })
     .find((words) => !there.some((step) => isMap(step) && step['do'] === words))
   const step = safe === undefined ? { log: 'The end' } : { do: safe, on_error: 'continue' }
-  if (Array.isArray(list)) return [{ kind: 'insert', path: ['finally'], index: there.length, values: [step] }]
-  return [{ kind: 'set', path: ['finally'], value: [step] }]
+  return lastOfAll(data, step)
 }
 
 const PLAIN: [string, string, Record<string, unknown>][] = [

@@ -40,10 +40,14 @@ export function frameOf(track: Track, width: number, height: number, whole: bool
   }
 }
 
-/** A rectangle of the bench in mm. */
-export interface Box {
+/** A place on the bench in mm. */
+export interface Spot {
   x: number
   y: number
+}
+
+/** A rectangle of the bench in mm. */
+export interface Box extends Spot {
   width: number
   height: number
 }

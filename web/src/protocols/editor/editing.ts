@@ -4,7 +4,7 @@ import { setDiagnostics, type Diagnostic } from '@codemirror/lint'
 import { Annotation, EditorSelection, StateEffect, type ChangeDesc } from '@codemirror/state'
 import { EditorView, type ViewUpdate } from '@codemirror/view'
 import { computed, onScopeDispose, ref, shallowRef, watch } from 'vue'
-import { patchAll, type Edit } from '../text/edit'
+import { lastOfAll, patchAll, type Edit } from '../text/edit'
 import { rangeOf, RowIndex } from '../text/finding'
 import { samePath, startsWith, toPointer, valueAt, type Path } from '../text/path'
 import { read, type Broken, type Read } from '../text/reading'
@@ -128,6 +128,7 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
   function mend(problem: Found): void {
     const { fix } = problem
     if (!fix || locked.value) return
+    if (fix.atEnd !== undefined) return void edit(...lastOfAll(good.value?.data, { do: fix.atEnd, on_error: 'continue' }))
     view.dispatch({ changes: { from: fix.from, to: fix.to, insert: fix.insert }, userEvent: 'input.fix', annotations: VISUAL.of(true) })
   }
 

@@ -8,6 +8,7 @@ import { fixOf } from './fixes'
 import { compare, merged } from './merge'
 import { moveOf, placeAfter } from './moves'
 import { fileOf } from './used'
+import { lastOfAll } from '../text/edit'
 
 describe('fixes come from the checker’s messages', () => {
   const fix = (message: string, text: string, hint = '') => fixOf(message, hint, text, 10)
@@ -22,6 +23,14 @@ describe('fixes come from the checker’s messages', () => {
     expect(fix('gantry.move_to.z: 300 mm is outside z 0..100 mm', '300 mm')).toEqual({ label: 'Use 100 mm', from: 10, to: 16, insert: '100 mm' })
     expect(fix('gantry.move_to.z: -3 mm is outside z 0..100 mm', '-3')?.insert).toBe('0')
     expect(fix('gantry.move_to.z: 300 mm is outside z 0..100 mm', '${{ params.z }}')).toBe(null)
+  })
+
+  test('a dangerous device without an end is made safe at the end', () => {
+    const hint = 'its safe state is disarm; write it yourself, too: `finally: [{do: libs.disarm, on_error: continue}]`'
+
+    expect(fix('libs.measure is dangerous (laser), and no `finally` makes libs safe', 'libs.measure', hint)).toEqual({ label: 'Add libs.disarm at the end', from: 10, to: 10, insert: '', atEnd: 'libs.disarm' })
+    expect(lastOfAll({ steps: [] }, { do: 'libs.disarm' })).toEqual([{ kind: 'set', path: ['finally'], value: [{ do: 'libs.disarm' }] }])
+    expect(lastOfAll({ finally: [{ log: 'a' }] }, { do: 'libs.disarm' })).toEqual([{ kind: 'insert', path: ['finally'], index: 1, values: [{ do: 'libs.disarm' }] }])
   })
 
   test('what the hint says to write', () => {

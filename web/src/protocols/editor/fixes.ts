@@ -5,15 +5,18 @@ export interface Fix {
   from: number
   to: number
   insert: string
+  /** Instead of the insertion: this action, as a step that always ends the protocol. */
+  atEnd?: string
 }
 
 const SUGGESTED = /['‘’]?([^\s'‘’]+)['‘’]?; did you mean (.+?)\?/
 const OUTSIDE = /: (-?[\d.]+)[^:]* is outside (?:[\w.]+ )?(-?[\d.]+)\.\.(-?[\d.]+) ?([^\s,;]*)/
+const AT_END = /`finally: \[\{do: ([\w.]+), on_error: continue\}\]`/
 const WRITE = /(?:^|: )write (?:`(.+)`|(".+"))$/
 
 /** `text` is what the problem points at; null if there is no certain fix. */
 export function fixOf(message: string, hint: string, text: string, from: number): Fix | null {
-  return suggested(message, text, from) ?? nearest(message, text, from) ?? written(hint, text, from)
+  return suggested(message, text, from) ?? nearest(message, text, from) ?? written(hint, text, from) ?? lastly(hint, from)
 }
 
 function suggested(message: string, text: string, from: number): Fix | null {
@@ -40,6 +43,11 @@ function written(hint: string, text: string, from: number): Fix | null {
   const match = WRITE.exec(hint)
   const insert = match?.[1] ?? match?.[2]
   return insert === undefined || insert.includes('…') ? null : fix(insert, from, text.length)
+}
+
+function lastly(hint: string, from: number): Fix | null {
+  const action = AT_END.exec(hint)?.[1]
+  return action === undefined ? null : { label: `Add ${action} at the end`, from, to: from, insert: '', atEnd: action }
 }
 
 function fix(insert: string, from: number, length: number): Fix {

@@ -30,7 +30,10 @@ test('moving the start corner writes the start, moving the other one whole steps
   expect(moveTo(corners, 12.34567, 5)).toEqual([
     { kind: 'set', path: ['params', 'x0', 'default'], value: '12.346 mm' }, { kind: 'set', path: ['params', 'y0', 'default'], value: '5 mm' },
   ])
-  expect(stretchTo(corners, 12.29, 2.01).map((one) => (one.kind === 'set' ? one.value : null))).toEqual(['2.2 mm', '0.2 mm'])
+  const written = (x: number, y: number): unknown => stretchTo(corners, x, y).map((one) => (one.kind === 'set' ? one.value : null))
+
+  expect(written(12.29, 2.01)).toEqual(['2.2 mm', '0.2 mm'])
+  expect(written(5.75, 1)).toEqual(['5.8 mm', '1 mm', '4.2 mm', '1 mm'])
 })
 
 function loop(words: string): unknown {
@@ -48,10 +51,14 @@ test('the corners of a grid that holds its own lengths are written into it, by w
   expect(edited(GRID, (one) => one.at)).toEqual({ x: 10, y: 0, width: 4, height: 10 })
   expect(edited(GRID, (one) => moveTo(one, 100, 50))).toEqual(set("${{ grid(x=span(100 mm, 104 mm, 2 mm), y=span(50 mm, 60 mm, 5 mm), order='snake') }}"))
   expect(edited(GRID, (one) => stretchTo(one, 17.2, 21))).toEqual(set("${{ grid(x=span(10 mm, 18 mm, 2 mm), y=span(0 mm, 20 mm, 5 mm), order='snake') }}"))
+  expect(edited(GRID, (one) => stretchTo(one, 3.2, -11))).toEqual(set("${{ grid(x=span(4 mm, 10 mm, 2 mm), y=span(-10 mm, 0 mm, 5 mm), order='snake') }}"))
+  expect(edited(GRID.replace('0 mm, 10 mm, 5 mm', '10 mm, 0 mm, -5 mm'), (one) => one.to({ x: 30, y: 40, width: 9, height: 11 }, 'both'))).toEqual(set("${{ grid(x=span(30 mm, 38 mm, 2 mm), y=span(50 mm, 40 mm, -5 mm), order='snake') }}"))
   expect(edited(GRID, (one) => one.to({ x: 30, y: 40, width: 9, height: 11 }, 'both'))).toEqual(set("${{ grid(x=span(30 mm, 38 mm, 2 mm), y=span(40 mm, 50 mm, 5 mm), order='snake') }}"))
 })
 
-test('a line follows the longer side of what is drawn, a plate keeps its size', () => {
+test('a line follows the longer side of what is drawn or taught, a plate keeps its size', () => {
+  expect(edited('${{ grid(x=linspace(10 mm, 40 mm, 4), y=[20 mm]) }}', (one) => stretchTo(one, 9, -30))).toMatchObject([{ value: '${{ grid(x=[10 mm], y=linspace(-30 mm, 20 mm, 4)) }}' }])
+
   const to = (words: string): unknown => edited(words, (one) => one.to({ x: 30, y: 40, width: 9, height: 63 }, 'both'))
 
   expect(to('${{ grid(x=linspace(10 mm, 40 mm, 4), y=[20 mm]) }}')).toMatchObject([{ value: '${{ grid(x=[30 mm], y=linspace(40 mm, 103 mm, 4)) }}' }])

@@ -9,7 +9,7 @@ export interface Corners {
   at: Box
   /** Every parameter that the area is made of, in the order in which a person thinks of them. */
   params: readonly string[]
-  /** The edits that put it there; `what` stays as it is otherwise. */
+  /** The edits that put it there; `what` stays as it is otherwise. A width below zero reaches to the left, a height to the front. */
   to(box: Box, what: 'origin' | 'size' | 'both'): Edit[]
 }
 
@@ -36,10 +36,11 @@ function ofParams(data: unknown, loop: Path, name: string, words: string): Corne
   const set = (param: string, value: number): Edit => ({ kind: 'set', path: ['params', param, 'default'], value: inMm(value, 3) })
   return {
     params, at: { x, y, width, height },
-    to: (box, what) => [
-      ...(what === 'size' ? [] : [set(ox, box.x), set(oy, box.y)]),
-      ...(what === 'origin' ? [] : [set(sx, whole(box.width, pitch, what)), set(sy, whole(box.height, pitch, what))]),
-    ],
+    to: (wanted, what) => {
+      const box = upright(wanted, pitch, pitch, what)
+      const origin = [...(what === 'size' && box.x === wanted.x ? [] : [set(ox, box.x)]), ...(what === 'size' && box.y === wanted.y ? [] : [set(oy, box.y)])]
+      return [...origin, ...(what === 'origin' ? [] : [set(sx, box.width), set(sy, box.height)])]
+    },
   }
 }
 
@@ -64,22 +65,33 @@ function boxOf({ kind, slots }: Loop): Box | null {
   return box && Object.values(box).every(Number.isFinite) ? box : null
 }
 
-/** The loop over another area. */
-export function placed(loop: Loop, box: Box, what: 'origin' | 'size' | 'both'): Loop {
+/** The loop over another area. A span that falls goes on falling; a line follows the longer side. */
+export function placed(loop: Loop, wanted: Box, what: 'origin' | 'size' | 'both'): Loop {
   const { kind, slots } = loop
-  const pitch = (slot: string): number => (what === 'origin' ? 0 : (millimetres(slots[slot]) ?? 0))
-  const [width, height] = [whole(box.width, pitch('px'), what), whole(box.height, pitch('py'), what)]
-  if (kind === 'grid') return { ...loop, slots: { ...slots, x0: inMm(box.x), x1: inMm(box.x + width), y0: inMm(box.y), y1: inMm(box.y + height) } }
-  if (kind === 'plate') return what === 'size' ? loop : { ...loop, slots: { ...slots, x0: inMm(box.x), y0: inMm(box.y + box.height) } }
-  const along = what === 'both' ? (box.width >= box.height ? 'x' : 'y') : (slots['along'] ?? 'x')
-  const [from, length, at] = along === 'x' ? [box.x, box.width, box.y] : [box.y, box.height, box.x]
-  return { ...loop, slots: { ...slots, along, from: inMm(from), to: inMm(from + length), at: inMm(at) } }
+  const [px, py] = [millimetres(slots['px']) ?? 0, millimetres(slots['py']) ?? 0]
+  const { x, y, width, height } = upright(wanted, px, py, what)
+  if (kind === 'grid') {
+    const [x0, x1, y0, y1] = [...(px < 0 ? [x + width, x] : [x, x + width]), ...(py < 0 ? [y + height, y] : [y, y + height])].map((mm) => inMm(mm))
+    return { ...loop, slots: { ...slots, x0: x0 ?? '', x1: x1 ?? '', y0: y0 ?? '', y1: y1 ?? '' } }
+  }
+  if (kind === 'plate') return what === 'size' ? loop : { ...loop, slots: { ...slots, x0: inMm(x), y0: inMm(y + height) } }
+  const along = what === 'origin' ? (slots['along'] ?? 'x') : width >= height ? 'x' : 'y'
+  const [from, length] = along === 'x' ? [x, width] : [y, height]
+  const at = what === 'both' ? { x, y } : wanted
+  return { ...loop, slots: { ...slots, along, from: inMm(from), to: inMm(from + length), at: inMm(along === 'x' ? at.y : at.x) } }
+}
+
+/** The same corners from the lower left one on, its sides in whole steps of the pitch. */
+function upright({ x, y, width, height }: Box, px: number, py: number, what: 'origin' | 'size' | 'both'): Box {
+  const [across, along] = [whole(Math.abs(width), px, what), whole(Math.abs(height), py, what)]
+  return { x: width < 0 ? x - across : x, y: height < 0 ? y - along : y, width: across, height: along }
 }
 
 /** As many whole steps of a pitch as come closest; of what is drawn, as many as it holds. */
 function whole(mm: number, pitch: number, what: 'origin' | 'size' | 'both'): number {
-  const steps = what === 'both' ? Math.floor(mm / pitch + 1e-6) : Math.round(mm / pitch)
-  return pitch > 0 ? Math.max(1, steps) * pitch : mm
+  const by = Math.abs(pitch)
+  if (by === 0 || what === 'origin') return mm
+  return Math.max(1, what === 'both' ? Math.floor(mm / by + 1e-6) : Math.round(mm / by)) * by
 }
 
 function inMm(mm: number, digits = 6): string {
@@ -110,9 +122,9 @@ export function moveTo({ at, to }: Corners, x: number, y: number): Edit[] {
   return to({ ...at, x, y }, 'origin')
 }
 
-/** Move the other corner there, by whole steps of the pitch if there is one. */
+/** Move the other corner there, by whole steps of the pitch if there is one. Wherever it lies, the area is between both. */
 export function stretchTo({ at, to }: Corners, x: number, y: number): Edit[] {
-  return to({ ...at, width: Math.max(0, x - at.x), height: Math.max(0, y - at.y) }, 'size')
+  return to({ ...at, width: x - at.x, height: y - at.y }, 'size')
 }
 
 interface Bounds {

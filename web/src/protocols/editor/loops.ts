@@ -13,7 +13,7 @@ export interface Loop {
 
 /** Wells -> columns, rows and pitch in mm (ANSI/SLAS 4-2004). */
 export const PLATES: Record<string, readonly [number, number, number]> = { 96: [12, 8, 9], 384: [24, 16, 4.5], 1536: [48, 32, 2.25] }
-export const ORDERS: Record<string, string> = { rows: 'row by row', snake: 'row by row, every other one backwards', columns: 'column by column' }
+export const ORDERS: Record<string, string> = { rows: 'row by row', snake: 'rows, back and forth', columns: 'column by column' }
 
 /** Null if it is none of the forms. */
 export function loopOf(value: unknown): Loop | null {

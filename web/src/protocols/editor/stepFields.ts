@@ -21,7 +21,7 @@ export const OF_KIND: Record<StepKind, StepField[]> = {
   foreach: [
     field('key', 'Key', 'text', 'What permanently identifies an iteration, such as ${{ point.index }}'),
     field('at_once', 'At once', 'number', 'How many may run at the same time', { placeholder: '1' }),
-    field('order', 'Order', 'choice', 'Of those at once: as listed, or so that all take the least time', { choices: ['listed', 'shortest'], ...PLAIN }),
+    field('order', 'Order of those at once', 'choice', 'As listed, or so that all take the least time', { choices: ['listed', 'shortest'], ...PLAIN }),
   ],
   repeat: [field('repeat', 'How often', 'number', '', NEEDED)],
   while: [field('max', 'At most', 'number', 'How often at most; then the step fails')],

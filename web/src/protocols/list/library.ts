@@ -74,12 +74,6 @@ export function found(all: readonly Summary[], words: string): Summary[] {
   })
 }
 
-/** `Grid scan` of `grid-scan`: the name of a protocol, to be read. */
-export function titleOf(name: string): string {
-  const words = name.replace(/[-_]+/g, ' ').trim()
-  return words.charAt(0).toUpperCase() + words.slice(1)
-}
-
 /** `grid-scan.yaml` from what a person typed: runs and their folders have this name, so that accents and the letters of other scripts are left out. */
 export function fileName(typed: string): string {
   const [stem = '', suffix] = typed.trim().split(/\.(ya?ml|json)$/i)

@@ -14,6 +14,7 @@ const PICTURES: Readonly<Record<string, Picture>> = {
   single: { title: 'One place', path: 'M24 4v8M24 20v8M10 16h10M28 16h10M20 16a4 4 0 1 0 8 0a4 4 0 1 0-8 0' },
   fill_plate: { title: '96 wells', path: `M2 3h41l3 3v23h-44z${WELLS}` },
   dispense: { title: 'Dispense and weigh', path: 'M24 2v8l-2 4h4l-2-4M24 17v2M14 20v7h20v-7M8 30h32M12 27h24v3h-24z' },
+  titrate: { title: 'Titrate', path: 'M4 28h40M4 28v-26M7 25c14-1 16-2 17-10c1-8 4-9 18-10M24 15h0' },
   calibrate_camera: { title: 'Calibrate a camera', path: 'M4 8h8l3-4h8l3 4h6v18h-28zM13 17a5 5 0 1 0 10 0a5 5 0 1 0-10 0M36 8h10v18h-10zM36 14h10M36 20h10M41 8v18' },
   minimal: { title: 'Smallest, explained', path: 'M8 4h24l8 8v16h-32zM32 4v8h8M14 14h12M14 19h20M14 24h16' },
 }

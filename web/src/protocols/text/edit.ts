@@ -4,7 +4,7 @@ import { after, type Patch } from './land'
 import { insertItems, removeItem } from './listing'
 import { moveItem } from './moving'
 import { setNote } from './noting'
-import type { Path } from './path'
+import { valueAt, type Path } from './path'
 import { read, type Read } from './reading'
 import { removeKey, renameKey, setValue } from './setting'
 import { unwrap } from './unwrapping'
@@ -39,6 +39,13 @@ export function patchAll(text: string, edits: readonly Edit[]): Patch {
   const [first, ...rest] = edits
   if (!first) return { ok: false, reason: 'there is nothing to do' }
   return rest.reduce((done, edit) => after(done, (now) => patch(now.text, edit)), patch(text, first))
+}
+
+/** A step after all others of `finally`. */
+export function lastOfAll(data: unknown, step: Record<string, unknown>): Edit[] {
+  const list = valueAt(data, ['finally'])
+  if (Array.isArray(list)) return [{ kind: 'insert', path: ['finally'], index: list.length, values: [step] }]
+  return [{ kind: 'set', path: ['finally'], value: [step] }]
 }
 
 function patched(now: Read, edit: Edit): Patch {

@@ -12,7 +12,7 @@ test('time is a range, with where it is from and when the run would end', () => 
   )
   expect(timeWords(preview({}), now)).toBe('Time: not known in advance')
   expect(spanWords({ low: 18, high: 18, runs: 0, real_s: 360 })).toBe('6 min (typical) with real devices; 18 s (typical) with these simulated ones')
-  expect(spanWords({ low: 0, high: 0, runs: 0, real_s: 360 }, 300)).toBe('5 min (rehearsed) with real devices; no time (typical) with these simulated ones')
+  expect(spanWords({ low: 0, high: 0, runs: 0, real_s: 360 }, 300)).toBe('5 min (rehearsed) with real devices; a moment with these simulated ones')
   expect(spanWords({ low: 360, high: 360, runs: 0, real_s: null }, 300)).toBe('5 min (rehearsed)')
 })
 

@@ -10,7 +10,7 @@ export function spanWords(time: Preview['time_s'], rehearsed: number | null = nu
   if (!time || (found && time.real_s === null && time.runs === 0)) return found || 'not known in advance'
   const [low, high] = [duration(time.low), duration(time.high)]
   const from = time.runs ? `measured on ${time.runs} ${time.runs === 1 ? 'run' : 'runs'}` : 'typical'
-  const span = `${time.high === 0 ? 'no time' : low === high ? low : `${low} – ${high}`} (${from})`
+  const span = time.high === 0 ? 'a moment' : `${low === high ? low : `${low} – ${high}`} (${from})`
   return time.real_s === null ? span : `${found || `${duration(time.real_s)} (typical)`} with real devices; ${span} with these simulated ones`
 }
 
