@@ -76,7 +76,7 @@ class Bridge(Driver):
     def owed(self, timeout_s: float) -> None:
         """An answer was given up that may still come within this time."""
 
-    async def settle(self) -> None:
+    async def skip_late_answer(self) -> None:
         """Wait for that, on a line that is open; raises OSError."""
 
     def came_late(self) -> str:
@@ -124,7 +124,7 @@ class Bridge(Driver):
                 yield
             except (NoAnswer, BadAnswer):  # what is still to come is not for the next device
                 self.owed(self.timeout_s(None))
-                await self.settle()
+                await self.skip_late_answer()
                 raise
             finally:
                 await self.drop()

@@ -38,8 +38,8 @@ class ByteBridge(Bridge):
     def owed(self, timeout_s: float) -> None:
         self.channel.owes(timeout_s)
 
-    async def settle(self) -> None:
-        await self.channel.settle()
+    async def skip_late_answer(self) -> None:
+        await self.channel.skip_late_answer()
 
     def came_late(self) -> str:
         return self.channel.late_words()

@@ -43,7 +43,7 @@ class Channel:
         """Note that an answer was given up: on a line that goes on when it is closed, it may still come."""
         self._owed_until = asyncio.get_running_loop().time() + timeout_s
 
-    async def settle(self) -> None:
+    async def skip_late_answer(self) -> None:
         """Let pass what is still to come of an answer that was given up; raises OSError."""
         left = self._owed_until - asyncio.get_running_loop().time()
         self._owed_until, self.late = float("-inf"), b""
@@ -151,7 +151,7 @@ class Network(Channel):
             raise OSError(f"{at} cannot be reached: {_reason(fault)}") from fault
         self.is_open = True
         if at.kind == "udp":
-            await self.settle()
+            await self.skip_late_answer()
 
     async def _connected(self, until: float) -> Any:
         """An instrument with one place for a client refuses until it has seen the last one leave."""
@@ -196,7 +196,7 @@ class Serial(Channel):
         self.received.clear()
         await self._bytes.open()
         self.is_open = True
-        await self.settle()
+        await self.skip_late_answer()
 
     async def close(self) -> None:
         await super().close()

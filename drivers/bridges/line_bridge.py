@@ -119,8 +119,8 @@ class LineBridge(Bridge):
     def owed(self, timeout_s: float) -> None:
         self.lines.channel.owes(timeout_s)
 
-    async def settle(self) -> None:
-        await self.lines.channel.settle()
+    async def skip_late_answer(self) -> None:
+        await self.lines.channel.skip_late_answer()
 
     def came_late(self) -> str:
         return self.lines.channel.late_words()
