@@ -61,20 +61,31 @@ class Program:
         self.last_view: View | None = None
         self._before: View | None = None  # when a button of the main window was last aimed at
         self._hands = Hands()
-        self._windows: Windows = open_windows()
         self._controls: Controls | None = open_controls() if buttons.by_name else None
+        self._windows: Windows = open_windows()
         self._lock = threading.RLock()
+        self._ending = self._closed = False
 
     def close(self) -> None:
-        """Once a look that is under way has ended; one that does not end is left to the process."""
+        """Once a look that is under way has ended; one that takes longer closes when it has."""
+        self._ending = True
         if self._lock.acquire(timeout=CLOSE_S):
-            self._windows.close()
+            self._end()
             self._lock.release()
 
     def alone(self, act: Callable[[], object]) -> object:
         """Do something while no other thread looks or clicks."""
         with self._lock:
-            return act()
+            try:
+                return act()
+            finally:
+                if self._ending:
+                    self._end()
+
+    def _end(self) -> None:
+        if not self._closed:
+            self._closed = True
+            self._windows.close()
 
     def view(self) -> View:
         """A fresh look."""

@@ -28,8 +28,8 @@ BY_THE_SYSTEM = {
     "action_msgs",
     "unique_identifier_msgs",
 }
-THROUGH_ANOTHER = {"starlette", "distributed"}
-"""Come with fastapi and as `dask[distributed]`."""
+THROUGH_ANOTHER = {"starlette", "distributed", "pydantic_core"}
+"""Come with fastapi, as `dask[distributed]`, and with pydantic, which wants just one version of it."""
 BY_HAND = {"apsw", "libskit", "setuptools"}
 """For simulated disks, a script that compiles the table of lines, and the installation."""
 
@@ -137,7 +137,15 @@ def test_every_library_that_labrun_imports_is_in_the_base_or_in_an_extra():
     others = {
         library: files
         for library, files in imports().items()
-        if library not in {*sys.stdlib_module_names, "labrun", *EVERY, *BY_THE_SYSTEM, *BY_HAND}
+        if library
+        not in {
+            *sys.stdlib_module_names,
+            "labrun",
+            *EVERY,
+            *BY_THE_SYSTEM,
+            *THROUGH_ANOTHER,
+            *BY_HAND,
+        }
         and library not in ("Xlib", "comtypes", "pywinauto")  # of `gui`, on Linux and on Windows
         and not projects(library) & base
     }

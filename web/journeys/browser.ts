@@ -79,6 +79,29 @@ export async function releaseControl(page: Page): Promise<void> {
   }
 }
 
+/** Order something, and again if the page says that a busy machine brought the click too late or not at all; until `done` shows. */
+export async function ordered(page: Page, press: () => Promise<void>, done: Locator): Promise<void> {
+  const late = page.getByRole('alert').filter({ hasText: /after its deadline|Not sent/ })
+  do {
+    await press()
+    await done.or(late).first().waitFor()
+  } while (!(await done.first().isVisible()))
+}
+
+/** Abort the run that the page shows; `done` says that it was. */
+export async function aborted(page: Page, done: Locator): Promise<void> {
+  await ordered(page, async () => {
+    await page.getByRole('button', { name: 'Abort', exact: true }).click()
+    await page.getByRole('button', { name: 'Abort the run' }).click()
+  }, done)
+}
+
+/** Let the paused run that the page shows go on. */
+export async function goOn(page: Page): Promise<void> {
+  const goes = page.getByRole('button', { name: 'Pause', exact: true }).or(page.getByRole('region', { name: 'How it ended' }))
+  await ordered(page, () => page.getByRole('button', { name: 'Resume', exact: true }).click(), goes)
+}
+
 /** Wait until every device of the bench is online. */
 export async function allOnline(page: Page): Promise<void> {
   await page.getByText(/^([1-9]\d*) of \1 online$/).waitFor()

@@ -5,7 +5,7 @@ import { join } from 'node:path'
 import type { Page } from 'playwright-core'
 import { describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, isLive, NARROW, type Person, releaseControl } from './browser'
+import { aborted, aPerson, goOn, isLive, NARROW, type Person, releaseControl } from './browser'
 import { axe, picture } from './look'
 import { startRun } from './measured'
 import { bench, browser } from './stage'
@@ -173,12 +173,12 @@ describe('a person and a live run', () => {
 
     expect(await axe(page)).toEqual([])
 
-    await page.getByRole('button', { name: 'Resume' }).click()
+    await goOn(page)
     await page.getByRole('banner').or(page.locator('main')).getByText('▶').first().waitFor()
     await page.getByRole('button', { name: 'Pause' }).click()
     await page.getByRole('button', { name: 'Pause after this point' }).click()
     await page.getByText('Paused: nothing moves').waitFor()
-    await page.getByRole('button', { name: 'Resume' }).click()
+    await goOn(page)
     await page.getByRole('button', { name: 'Abort' }).click()
     await page.getByRole('dialog').getByText('Kept:').waitFor()
     await picture(page, 'run-abort')
@@ -189,10 +189,8 @@ describe('a person and a live run', () => {
 
     expect(await page.getByRole('button', { name: 'Abort' }).isVisible()).toBe(true)
 
-    await page.getByRole('button', { name: 'Abort' }).click()
-    await page.getByRole('button', { name: 'Abort the run' }).click()
     const end = page.getByRole('region', { name: 'How it ended' })
-    await end.getByText('The run aborted').waitFor()
+    await aborted(page, end.getByText('The run aborted'))
     await picture(page, 'run-aborted')
 
     await end.getByRole('button', { name: 'Resume', exact: true }).click()
@@ -206,9 +204,7 @@ describe('a person and a live run', () => {
     await picture(page, 'run-resume')
     await dialog.getByRole('button', { name: 'Resume the run' }).click()
     await page.getByText('resumed 1×').first().waitFor()
-    await page.getByRole('button', { name: 'Abort' }).click()
-    await page.getByRole('button', { name: 'Abort the run' }).click()
-    await end.getByText('The run aborted').waitFor()
+    await aborted(page, end.getByText('The run aborted'))
 
     expect(faults).toEqual([])
     await leave(person)
@@ -279,8 +275,7 @@ describe('a person and a live run', () => {
     await bo.page.getByRole('button', { name: 'Abort the run' }).click()
     await bo.page.getByText('Ada has control of the bench').waitFor()
     await picture(bo.page, 'run-two')
-    await ada.page.getByRole('button', { name: 'Abort' }).click()
-    await ada.page.getByRole('button', { name: 'Abort the run' }).click()
+    await aborted(ada.page, ada.page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted'))
     await bo.page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor()
 
     expect([...ada.faults, ...bo.faults]).toEqual([])

@@ -5,7 +5,7 @@ import { join } from 'node:path'
 import type { Browser } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aPerson, isLive, openBrowser, tidy } from './browser'
+import { aborted, aPerson, isLive, openBrowser, tidy } from './browser'
 import { picture } from './look'
 
 /** A minute of turns on the simulated lab, without the optics. */
@@ -59,9 +59,7 @@ it('a server that is killed mid-run leaves the run going, and the page finds it 
   expect(told.done).toBeGreaterThan(9)
 
   await picture(page, 'run-server-back')
-  await page.getByRole('button', { name: 'Abort' }).click()
-  await page.getByRole('button', { name: 'Abort the run' }).click()
-  await page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor()
+  await aborted(page, page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted'))
 
   expect(faults).toEqual([])
   await context.close()
@@ -84,9 +82,7 @@ it('an engine that is killed leaves an interrupted run, which is resumed from th
   await end.getByRole('button', { name: 'Resume', exact: true }).click()
   await page.getByRole('button', { name: 'Resume the run' }).click()
   await page.getByText('resumed 1×').first().waitFor()
-  await page.getByRole('button', { name: 'Abort' }).click()
-  await page.getByRole('button', { name: 'Abort the run' }).click()
-  await end.getByText('The run aborted').waitFor()
+  await aborted(page, end.getByText('The run aborted'))
 
   expect((await ask<{ resumes: number }>(bench, `/runs/${id}`)).resumes).toBe(1)
   expect(faults).toEqual([])

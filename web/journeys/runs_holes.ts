@@ -1,7 +1,7 @@
 // Points that failed: told alike everywhere, measured again when a person asks for it, beside what the laser has fired.
 import { beforeAll, expect, it } from 'vitest'
 import { ask, orderFault } from './bench'
-import { aPerson, tickChecklist } from './browser'
+import { aPerson, goOn, tickChecklist } from './browser'
 import { axe, picture } from './look'
 import { now, reached, startRun, until } from './measured'
 import { bench, browser } from './stage'
@@ -175,7 +175,7 @@ it('a live run gets more points, and nothing that was done is done again', async
   await dialog.getByRole('button', { name: 'Change the run' }).click()
   await dialog.waitFor({ state: 'hidden' }) // it says these words, too
   await page.getByText('the run goes on with the changed protocol').first().waitFor()
-  await page.getByRole('button', { name: 'Resume', exact: true }).click()
+  await goOn(page)
   await until(bench, run, (told) => told.fate === 'succeeded')
 
   expect(await numbers(run)).toEqual([16, 16, 0, 0])
