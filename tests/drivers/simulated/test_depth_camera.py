@@ -58,6 +58,7 @@ def test_it_finds_its_place_above_the_bench_to_a_millimetre(tmp_path):
     assert found["tilt"] == pytest.approx(30, abs=0.2)
 
 
+@pytest.mark.slow
 def test_numbers_that_come_as_whole_ones_are_as_good(tmp_path):
     async def story(twin):
         goal = GoalContext("c1")
@@ -88,6 +89,7 @@ def test_a_calibration_holds_no_more_when_the_gantry_has_moved(tmp_path):
     assert "moved by 1.00 mm" in failure.message
 
 
+@pytest.mark.slow
 def test_a_calibration_outlives_its_server(tmp_path):
     played(camera(tmp_path), calibrated)
 
@@ -196,6 +198,7 @@ def test_a_board_that_is_seen_badly_calibrates_nothing(tmp_path, trouble, error)
     assert twin.calibration is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", ["BoardNotFound", "BoardMirrored", "PoorFit", "CameraLost"])
 def test_an_error_that_is_ordered_is_the_one_that_comes(tmp_path, error):
     for number in range(2):

@@ -152,6 +152,7 @@ def test_samples_are_detected_as_the_papers_newer_tree_asks_and_keep_their_ids(r
     assert nearest[2] == pytest.approx(0.025, abs=0.005)
 
 
+@pytest.mark.slow
 def test_the_zero_is_set_and_places_count_from_it(roslib1, paper):
     move = goal("/move_gantry", "MoveGantry", cmd="G90 G0 X100 Y50")
     status = {

@@ -175,6 +175,7 @@ def test_a_second_one_from_the_same_folder_is_told_so(endpoint, lab):
     assert "another `labrun ros` uses it" in done.stderr and "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_goals_and_devices_in_order(own):
     async def main():
         async with talking(own.url) as talk:

@@ -5,6 +5,8 @@ import pytest
 LASER_LIST = ["enclosure closed", "nobody in the beam path", "sample fixed"]
 SMALL = {"width": "0.4 mm", "height": "0.4 mm"}
 
+pytestmark = pytest.mark.slow  # 18 device servers
+
 
 @pytest.fixture
 def control(lasting_demo):
@@ -28,7 +30,6 @@ def test_the_shipped_protocols_run_on_the_demonstration(control):
     assert run["done"] == 9 and {"Li", "K", "Si"} <= maps
 
 
-@pytest.mark.slow
 def test_a_fault_that_was_ordered_happens_and_is_told(control):
     control.reach("gantry", "libs", "reduce")
     ordered = control.command(
@@ -45,7 +46,6 @@ def test_a_fault_that_was_ordered_happens_and_is_told(control):
     assert run["nodes"]["main/scan/*/shoot"]["retries"] == 2
 
 
-@pytest.mark.slow
 def test_a_server_is_killed_to_order_and_comes_back(control, lasting_demo, wait_for):
     control.reach("camera")
     pid = lasting_demo.server_pid("camera")
@@ -111,7 +111,6 @@ def test_faults_are_for_the_demonstration_only(shared, page):
     assert (answer.status_code, answer.json()["code"]) == (404, "NO_DEMO")
 
 
-@pytest.mark.slow
 def test_the_demonstration_leaves_nothing_behind_and_ends_its_runs(lasting_demo, control, wait_for):
     folder = lasting_demo.library
     control.reach("gantry", "libs", "reduce")

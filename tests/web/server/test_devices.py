@@ -91,6 +91,7 @@ def test_a_hazard_is_armed_held_and_done_once(shared, page):
     assert len(shared.truth("libs")) == shots + 1
 
 
+@pytest.mark.slow
 def test_a_file_that_an_action_gives_can_be_fetched(shared, page):
     page.reach("gantry", "libs")
     page.command("/devices/gantry/actions/move_to", {"params": {"x": 2, "y": 2, "z": 0}})
@@ -157,6 +158,7 @@ def test_a_move_by_hand_is_held_and_let_go_on_while_another_move_is_refused(hand
     assert page.get(f"/goals/{moving['id']}").json()["result"]["x"] == pytest.approx(aim, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_hold_stops_by_itself_when_no_keep_alive_comes(unhurried, hand, wait_for):
     made, client, before = unhurried, hand, len(moves(unhurried))
     asked = {"axis": "x", "direction": 1, "feed_mm_min": 600}  # 10 mm/s, 20 mm a stretch
@@ -259,6 +261,7 @@ def test_stop_all_needs_no_sign_in_and_breaks_off_what_moves(unhurried, hand, wa
     assert after.status_code == 202  # a person who acts again has decided to
 
 
+@pytest.mark.slow
 def test_stop_all_says_which_device_did_not_confirm(shared, page, socket):
     made, client = shared, page.reach("gantry", "libs")
     ui = socket(made, client)

@@ -32,6 +32,7 @@ def test_tables_come_as_columns_with_units(done):
     assert page.get(f"/runs/{id}/tables/..%2fjournal.jsonl").status_code == 404
 
 
+@pytest.mark.slow
 def test_tables_are_downloaded_under_the_name_of_the_run(done):
     page, id = done
     csv = page.get(f"/runs/{id}/tables/data.csv/download")
@@ -141,6 +142,7 @@ def test_the_zip_has_the_whole_run_without_working_state(done, shared):
     assert not names & {"engine.lock", "control.json"}
 
 
+@pytest.mark.slow
 def test_points_are_measured_again_by_the_runs_own_protocol(done, wait_for):
     page, id = done
     again = page.post(f"/runs/{id}/again", json={"keys": ["2,1", "0,0"]}).json()
