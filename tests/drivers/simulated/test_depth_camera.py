@@ -180,6 +180,7 @@ def test_the_same_goal_sees_the_same_picture_and_another_one_other_noise(tmp_pat
     assert first == again != other
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("trouble", "error"),
     [

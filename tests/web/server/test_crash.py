@@ -82,6 +82,7 @@ def test_an_orderly_end_leaves_a_live_run_and_its_devices_alone(made, wait_for):
     assert again.until(id, "succeeded")["resumes"] == 0
 
 
+@pytest.mark.slow
 def test_an_orderly_end_without_a_run_ends_the_device_servers(made, wait_for):
     client = made.client()
     client.reach("gantry", "libs")

@@ -6,6 +6,8 @@ import zipfile
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.slow  # each process of the tests would measure a map of its own
+
 
 @pytest.fixture
 def done(page, finished):
@@ -18,7 +20,6 @@ def floats(answer):
     return np.frombuffer(answer.content, "<f4")
 
 
-@pytest.mark.slow
 def test_tables_come_as_columns_with_units(done):
     page, id = done
     (head,) = page.get(f"/runs/{id}/tables").json()
@@ -32,7 +33,6 @@ def test_tables_come_as_columns_with_units(done):
     assert page.get(f"/runs/{id}/tables/..%2fjournal.jsonl").status_code == 404
 
 
-@pytest.mark.slow
 def test_tables_are_downloaded_under_the_name_of_the_run(done):
     page, id = done
     csv = page.get(f"/runs/{id}/tables/data.csv/download")
@@ -58,7 +58,6 @@ def test_a_map_is_float32_row_by_row_with_the_key_of_each_cell(done):
     assert page.get(f"/runs/{id}/maps/data.csv/none").status_code == 404
 
 
-@pytest.mark.slow
 def test_spectra_come_as_float32_and_their_axis_once(done, shared):
     page, id = done
     told = page.get(f"/runs/{id}/spectra").json()
@@ -94,7 +93,6 @@ def test_the_mean_of_a_selection_is_the_mean_of_its_spectra(done):
     assert none.status_code == 404
 
 
-@pytest.mark.slow
 def test_peaks_are_fitted_and_bear_their_elements(done):
     page, id = done
     file = {"file": "spectra/0_0.csv"}
@@ -114,7 +112,6 @@ def test_peaks_are_fitted_and_bear_their_elements(done):
     assert unknown.status_code == 422 and "Xx" in unknown.json()["message"]
 
 
-@pytest.mark.slow
 def test_files_of_a_run_are_listed_and_fetched_but_none_outside(done):
     page, id = done
     names = {file["name"]: file["kind"] for file in page.get(f"/runs/{id}/files").json()}
@@ -142,7 +139,6 @@ def test_the_zip_has_the_whole_run_without_working_state(done, shared):
     assert not names & {"engine.lock", "control.json"}
 
 
-@pytest.mark.slow
 def test_points_are_measured_again_by_the_runs_own_protocol(done, wait_for):
     page, id = done
     again = page.post(f"/runs/{id}/again", json={"keys": ["2,1", "0,0"]}).json()

@@ -7,6 +7,7 @@ import time
 import pytest
 
 
+@pytest.mark.slow
 def test_a_stop_that_is_asked_for_twice_at_once_is_one_and_the_run_ends_in_order(
     unhurried, hand, wait_for, socket
 ):
