@@ -17,6 +17,7 @@ from ...schemas.quantity import seconds
 from ...system.tasks import end, first_of, spawn
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
 from .answers import BadAnswer, NoNumber
+from .channel import Channel
 from .config import ActionConfig, BridgeConfig
 from .lines import NoAnswer
 from .record import OnceRecord
@@ -39,6 +40,8 @@ class Bridge(Driver):
 
     any_contract: ClassVar[bool] = True
     config_model: ClassVar[type[BridgeConfig]]
+    _reads: Channel | None = None
+    """Where an answer that was given up may still come; none where a library reads."""
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
@@ -73,15 +76,13 @@ class Bridge(Driver):
     async def drop(self) -> None:
         """Give up the connection: nothing that is still to come may be taken for something else."""
 
-    def owed(self, timeout_s: float) -> None:
+    def _owe(self, timeout_s: float) -> None:
         """An answer was given up that may still come within this time."""
+        if self._reads is not None:
+            self._reads.owes(timeout_s)
 
-    async def skip_late_answer(self) -> None:
-        """Wait for that, on a line that is open; raises OSError."""
-
-    def came_late(self) -> str:
-        """What came of it after all, for a message; empty if nothing did."""
-        return ""
+    def _late_words(self) -> str:
+        return self._reads.late_words() if self._reads is not None else ""
 
     async def perform(self, said: Any, action: Action, values: Values, goal: GoalContext) -> Values:
         """Do one action; raises ActionFailed, NoAnswer, BadAnswer, NoNumber or OSError."""
@@ -123,8 +124,9 @@ class Bridge(Driver):
             try:
                 yield
             except (NoAnswer, BadAnswer):  # what is still to come is not for the next device
-                self.owed(self.timeout_s(None))
-                await self.skip_late_answer()
+                if self._reads is not None:
+                    self._reads.owes(self.timeout_s(None))
+                    await self._reads.skip_late_answer()
                 raise
             finally:
                 await self.drop()
@@ -233,7 +235,7 @@ class Bridge(Driver):
             ended = doing.done()
             await end(doing, cancelled)
             if not ended:
-                self.owed(self.timeout_s(self._said.get(name)))
+                self._owe(self.timeout_s(self._said.get(name)))
                 await self.drop()
         if action.cancel:
             raise ActionCanceled
@@ -300,13 +302,13 @@ class Bridge(Driver):
             except NoNumber as fault:
                 raise self.failed(fault.name, name, str(fault), "yes") from fault
             except BadAnswer as fault:
-                failure = self.failed("BadAnswer", name, f"{fault}{self.came_late()}")
+                failure = self.failed("BadAnswer", name, f"{fault}{self._late_words()}")
             except NoAnswer as fault:
-                failure = self.failed("Timeout", name, f"{fault}{self.came_late()}", "unknown")
+                failure = self.failed("Timeout", name, f"{fault}{self._late_words()}", "unknown")
             except OSError as fault:
                 failure = self.failed("Lost", name, str(fault), "unknown")
             if failure.name != "Lost":
-                self.owed(self.timeout_s(said))
+                self._owe(self.timeout_s(said))
             await self.drop()
             if not again:
                 break

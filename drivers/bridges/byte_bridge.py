@@ -24,7 +24,7 @@ class ByteBridge(Bridge):
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
-        self.channel = channel_of(place, self.config)
+        self.channel = self._reads = channel_of(place, self.config)
 
     async def ready(self, timeout_s: float) -> None:
         if not self.channel.is_open:
@@ -34,15 +34,6 @@ class ByteBridge(Bridge):
 
     async def drop(self) -> None:
         await self.channel.close()
-
-    def owed(self, timeout_s: float) -> None:
-        self.channel.owes(timeout_s)
-
-    async def skip_late_answer(self) -> None:
-        await self.channel.skip_late_answer()
-
-    def came_late(self) -> str:
-        return self.channel.late_words()
 
     async def ask(self, data: bytes, found: Found, timeout_s: float) -> bytes:
         """Send bytes and return the answer that is found; raises NoAnswer or OSError."""

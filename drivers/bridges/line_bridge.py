@@ -104,6 +104,7 @@ class LineBridge(Bridge):
     def __init__(self, place: Place) -> None:
         super().__init__(place)
         self.lines = Lines(place, self.config)
+        self._reads = self.lines.channel
 
     async def ready(self, timeout_s: float) -> None:
         if not self.lines.is_open:
@@ -115,15 +116,6 @@ class LineBridge(Bridge):
 
     async def drop(self) -> None:
         await self.lines.close()
-
-    def owed(self, timeout_s: float) -> None:
-        self.lines.channel.owes(timeout_s)
-
-    async def skip_late_answer(self) -> None:
-        await self.lines.channel.skip_late_answer()
-
-    def came_late(self) -> str:
-        return self.lines.channel.late_words()
 
     async def abort(self) -> bool:
         if self.config.abort is None or not (self.lines.is_open or self.line):

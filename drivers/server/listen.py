@@ -77,14 +77,11 @@ def for_other_machines(host: str, url: str) -> str:
     )
     names = [socket.gethostname()]
     with socket.socket(family, socket.SOCK_DGRAM) as asked, contextlib.suppress(OSError):
-        asked.connect(
-            (away, 9)
-        )  # nothing is sent: the kernel only chooses the address it would send from
+        asked.connect((away, 9))  # sends nothing: the kernel chooses the address to send from
         own = asked.getsockname()[0]
         names.insert(0, f"[{own}]" if ":" in own else own)
-    return (
-        f"; other machines reach it at {' or '.join(f'{at.scheme}://{n}:{at.port}' for n in names)}"
-    )
+    urls = [f"{at.scheme}://{name}:{at.port}" for name in names]
+    return f"; other machines reach it at {' or '.join(urls)}"
 
 
 @asynccontextmanager

@@ -10,6 +10,7 @@ all its buttons are drawn at one. Without the last two, a small "Sync" passes fo
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -279,11 +280,8 @@ def _fitted(
         for down in (0.95, 1.0, 1.05):
             shape = _resized(plain, scale * across, scale * down)
             rows, columns = shape.shape
-            kind = (
-                rows,
-                columns,
-                scale * across < 1,
-            )  # beyond its own size it is drawn in another way
+            smaller = scale * across < 1  # beyond its own size it is drawn in another way
+            kind = (rows, columns, smaller)
             if rows > around.shape[0] or columns > around.shape[1] or kind in tried:
                 continue
             fits = cv2.matchTemplate(softened, _soft(shape, height), cv2.TM_CCOEFF_NORMED)
@@ -292,7 +290,7 @@ def _fitted(
             tried[kind] = float(fits.max()), fits, shape, size
     best: tuple[float, Box, float] = (above, (x, y, around.shape[1], around.shape[0]), scale)
     edged = None
-    for most, by_grey, shape, size in sorted(tried.values(), key=_most, reverse=True):
+    for most, by_grey, shape, size in sorted(tried.values(), key=itemgetter(0), reverse=True):
         if (3 * most + 1) / 4 <= best[0]:  # however well the edges fit
             break
         edged = _edges(around, height) if edged is None else edged
@@ -303,10 +301,6 @@ def _fitted(
             rows, columns = shape.shape
             best = (float(score), (left + dx, top + dy, columns, rows), size)
     return _coloured(picture, template, *best)
-
-
-def _most(tried: tuple[float, np.ndarray, np.ndarray, float]) -> float:
-    return tried[0]
 
 
 def _apart(picture: Picture, template: Template, box: Box) -> float:
