@@ -10,6 +10,7 @@ all its buttons are drawn at one. Without the last two, a small "Sync" passes fo
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from hashlib import blake2b
 from operator import itemgetter
 from typing import Any
 
@@ -45,6 +46,9 @@ AGREE = 0.7
 TWIN_WITHIN = 0.06
 HOPEFUL = 0.55
 PLACES, FEW_PLACES = 7, 4
+KEPT = 200
+"""How many answers are kept, without their pictures."""
+_ANSWERS: dict[bytes, "dict[str, Sighting]"] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,8 +138,32 @@ def look_for(
 ) -> dict[str, Sighting]:
     """Name -> what was seen of it. With `scale`, the program's size is known and only that is tried.
 
-    `rivals` are not looked for; but a place that one of them fits better is not believed.
+    `rivals` are not looked for; but a place that one of them fits better is not believed. A program
+    comes back to pictures that it had before: the same bytes are not searched twice.
     """
+    asked = _digest(picture, templates, scale, rivals)
+    known = _ANSWERS.get(asked)
+    if known is None:
+        known = _ANSWERS[asked] = _seen(picture, templates, scale, rivals)
+        if len(_ANSWERS) > KEPT:
+            _ANSWERS.pop(next(iter(_ANSWERS)), None)
+    return dict(known)
+
+
+def _digest(
+    picture: Picture, templates: Sequence[Template], scale: float | None, rivals: Sequence[Template]
+) -> bytes:
+    every = [*templates, *rivals]
+    digest = blake2b(repr((len(templates), scale, [(t.name, t.threshold) for t in every])).encode())
+    for each in (picture, *(t.picture for t in every)):
+        digest.update(repr(each.shape).encode())
+        digest.update(np.ascontiguousarray(each))
+    return digest.digest()
+
+
+def _seen(
+    picture: Picture, templates: Sequence[Template], scale: float | None, rivals: Sequence[Template]
+) -> dict[str, Sighting]:
     grey = _grey(picture)
     found = {t.name: _candidates(picture, grey, t, _near(scale)) for t in templates}
     if scale is None and (scale := _common_scale(found)) is not None:

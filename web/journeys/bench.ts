@@ -1,6 +1,9 @@
 // A separate simulated bench for each journey file: `labrun web --demo` on a free port.
 import { type ChildProcess, spawn } from 'node:child_process'
 import { existsSync } from 'node:fs'
+import { mkdtemp, writeFile } from 'node:fs/promises'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
 import { fileURLToPath } from 'node:url'
 
 const ROOT = fileURLToPath(new URL('../..', import.meta.url))
@@ -40,6 +43,15 @@ export async function startBench({ speed = 50, port = 0, args = ['--demo', '--sp
     signal: (name) => child.kill(name),
     close: () => end(child),
   }
+}
+
+/** A folder with a lab of a gantry alone, where a server is looked at, not its devices: eighteen take long to start. */
+export async function aGantryAlone(): Promise<string> {
+  const folder = await mkdtemp(join(tmpdir(), 'labrun-journey-'))
+  await writeFile(join(folder, 'lab.yaml'), [
+    'name: gantry', 'summary: A gantry alone', 'simulated: true', 'devices:', '  gantry: {contract: gantry@1, driver: sim_gantry, config: {homed: true}}', '',
+  ].join('\n'))
+  return folder
 }
 
 function firstAddress(child: ChildProcess): Promise<string> {

@@ -1,10 +1,9 @@
 // Runs belong to no server and no tab: the server is killed mid-run, started again, and the page finds the run.
-import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises'
-import { tmpdir } from 'node:os'
+import { readFile, rm, writeFile } from 'node:fs/promises'
 import { join } from 'node:path'
 import type { Browser } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, expect, it } from 'vitest'
-import { ask, type Bench, startBench } from './bench'
+import { aGantryAlone, ask, type Bench, startBench } from './bench'
 import { aborted, aPerson, isLive, openBrowser, tidy } from './browser'
 import { picture } from './look'
 
@@ -23,9 +22,9 @@ let folder: string
 let bench: Bench
 let browser: Browser
 beforeAll(async () => {
-  folder = await mkdtemp(join(tmpdir(), 'labrun-crash-'))
+  folder = await aGantryAlone()
   await writeFile(join(folder, 'slow.yaml'), SLOW)
-  ;[bench, browser] = await Promise.all([startBench({ args: [folder] }), openBrowser()])
+  ;[bench, browser] = await Promise.all([startBench({ args: [folder, '--lab', join(folder, 'lab.yaml')] }), openBrowser()])
 })
 afterEach(() => tidy(browser, bench))
 afterAll(async () => {
@@ -50,7 +49,7 @@ it('a server that is killed mid-run leaves the run going, and the page finds it 
   await page.getByRole('button', { name: 'Abort the run' }).click()
   await page.getByText(/Not sent: no connection/).waitFor()
 
-  bench = await startBench({ args: [folder], port: bench.port })
+  bench = await startBench({ args: [folder, '--lab', join(folder, 'lab.yaml')], port: bench.port })
   await isLive(page)
   await page.waitForFunction(() => /ok ([2-9]\d|\d{3})/.test(document.querySelector('main')?.textContent ?? ''), null)
   const told = await ask<{ fate: string; live: boolean; done: number }>(bench, `/runs/${id}`)

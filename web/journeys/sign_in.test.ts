@@ -1,16 +1,19 @@
 // Reached over the network: nothing but the form and STOP ALL until the token is entered, then everything.
+import { rm } from 'node:fs/promises'
 import type { Browser } from 'playwright-core'
 import { afterAll, beforeAll, expect, it, vi } from 'vitest'
-import { ask, type Bench, startBench } from './bench'
+import { aGantryAlone, ask, type Bench, startBench } from './bench'
 import { allOnline, aPerson, isLive, NARROW, openBrowser } from './browser'
 import { axe, picture } from './look'
 
 const TOKEN = 'correct-horse-battery'
+let folder: string
 let bench: Bench
 let browser: Browser
 beforeAll(async () => {
+  folder = await aGantryAlone()
   ;[bench, browser] = await Promise.all([
-    startBench({ args: ['--demo', '--speed', '50', '--host', '0.0.0.0', '--token', TOKEN] }), openBrowser(),
+    startBench({ args: ['--lab', 'lab.yaml', '--host', '0.0.0.0', '--token', TOKEN], cwd: folder }), openBrowser(),
   ])
   const headers = { Authorization: `Bearer ${TOKEN}` }
   const reach = async (): Promise<string> =>
@@ -20,6 +23,7 @@ beforeAll(async () => {
 afterAll(async () => {
   await browser.close()
   await bench.close()
+  await rm(folder, { recursive: true, force: true })
 })
 
 it('a browser signs in with the token, stays signed in across a reload, and can stop all before', async () => {
@@ -59,7 +63,7 @@ it('a browser whose sign-in is unknown to a new server must sign in again', asyn
   await isLive(page)
   const { port } = bench
   await bench.close()
-  bench = await startBench({ port, args: ['--demo', '--speed', '50', '--host', '0.0.0.0', '--token', 'another-token-now'] })
+  bench = await startBench({ port, args: ['--lab', 'lab.yaml', '--host', '0.0.0.0', '--token', 'another-token-now'], cwd: folder })
   await page.getByRole('heading', { level: 1, name: 'Sign in' }).waitFor()
   await page.getByLabel('Token').fill('another-token-now')
   await page.keyboard.press('Enter')

@@ -1,7 +1,8 @@
 // STOP ALL and broken connections: stopped devices confirm, silent ones are named, nothing is done later.
+import { rm } from 'node:fs/promises'
 import type { Browser, Page } from 'playwright-core'
 import { afterAll, afterEach, beforeAll, describe, expect, it } from 'vitest'
-import { ask, type Bench, orderFault, startBench } from './bench'
+import { aGantryAlone, ask, type Bench, orderFault, startBench } from './bench'
 import { allOnline, aPerson, isLive, openBrowser, releaseControl, tidy } from './browser'
 import { axe, picture } from './look'
 
@@ -240,16 +241,18 @@ describe('an offline spell', () => {
   })
 
   it('ends when another server is at the same address', async () => {
-    const first = await startBench({ speed: 20 })
+    const folder = await aGantryAlone()
+    const first = await startBench({ args: ['--lab', 'lab.yaml'], cwd: folder })
     const { page, context } = await aPerson(browser, first.entry)
     await page.goto('/devices')
     await isLive(page)
     await first.close()
     await page.getByRole('status', { name: 'Connection' }).filter({ hasText: 'offline' }).waitFor()
-    const second = await startBench({ speed: 20, port: first.port })
+    const second = await startBench({ args: ['--lab', 'lab.yaml'], cwd: folder, port: first.port })
     await isLive(page)
     await page.getByRole('region', { name: 'Device list' }).getByText('gantry', { exact: true }).waitFor()
     await context.close()
     await second.close()
+    await rm(folder, { recursive: true, force: true })
   })
 })

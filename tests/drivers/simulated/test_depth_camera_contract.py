@@ -5,7 +5,7 @@ import pytest
 from labrun.drivers.contract_tests import Case, KeepsContract
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 class TestSimDepthCamera(KeepsContract):
     case = Case(
         driver="sim_depth_camera",

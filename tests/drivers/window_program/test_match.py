@@ -1,6 +1,7 @@
 """Buttons are found at any size, none where there is none, and nothing is guessed."""
 
 import random
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -66,6 +67,24 @@ def test_a_button_that_is_not_there_is_not_found(seen_at):
     sights = look_for(picture, templates(seen_at, "grey"))
 
     assert [name for name, sight in sights.items() if not sight.hits] == ["measure"]
+
+
+@pytest.mark.slow
+def test_a_picture_that_was_seen_before_is_answered_as_before_and_any_other_anew(seen_at):
+    picture, places = seen_at("grey", 1.0)
+    recorded = templates(seen_at, "grey")[:2]
+    covered = picture.copy()
+    x, y, w, h = places["measure"]
+    covered[y : y + h, x : x + w] = picture[0, 0]
+
+    first = look_for(picture, recorded, 1.0)
+    gone = look_for(covered, recorded, 1.0)
+    stricter = look_for(picture, [replace(t, threshold=1.0) for t in recorded], 1.0)
+
+    assert right(first["measure"], places["measure"])
+    assert not gone["measure"].hits and gone["export"] == first["export"]
+    assert not stricter["measure"].hits
+    assert look_for(picture.copy(), recorded, 1.0) == first
 
 
 @pytest.mark.soak

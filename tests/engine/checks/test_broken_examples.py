@@ -29,6 +29,8 @@ SHIPPED = Path(labrun.protocols.__file__).parent
 PROTOCOLS = [EXAMPLE, *sorted(p for p in SHIPPED.iterdir() if p.suffix in (".yaml", ".json"))]
 STRUCTURAL, HARMLESS = 50, 20
 """How many mutants of each protocol are checked; the seed is fixed."""
+LAYERS: list[Any] = [[], pytest.mark.soak, pytest.mark.slow, pytest.mark.soak]
+"""In which layer of the suite a protocol's mutants are: the kinds of change are the same in each."""
 OTHERS: list[Any] = [
     None, True, -1, 1.5, "", "text", "${{ x", "${{ steps }}", [], [[]], {}, {"a": {"b": 1}},
 ]  # fmt: skip
@@ -147,7 +149,7 @@ def spots(text: str, mutant: Mutant) -> set[tuple[int, int]]:
 @pytest.mark.parametrize(
     "path",
     [
-        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if number % 4 else [])
+        pytest.param(path, id=path.stem, marks=LAYERS[number % len(LAYERS)])
         for number, path in enumerate(PROTOCOLS)
     ],
 )

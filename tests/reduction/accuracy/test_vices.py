@@ -17,8 +17,8 @@ pytestmark = pytest.mark.slow
         "roll-off",
         "cut at zero",
         "blaze",
-        "smoothed",
-        "spikes",
+        pytest.param("smoothed", marks=pytest.mark.soak),
+        pytest.param("spikes", marks=pytest.mark.soak),
         "handheld",
     ],
 )

@@ -108,6 +108,7 @@ def test_a_board_of_another_size_is_refused_with_what_is_seen(greys):
     assert "only 9 x 6 of one" in said and "one less than squares" in said
 
 
+@pytest.mark.soak
 def test_boards_that_are_all_held_alike_tell_no_focal_length():
     random = np.random.default_rng(3)
     alike = {
