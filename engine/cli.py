@@ -80,7 +80,7 @@ def main() -> None:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(PROBLEMS)
-    except Exception as fault:
+    except Exception as fault:  # ours: it is told with its traceback
         sys.exit(_not_installed(argv, fault) or _own_fault())
 
 

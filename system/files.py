@@ -63,7 +63,7 @@ def replace_whole(path: Path) -> Iterator[IO[bytes]]:
             file.flush()
             sync_file(file.fileno())
         put(half, place)
-    except BaseException:
+    except BaseException:  # Ctrl-C as well: the half is of no use
         remove(half)
         raise
 

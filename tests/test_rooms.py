@@ -90,6 +90,29 @@ def test_no_file_class_function_or_room_bears_an_old_name():
     assert found == []
 
 
+def test_what_takes_every_exception_says_why_on_its_line():
+    """Except where it passes it on as it is."""
+    found = []
+    for path in python_files():
+        text = path.read_text("utf-8")
+        lines = text.splitlines()
+        for node in ast.walk(ast.parse(text)):
+            match node:
+                case ast.ExceptHandler(type=kind, body=[*_, last]):
+                    passed_on = isinstance(last, ast.Raise) and last.exc is None
+                    kinds = [] if passed_on else [kind]
+                case ast.Call(func=ast.Name("suppress") | ast.Attribute(attr="suppress")):
+                    kinds = node.args
+                case _:
+                    continue
+            for kind in kinds:
+                broad = kind is None or ast.unparse(kind) in ("Exception", "BaseException")
+                if broad and "  # " not in lines[node.lineno - 1]:
+                    found.append(f"{path.relative_to(ROOT)}:{node.lineno}")
+
+    assert found == []
+
+
 @pytest.mark.parametrize("room", ROOMS, ids=lambda room: str(room.relative_to(ROOT)))
 def test_pyserial_is_found_from_every_room(room):
     """A room called `serial` would be imported in its place by whoever stands in `drivers`."""

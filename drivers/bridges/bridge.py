@@ -110,7 +110,7 @@ class Bridge(Driver):
         try:
             async with self._turn_on_line():
                 await self.ready(self.timeout_s(None))
-        except BaseException:
+        except BaseException:  # a cancel as well
             await self.drop()
             raise
 

@@ -228,9 +228,7 @@ class Visa(Channel):
         self.received.clear()
         try:
             await self._call(self._open, timeout_s)
-        except (
-            Exception
-        ) as fault:  # PyVISA raises its own, and ValueError, for what it cannot reach
+        except Exception as fault:  # PyVISA's own, and ValueError, for what it cannot reach
             raise OSError(f"{self.resource} cannot be opened by VISA: {fault}") from fault
         self.is_open = True
 
@@ -259,7 +257,7 @@ class Visa(Channel):
             raise OSError(f"{self.resource}: {self.fault}")
         try:
             await self._call(self._session.write_raw, data)
-        except Exception as fault:
+        except Exception as fault:  # VISA's own and its back ends'
             self.lost(str(fault))
             raise OSError(f"{self.resource} does not take what is sent: {fault}") from fault
 
@@ -268,7 +266,7 @@ class Visa(Channel):
             raise OSError(f"{self.resource}: {self.fault}")
         try:
             self.take(await self._call(self._read, max(timeout_s, 0.001)))
-        except Exception as fault:
+        except Exception as fault:  # as above
             if "VI_ERROR_TMO" in str(fault):
                 return False
             self.lost(str(fault))

@@ -7,6 +7,7 @@ A library that blocks has a thread of its own, an asynchronous one runs on the s
 import asyncio
 import contextlib
 import inspect
+import logging
 import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -29,6 +30,7 @@ from .line_bridge import NUMBER_ERRORS
 from .lines import NoAnswer
 from .template import fill
 
+LOG = logging.getLogger("labrun")
 FAILED = {"Failed": ("unknown", "The library or the instrument says that it failed")}
 """For libraries whose exceptions are about the action, not about the connection."""
 
@@ -160,7 +162,7 @@ class Library(Bridge):
             self._thread = ThreadPoolExecutor(1, f"{self.library} {self.place.device}")
         try:
             self._instrument = await self._run(self.connect)
-        except Exception as fault:
+        except Exception as fault:  # whatever the library raises
             await self.drop()
             resource = getattr(self.config, "resource", None)
             where = f" at {resource}" if resource else ""
@@ -209,6 +211,7 @@ class Library(Bridge):
         except Exception as fault:  # VISA's, the adapters' and the instruments' own
             if "VI_ERROR_TMO" in str(fault) or "imeout" in type(fault).__name__:
                 raise NoAnswer(f"the instrument was silent{self.silent_hint} ({fault})") from fault
+            LOG.exception("%s of %s failed", said.path, self.place.device)
             raise OSError(f"{type(fault).__name__}: {fault}") from fault
         return returned(found, action.returns.get("properties", {}), self.library)
 

@@ -76,7 +76,7 @@ class Opcua(Library):
     async def get(self, path: str) -> Any:
         try:
             return native(await (await self._node(path)).read_value())
-        except Exception as fault:
+        except Exception as fault:  # asyncua has a class for each status of OPC UA
             raise self._failure(path, fault) from fault
 
     async def set(self, path: str, value: Any) -> None:
@@ -84,7 +84,7 @@ class Opcua(Library):
             node = await self._node(path)
             kind = await node.read_data_type_as_variant_type()
             await node.write_value(typed(value, kind), kind)
-        except Exception as fault:
+        except Exception as fault:  # as above
             raise self._failure(path, fault) from fault
 
     async def call(self, path: str, values: Values, action: Action) -> Any:
@@ -100,7 +100,7 @@ class Opcua(Library):
             put = [variant(given[plain_name(name)], kind) for name, kind in inputs]
             found = await owner.call_method(method.nodeid, *put)
             outputs = await arguments(self._instrument, method, "OutputArguments")
-        except Exception as fault:
+        except Exception as fault:  # as above
             raise self._failure(path, fault) from fault
         told = found if len(outputs) > 1 else [found]
         named = {plain_name(n): native(v) for (n, _), v in zip(outputs, told, strict=False)}

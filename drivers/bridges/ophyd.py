@@ -67,13 +67,13 @@ class Ophyd(Library):
             if hasattr(found, "wait") and hasattr(found, "done"):
                 found = found.wait(timeout=self.timeout_s(said))
             return readings(found, self._instrument.name)
-        except Exception as fault:
+        except Exception as fault:  # ophyd's classes have no common base
             raise known_fault(fault) from fault
 
     async def _awaited(self, found: Awaitable[Any]) -> Any:
         try:
             return readings(await found, self._instrument.name)
-        except Exception as fault:
+        except Exception as fault:  # ophyd's classes have no common base
             raise known_fault(fault) from fault
 
 

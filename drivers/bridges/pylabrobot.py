@@ -69,7 +69,7 @@ class Pylabrobot(Library):
             return await found if isinstance(found, Awaitable) else found
         except (OSError, TimeoutError, Refused):
             raise
-        except Exception as fault:
+        except Exception as fault:  # PyLabRobot's classes have no common base
             raise ActionFailed("Failed", f"{type(fault).__name__}: {fault}") from fault
         finally:
             if action.effect != "pure" and hasattr(self._instrument, "serialize_all_state"):
@@ -99,7 +99,7 @@ class Pylabrobot(Library):
         try:
             there = getattr(self._instrument, "deck", self._instrument).get_resource(owner)
             items = there[place] if place else there
-        except Exception as fault:
+        except Exception as fault:  # as above
             raise Refused(f"there is no {name} on the deck ({fault})") from fault
         return items[0] if place and ":" not in place else items
 

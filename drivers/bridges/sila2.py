@@ -83,7 +83,7 @@ class Sila2(Library):
             answer = command(**given)
             if hasattr(answer, "get_responses"):
                 answer = self._finished(answer, client)
-        except Exception as fault:
+        except Exception as fault:  # known by name: the client makes classes of the features
             raise self._failure(path, fault, action) from fault
         told = {plain_name(name): value for name, value in native(answer).items()}
         returns = action.returns.get("properties", {})
@@ -103,7 +103,7 @@ class Sila2(Library):
         while True:
             try:
                 return execution.get_responses()
-            except Exception as fault:
+            except Exception as fault:  # as above
                 lost = type(fault).__name__ in (
                     "CommandExecutionNotFinished",
                     "SilaConnectionError",

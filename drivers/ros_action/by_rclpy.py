@@ -114,6 +114,7 @@ class RclpyWay(Bridge):
             try:
                 said: Any = as_values(future.result())
             except Exception as fault:  # whatever it is, nothing else would end the call
+                LOG.exception("an answer of a service cannot be read")
                 said = Gone(f"its answer cannot be read: {fault}")
             loop.call_soon_threadsafe(_resolve, answered, said)
 
@@ -227,6 +228,7 @@ class _UnderWay:
         try:
             answer = read()
         except Exception as fault:  # whatever it is, nothing else would end the goal
+            LOG.exception("an answer of an action cannot be read")
             self.loop.call_soon_threadsafe(
                 self.resolve, Gone(f"its answer cannot be read: {fault}")
             )

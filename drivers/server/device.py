@@ -239,11 +239,13 @@ class ServedDevice:
                 seq = await self._ledger.queued(
                     self._ledger.end, goal_id, ending.state, ending.result, ending.error, ending.files
                 )  # fmt: skip
-            except Exception as fault:
+            except Exception as fault:  # no goal may end without an outcome
                 if ending is given and not isinstance(fault, LedgerFault):
                     ending = fault_of(place, fault)  # an answer that no disk can hold
                     continue
                 if execution.outcome is None:
+                    if not isinstance(fault, LedgerFault):
+                        LOG.exception("the end of %s cannot be written", goal_id)
                     execution.outcome = ending.report(goal_id, boot, self._ledger.next_seq())
                     self._tell("update", wire(execution.outcome), execution.followers)
                 self._unwritten = f"{fault}; nothing begins until the end of {goal_id} is written"

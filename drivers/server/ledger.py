@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, TypeVar, TypeVarTuple
 
 from ...schemas.messages import FileContent, Goal, GoalError, GoalReport, GoalState
-from .worker import Worker
+from .thread_queue import ThreadQueue
 
 Args = TypeVarTuple("Args")
 T = TypeVar("T")
@@ -71,7 +71,7 @@ class Ledger:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._worker: Worker | None = None
+        self._thread: ThreadQueue | None = None
         with _opening(path), ExitStack() as on_failure:
             self._disk = self._open()
             on_failure.callback(self._disk.close)
@@ -94,9 +94,9 @@ class Ledger:
         It works in the ledger's own thread; one in memory has nothing to wait for, and works now.
         """
         if str(self.path) != ":memory:":
-            if self._worker is None:
-                self._worker = Worker("ledger")
-            return self._worker.do(work, *args)
+            if self._thread is None:
+                self._thread = ThreadQueue("ledger")
+            return self._thread.do(work, *args)
         done: asyncio.Future[T] = asyncio.get_running_loop().create_future()
         try:
             done.set_result(work(*args))
@@ -172,7 +172,7 @@ class Ledger:
             self._disk.execute("COMMIT")
             if self._changed:
                 self.mark = self._mark(self._changed, self._newest_hash)
-        except BaseException as fault:
+        except BaseException as fault:  # whatever it was, nothing of the row stays
             self._newest_hash = before
             if self._disk.in_transaction:
                 self._disk.execute("ROLLBACK")
@@ -330,8 +330,8 @@ class Ledger:
 
     def close(self) -> None:
         """Leave the file complete and unlocked for the next server; what is queued is written."""
-        if self._worker is not None:
-            self._worker.close()
+        if self._thread is not None:
+            self._thread.close()
         self._disk.close()
 
 

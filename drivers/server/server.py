@@ -139,8 +139,8 @@ class DeviceServer:
             event, payload, followers = await self._outbox.get()
             try:
                 await self._send_one(event, payload, followers)
-            except Exception as fault:  # one message that cannot be sent must not silence the rest
-                LOG.warning("%s could not be sent: %s: %s", event, type(fault).__name__, fault)
+            except Exception:  # one message that cannot be sent must not silence the rest
+                LOG.exception("%s could not be sent", event)
             finally:
                 self._outbox.task_done()
 

@@ -82,7 +82,7 @@ def copied(checked: Checked, runs: Path, given: dict[str, str]) -> Path:
     folder.mkdir(parents=True)
     try:
         keep(folder, checked, given)
-    except BaseException:
+    except BaseException:  # Ctrl-C as well
         shutil.rmtree(folder, ignore_errors=True)
         raise
     return folder

@@ -118,7 +118,7 @@ def begin(
         lock = FolderLock(folder)
         lock.take()
         return new_run(folder, checked, options), lock
-    except BaseException as fault:
+    except BaseException as fault:  # Ctrl-C as well
         shutil.rmtree(folder, ignore_errors=True)
         if isinstance(fault, OSError):
             raise FolderFault(f"cannot begin {folder}: {fault.strerror or fault}") from fault

@@ -87,7 +87,7 @@ async def connect(
         for role in roles.values():
             _check_contract(role, connections.clients[role.device])
         await _lease_all(devices, connections, owner, wait_s)
-    except BaseException:
+    except BaseException:  # a cancel as well
         await connections.close()
         raise
     return connections

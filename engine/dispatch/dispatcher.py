@@ -489,7 +489,7 @@ class Dispatcher:
     async def _send_cancel(self, request: Request) -> None:
         try:
             await self.clients[request.device].cancel(request.goal_id)
-        except Exception as fault:  # the link is down: the goal's outcome will show what happened
+        except ServerUnreachable as fault:  # the goal's outcome will show what happened
             self.run.log(f"cancel of {request.label} did not get through: {fault}", request.path)
 
 

@@ -66,8 +66,7 @@ class Expression:
             raise
         except ExpressionError as fault:
             raise ExpressionError(fault.reason, self.text) from fault
-        except Exception as fault:
-            # Wrong values make pint and Python's own operators raise many kinds of exception.
+        except Exception as fault:  # wrong values make pint and operators raise of many kinds
             raise ExpressionError(_sentence(fault), self.text) from fault
 
     def __repr__(self) -> str:

@@ -27,7 +27,7 @@ def main() -> None:
         exec(compile(asked["text"], asked["file"], "exec"), names)
         result = names[asked["function"]](**asked["given"])
         told = json.dumps({"result": result}, default=_plain)
-    except BaseException as fault:
+    except BaseException as fault:  # SystemExit as well: it is the experimenter's code
         told = json.dumps(
             {
                 "error": type(fault).__name__,

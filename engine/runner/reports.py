@@ -1,9 +1,12 @@
 """Reports and figures of a run: made by the plug-ins registered as `labrun.reports`."""
 
+import logging
 from importlib.metadata import entry_points
 from pathlib import Path
 
 from ...system.extras import not_installed
+
+LOG = logging.getLogger("labrun")
 
 
 def make_reports(folder: Path) -> tuple[list[Path], list[str]]:
@@ -16,5 +19,6 @@ def make_reports(folder: Path) -> tuple[list[Path], list[str]]:
         except ImportError as fault:
             failed.append(f"report {point.name!r} was not made: {not_installed(fault) or fault}")
         except Exception as fault:  # a plug-in's fault must not stop the run from ending
+            LOG.exception("report %r", point.name)
             failed.append(f"report {point.name!r} was not made: {type(fault).__name__}: {fault}")
     return made, failed

@@ -40,7 +40,7 @@ async def run_session(
             checked.roles, checked.lab, run.folder, run.id, run.history.marks, options.say,
             options.wait_s,
         )  # fmt: skip
-    except BaseException:
+    except BaseException:  # a cancel as well
         with contextlib.suppress(JournalFault, DiskFull):
             run.journal.close()
         if records is None:

@@ -233,7 +233,7 @@ class SimulatedLedger(Ledger):
             return
         try:
             done.set_result(work(*args))
-        except Exception as fault:
+        except Exception as fault:  # it is raised where the work is awaited
             done.set_exception(fault)
 
     def close(self) -> None:

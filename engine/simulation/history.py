@@ -95,7 +95,7 @@ class History:
         try:
             with _surroundings(self), asyncio.Runner(loop_factory=SimulatedLoop) as runner:
                 runner.run(self._live())
-        except Exception as fault:
+        except Exception as fault:  # whatever ends a history but death is a breach
             words = str(fault).replace(str(self.folder.parent), "")
             self.outcome.breaches.append(f"{type(fault).__name__}: {words}")
         finally:

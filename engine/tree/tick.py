@@ -47,8 +47,7 @@ async def run_tree(
     dispatcher.heeds_stops = watchful
     try:
         return await _rounds(root, run, dispatcher, control, abortable=abortable, watchful=watchful)
-    except BaseException:
-        # Whatever went wrong: the tree will not be ticked any more, so its goals are cancelled.
+    except BaseException:  # whatever it was, the tree is ticked no more: its goals are cancelled
         root.stop(Status.INVALID)
         dispatcher.withdraw_all()
         raise

@@ -67,9 +67,9 @@ class Cluster:
 
     def close(self) -> None:
         """Cancel what is under way and disconnect; the cluster keeps running."""
-        with suppress(Exception):
+        with suppress(Exception):  # there may be no scheduler any more
             self.client.cancel(list(self.futures.values()), force=True, asynchronous=False)
-        with suppress(Exception):
+        with suppress(Exception):  # there may be no scheduler any more
             self.client.close(timeout=1)
 
     def _still_there(self) -> None:
@@ -94,7 +94,7 @@ class Cluster:
             raise ExecutorFault(
                 f"a worker of {self.address} cannot use labrun ({_words(fault)}); "
                 "install this version of it there"
-            ) from None
+            ) from fault
         return differing(theirs)
 
 

@@ -1,6 +1,7 @@
 """Reduce one file of a batch to the rows of its tables; a failure becomes a row too."""
 
 import hashlib
+import logging
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -8,6 +9,8 @@ from pathlib import Path
 from ..spectrum.fault import Unreadable
 from .finished_file import wait_until_finished
 from .settings import Settings
+
+LOG = logging.getLogger("labrun")
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +77,8 @@ def reduce_bytes(name: str, raw: bytes, settings: Settings, began: float | None 
         return failed(name, str(fault), raw)
     except MemoryError:
         return failed(name, f"not enough memory for its {len(raw):,} bytes", raw)
-    except Exception as fault:
+    except Exception as fault:  # ours: the other files are reduced, and the log has its traceback
+        LOG.exception("%s was not reduced", name)
         return failed(name, f"an internal error in labrun: {type(fault).__name__}: {fault}", raw)
 
 

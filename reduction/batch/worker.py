@@ -29,10 +29,9 @@ def main(link: Connection, settings: Settings) -> None:
 
 
 def _get_ready() -> None:
-    """A failure here happens again for each spectrum, and is reported there."""
     from ..warm_up import warm_up
 
-    with suppress(Exception):
+    with suppress(Exception):  # it happens again for each spectrum, and is reported there
         warm_up()
 
 

@@ -110,8 +110,8 @@ class CommandRoute(APIRoute):
             except (Refusal, HTTPException, RequestValidationError) as refusal:
                 keys.end(key, None)
                 return as_response(refusal)
-            except BaseException:
-                keys.leave(key)  # it is unknown how far it got: the key stays used
+            except BaseException:  # it is unknown how far it got: the key stays used
+                keys.leave(key)
                 raise
             keys.end(key, answer)
             return answer
@@ -131,7 +131,7 @@ def _opened(path: Path) -> sqlite3.Connection:
         (said,) = base.execute("PRAGMA quick_check(1)").fetchone()
         if said != "ok":
             raise sqlite3.DatabaseError(said)
-    except BaseException:
+    except BaseException:  # raised again: nobody else would close it
         base.close()
         raise
     return base

@@ -27,7 +27,7 @@ def prepare(asked: dict[str, Any]) -> dict[str, Any]:
                 409, "CHANGED", f"{file.name} was saved since you looked at it",
                 "review it, then release it",
             )  # fmt: skip
-    except BaseException:
+    except BaseException:  # raised again: nobody else would remove it
         shutil.rmtree(folder, ignore_errors=True)
         raise
     return {

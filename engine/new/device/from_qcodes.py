@@ -64,7 +64,7 @@ def _known(name: str, found: Any) -> tuple[Actions, dict[str, Any]]:
             if not issubclass(found, VisaInstrument):
                 return dict(_actions(found("described"), "")), {}
             return max(_tried(found, VisaInstrument), key=lambda made: len(made[0]))
-    except Exception as fault:
+    except Exception as fault:  # whatever a class raises that wants more than a name
         raise CannotMake(
             f"QCoDeS cannot say what {name} has without the instrument or more arguments ({fault}); "
             "name its parameters by hand, as `get: voltage`"
@@ -89,7 +89,7 @@ def _tried(found: Any, visa: Any) -> list[tuple[Actions, dict[str, Any]]]:
             with patch.object(visa, "_open_resource", lambda *_, s=silent: s):
                 instrument = found("described", resource)
                 made.append((dict(_actions(instrument, "")), {"resource": resource}))
-        except Exception as fault:
+        except Exception as fault:  # as above; it is told if no answer will do
             faults.append(fault)
         finally:
             visa.close_all()

@@ -35,7 +35,7 @@ def describe(source: str) -> Described:
     try:
         try:
             client = connected(url, insecure=plain, root_certs=certs or None)
-        except Exception as fault:
+        except Exception as fault:  # known by name alone: the library need not be installed
             if said or type(fault).__name__ != "SilaConnectionError":
                 raise
             client = connected(url, insecure=True, root_certs=None)

@@ -14,7 +14,7 @@ Args = TypeVarTuple("Args")
 T = TypeVar("T")
 
 
-class Worker:
+class ThreadQueue:
     """The thread ends with the process, or when it is closed."""
 
     def __init__(self, name: str) -> None:

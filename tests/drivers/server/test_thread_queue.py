@@ -5,15 +5,15 @@ import threading
 
 import pytest
 
-from labrun.drivers.server.worker import Worker
+from labrun.drivers.server.thread_queue import ThreadQueue
 
 
 def test_work_is_done_in_order_and_its_answers_and_faults_come_back():
     async def story():
-        worker, done = Worker("worker"), []
-        answers = [worker.do(done.append, 1), worker.do(int, "no number"), worker.do(len, done)]
+        queue, done = ThreadQueue("queue"), []
+        answers = [queue.do(done.append, 1), queue.do(int, "no number"), queue.do(len, done)]
         told = await asyncio.gather(*answers, return_exceptions=True)
-        worker.close()
+        queue.close()
         return done, told
 
     done, (nothing, fault, length) = asyncio.run(story())
@@ -26,14 +26,14 @@ def test_what_is_cancelled_before_it_has_begun_is_left_out_and_the_rest_done_bef
     done, go = [], threading.Event()
 
     async def story():
-        worker = Worker("worker")
-        worker.do(go.wait, 20)
-        worker.do(done.append, "cancelled").cancel()
-        worker.do(done.append, "last")
+        queue = ThreadQueue("queue")
+        queue.do(go.wait, 20)
+        queue.do(done.append, "cancelled").cancel()
+        queue.do(done.append, "last")
         go.set()
-        worker.close()
-        with pytest.raises(RuntimeError, match="worker is closed"):
-            worker.do(done.append, "too late")
+        queue.close()
+        with pytest.raises(RuntimeError, match="queue is closed"):
+            queue.do(done.append, "too late")
 
     asyncio.run(story())
 
