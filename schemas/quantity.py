@@ -53,9 +53,13 @@ GAS_FLOWS = ("sccm = cm**3 / min", "slm = L / min", "slpm = L / min")
 """As a volume at the standard conditions of whoever wrote it, which differ: 0, 15, 20 or 25 degC."""
 PLAIN = {unit: (kind, size) for kind, sizes in SIZES.items() for unit, size in sizes.items()}
 MEANT = {
-    "gm": "g", "Sec": "s", "mn": "min", "Kelvin": "K", "Celsius": "degC", "C": "degC", "F": "degF",
+    "gm": "g", "gr": "g", "Sec": "s", "mn": "min", "Kelvin": "K", "Celsius": "degC", "C": "degC", "F": "degF",
 }  # fmt: skip
 """Units as people write them whom pint does not understand, or takes for others: C for coulomb."""
+WOULD_BE = {
+    "gr": "a grain, 0.065 g", "MM": "a megamolar", "ML": "a megalitre", "PA": "a petaampere",
+}  # fmt: skip
+"""What nobody means."""
 TURNS = {"turn", "revolutions_per_minute", "revolutions_per_second", "degree"}
 
 
@@ -105,17 +109,20 @@ def is_quantity(value: object) -> "TypeGuard[Quantity[Any]]":
 
 
 @lru_cache(maxsize=4096)
-def unit_of(text: str) -> Any:
-    """The pint unit that a text names; raises UnitError for an unknown one."""
+def unit_of(text: str, wanted: str | None = None) -> Any:
+    """The pint unit that a text names; raises UnitError for an unknown one.
+
+    The error proposes another unit, of the kind of `wanted` if that is given.
+    """
     if re.search(r"[^\W\d_µμ][µμ]$", text):  # to pint `mµ` is a thousandth of a micron
         raise UnitError(f"{text!r} is not a unit; did you mean µ{text[:-1]}?")
-    if text == "gr":
-        raise UnitError("'gr' would be a grain, 0.065 g; did you mean g?")
+    if text in WOULD_BE:
+        raise UnitError(f"{text!r} would be {WOULD_BE[text]}{_did_you_mean(text, wanted)}")
     units = registry()
     try:
         return units.Unit(text)
     except Exception as fault:  # pint raises half a dozen unrelated classes for a bad unit
-        raise UnitError(f"{text!r} is not a unit{_did_you_mean(text)}") from fault
+        raise UnitError(f"{text!r} is not a unit{_did_you_mean(text, wanted)}") from fault
 
 
 def _did_you_mean(text: str, wanted: str | None = None) -> str:
@@ -142,14 +149,15 @@ def quantity(magnitude: float, unit: str) -> "Quantity[Any]":
 
 
 @lru_cache(maxsize=4096)
-def parse_quantity(text: str) -> "Quantity[Any]":
-    """`0.2 mm` as a quantity; raises UnitError if the text is not one."""
+def parse_quantity(text: str, wanted: str | None = None) -> "Quantity[Any]":
+    """`0.2 mm` as a quantity; raises UnitError if the text is not one, see `unit_of`."""
     match = QUANTITY.match(text)
     if match is None:
         raise UnitError(f"{text!r} is not a number with a unit, such as `0.2 mm`")
     number = match[1]
     value = int(number) if re.fullmatch(r"[+-]?\d+", number) else float(number)
-    return quantity(value, match[2])
+    made: Any = registry().Quantity(value, unit_of(match[2], wanted))
+    return made
 
 
 @lru_cache(maxsize=4096)
@@ -217,7 +225,7 @@ def magnitude_in(value: Any, unit: str) -> float:
     if isinstance(value, str):
         if (number := plainly(value, unit)) is not None:
             return number
-        value = parse_quantity(value)
+        value = parse_quantity(value, unit)
     if not is_quantity(value):
         return value  # a bare number is in the contract's unit
     if not converts(value.units, unit):

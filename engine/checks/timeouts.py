@@ -26,13 +26,17 @@ Beside it, lab.yaml:
     contracts: [furnace.yaml]
     devices: {oven: {contract: furnace@1, url: "http://10.0.0.9:4101"}}
 
-W402. A timeout shorter than the usual duration ends actions that are working correctly.
+W402. A timeout shorter than the usual duration ends actions that are working correctly. Where a parameter
+says how long an action takes, as that of `furnace.hold` does, it counts.
 
 Passes:
 
-    devices: {gantry: gantry@1}
+    devices: {gantry: gantry@1, furnace: furnace@1}
     steps:
       - {do: gantry.home, timeout: 120 s}
+      - {do: furnace.hold, with: {duration: 10 min}, timeout: 20 min}
+    finally:
+      - {do: furnace.off, on_error: continue}
 
 Fails:
 
@@ -43,8 +47,10 @@ Fails:
 
 from collections.abc import Iterator
 
+from ...schemas.contract import Action
 from ...schemas.problem import Problem
-from ...schemas.quantity import UnitError, seconds
+from ...schemas.protocol import Do
+from ...schemas.quantity import UnitError, magnitude_in, seconds
 from .context import Context
 
 CODES = {
@@ -58,18 +64,28 @@ def check(context: Context) -> Iterator[Problem]:
     default = context.protocol.defaults.timeout
     for step, at, _, action in context.actions():
         limit = step.timeout if step.timeout is not None else default
-        if limit is None and action.duration is None:
+        if limit is None and action.duration is None and not action.takes:
             message = f"{step.do} may hang for ever: it has no timeout, and its contract gives no duration"
             yield context.source.problem(
                 (*at.place, "do"), "W401", message, "add `timeout: 30 s`", severity="warning"
             )
-        usual, given = _seconds(action.duration), _seconds(limit)
+        usual, given = _usual_s(step, action), _seconds(limit)
         if usual is not None and given is not None and 0 < given < usual:
             place = (*at.place, "timeout") if step.timeout is not None else (*at.place, "do")
-            message = (
-                f"{step.do} usually takes {action.duration}; the timeout of {limit} ends it early"
-            )
+            usually = step.with_.get(action.takes, action.duration or f"{usual:g} s")
+            message = f"{step.do} usually takes {usually}; the timeout of {limit} ends it early"
             yield context.source.problem(place, "W402", message, severity="warning")
+
+
+def _usual_s(step: Do, action: Action) -> float | None:
+    """Seconds that it takes by its parameter, else by its contract; None if not known before the run."""
+    if action.takes not in step.with_:
+        return action.typical_s({})
+    unit = action.param_schemas()[action.takes]["unit"]
+    try:
+        return action.typical_s({action.takes: magnitude_in(step.with_[action.takes], unit)})
+    except (UnitError, ValueError, TypeError):
+        return None  # reported by the family `calculations`, or not known yet
 
 
 def _seconds(duration: object) -> float | None:

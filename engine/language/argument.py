@@ -82,7 +82,7 @@ def _in_unit(value: Any, unit: str, wanted: Wanted) -> Any:
         if (plain := plainly(value, unit)) is not None:
             return plain
         try:
-            value = parse_quantity(value)
+            value = parse_quantity(value, unit)
         except UnitError as fault:
             what, _, guess = str(fault).partition("; ")
             raise wanted.fault(f"{what}; {device_wants}", guess, code="E204") from fault

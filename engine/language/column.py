@@ -13,6 +13,7 @@ from typing import Any
 from ...schemas.quantity import UnitError, quantity, unit_of
 from ...system.cells import bare
 from .types import BOOLEAN, INTEGER, NUMBER, TEXT, Type, number
+from .yaml_traps import COMMA
 
 HEADER = re.compile(r"(?P<name>.*?)\s*(?:\((?P<round>[^()]*)\)|\[(?P<square>[^\[\]]*)\])")
 BOOLEANS = {"true": True, "false": False}
@@ -115,7 +116,14 @@ def _column(
             if unit is not None and unit != kind:
                 raise TableFault(f"csv: {file}: the column {head!r} is in {unit}, not in {kind}")
             return Column(wanted, kind, place)
-    return Column(name, unit or _inferred([row[place] for row in rows if place < len(row)]), place)
+    cells = [row[place] for row in rows]
+    kind = unit or _inferred(cells)
+    if kind == "text" and (comma := _decimal_comma(cells)):
+        raise TableFault(
+            f"csv: {file}: {name} is {comma!r} in a row; numbers have a decimal point, and for "
+            f"text say csv({file!r}, {name}='text')"
+        )
+    return Column(name, kind, place)
 
 
 def _word(head: str) -> str:
@@ -129,6 +137,13 @@ def _is_unit(text: str) -> bool:
     except UnitError:
         return False
     return True
+
+
+def _decimal_comma(cells: list[str]) -> str | None:
+    """The first number with a decimal comma in a column that holds numbers alone."""
+    commas = [cell for cell in cells if COMMA.fullmatch(cell)]
+    others = (cell for cell in cells if cell and not COMMA.fullmatch(cell))
+    return commas[0] if commas and all(_can_be("number", cell) for cell in others) else None
 
 
 def _inferred(cells: list[str]) -> str:

@@ -11,6 +11,7 @@ from ...schemas.quantity import QUANTITY
 from .operators import words
 from .source import Source
 from .suggest import closest, did_you_mean
+from .yaml_traps import NO_BRACKETS
 
 CODES = {
     "E110": "an unknown key",
@@ -85,6 +86,7 @@ def shape_problems(
     for error in fault.errors(include_url=False):
         path = _real_path(error["loc"], data, missing=error["type"] == "missing")
         found.setdefault(path, []).append(dict(error))
+    told: set[int] = set()
     deeper = {path[:n] for path in found for n in range(len(path))}
     unknown = {path for path, errors in found.items() if errors[0]["type"] == "extra_forbidden"}
     for path, errors in found.items():
@@ -92,8 +94,14 @@ def shape_problems(
             continue
         # In a union, the branch that looked inside is more precise than those that rejected it all.
         union_refusals = path in deeper and all(e["type"] in WANTED for e in errors)
-        if not union_refusals:
-            yield _problem(path, errors, model, data, source, place)
+        if union_refusals:
+            continue
+        problem = _problem(path, errors, model, data, source, place)
+        if problem.hint == NO_BRACKETS:  # told once for `1, 2, 3`
+            if problem.line in told:
+                continue
+            told.add(problem.line)
+        yield problem
 
 
 def _holds(node: Any, part: Any) -> bool:

@@ -11,6 +11,7 @@ from .column import Column, TableFault, columns_of
 from .grid import Lazy
 from .types import Type
 from .used_files import FileFault, find_file
+from .yaml_traps import COMMA
 
 LARGEST = 50_000_000
 """Bytes; a million rows of a few numbers."""
@@ -70,9 +71,21 @@ def table_of(file: str, text: str) -> Table:
 
 def _table(file: str, cells: Sequence[list[str]], kinds: Mapping[str, Any]) -> Table:
     header, *rows = cells
+    _level(file, len(header), rows)
     columns = columns_of(file, header, rows, kinds)
     _check(file, columns, rows)
     return Table(columns, rows)
+
+
+def _level(file: str, width: int, rows: list[list[str]]) -> None:
+    """Fill rows that end early: Excel leaves out empty cells there. One too many shifts the others."""
+    for index, row in enumerate(rows, 1):
+        if any(row[width:]):
+            raise TableFault(
+                f"csv: {file}, row {index} has {len(row)} cells, and the first line names {width}; "
+                "text with a comma needs quotes, and a number a decimal point"
+            )
+        row += [""] * (width - len(row))
 
 
 def _text(protocol: Path, file: str, folders: Sequence[Path]) -> tuple[Path, str]:
@@ -105,14 +118,14 @@ def _reader(text: str, delimiter: str) -> Any:
 
 def _check(file: str, columns: Sequence[Column], rows: list[list[str]]) -> None:
     """Check every cell against its column, so that faults are found before the run."""
-    width = max((column.place for column in columns), default=-1) + 1
     for index, row in enumerate(rows, 1):
-        row += [""] * (width - len(row))
         for column in columns:
+            cell = row[column.place]
             try:
-                column.plain(row[column.place])
+                column.plain(cell)
             except ValueError:
+                point = "; numbers have a decimal point" if COMMA.fullmatch(cell) else ""
                 raise TableFault(
-                    f"csv: {file}, row {index}: {column.name} is "
-                    f"{row[column.place]!r}, which is not {column.wants}"
+                    f"csv: {file}, row {index}: {column.name} is {cell!r}, "
+                    f"which is not {column.wants}{point}"
                 ) from None

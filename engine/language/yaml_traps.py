@@ -26,6 +26,9 @@ WRAPPED = re.compile(r"[“”„«]([^“”„«»]*)[“”»]")
 TRUTHS = {"yes": "true", "y": "true", "on": "true", "no": "false", "n": "false", "off": "false"}
 SIXTIES = re.compile(r"[-+]?([0-9]+)((?::[0-5]?[0-9])+)(\.[0-9]*)?")
 GROUPED = re.compile(r"([-+]?[0-9][0-9_]*_[0-9_]*(?:\.[0-9_]*)?)( ?[^\W\d_].*)?")
+NO_BRACKETS = (
+    "a comma separates entries; a list needs [brackets], and text that contains one quotes"
+)
 COMMA = re.compile(r"([-+]?[0-9]+),([0-9]+)( ?[^\W\d_].*)?")
 DATE = re.compile(r"[0-9]{4}-[0-9]{1,2}-[0-9]{1,2}([Tt ].*)?")
 BINARY = re.compile(r"0b[01_]+")
@@ -196,7 +199,5 @@ def key_hint(key: str, text: str, start: int, end: int) -> str:
     if match := NO_SPACE.fullmatch(key):
         return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
     if NO_VALUE.match(text, end) and text[:start].rstrip()[-1:] == ",":
-        return (
-            "a comma separates entries; a list needs [brackets], and text that contains one quotes"
-        )
+        return NO_BRACKETS
     return odd_characters(key)

@@ -8,6 +8,7 @@ from labrun.schemas.quantity import (
     KINDS,
     PLAIN,
     SIZES,
+    UnitError,
     kind_of_unit,
     magnitude_in,
     parse_quantity,
@@ -51,6 +52,24 @@ def test_a_duration_in_any_unit_of_time_is_in_seconds():
     assert [seconds(text) for text in ("250 ms", "2 min", "1.5 h", "1 day", 3)] == [
         0.25, 120.0, 5400.0, 86400.0, 3.0,
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted", "says"),
+    [
+        ("1 mn", "s", "'mn' is not a unit; did you mean min?"),
+        ("1 mn", "mm", "'mn' is not a unit"),
+        ("1 gr", "g", "'gr' would be a grain, 0.065 g; did you mean g?"),
+        ("1 MM", "mm", "'MM' would be a megamolar; did you mean mm?"),
+        ("1 PA", "Pa", "'PA' would be a petaampere; did you mean Pa?"),
+        ("1 Sec", None, "'Sec' is not a unit; did you mean s?"),
+    ],
+)
+def test_a_unit_that_is_proposed_is_of_the_kind_that_is_wanted(text, wanted, says):
+    with pytest.raises(UnitError) as fault:
+        parse_quantity(text, wanted)
+
+    assert str(fault.value) == says
 
 
 def test_no_unit_is_told_as_defined_again(caplog):

@@ -36,6 +36,8 @@ def test_header_units_and_inferred_kinds_make_the_fields_of_a_row(tmp_path):
         ('a,b\n"one, two",2\n', {"a": "one, two", "b": 2}),
         ("Sample no.,b\n7,2\n", {"Sample_no": 7, "b": 2}),
         ("a,b\n1\n", {"a": 1, "b": ""}),
+        ("a,b\n1,2,,\n", {"a": 1, "b": 2}),
+        ("a;b\n1,5;x\none;y\n", {"a": "1,5", "b": "x"}),
         ("a\n1e3\n", {"a": 1000.0}),
         ("a\n007\n", {"a": 7}),
     ],
@@ -57,6 +59,9 @@ def test_tables_of_other_programs_are_read(tmp_path, text, first):
         ("", {}, "is empty"),
         ('a\n"never closed\n', {}, "is not a table"),
         ("a\nnan\n", {"a": "number"}, "which is not a number"),
+        ("a,b\n1,2\n1,2,3\n", {}, "row 2 has 3 cells, and the first line names 2"),
+        ("a;b\n1,5;x\n2;y\n", {}, "a is '1,5' in a row; numbers have a decimal point"),
+        ("a (mm);b\n1,5;x\n", {}, "not a number (mm); numbers have a decimal point"),
     ],
 )
 def test_a_table_that_does_not_fit_is_refused_with_its_row(tmp_path, text, kinds, says):

@@ -73,6 +73,12 @@ def test_what_may_be_meant_is_a_warning(step, code, hint):
     assert hint in problem.hint
 
 
+def test_what_lacks_brackets_is_told_once():
+    (problem,) = told("{foreach: {p: 1, 2, 3}, steps: [{log: '1'}]}")
+
+    assert "a list needs [brackets]" in problem.hint
+
+
 def test_what_is_repaired_is_told_once():
     for step in (
         "{do: gantry.move_to, with: {x: '{{ params.n }}'}}",
