@@ -20,7 +20,8 @@ from .executor import Answer, Chunk, ExecutorFault
 from .settings import Settings
 from .worker import COMPILING, UP, main
 
-CHUNK_S = 300.0  # after which a chunk is abandoned; compiling takes about half a minute of it
+CHUNK_S = 300.0  # after which a chunk is abandoned, by a process that is ready
+COMPILING_S = 900.0  # more for one that compiles: half a minute of an idle core
 END_S = 1.0
 MOST_STILLBORN = 3  # consecutive processes that end before they are ready
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -107,8 +108,10 @@ class Pool:
             return self._buried(worker)
         if what == UP:
             worker.up, self.stillborn = True, 0
+            worker.ends = time.monotonic() + self.chunk_s
             return []
         if what == COMPILING:
+            worker.ends += COMPILING_S
             if self.told is not None:
                 self.told()
             self.told = None

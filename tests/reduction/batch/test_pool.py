@@ -2,16 +2,19 @@
 
 import os
 import signal
+import time
+from multiprocessing import Pipe
 from pathlib import Path
 
 import pytest
 
 from labrun.reduction.batch.batch import Batch
 from labrun.reduction.batch.executor import ExecutorFault
-from labrun.reduction.batch.pool import Pool, cores, how_it_ended
+from labrun.reduction.batch.pool import COMPILING_S, Pool, _Worker, cores, how_it_ended
 from labrun.reduction.batch.settings import Settings
 from labrun.reduction.batch.source import Source
 from labrun.reduction.batch.spool import Spool
+from labrun.reduction.batch.worker import COMPILING, UP
 
 SIGKILL = getattr(signal, "SIGKILL", None)
 pytestmark = pytest.mark.skipif(SIGKILL is None, reason="signals of POSIX")
@@ -110,6 +113,20 @@ def test_when_no_process_comes_up_it_is_said_instead_of_tried_for_ever(spectra, 
         ExecutorFault, match=r"no reduction process starts, 3 times in a row; .* by SIGKILL"
     ):
         reduced(pool, spectra, tmp_path)
+
+
+def test_compiling_costs_a_chunk_none_of_its_time():
+    here, there = Pipe()
+    pool, began = Pool(1, Settings(), lambda: None, chunk_s=10.0), time.monotonic()
+    worker = _Worker(None, here, number=0, ends=began + 10.0)
+    ends = []
+    for what in (COMPILING, UP):
+        there.send((what,))
+        pool._heard(worker)
+        ends.append(worker.ends - began)
+
+    assert ends[0] == pytest.approx(10.0 + COMPILING_S)
+    assert 10.0 <= ends[1] < ends[0]
 
 
 def test_the_ends_of_processes_have_words():
