@@ -113,6 +113,16 @@ def test_what_takes_every_exception_says_why_on_its_line():
     assert found == []
 
 
+def test_nothing_but_spawn_creates_a_task():
+    """Lint sees `asyncio.create_task`; a loop has the same method, and a group another."""
+    creates = re.compile(r"\b(create_task|ensure_future|TaskGroup)\b")
+    found = {
+        str(p.relative_to(ROOT)) for p in python_files() if creates.search(p.read_text("utf-8"))
+    }
+
+    assert found == {str(Path("system/tasks.py"))}
+
+
 @pytest.mark.parametrize("room", ROOMS, ids=lambda room: str(room.relative_to(ROOT)))
 def test_pyserial_is_found_from_every_room(room):
     """A room called `serial` would be imported in its place by whoever stands in `drivers`."""

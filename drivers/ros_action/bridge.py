@@ -73,3 +73,13 @@ class Bridge(ABC):
         self, topic: str, type: str, heard: Callable[[Values], None], qos: dict[str, Any]
     ) -> None:
         """Subscribe to a topic; raises Gone."""
+
+
+def settle(future: "asyncio.Future[Any]", said: Any) -> None:
+    """Its answer, or the exception that stands for it, unless it has one."""
+    if future.done():
+        return
+    if isinstance(said, Exception):
+        future.set_exception(said)
+    else:
+        future.set_result(said)

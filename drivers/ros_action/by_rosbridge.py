@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ...system.extras import not_installed
-from .bridge import Bridge, Gone, Rejected, Sent, Values
+from .bridge import Bridge, Gone, Rejected, Sent, Values, settle
 
 OPEN_S = 5.0
 SERVERS = "/rosapi/action_servers"
@@ -62,10 +62,10 @@ class RosbridgeWay(Bridge):
 
         def over(result: Any) -> None:
             values = result["values"]
-            _settle(ended, (result["status"].value, values if isinstance(values, dict) else {}))
+            settle(ended, (result["status"].value, values if isinstance(values, dict) else {}))
 
         def failed(result: Any) -> None:
-            _settle(ended, Rejected(str(result.get("values", result))))
+            settle(ended, Rejected(str(result.get("values", result))))
 
         key = client.send_goal(
             self._roslibpy.Goal(goal),
@@ -83,10 +83,10 @@ class RosbridgeWay(Bridge):
         answered.add_done_callback(self._calls.discard)
 
         def over(response: Any) -> None:
-            _settle(answered, dict(response))
+            settle(answered, dict(response))
 
         def failed(why: Any) -> None:
-            _settle(answered, Rejected(str(why)))
+            settle(answered, Rejected(str(why)))
 
         client = self._roslibpy.Service(self._ros, service, type)
         client.call(
@@ -131,7 +131,7 @@ class RosbridgeWay(Bridge):
 
     def _lose(self) -> None:
         for ended in [*self._open, *self._calls]:
-            _settle(ended, Gone(f"the connection to the rosbridge at {self._url} broke"))
+            settle(ended, Gone(f"the connection to the rosbridge at {self._url} broke"))
 
     def _in_loop(self, receive: Callable[..., None]) -> Callable[..., None]:
         """The same, called from roslibpy's thread."""
@@ -143,12 +143,3 @@ class RosbridgeWay(Bridge):
                 loop.call_soon_threadsafe(receive, *given)
 
         return pass_on
-
-
-def _settle(ended: "asyncio.Future[Any]", said: Any) -> None:
-    if ended.done():
-        return
-    if isinstance(said, Exception):
-        ended.set_exception(said)
-    else:
-        ended.set_result(said)

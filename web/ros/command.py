@@ -76,7 +76,9 @@ def ros(
     state: State = Path(".labrun/ros"),
 ) -> None:
     """Offer the lab to ROS: every device action, its status, and whole protocols."""
-    loaded = _loaded(lab)
+    from ...engine.commands.options import usable_lab
+
+    loaded = usable_lab(lab)
     package = _package(loaded)
     if interfaces is not None:
         _write(loaded, package, interfaces)
@@ -101,18 +103,6 @@ def ros(
         except WeakToken as fault:
             refuse(str(fault))
         _run(_bridge(loaded, package, folders, host, port, known, origin or []), f"{host}:{port}")
-
-
-def _loaded(path: Path | None) -> "LoadedLab":
-    from ...engine.lab.lab import load_lab
-    from ...engine.problems.print import print_problems
-
-    lab, problems = load_lab(path)
-    if problems:
-        print_problems(problems, format="text")
-    if lab is None or any(problem.severity == "error" for problem in problems):
-        raise typer.Exit(PROBLEMS)
-    return lab
 
 
 def _package(lab: "LoadedLab") -> str:

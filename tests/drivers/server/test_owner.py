@@ -66,6 +66,20 @@ def test_no_goal_of_the_next_holder_is_made_safe_for_a_lapse_before_it(lapse):
     assert ended == [("g1", "SUCCEEDED" if lapse == "finish" else "CANCELED"), ("g2", "CANCELED")]
 
 
+def test_a_device_is_not_at_rest_from_the_moment_of_a_stop():
+    async def told(story):
+        owner = story.device._owner
+        await asyncio.sleep(0.1)
+        before = owner.at_rest
+        answer = owner.stop("Stopped", "by a person")
+        during = owner.at_rest
+        await answer
+        await asyncio.sleep(0.1)
+        return before, during, owner.at_rest
+
+    assert Story.tell(told) == (True, False, True)
+
+
 def test_without_a_safe_of_its_own_the_contracts_actions_are_done_in_order():
     class Plain(Driver):
         acts = ()

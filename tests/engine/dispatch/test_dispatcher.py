@@ -4,6 +4,7 @@ import time
 from types import SimpleNamespace
 
 from labrun.engine.dispatch.dispatcher import Dispatcher, _at
+from labrun.engine.run.requests import Requests
 
 
 def test_a_stop_counts_where_it_is_heeded_and_only_of_a_device_that_the_run_uses():
@@ -27,3 +28,15 @@ def test_what_is_waited_for_is_told_with_the_time_at_which_it_was_sent(monkeypat
     monkeypatch.setattr(time, "time", lambda: 1_000_000.0)
 
     assert _at(600.0) == time.strftime("%H:%M:%S", time.localtime(999_400.0))
+
+
+def test_the_tree_is_ticked_again_where_a_reservation_was_granted_and_only_there():
+    run = SimpleNamespace(requests=Requests(), roles={})
+    dispatcher = Dispatcher(run, {"a": SimpleNamespace()})
+    dispatcher.turns.ask(["a"], None)
+    again = []
+    for _ in range(2):
+        dispatcher._take_turns()
+        again.append(run.requests.take_round()[0])
+
+    assert again == [True, False]
