@@ -9,8 +9,9 @@ from py_trees.common import Status
 from labrun.drivers.client.client import DeviceClient
 from labrun.engine.dispatch.dispatcher import Dispatcher
 from labrun.engine.dispatch.request import Request
-from labrun.engine.journal.past import Past
-from labrun.engine.runner.safe_state import InFlight
+from labrun.engine.journal.past import Past, PastGoal
+from labrun.engine.runner.safe_state import InFlight, _probe_of
+from labrun.schemas import journal as j
 from labrun.schemas.contract import Action
 
 SCRIPTED = f"{Path(__file__).parents[1] / 'scripted_lab' / 'scripted.py'}:Scripted"
@@ -169,3 +170,15 @@ def test_a_probe_that_an_abort_takes_back_before_it_is_sent_is_waited_for_no_mor
     asked.tick_once()
 
     assert asked.status == Status.SUCCESS
+
+
+@pytest.mark.parametrize("roles", [{}, {"c": "another"}, {"c": "a"}])
+def test_what_a_changed_protocol_no_longer_has_is_not_probed(roles):
+    sent = j.GoalSent(
+        n=2, id="r/main/shoot/1", device="a", action="shoot", effect="once", boot="b", ledger="l",
+        epoch=1, means="m",
+    )  # fmt: skip
+    contract = SimpleNamespace(actions={"act": Action()})
+    made = {n: SimpleNamespace(device=device, contract=contract) for n, device in roles.items()}
+
+    assert _probe_of(SimpleNamespace(roles=made), PastGoal(sent)) is None

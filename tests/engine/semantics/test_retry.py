@@ -185,10 +185,10 @@ steps:
     retry: 2
     steps:
       - {do: a.act, with: {name: low}}
-      - {do: a.shoot, with: {name: x, script: "Broken,Broken,ok"}}
+      - {do: a.shoot, with: {name: x, script: "Broken,Broken,Broken,ok"}}
 """)
 
     ran = bench.resume()
 
-    assert (ran.status, ran.sent) == (0, ["low", "x", "low", "x", "low", "low", "x"])
+    assert (ran.status, ran.sent) == (0, ["low", "x", "low", "x", "low", "low", "x", "low", "x"])
     assert "main/it/r2/it/1/2" in [r.id.partition("/")[2] for r in ran.records if r.kind == "goal"]

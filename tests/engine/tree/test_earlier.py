@@ -47,6 +47,17 @@ def test_what_was_set_counts_no_more_once_another_strand_has_used_its_device(
     assert earlier.others_came(PastGoal(SENT, ended, state_n=3), "ours") is came
 
 
+@pytest.mark.parametrize(
+    ("ended", "n", "kept"),
+    [(None, 2, True), (None, 5, False), (DONE, 5, True), (DONE, 3, False), (DONE, 2, True)],
+)
+def test_what_nothing_waited_for_any_more_is_forgotten(ended, n, kept):
+    past = Past(goals={"main/set": {1: PastGoal(SENT, ended)}})
+    past.forget_under_way("main", n)
+
+    assert (past.goal("main/set", 1) is not None) is kept
+
+
 def test_of_two_strands_that_take_turns_each_is_seen_by_the_other():
     strands = Strands()
     for n, strand in ((4, "ours"), (5, "theirs"), (6, "ours")):
